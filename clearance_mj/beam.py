@@ -265,7 +265,7 @@ def ritz_model(rig: Rig, n_modes: int = 8, grease: bool = False) -> ModalModel:
 
 
 def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
-    """Natural frequencies of the rig in its in-gap linear state: grease stiffness on, no contact.
+    """Return the natural frequencies of the rig in its in-gap linear state: grease stiffness on, no contact.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
 
 
 def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.ndarray:
-    """Mode shapes of the rig in its in-gap linear state, of unit modal mass and positive at the tip.
+    """Return the mode shapes of the rig in its in-gap linear state, of unit modal mass and positive at the tip.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
 
 
 def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
-    """Linear model of the rig in the gap, the grease a spring and damper at each bushing.
+    """Return the linear model of the rig in the gap, the grease a spring and damper at each bushing.
 
     Parameters
     ----------
@@ -339,7 +339,7 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
 
 
 def linear_frf(rig: Rig, frequency: ArrayLike, n_modes: int = 16) -> np.ndarray:
-    """Accelerance (or transmissibility, for a shaken base) of the sensors in the gap, through python-control.
+    """Return the accelerance (transmissibility for a shaken base) of the sensors in the gap, through python-control.
 
     Parameters
     ----------

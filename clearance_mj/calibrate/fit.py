@@ -275,7 +275,7 @@ class _Comparison:
         return with_values(self.start, {key: v for group, v in zip(self.keys, values.tolist()) for key in group})
 
     def residual(self, values: np.ndarray) -> np.ndarray:
-        """(n_residuals,) of the targets, in standard deviations of the data."""
+        """Return (n_residuals,) of the targets, in standard deviations of the data."""
         rig = self.rig(values)
         at = [parse_place(b.position) or ("", 0.0) for b in rig.bushings]
         if any(at[i] >= at[j] for i, j in self.order):

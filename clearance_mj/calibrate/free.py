@@ -87,7 +87,7 @@ def value_of(rig: Rig, path: str) -> float:
 
 
 def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> Parameter:
-    """Parameter of a path, which starts at the rig's value; without bounds, the default ones."""
+    """Return the parameter of a path, which starts at the rig's value; without bounds, the default ones."""
     value, last = value_of(rig, path), path.rpartition(".")[2]
     field = last.partition("[")[0]
     if bounds is None:

@@ -82,7 +82,7 @@ class ContactModel(Registered, ABC):
         return address(cls.law, CONTACT_LAW), address(cls.energy, CONTACT_ENERGY)
 
     def force(self, depth: float, speed: float, impact_speed: float = 0.0) -> float:
-        """Force against the penetration, N; it pulls only where the model adheres.
+        """Return the force against the penetration, N; it pulls only where the model adheres.
 
         Parameters
         ----------

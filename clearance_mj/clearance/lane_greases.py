@@ -59,7 +59,7 @@ def _law(models: Sequence[GreaseModel]) -> int:
 
 
 def law_in_lanes(law: Callable[..., None], signature: Any) -> int:
-    """Address of a law that works on all lanes at once, or 0 if it is not written so that it can."""
+    """Return the address of a law that works on all lanes at once, or 0 if it is not written so that it can."""
     if (law, signature) not in _BY_LANE:
         try:
             return address(law, signature)

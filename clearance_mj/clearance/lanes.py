@@ -101,53 +101,53 @@ def _of_plain_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @_of_plain_numbers
 def larger(a, b):  # type: ignore[no-untyped-def]
-    """The larger of two numbers, lane by lane."""
+    """Return the larger of two numbers, lane by lane."""
     return max(a, b)
 
 
 @_of_plain_numbers
 def smaller(a, b):  # type: ignore[no-untyped-def]
-    """The smaller of two numbers, lane by lane."""
+    """Return the smaller of two numbers, lane by lane."""
     return min(a, b)
 
 
 @_of_plain_numbers
 def where_above(a, b):  # type: ignore[no-untyped-def]
-    """The number a where b is above 0, and 0 elsewhere."""
+    """Return the number a where b is above 0, and 0 elsewhere."""
     return a if b > 0.0 else 0.0
 
 
 @_of_plain_numbers
 def signed(a, b):  # type: ignore[no-untyped-def]
-    """The number a where b is above 0, and -a elsewhere."""
+    """Return the number a where b is above 0, and -a elsewhere."""
     return a if b > 0.0 else -a
 
 
 @_of_plain_numbers
 def any_below(a, b):  # type: ignore[no-untyped-def]
-    """Whether a number a is below a plain number b, in any lane."""
+    """Return whether a number a is below a plain number b, in any lane."""
     return a < b
 
 
 @_of_plain_numbers
 def all_below(a, b):  # type: ignore[no-untyped-def]
-    """Whether a number a is below a number b, in all lanes; no NaN is."""
+    """Return whether a number a is below a number b, in all lanes; no NaN is."""
     return a < b
 
 
 def exponential(a):  # type: ignore[no-untyped-def]
-    """The power of e to a number below 700; of registers to a relative error of 1e-14 down to -30."""
+    """Return the power of e to a number below 700; of registers to a relative error of 1e-14 down to -30."""
     return math.exp(a)
 
 
 def whole(a):  # type: ignore[no-untyped-def]
-    """A whole number that is the same in all lanes, to count with."""
+    """Return a whole number that is the same in all lanes, to count with."""
     return int(a)
 
 
 @_of_plain_numbers
 def power(a, b):  # type: ignore[no-untyped-def]
-    """A number a, not negative, to the power b; of registers to a relative error of 1e-14."""
+    """Return a number a, not negative, to the power b; of registers to a relative error of 1e-14."""
     return a * a if b == 2.0 else a**b
 
 
@@ -386,13 +386,13 @@ def _set_row(numbers, row, value):  # type: ignore[no-untyped-def]
 
 
 def register_law(count: int) -> Any:
-    """Signature of a grease's law that works on all lanes at once."""
+    """Return the signature of a grease's law that works on all lanes at once."""
     numbers, register = _Rows(count), _Register(count)
     return types.void(numbers, numbers, register, register, types.float64, numbers)
 
 
 def register_contact_law(count: int) -> Any:
-    """Signature of a contact's law that works on all lanes at once."""
+    """Return the signature of a contact's law that works on all lanes at once."""
     numbers, register = _Rows(count), _Register(count)
     return types.void(numbers, register, register, register, numbers)
 

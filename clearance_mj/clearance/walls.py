@@ -38,7 +38,7 @@ def gap(x: Any, d: Any) -> Any:
 
 
 def describing_function(amplitude: ArrayLike, d: ArrayLike) -> np.ndarray:
-    """Stiffness ratio N/k, between 0 and 1, of a spring with clearance under a harmonic motion.
+    """Return the stiffness ratio N/k, between 0 and 1, of a spring with clearance under a harmonic motion.
 
     N/k = 1 - (2/π) [asin(d/X) + (d/X) √(1 - d²/X²)] for X > d, else 0 (Gelb & Vander Velde, Multiple-Input
     Describing Functions, 1968, appendix B, dead zone).

@@ -54,7 +54,7 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
 
 
 def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:
-    """Header and channel of each "HEADER=CHANNEL"; a ClearanceError names the option if one is none."""
+    """Return the header and channel of each "HEADER=CHANNEL"; a ClearanceError names the option if one is none."""
     for pair in pairs:
         header, equals, channel = pair.rpartition("=")
         if not (header and equals and channel):
@@ -112,7 +112,7 @@ def settings(model: Model) -> dict[str, Any]:
 
 
 def numbers(text: str) -> tuple[float, ...]:
-    """Numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50."""
+    """Return the numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50."""
     try:
         if ":" in text:
             low, high, count = text.split(":")

@@ -22,7 +22,7 @@ WIDTH = 32
 
 
 def rig_lines(rig: Mapping[str, Any]) -> Iterator[str]:
-    """Lines of a rig file from its fields; what is not among them, or at its default, is a comment."""
+    """Return the lines of a rig file from its fields; what is not among them, or at its default, is a comment."""
     return _lines(Rig, rig)
 
 

@@ -45,7 +45,7 @@ def require_finite(values: np.ndarray, what: str) -> None:
 
 
 def even_rate(time: np.ndarray, digits: float) -> tuple[float, float]:
-    """Sampling rate in Hz and time of the first sample in s, of instants in even steps."""
+    """Return the sampling rate in Hz and time of the first sample in s, of instants in even steps."""
     if time.size < 2:
         raise RecordError("needs two samples to tell its time step")
     step = (time[-1] - time[0]) / (time.size - 1)

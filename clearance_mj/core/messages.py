@@ -121,7 +121,7 @@ _hints: Callable[[Any], dict[Any, Any]] = functools.cache(functools.partial(typi
 
 
 def names_of(kind: Any) -> list[str]:
-    """Names of a dataclass's fields; none of other types."""
+    """Return the names of a dataclass's fields; none of other types."""
     return [f.name for f in dataclasses.fields(kind) if f.init] if dataclasses.is_dataclass(kind) else []
 
 
@@ -131,7 +131,7 @@ def _meant(key: object, names: list[str]) -> str:
 
 
 def wrong_type(path: str, kind: Any, value: object) -> str:
-    """What a value of a type must be; nothing if it has no name."""
+    """Return what a value of a type must be; nothing if it has no name."""
     arguments = typing.get_args(kind)
     if dataclasses.is_dataclass(kind):
         words = WORDS[dict]
@@ -152,7 +152,7 @@ def _about(kind: Any, name: object) -> str:
 
 @functools.cache
 def descriptions(kind: type) -> dict[str, str]:
-    """What a `checked` class says of its fields: the strings that follow them.
+    """Return what a `checked` class says of its fields: the strings that follow them.
 
     Read when they are asked for; pydantic would read every class's source at import.
     """

@@ -20,7 +20,7 @@ _STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d{1,9})\]")
 
 
 def find_numbers(data: dict[str, Any], path: str) -> list[Key]:
-    """Keys of every number that a path stands for; the last name may be an optional field that is left out.
+    """Return the keys of every number that a path stands for; the last name may be an optional field that is left out.
 
     Names are joined by dots, with [i] for one entry of a list; a list without it stands for all its entries.
     """
@@ -56,7 +56,7 @@ def _holds(data: Any, before: Key) -> str:
 
 
 def path_of(key: Key) -> str:
-    """Path that stands for one number."""
+    """Return the path that stands for one number."""
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in key)[1:]
 
 
@@ -70,20 +70,20 @@ def numbers(data: dict[str, Any] | list[Any]) -> Iterator[Key]:
 
 
 def number_in(item: object) -> float | None:
-    """The number that plain data is, or holds behind an @; None if there is none."""
+    """Return the number that plain data is, or holds behind an @; None if there is none."""
     if isinstance(item, str) and (place := _PLACE.fullmatch(item)):
         return float(place[2])
     return item if isinstance(item, int | float) and not isinstance(item, bool) else None
 
 
 def with_number(item: object, number: float) -> float | str:
-    """The same plain data with another number."""
+    """Return the same plain data with another number."""
     place = _PLACE.fullmatch(item) if isinstance(item, str) else None
     return f"{place[1]}{number!r}" if place else number
 
 
 def get_number(data: Any, key: Key) -> float | None:
-    """Number at a key, None where an optional field is left out."""
+    """Return the number at a key, None where an optional field is left out."""
     for step in key[:-1]:
         data = data[step]
     return number_in(data.get(key[-1]) if isinstance(data, dict) else data[key[-1]])

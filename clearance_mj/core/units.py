@@ -19,7 +19,7 @@ UNITS = {
 
 
 def unit_factor(label: str, quantity: str) -> float:
-    """SI units in one unit, such as "g", "mm/s²" or "(m/s^2)", of a quantity of `UNITS`."""
+    """Return the SI units in one unit, such as "g", "mm/s²" or "(m/s^2)", of a quantity of `UNITS`."""
     return _look_up(label, UNITS[quantity], quantity)
 
 

@@ -78,7 +78,7 @@ class Engine(Registered, ABC):
 
     @abstractmethod
     def largest_step(self, rig: Rig, law: Law) -> float:
-        """Longest stable and accurate time step in s, safety factor included.
+        """Return the longest stable and accurate time step in s, safety factor included.
 
         Parameters
         ----------
@@ -132,12 +132,12 @@ def step_factor(fs: float, largest_step: float) -> int:
 
 
 def location(rig: Rig, bushing: int) -> str:
-    """Where something happened, for messages; a rig without bushings is looked at at its tip."""
+    """Return where something happened, for messages; a rig without bushings is looked at at its tip."""
     return f"at bushings[{bushing}] ({rig.bushings[bushing].where})" if rig.bushings else "at the tip"
 
 
 def diverged(rig: Rig, engine: Engine, time: float, bushing: int) -> SimulationError:
-    """The error of a simulation whose motion at a bushing is not a number or beyond any shaft at a time, s."""
+    """Return the error of a simulation whose motion at a bushing is not a number or beyond any shaft at a time, s."""
     return SimulationError(
         f"rig {rig.name!r}: the {engine.name} simulation diverged at t = {time:.6f} s {location(rig, bushing)}; "
         "the law is too stiff or too strongly damped for the time step, or the excitation is far out of range"

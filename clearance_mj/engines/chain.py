@@ -48,7 +48,7 @@ class _Element:
     compliance: np.ndarray  # rad/(N m)
 
     def bent(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Deflection and slope, each (n_x, n), of the shaft at x per angle of the element's hinges."""
+        """Return the deflection and slope, each (n_x, n), of the shaft at x per angle of the element's hinges."""
         slope = np.repeat((x >= self.end)[:, None], self.hinges.size, axis=1).astype(float)
         deflection = slope * (x[:, None] - self.hinges)
         for i in np.flatnonzero((x > self.start) & (x < self.end)):
@@ -93,7 +93,7 @@ class Chain:
         return any(s.kind in kinds for s in self.shaft.supports if self.at_start(s))
 
     def at_start(self, support: Support) -> bool:
-        """Whether a support is at the left end, where joints do what it does."""
+        """Return whether a support is at the left end, where joints do what it does."""
         return support.position <= self.elements[0].start + 1e-9 * self.shaft.length
 
     @functools.cached_property
@@ -117,22 +117,22 @@ class Chain:
         return np.concatenate(([self.shaft.start] if self.slides or self.turns else [], self.hinges))
 
     def lever(self, x: ArrayLike) -> np.ndarray:
-        """(n_x, nv) deflection of points x, m, on the straight links per coordinate."""
+        """Return (n_x, nv) deflection of points x, m, on the straight links per coordinate."""
         x = _column(x)
         return np.hstack((*self._root(x), np.maximum(x - self.hinges, 0.0)))
 
     def tilt(self, x: ArrayLike) -> np.ndarray:
-        """(n_x, nv) slope of the straight links at x, m, per coordinate."""
+        """Return (n_x, nv) slope of the straight links at x, m, per coordinate."""
         x = _column(x)
         return np.hstack((*self._root(x, 0.0), x > self.hinges))
 
     def deflection(self, x: ArrayLike) -> np.ndarray:
-        """(n_x, nv) deflection of the curved shaft per coordinate; the links' own at every end of an element."""
+        """Return (n_x, nv) deflection of the curved shaft per coordinate; the links' own at every end of an element."""
         x = _column(x)
         return np.hstack((*self._root(x), *(e.bent(x[:, 0])[0] for e in self.elements)))
 
     def slope(self, x: ArrayLike) -> np.ndarray:
-        """(n_x, nv) slope of the curved shaft per coordinate; the links' own at every end of an element."""
+        """Return (n_x, nv) slope of the curved shaft per coordinate; the links' own at every end of an element."""
         x = _column(x)
         return np.hstack((*self._root(x, 0.0), *(e.bent(x[:, 0])[1] for e in self.elements)))
 
@@ -174,7 +174,7 @@ def _column(x: ArrayLike) -> np.ndarray:
 
 
 def of_discs(shaft: Shaft) -> tuple[tuple[float, float, float], ...]:
-    """Position, m, mass, kg, and inertia, kg m², of a shaft's discs."""
+    """Return the position, m, mass, kg, and inertia, kg m², of a shaft's discs."""
     return tuple((disc.position, disc.mass, disc.inertia) for disc in shaft.discs)
 
 

@@ -238,7 +238,7 @@ class _BalancedRun(Run):
             self.impacts.append(Impact(values[0], of // 2, "ab"[of % 2], name, *values[1:]))
 
     def result(self, response: Response, fs: float, size: int) -> EnergyBalance:
-        """The balance of so many samples."""
+        """Return the balance of so many samples."""
         n = len(self.walls)
         rows = np.concatenate(self.rows)[:size].T
         input_, damping, film, contact_loss, hysteresis, law_work, kinetic, strain, grease, contact = np.split(

@@ -61,11 +61,11 @@ class Linkage:
         return tuple(slice(*pair) for pair in pairwise(ends))
 
     def lever(self, points: Points) -> np.ndarray:
-        """(n_points, nv) deflection of points on the straight links per coordinate."""
+        """Return (n_points, nv) deflection of points on the straight links per coordinate."""
         return self._rows("lever", points)
 
     def deflection(self, points: Points) -> np.ndarray:
-        """(n_points, nv) deflection of points on the curved shafts per coordinate."""
+        """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:

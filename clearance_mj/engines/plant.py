@@ -98,7 +98,7 @@ def hold(model: mujoco.MjModel) -> np.ndarray:
 
 
 def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
-    """(ntendon, nv) lengths of a model's fixed tendons per coordinate."""
+    """Return (ntendon, nv) lengths of a model's fixed tendons per coordinate."""
     rows = np.zeros((model.ntendon, model.nv))
     for row, first, count in zip(rows, model.tendon_adr, model.tendon_num):
         wraps = slice(first, first + count)
@@ -134,7 +134,7 @@ def stable_step(
     armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
     free: np.ndarray | None = None,
 ) -> float:  # fmt: skip
-    """Longest stable step, s, of the Euler integrator with every contact and film at its hardest.
+    """Return the longest stable step, s, of the Euler integrator with every contact and film at its hardest.
 
     Springs are explicit, so h < 2/ω_max; the bushings' dampers are explicit too, which shortens it to
     2 / (δ + √(δ² + ω²)) with 2δ the largest eigenvalue of M⁻¹C. The mass (nv, nv) is without armatures, which the

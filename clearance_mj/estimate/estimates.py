@@ -101,7 +101,7 @@ class Estimates:
         return tuple(name for name, ratio in zip(self.names, self.posterior_over_prior) if ratio > PRIOR_DOMINATED)
 
     def interval(self, confidence: float = 0.95) -> np.ndarray:
-        """Limits (2, n) within which each value lies with this probability, cut to the bounds.
+        """Return the limits (2, n) within which each value lies with this probability, cut to the bounds.
 
         Parameters
         ----------

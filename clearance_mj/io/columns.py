@@ -52,7 +52,7 @@ class Column:
     scale: float = 1.0  #: SI units in one of the column's
 
     def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
-        """The column as a channel, from its numbers (n_t,) in its own unit; ``fs`` in Hz, ``start`` in s."""
+        """Return the column as a channel, from its numbers (n_t,) in its own unit; ``fs`` in Hz, ``start`` in s."""
         node, direction = self.dof.split(":")
         return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start)
 
@@ -181,7 +181,7 @@ def channel_name(dof: str, quantity: str) -> str:
 
 
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
-    """Headers and numbers (n_t, n) of time records, without time."""
+    """Return the headers and numbers (n_t, n) of time records, without time."""
     require_one_time(channels)
     headers = [f"{channel_name(c.label, c.quantity)} [{next(iter(UNITS[c.quantity]))}]" for c in channels]
     twice = next((h for h in headers if headers.count(h) > 1), None)
@@ -191,7 +191,7 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
 
 
 def frf_names(frf: FRF) -> tuple[list[str], str]:
-    """Headers of FRFs without a part, such as "acc:3/base", and their unit."""
+    """Return the headers of FRFs without a part, such as "acc:3/base", and their unit."""
     above, _, below = frf.quantity.partition("/")
     if not {above, below} <= set(_PREFIX):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
@@ -243,5 +243,5 @@ def _nearest(name: str, known: Sequence[str]) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names in quotation marks."""
+    """Return the names in quotation marks."""
     return ", ".join(f'"{name}"' for name in names)

@@ -82,7 +82,7 @@ class Dataset(Shown):
         return tuple(r for r in self.records if r.role == "identify")
 
     def to_identify(self) -> tuple[Record, ...]:
-        """Records to identify from, of which there must be one.
+        """Return the records to identify from, of which there must be one.
 
         Raises
         ------

@@ -187,7 +187,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
 
 
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
-    """Channels of a response: excitation, accelerations and, with a rig, displacements in the clearances.
+    """Return the channels of a response: excitation, accelerations and, with a rig, displacements in the clearances.
 
     Contact and grease forces are not among them: nothing measures them.
     """

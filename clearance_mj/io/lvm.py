@@ -98,7 +98,7 @@ class _Lines:
         return self.at < len(self.lines)
 
     def header(self) -> Entries:
-        """Entries {name: [values]} up to the end mark."""
+        """Return the entries {name: [values]} up to the end mark."""
         entries: Entries = {}
         for number in range(self.at, len(self.lines)):
             if self.lines[number].startswith(END):
@@ -131,7 +131,7 @@ class _Lines:
         return LvmSegment(x, rows[:, is_value].T.copy(), names, units, {name: v[0] for name, v in header.items()})
 
     def rows(self, columns: int) -> np.ndarray:
-        """(n, columns) numbers of the lines after the titles; a comment may follow them."""
+        """Return (n, columns) numbers of the lines after the titles; a comment may follow them."""
         rows = []
         self.at += 1
         while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith("Channels"):

@@ -75,7 +75,7 @@ def register(new: Format) -> Format:
 
 
 def format_of(path: str | PathLike[str]) -> Format:
-    """How a file is read and written, by its suffix; .gz is passed over."""
+    """Return how a file is read and written, by its suffix; .gz is passed over."""
     path = Path(path)
     suffix = Path(path.stem if path.suffix.lower() == ".gz" else path.name).suffix.lower()
     if suffix in _PLAIN:

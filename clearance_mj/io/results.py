@@ -36,7 +36,7 @@ _HDF5_MAGIC = b"\x89HDF"
 
 
 def with_parts(ds: xr.Dataset) -> xr.Dataset:
-    """Complex variables as pairs along a last dimension ``part``, "real" and "imag"."""
+    """Return the complex variables as pairs along a last dimension ``part``, "real" and "imag"."""
     for name, variable in ds.data_vars.items():
         if variable.dtype.kind == "c":
             parts = np.stack((variable.values.real, variable.values.imag), axis=-1)
@@ -47,7 +47,7 @@ def with_parts(ds: xr.Dataset) -> xr.Dataset:
 
 
 def without_parts(ds: xr.Dataset) -> xr.Dataset:
-    """What `with_parts` took apart, as complex variables again."""
+    """Return what `with_parts` took apart, as complex variables again."""
     if ds.sizes.get("part", 2) != 2:
         raise RecordError(f"needs two parts, real and imaginary, got {ds.sizes['part']}")
     for name, variable in ds.data_vars.items():
@@ -84,7 +84,7 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
 
 
 def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
-    """Channels of a dataset that `channels_to_dataset` made."""
+    """Return the channels of a dataset that `channels_to_dataset` made."""
     require_kind(ds, "channels")
     fs, start = float(attribute(ds, "fs")), float(attribute(ds, "start"))
     rows = zip(labels(ds, "name"), labels(ds, "dof"), labels(ds, "quantity"), values(ds, "value", "channel", "time"))

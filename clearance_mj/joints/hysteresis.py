@@ -205,14 +205,14 @@ class _Comparison:
         return theta
 
     def natural(self, free: np.ndarray) -> np.ndarray:
-        """Parameters in the order of `NAMES`, SI units."""
+        """Return the parameters in the order of `NAMES`, SI units."""
         k, ratio, z, shape, n, d, x0 = self.whole(free)
         beta = (z * self.x_scale) ** -n / (1 + shape)
         k = k * self.f_scale / self.x_scale
         return np.array([k, ratio, beta, shape * beta, n, d * self.x_scale, x0 * self.x_scale + self.x_middle])
 
     def residual(self, free: np.ndarray) -> np.ndarray:
-        """(n,) difference of the forces, over the RMS of the measured one."""
+        """Return (n,) difference of the forces, over the RMS of the measured one."""
         k, ratio, z, shape, n, d, x0 = self.whole(free)
         k, x_scale = k * self.f_scale / self.x_scale, self.x_scale
         element = k, ratio, z * x_scale, shape, n, d * x_scale, x0 * x_scale + self.x_middle, self.reopening

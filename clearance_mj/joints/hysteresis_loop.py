@@ -18,7 +18,7 @@ def loop_force(
     x: np.ndarray, k: float, ratio: float, z_ult: float, shape: float, exponent: float, d: float, offset: float,
     reopening: bool,
 ) -> np.ndarray:  # fmt: skip
-    """Force along a displacement, from rest: Bouc-Wen in units of z_ult, so that β + γ = 1."""
+    """Return the force along a displacement, from rest: Bouc-Wen in units of z_ult, so that β + γ = 1."""
     beta, gamma = 1.0 / (1.0 + shape), shape / (1.0 + shape)
     force = np.empty(x.size)
     y = x[0] - offset

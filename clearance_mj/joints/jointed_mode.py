@@ -52,14 +52,14 @@ class JointedMode:
         return density[slips] * np.log(slip[1] / slip[0]), slip[slips]
 
     def stiffness(self, amplitude: np.ndarray, omega: np.ndarray | float) -> np.ndarray:
-        """(n,) complex stiffness over mass, rad²/s², of harmonic motions of (n,) m at frequencies, rad/s."""
+        """Return (n,) complex stiffness over mass, rad²/s², of harmonic motions of (n,) m at frequencies, rad/s."""
         share, slip = self.elements()
         small = 2 * np.pi * self.frequency
         sliding = slip_stiffness(amplitude, share, share * slip)
         return small**2 * (1 - share.sum() + sliding) + 2j * self.damping * small * omega
 
     def backbone(self, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Frequency, Hz, and damping ratio (n,) of free vibration with amplitudes (n,), m."""
+        """Return the frequency, Hz, and damping ratio (n,) of free vibration with amplitudes (n,), m."""
         still = self.stiffness(amplitude, 0.0)
         omega, small = np.sqrt(still.real), 2 * np.pi * self.frequency
         return omega / (2 * np.pi), still.imag / (2 * omega**2) + self.damping * small / omega
@@ -105,7 +105,7 @@ class ForcedTest:
     phase: float = 0.0  #: rad, of the acceleration, by which the measurement leads
 
     def mode(self, mode: JointedMode) -> JointedMode:
-        """The mode as it was on the day of this test."""
+        """Return the mode as it was on the day of this test."""
         return dataclasses.replace(mode, frequency=mode.frequency + self.shift)
 
     def accelerance(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
@@ -130,7 +130,7 @@ class ForcedTest:
         return np.where(inside, seen * force, np.nan)
 
     def force(self, mode: JointedMode, frequency: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
-        """(n,) force, N, that holds the acceleration's amplitude at (n,) m/s²; nan beyond what elements span."""
+        """Return (n,) force, N, that holds the acceleration's amplitude at (n,) m/s²; nan beyond what elements span."""
         (grid, stiffness), found = self._on_grid(mode), []
         for omega, wanted in zip(2 * np.pi * frequency, amplitude):
             own = self._own(stiffness(omega), omega)

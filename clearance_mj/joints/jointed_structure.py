@@ -182,7 +182,7 @@ class _Levels:
                           found.rows(self.sensors))  # fmt: skip
 
     def start(self, linear: ModalStructure, pulls: np.ndarray) -> np.ndarray:
-        """Parameters of given modes with joints that modes work in proportion to pulls (n_joints, n_modes).
+        """Return the parameters of given modes with joints that modes work in proportion to pulls (n_joints, n_modes).
 
         The modes are those of stuck joints, whose stiffness is taken off. Sets slip lengths and what is small.
         """
@@ -239,7 +239,7 @@ class _Levels:
         return rig, ConstantLaw(0.0, 0.0, grease=greases)
 
     def residuals(self, thetas: np.ndarray, levels: int) -> np.ndarray:
-        """(n_thetas, n_residuals) complex, of the lowest levels."""
+        """Return (n_thetas, n_residuals) complex, of the lowest levels."""
         cases, found = [self.case(theta) for theta in thetas], []
         for excitation, measured, weight in zip(self.excitations[:levels], self.measured, self.weights):
             spectra = simulate_and_keep(cases, excitation, self.spectrum, forces=False)
@@ -249,7 +249,7 @@ class _Levels:
         return np.hstack(found)
 
     def spectrum(self, response: Response) -> np.ndarray:
-        """(n_sensors, n_lines) of the last period."""
+        """Return (n_sensors, n_lines) of the last period."""
         return np.fft.rfft(response.acceleration[:, -self.size :])[:, self.lines]
 
     def solve(self, theta: np.ndarray, levels: int, decrease: float, steps: int) -> Solution:

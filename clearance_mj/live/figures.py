@@ -81,7 +81,7 @@ def frf_numbers(frf: FRF, prefix: str = "") -> Numbers:
 
 
 def spectrum(response: Response) -> Numbers:
-    """Amplitudes of the accelerations' sines in the second half of a response, under a Hann window."""
+    """Return the amplitudes of the accelerations' sines in the second half of a response, under a Hann window."""
     half = response.acceleration[:, response.acceleration.shape[1] // 2 :]
     window = np.hanning(half.shape[1] + 1)[:-1]
     amplitude = np.abs(np.fft.rfft((half - half.mean(axis=1, keepdims=True)) * window)) * 2 / window.sum()
@@ -91,7 +91,7 @@ def spectrum(response: Response) -> Numbers:
 
 
 def history(response: Response, first: float = 0.0, last: float = np.inf) -> Numbers:
-    """Displacements at the clearances between two times, s, thinned."""
+    """Return the displacements at the clearances between two times, s, thinned."""
     shown = slice(*np.searchsorted(response.time, (first, last)))
     if response.displacement is None or shown.stop - shown.start < 2:
         return Numbers()
@@ -148,5 +148,5 @@ def shaft(rig: Rig, response: Response) -> Numbers:
 
 
 def frequencies_in_gap(model: Model) -> list[float]:
-    """Natural frequencies, Hz, of small motions in the gaps, on the law's filling."""
+    """Return the natural frequencies, Hz, of small motions in the gaps, on the law's filling."""
     return natural_frequencies(rig_in_gap(model.rig, model.law), MODES).tolist()

@@ -41,12 +41,12 @@ class JumpAtFold:
 
 
 def unit(found: Branch | RattleMap) -> str:
-    """Unit of the excitation's level."""
+    """Return the unit of the excitation's level."""
     return "m/s²" if found.kind == "base" else "N"
 
 
 def stable_points(branch: Branch) -> np.ndarray:
-    """(n,) whether a point is stable: by Floquet's multipliers or, without them, by counting folds.
+    """Return (n,) whether a point is stable: by Floquet's multipliers or, without them, by counting folds.
 
     At a fold one multiplier passes 1, so that every second part of a branch that begins stable is not.
     """
@@ -91,7 +91,7 @@ def _elsewhere(x: np.ndarray, amplitude: np.ndarray, stable: np.ndarray, fold: i
 
 
 def motion(found: Backbone) -> np.ndarray:
-    """(n,) amplitude of the displacement at the clearance that the mode moves most, m."""
+    """Return (n,) amplitude of the displacement at the clearance that the mode moves most, m."""
     return np.abs(found.clearance_displacement[:, found.clearance, 1])
 
 

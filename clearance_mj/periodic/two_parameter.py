@@ -123,7 +123,7 @@ class _Folds:
         return found[0].ravel(), found[2], s.jacobian[:-1].copy() if want else s.jacobian[:0]
 
     def solver_at(self, share: float) -> Solver:
-        """What finds motions at a share of level or gap."""
+        """Return what finds motions at a share of level or gap."""
         return Solver(self._system_at(share), self.solver.harmonics, self.solver.samples)
 
     def _system_at(self, share: float) -> Condensed:
@@ -149,7 +149,7 @@ class _Folds:
         return v[:n], w[:n], float(v[n])
 
     def equations(self, at: _State, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What balance and g leave (m + 1,), their derivatives (m + 1, m + 2), and what y should be."""
+        """Return what balance and g leave (m + 1,), their derivatives (m + 1, m + 2), and what y should be."""
         left, y, slopes = self.left(at, True)
         n = left.size
         v, w, g = self._bordered(slopes[:, :-1])
@@ -173,7 +173,7 @@ class _Folds:
         return np.append(left / scale, g), matrix, y
 
     def solve(self, at: _State, row: np.ndarray, scale: float) -> tuple[_State, np.ndarray] | None:
-        """The fold near a guess on the plane across ``row`` through it, and the tangent of the curve."""
+        """Return the fold near a guess on the plane across ``row`` through it, and the tangent of the curve."""
         left, matrix, y = self.equations(at, scale)
         for _ in range(ITERATIONS):
             now = float(np.linalg.norm(left)) + float(np.linalg.norm(y - at.y)) / scale

@@ -26,7 +26,7 @@ class Stable(NamedTuple):
 
 
 def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float:
-    """Longest step, s, at which a model's contacts, limits, springs and servos are stable.
+    """Return the longest step, s, at which a model's contacts, limits, springs and servos are stable.
 
     The semi-implicit step of a spring and damper is stable below h = 2/(δ + √(δ² + ω²)); for all together, with an
     implicit damping D and an explicit C, below the h at which 4M + h (2D - 2C) - h² K is singular, M the mass matrix of

@@ -148,7 +148,7 @@ def _std(information: np.ndarray) -> np.ndarray:
 
 
 def losses(candidates: Candidates, chosen: Sequence[int]) -> np.ndarray:
-    """(n_sensors, n_modes) v of each sensor: without it the information is Q - v vᵀ.
+    """Return (n_sensors, n_modes) v of each sensor: without it the information is Q - v vᵀ.
 
     The inverse of a covariance that loses row i loses P e eᵀ P / P_ii (partitioned inverse), P = R_SS⁻¹.
     """

@@ -59,14 +59,14 @@ class Clip:
         return last - first
 
     def lift_at(self, point: float | str) -> np.ndarray:
-        """(n,) displacement of a point relative to the base, m."""
+        """Return (n,) displacement of a point relative to the base, m."""
         shaft, x = self.rig.linear.place(point)
         on = self.shaft == shaft
         return np.array([np.interp(x, self.position[on], lift[on]) for lift in self.lift])
 
 
 def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarray) -> np.ndarray:
-    """Displacement (n_t, n_x), m, of points x relative to the base, from the forces of a response from rest.
+    """Return the displacement (n_t, n_x), m, of points x relative to the base, from the forces of a response from rest.
 
     At the bushings it is as recorded. The modes' motion is exact for forces that are straight lines between samples
     (first-order hold). A RecordError says if the response has no forces or displacements, as a test record.

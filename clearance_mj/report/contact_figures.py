@@ -96,7 +96,7 @@ def contact_over_time(title: str, measured: ContactParameters | None, ridge: Tim
 def contact_over_amplitude(
     measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps: Sequence[float]
 ) -> Figure:
-    """Contact stiffness and damping over the amplitude of the motion: of every window, and of laws."""
+    """Return the contact stiffness and damping over the amplitude of the motion: of every window, and of laws."""
     figure = _sheet("", 1.9 * len(gaps))
     axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
     for j, line in enumerate(axes):

@@ -12,7 +12,7 @@ __all__ = ["outline", "starts_clamped"]
 
 
 def outline(shaft: Shaft) -> np.ndarray:
-    """(3, 2 n_sections) position, half the outer height and half the bore, m, at both ends of every section."""
+    """Return (3, 2 n_sections) position, half the outer height and half the bore, m, at both ends of every section."""
     edges = shaft.start + np.concatenate(([0.0], np.cumsum([s.length for s in shaft.sections])))
     outer = [s.diameter or s.height or (0.0, 0.0) for s in shaft.sections]
     bore = [s.inner_diameter or (0.0, 0.0) for s in shaft.sections]
@@ -20,5 +20,5 @@ def outline(shaft: Shaft) -> np.ndarray:
 
 
 def starts_clamped(shafts: Sequence[Shaft]) -> bool:
-    """Whether positions are distances from a clamp."""
+    """Return whether positions are distances from a clamp."""
     return all(s.start == 0 and any(x.kind == "clamped" and x.position == 0 for x in s.supports) for s in shafts)

@@ -103,7 +103,7 @@ class Stage:
                 yield ax.hlines(touch[np.isfinite(touch)], x - reach, x + reach, color=HALF, lw=0.7)
 
     def millimetres(self, drawn: Any) -> Any:
-        """What a drawn height in m stands for, in mm."""
+        """Return what a drawn height in m stands for, in mm."""
         return 1e3 * drawn / self.shown.exaggeration
 
     def _trace(self, ax: Axes) -> Line2D:
@@ -116,11 +116,11 @@ class Stage:
         return ax.axvline(0, color="black", lw=0.8)
 
     def height(self) -> np.ndarray:
-        """(n, n_x) drawn height of the shafts' lines, m."""
+        """Return (n, n_x) drawn height of the shafts' lines, m."""
         return self.level[self.shown.shaft] + self.shown.exaggeration * self.shown.lift
 
     def masses_on_shafts(self) -> list[tuple[float, np.ndarray]]:
-        """Position of every point mass and disc, and its drawn height in every picture, (n,), m."""
+        """Return the position of every point mass and disc, and its drawn height in every picture, (n,), m."""
         points = [m.position for m in self.shown.rig.masses]
         points += [f"{s.name}@{d.position!r}" if s.name else d.position for s in self.shafts for d in s.discs]
         lanes = [self.shown.rig.linear.place(point) for point in points]
@@ -128,7 +128,7 @@ class Stage:
         return [(x, self.level[i] + lift) for (i, x), lift in zip(lanes, lifts)]
 
     def supports(self) -> list[tuple[Support, int, int]]:
-        """Supports, the numbers of their shafts, and -1 at a shaft's start, 1 at its end, 0 between."""
+        """Return the supports, the numbers of their shafts, and -1 at a shaft's start, 1 at its end, 0 between."""
         return [
             (support, i, int(support.position == shaft.end) - int(support.position == shaft.start))
             for i, shaft in enumerate(self.shafts)
@@ -136,7 +136,7 @@ class Stage:
         ]
 
     def arrows(self) -> np.ndarray:
-        """(n, n_bushings, 2, 2) where each arrow begins and ends: x and drawn height, m. It ends on its half."""
+        """Return (n, n_bushings, 2, 2) where each arrow begins and ends: x and drawn height, m. It ends on its half."""
         shown = self.shown
         thickness = PLATE * self.length
         below, above = np.moveaxis(self.halves(), -1, 0)
@@ -213,7 +213,7 @@ class Stage:
             ax.add_patch(Rectangle((x - wide / 2, y[-1]), wide, -0.2 * wall, **look))
 
     def picture(self, i: int) -> np.ndarray:
-        """(height, width, 3) pixels of one picture. Only what moves is drawn anew."""
+        """Return (height, width, 3) pixels of one picture. Only what moves is drawn anew."""
         if self.background is None:
             for artist in self.moving:
                 artist.set_animated(True)

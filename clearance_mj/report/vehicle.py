@@ -77,7 +77,7 @@ UNITS = {
 
 
 def look(controller: str) -> dict[str, Any]:
-    """Colour, line style, width and label of a controller's lines, as its registration says."""
+    """Return the colour, line style, width and label of a controller's lines, as its registration says."""
     known = get_controller(controller)
     without = [name for name, one in CONTROLLERS.items() if one.colour is None]
     colour = known.colour or CYCLE[without.index(controller) % len(CYCLE)]

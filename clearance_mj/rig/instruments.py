@@ -23,7 +23,7 @@ PROBE_NODE = 301
 
 
 def dof_label(node: int, point: float | str) -> str:
-    """Node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
+    """Return the node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
     dof = parse_dof(point)
     return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
 

@@ -77,7 +77,7 @@ def _plain(unit: str) -> str:
 
 
 def unit_of(path: str) -> str:
-    """SI unit of the number that a path leads to; a ValueError for a field that is known exactly."""
+    """Return the SI unit of the number that a path leads to; a ValueError for a field that is known exactly."""
     if path in CLAMP_COMPLIANCES:
         return "m"
     field = re.sub(r"\[\d+\]$", "", path).rpartition(".")[2]

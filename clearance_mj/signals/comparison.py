@@ -61,7 +61,7 @@ class Comparison(Shown, ArrayData):
         self._set(per_sensor=_frame(self.per_sensor), per_mode=_frame(self.per_mode))
 
     def summary(self) -> dict[str, float]:
-        """Means and modes in one flat dict.
+        """Return the means and modes in one flat dict.
 
         mre, rmse_db, frac: means over the sensors; csac, csf: over the lines; csac_per_sensor, csf_per_sensor: over
         both; relative_error, mac: over the modes that have a partner; mode_1_test_hz and so on for each mode.

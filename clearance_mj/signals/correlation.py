@@ -22,7 +22,7 @@ __all__ = ["csac", "csac_per_sensor", "csf", "csf_per_sensor", "frac", "mac", "m
 
 
 def relative_error(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Relative error of natural frequencies, |f_m - f_t| / f_t.
+    """Return the relative error of natural frequencies, |f_m - f_t| / f_t.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def relative_error(test: ArrayLike, model: ArrayLike) -> np.ndarray:
 
 
 def mac(a: ArrayLike, b: ArrayLike) -> np.ndarray:
-    """Modal assurance criterion, |aᴴb|² / ((aᴴa)(bᴴb)), of each shape of one set with each of another.
+    """Return the modal assurance criterion, |aᴴb|² / ((aᴴa)(bᴴb)), of each shape of one set with each of another.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def mac(a: ArrayLike, b: ArrayLike) -> np.ndarray:
 
 
 def frac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Frequency response assurance criterion of each FRF, |Σ H_t H_m*|² / (Σ|H_t|² Σ|H_m|²) over the lines.
+    """Return the frequency response assurance criterion of each FRF, |Σ H_t H_m*|² / (Σ|H_t|² Σ|H_m|²) over the lines.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def frac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
 
 
 def csac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Cross signature assurance criterion of each line, |H_tᴴH_m|² / ((H_tᴴH_t)(H_mᴴH_m)) over the outputs.
+    """Return the cross signature assurance criterion of each line, |H_tᴴH_m|² / ((H_tᴴH_t)(H_mᴴH_m)) over the outputs.
 
     It compares shapes along the structure and does not see a complex factor.
 
@@ -96,7 +96,7 @@ def csac(test: ArrayLike, model: ArrayLike) -> np.ndarray:
 
 
 def csf(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Cross signature scale factor of each line, 2|H_tᴴH_m| / (H_tᴴH_t + H_mᴴH_m) over the outputs.
+    """Return the cross signature scale factor of each line, 2|H_tᴴH_m| / (H_tᴴH_t + H_mᴴH_m) over the outputs.
 
     It is 1 only where the FRFs agree in shape and in level; of one output it compares the level alone.
 
@@ -123,13 +123,13 @@ def csac_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.nd
 
 
 def csf_per_sensor(test: ArrayLike, model: ArrayLike, window: int = 9) -> np.ndarray:
-    """Variant of `csf` for each FRF, as `csac_per_sensor` is of `csac`."""
+    """Return the variant of `csf` for each FRF, as `csac_per_sensor` is of `csac`."""
     test, model = _windows(test, model, window)
     return _csf(*_products(test, model, axis=-1))
 
 
 def mre(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Mean relative error of the magnitude: mean over the lines of ||H_m| - |H_t|| / |H_t|, for each FRF.
+    """Return the mean relative error of the magnitude: mean over the lines of ||H_m| - |H_t|| / |H_t|, for each FRF.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def mre(test: ArrayLike, model: ArrayLike) -> np.ndarray:
 
 
 def rmse_db(test: ArrayLike, model: ArrayLike) -> np.ndarray:
-    """Root mean square over the lines of 20 log10(|H_m| / |H_t|), for each FRF, dB.
+    """Return the root mean square over the lines of 20 log10(|H_m| / |H_t|), for each FRF, dB.
 
     Parameters
     ----------

@@ -284,7 +284,7 @@ def sweep(
     duration: float, fs: float, band: Band = BAND, amplitude: float = 1.0, kind: str = "base",
     method: str = "logarithmic",
 ) -> Excitation:  # fmt: skip
-    """A sine that runs once through the band, upwards or downwards.
+    """Return a sine that runs once through the band, upwards or downwards.
 
     Parameters
     ----------
@@ -315,7 +315,7 @@ def sweep(
 def stepped_sine(
     duration: float, fs: float, frequency: ArrayLike, amplitude: ArrayLike, kind: str = "base"
 ) -> Excitation:
-    """A sine whose frequency or amplitude steps, each as long, without a jump in phase; its band is left open.
+    """Return a sine whose frequency or amplitude steps, each as long, without a jump in phase; its band is left open.
 
     The rig goes on from the motion of the step before: up and down through a resonance shows jumps and hysteresis.
 

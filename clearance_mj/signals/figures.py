@@ -161,7 +161,7 @@ def draw_correlation(figure: FigureBase, comparison: Agreement) -> None:
 
 
 def measures_height(comparison: Agreement) -> float:
-    """Height, in, that bars of all sensors need."""
+    """Return the height, in, that bars of all sensors need."""
     return max(2.9, 0.8 + 0.15 * len(comparison.per_sensor))
 
 

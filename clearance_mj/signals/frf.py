@@ -346,7 +346,7 @@ def estimate_frf_blocks(
 
 
 def random_error(frf: FRF, duration: float) -> np.ndarray:
-    """Relative standard deviation of an estimated FRF's magnitude, from its coherence.
+    """Return the relative standard deviation of an estimated FRF's magnitude, from its coherence.
 
     √(1-γ²) / (|γ| √(2 n)) (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6), with as many averages n as
     half-overlapping Hann segments are worth (Welch 1967: neighbours are correlated by 1/6). In a nonlinear rig most of

@@ -28,7 +28,7 @@ UNITS = {
 def dataset(
     holds: str, variables: dict[str, Any], coordinates: dict[str, Any], attributes: dict[str, Any] | None = None
 ) -> xr.Dataset:
-    """A dataset that says what it holds, such as "frf".
+    """Return a dataset that says what it holds, such as "frf".
 
     Variables are (dimensions, numbers, units) by name, left out where the numbers are None; coordinates are labels or
     numbers by dimension, left out where empty.
@@ -53,21 +53,21 @@ def require_kind(ds: xr.Dataset, kind: str) -> None:
 
 
 def attribute(ds: xr.Dataset, name: str) -> Any:
-    """An attribute, or say that it is missing."""
+    """Return an attribute, or say that it is missing."""
     if name not in ds.attrs:
         raise RecordError(f'the attribute "{name}" is missing')
     return ds.attrs[name]
 
 
 def values(ds: xr.Dataset, name: str, *dims: str, dtype: type = float) -> np.ndarray:
-    """A variable as native numbers, C-contiguous, its axes in the named order; older files have time first."""
+    """Return a variable as native numbers, C-contiguous, its axes in the named order; older files have time first."""
     if name not in ds or set(ds[name].dims) != set(dims):
         raise RecordError(f'needs "{name}" over ({", ".join(dims)})')
     return np.ascontiguousarray(ds[name].transpose(*dims).values, dtype=dtype)
 
 
 def labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
-    """The labels along a dimension."""
+    """Return the labels along a dimension."""
     if name not in ds.coords:
         raise RecordError(f'needs labels along "{name}"')
     return tuple(str(label) for label in ds[name].values)

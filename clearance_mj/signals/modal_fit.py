@@ -53,18 +53,18 @@ class ModalFit:
         return self.weighted(np.hstack((curves, 1j * curves)))
 
     def project(self, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
+        """Return the orthonormal basis (2 n_f, 2 n + 3) of the model, its triangle, and the target in that basis."""
         model = self.pairs(poles).reshape(self.target.shape[0], 2 * poles.size)
         basis, triangle = qr(np.hstack((model, self.background)))
         return basis, triangle, basis.T @ self.target
 
     def coefficients(self, poles: np.ndarray, triangle: np.ndarray, part: np.ndarray) -> np.ndarray:
-        """(n, 2, n_sensors) what the columns of each pole are multiplied by."""
+        """Return (n, 2, n_sensors) what the columns of each pole are multiplied by."""
         solution = np.linalg.lstsq(triangle, part, rcond=1e-12)[0]
         return solution[: 2 * poles.size].reshape(poles.size, 2, part.shape[1])
 
     def residues(self, poles: np.ndarray) -> np.ndarray:
-        """(n, n_sensors) complex A."""
+        """Return (n, n_sensors) complex A."""
         _, triangle, part = self.project(poles)
         pairs = self.coefficients(poles, triangle, part)
         return -poles.real[:, None] * (pairs[:, 0] + 1j * pairs[:, 1])
@@ -107,7 +107,7 @@ def damping_of(poles: np.ndarray) -> np.ndarray:
 
 
 def poles_of(unknowns: np.ndarray) -> np.ndarray:
-    """Poles (n,) out of the logarithms of their frequencies and damping ratios (2 n,)."""
+    """Return the poles (n,) out of the logarithms of their frequencies and damping ratios (2 n,)."""
     frequency, damping = np.exp(unknowns).reshape(2, -1)
     return frequency * (-damping + 1j * np.sqrt(1 - damping**2))
 

@@ -135,7 +135,7 @@ def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
 def stepped_harmonics(
     signal: ArrayLike, fs: float, frequency: ArrayLike, n_harmonics: int = 5, settle: float = 0.5
 ) -> np.ndarray:
-    """Complex amplitudes of the harmonics in a record under a stepped sine (`excitation.stepped_sine`).
+    """Return the complex amplitudes of the harmonics in a record under a stepped sine (`excitation.stepped_sine`).
 
     Parameters
     ----------

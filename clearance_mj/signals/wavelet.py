@@ -114,7 +114,7 @@ def skeleton(plane: Scalogram) -> Ridge:
 
 
 def shortest_record(lowest: float, omega0: float = 5.0) -> float:
-    """Shortest record that leaves something to be seen between the ends' masks, s."""
+    """Return the shortest record that leaves something to be seen between the ends' masks, s."""
     return (2 * MASK + 2) * omega0 / (2 * np.pi * lowest)
 
 

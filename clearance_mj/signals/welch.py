@@ -141,7 +141,7 @@ class SegmentAverages:
 
 
 def lines_within(frequency: np.ndarray, band: Band) -> slice:
-    """Lines with lo <= f <= hi, to rounding."""
+    """Return the lines with lo <= f <= hi, to rounding."""
     low, high = band
     slack = 1e-9 * abs(high)
     lines = slice(*np.searchsorted(frequency, (low - slack, high + slack)))

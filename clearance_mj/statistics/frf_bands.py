@@ -97,7 +97,7 @@ class Band(ArrayData):
 
 
 def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> float:
-    """Share of an FRF's lines, of all sensors, whose magnitude lies between limits.
+    """Return the share of an FRF's lines, of all sensors, whose magnitude lies between limits.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> floa
 
 
 def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np.ndarray:
-    """Relative standard deviation of a test's FRF magnitude about that of a model under the same excitation.
+    """Return the relative standard deviation of a test's FRF magnitude about that of a model under the same excitation.
 
     The FRF of the difference of the responses is the difference of their FRFs; its random error comes from its own
     coherence. Scatter that both share, such as most of a nonlinear rig's, drops out; noise and impacts that the model

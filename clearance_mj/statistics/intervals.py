@@ -44,7 +44,7 @@ class Pooled:
 
 
 def over_seeds(errors: Mapping[float, Sequence[float]], confidence: float = CONFIDENCE) -> Pooled:
-    """Mean over the seeds of each level, with a confidence interval from the scatter at all levels.
+    """Return the mean over the seeds of each level, with a confidence interval from the scatter at all levels.
 
     The errors of a level are taken to be lognormal, with one standard deviation s of the logarithm at every level.
     With n seeds at a level, m the mean of their logarithms, and ν = Σ (n - 1) degrees of freedom of s, the interval
@@ -107,7 +107,7 @@ def _quantile(confidence: float, freedom: int) -> float:
 
 
 def on_power_law(errors: Mapping[float, float], confidence: float = CONFIDENCE) -> dict[float, Interval]:
-    """Intervals of errors of which there is one at each level: their scatter about a power law of the level.
+    """Return the intervals of errors of which there is one at each level: their scatter about a power law of the level.
 
     A single value says nothing of its scatter. Where the expected error follows a power law of the level, the residuals
     of the straight line through the logarithms do, with two degrees of freedom less than there are levels; where it
@@ -129,7 +129,7 @@ def on_power_law(errors: Mapping[float, float], confidence: float = CONFIDENCE) 
 
 
 def ratio(new: Interval, old: Interval) -> Interval:
-    """Ratio of two positive values, with an interval recovered from theirs as if they were independent.
+    """Return the ratio of two positive values, with an interval recovered from theirs as if they were independent.
 
     Values under the same seeds mostly scatter together, and then it is too wide. G. Y. Zou and A. Donner, Construction
     of confidence limits about effect measures, Statistics in Medicine 27, 2008, for the difference of the logarithms.

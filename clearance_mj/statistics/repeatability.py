@@ -24,12 +24,12 @@ def _measure(key: str) -> str:
 
 
 def has_interval(key: str) -> bool:
-    """Whether a column of `Comparison.summary`, such as "mode_2_mac", is an error or a criterion."""
+    """Return whether a column of `Comparison.summary`, such as "mode_2_mac", is an error or a criterion."""
     return _measure(key) in PERFECT
 
 
 def pooled(by_level: Repeated, key: str) -> Pooled:
-    """Mean error of one measure over the seeds of each level, with intervals."""
+    """Return the mean error of one measure over the seeds of each level, with intervals."""
     perfect = PERFECT[_measure(key)]
     return over_seeds({level: [abs(perfect - s[key]) for s in seeds] for level, seeds in by_level.items()})
 
@@ -43,7 +43,7 @@ def mean_rows(by_level: Repeated) -> dict[float, dict[str, float]]:
 
 
 def repeat_rows(by_level: Rows) -> dict[float, dict[str, float]]:
-    """Measures of the repeatability, one pair of seeds for each level; intervals by `on_power_law`."""
+    """Return the measures of the repeatability, one pair of seeds for each level; intervals by `on_power_law`."""
 
     def intervals(key: str) -> Mapping[float, Interval]:
         return on_power_law({level: abs(PERFECT[_measure(key)] - row[key]) for level, row in by_level.items()})
@@ -77,5 +77,5 @@ def _means(seeds: Sequence[Mapping[str, float]]) -> dict[str, float]:
 
 
 def interval_of(row: Mapping[str, float], key: str) -> Interval:
-    """A measure of a row of `mean_rows` or `repeat_rows` with its limits."""
+    """Return a measure of a row of `mean_rows` or `repeat_rows` with its limits."""
     return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"], bool(row[f"{key}_doubtful"]))

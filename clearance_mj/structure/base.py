@@ -93,7 +93,7 @@ Rows: TypeAlias = Callable[[Sequence[float | str]], np.ndarray]
 
 
 def parse_dof(point: float | str) -> tuple[int | str, str, int] | None:
-    """Node, axis (of `AXES`) and sign of a degree of freedom such as "12:-RZ"; None for another point."""
+    """Return the node, axis (of `AXES`) and sign of a degree of freedom such as "12:-RZ"; None for another point."""
     found = _DOF.fullmatch(point) if isinstance(point, str) else None
     return (
         (int(found[1]) if found[1].isdigit() else found[1], found[3], -1 if found[2] == "-" else 1) if found else None
@@ -109,13 +109,13 @@ def parse_place(point: float | str) -> tuple[str, float] | None:
 
 
 def placed(point: float | str, position: float) -> float | str:
-    """The point at another position, m, on the same shaft."""
+    """Return the point at another position, m, on the same shaft."""
     name = (parse_place(point) or ("", 0.0))[0]
     return f"{name}@{position!r}" if name else position
 
 
 def dof_vector(point: float | str) -> np.ndarray:
-    """(3,) unit vector of a translation, zeros for a rotation; shafts vibrate along Z."""
+    """Return (3,) unit vector of a translation, zeros for a rotation; shafts vibrate along Z."""
     dof = parse_dof(point)
     if dof is None:
         return np.array([0.0, 0.0, 1.0])
@@ -123,7 +123,7 @@ def dof_vector(point: float | str) -> np.ndarray:
 
 
 def moved(point: float | str, distance: float) -> float | str:
-    """A point some way, m, along its shaft; a degree of freedom stays what it is."""
+    """Return a point some way, m, along its shaft; a degree of freedom stays what it is."""
     if isinstance(point, float | int):
         return point + distance
     place = parse_place(point)
@@ -131,7 +131,7 @@ def moved(point: float | str, distance: float) -> float | str:
 
 
 def ratios_of_modes(ratios: Sequence[float], n: int) -> np.ndarray:
-    """(n,) damping ratios of modes: the last one holds for all that follow, none for none."""
+    """Return (n,) damping ratios of modes: the last one holds for all that follow, none for none."""
     return np.array(ratios or (0.0,))[np.minimum(np.arange(n), max(len(ratios) - 1, 0))]
 
 

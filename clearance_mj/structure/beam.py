@@ -162,7 +162,7 @@ def cantilever_roots(n: int) -> np.ndarray:
 
 
 def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Shapes Y_i (n_x, n) of the bare cantilever at x (n_x,) (Eq. 7 corrected), with ∫Y² dx = length.
+    """Return the shapes Y_i (n_x, n) of the bare cantilever at x (n_x,) (Eq. 7 corrected), with ∫Y² dx = length.
 
     Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
     """
@@ -170,7 +170,7 @@ def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
 
 
 def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
-    """Second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
+    """Return the second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
     return (cantilever_roots(n) / length) ** 2 * _shape(x, n, length, 1.0)
 
 

@@ -42,7 +42,7 @@ class Dofs:
         return np.array([AXES.index(name.partition(":")[2]) for name in self.names])
 
     def find(self, point: float | str) -> tuple[int, float]:
-        """Row of a point and its sign there; a ValueError says what comes nearest."""
+        """Return the row of a point and its sign there; a ValueError says what comes nearest."""
         dof = parse_dof(point)
         if dof is None:
             raise ValueError(f'"{point}" is no degree of freedom, a text such as "{self.names[0]}" (node, direction)')
@@ -53,7 +53,7 @@ class Dofs:
         return row, sign * self.signs[row]
 
     def of_node(self, node: str) -> list[str]:
-        """Names of a node's degrees of freedom."""
+        """Return the names of a node's degrees of freedom."""
         return [name for axis in AXES if (name := f"{node}:{axis}") in self.rows]
 
     def _nearest(self, node: str) -> str:

@@ -44,14 +44,14 @@ class Linearised:
     """(n, 3) inertia forces per unit acceleration of the base along X, Y and Z"""
 
     def row(self, kind: mujoco.mjtObj, number: int, axis: str) -> np.ndarray:
-        """Displacement (n,) of a site or body along X, Y or Z, or its rotation about it, per coordinate."""
+        """Return the displacement (n,) of a site or body along X, Y or Z, or its rotation about it, per coordinate."""
         moved, turned = np.zeros((2, 3, self.model.nv))
         site = kind == mujoco.mjtObj.mjOBJ_SITE
         (mujoco.mj_jacSite if site else mujoco.mj_jacBody)(self.model, self.data, moved, turned, number)
         return (turned if axis[0] == "R" else moved)["XYZ".index(axis[-1])] @ self.allowed
 
     def place(self, kind: mujoco.mjtObj, number: int) -> np.ndarray:
-        """Where a site or body is (3,), m."""
+        """Return where a site or body is (3,), m."""
         return np.array((self.data.site_xpos if kind == mujoco.mjtObj.mjOBJ_SITE else self.data.xpos)[number])
 
 

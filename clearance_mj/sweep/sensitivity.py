@@ -69,7 +69,7 @@ def _indices(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
-    """Results (n_cases,) that are one number for each case, by names that end with the unit.
+    """Return the results (n_cases,) that are one number for each case, by names that end with the unit.
 
     They are natural frequencies, frequency and height of the FRF's peaks, and mean RMSE over the sensors.
     """

@@ -31,12 +31,12 @@ def read_units(block: Block) -> Units:
 
 
 def time_scale(function: Function, quantity: str) -> float:
-    """SI units in one unit of a time function."""
+    """Return the SI units in one unit of a time function."""
     return _labelled(function, function.unit, quantity)
 
 
 def frf_scale(function: Function, above: str, below: str) -> float:
-    """SI units in one unit of an FRF.
+    """Return the SI units in one unit of an FRF.
 
     The label of the ordinate is the numerator's by the format; many writers put the whole ratio there.
     """

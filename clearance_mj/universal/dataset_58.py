@@ -174,7 +174,7 @@ def _columns(header: Header) -> list[int]:
 
 
 def numbers(data: bytes, function: Function) -> np.ndarray:
-    """(size, per_sample) numbers of the body as they are stored."""
+    """Return (size, per_sample) numbers of the body as they are stored."""
     count = function.size * function.per_sample
     if function.dtype:
         values = np.frombuffer(data, function.dtype, count, function.begin)
@@ -205,7 +205,7 @@ def _text_numbers(text: bytes, widths: list[int]) -> np.ndarray:
 
 
 def samples(data: bytes, function: Function, scale: float = 1.0) -> np.ndarray:
-    """(size,) ordinate of a function, times a scale."""
+    """Return (size,) ordinate of a function, times a scale."""
     parts = numbers(data, function)[:, not function.even :] * scale
     return (parts.view(complex) if function.is_complex else parts)[:, 0]
 

@@ -26,7 +26,7 @@ class Units:
     force: float = 1.0
 
     def factor(self, quantity: str) -> float:
-        """SI units of a quantity in one unit of the file."""
+        """Return the SI units of a quantity in one unit of the file."""
         return 1 / (self.force if quantity == "force" else self.length)
 
 
@@ -58,7 +58,7 @@ def closing_line(data: bytes, begin: int) -> tuple[int, int]:
 
 
 def text_set(kind: int, lines: Iterable[str]) -> str:
-    """A data set of text, with its delimiters."""
+    """Return a data set of text, with its delimiters."""
     return DELIMITER + f"{kind:6d}{'':74}\n" + "".join(f"{line}\n" for line in lines) + DELIMITER
 
 

@@ -36,7 +36,7 @@ _read = functools.cache(setup_vehicle_parameters)
 
 
 def parameters() -> VehicleParameters:
-    """The library's parameters of vehicle 2, a BMW 320i, with the tyres' lateral shifts zeroed."""
+    """Return the library's parameters of vehicle 2, a BMW 320i, with the tyres' lateral shifts zeroed."""
     values = _read(2)
     return dataclasses.replace(values, tire=dataclasses.replace(values.tire, **dict.fromkeys(SHIFT_PARAMETERS, 0.0)))
 
@@ -53,7 +53,7 @@ _LAYOUT += [(part, [(name, float) for name in _numbers(getattr(_EXAMPLE, part))]
 
 
 def compiled_parameters(values: VehicleParameters) -> np.ndarray:
-    """Parameters as compiled code reads them, a record array (1,): its element has the library's names."""
+    """Return the parameters as compiled code reads them, a record array (1,): its element has the library's names."""
     parts = (tuple(_numbers(getattr(values, part)).values()) for part in _PARTS)
     return np.array([(*_numbers(values).values(), *parts)], _LAYOUT)
 

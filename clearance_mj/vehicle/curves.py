@@ -29,7 +29,7 @@ def check_positive(**values: float) -> None:
 
 
 def graph(derivatives: Derivatives, start: float, end: float) -> Piece:
-    """Points of a curve Y(X)."""
+    """Return the points of a curve Y(X)."""
     x = np.linspace(start, end, max(2, math.ceil((end - start) / SPACING) + 1))
     y, d1, d2, d3 = derivatives(x)
     half = np.diff(x) / 2

@@ -72,7 +72,7 @@ class Crosswind(Disturbance):
     centre_of_pressure: float = 0.5  # m ahead of the centre of gravity
 
     def gusts(self, speed: float, steps: int, seed: int) -> np.ndarray:
-        """Turbulence about the mean, m/s, (steps,), at a speed in m/s."""
+        """Return the turbulence about the mean, m/s, (steps,), at a speed in m/s."""
 
         def density(frequency: np.ndarray) -> np.ndarray:
             scale = 2 * np.pi * self.length_scale / speed
@@ -82,12 +82,12 @@ class Crosswind(Disturbance):
         return coloured_noise(density, steps, seed)
 
     def side_force(self, wind: np.ndarray, speed: float) -> np.ndarray:
-        """Side force, N, of a wind from the right, m/s, at a speed in m/s."""
+        """Return the side force, N, of a wind from the right, m/s, at a speed in m/s."""
         pressure = AIR_DENSITY / 2 * (speed**2 + wind**2)
         return pressure * self.area * self.side_slope * np.arctan2(wind, speed)
 
     def load(self, speed: float, steps: int, seed: int) -> np.ndarray:
-        """Side force and its moment."""
+        """Return the side force and its moment."""
         share = _rise(speed * STEP * np.arange(steps), self.begin, self.rise)
         force = self.side_force(share * (self.mean + self.gusts(speed, steps, seed)), speed)
         return np.column_stack((force, self.centre_of_pressure * force, np.zeros(steps)))
@@ -109,7 +109,7 @@ class CrownedRoad(Disturbance):
     track: float = 1.4  # B, m
 
     def unevenness(self, speed: float, steps: int, seed: int) -> np.ndarray:
-        """Cross slope besides the crown, (steps,), at a speed in m/s."""
+        """Return the cross slope besides the crown, (steps,), at a speed in m/s."""
 
         def density(frequency: np.ndarray) -> np.ndarray:
             n = frequency / speed
@@ -120,7 +120,7 @@ class CrownedRoad(Disturbance):
         return coloured_noise(density, steps, seed)
 
     def load(self, speed: float, steps: int, seed: int) -> np.ndarray:
-        """Lateral component of gravity."""
+        """Return the lateral component of gravity."""
         slope = self.crown * _rise(speed * STEP * np.arange(steps), self.begin, self.rise)
         gravity = -GRAVITY * (slope + self.unevenness(speed, steps, seed))
         return np.column_stack((np.zeros((steps, 2)), gravity))

@@ -25,7 +25,7 @@ class RateSpectrum(NamedTuple):
     density: np.ndarray  # (n_f,) (rad/s)²/Hz
 
     def rms_above(self, frequency: float) -> float:
-        """RMS of the rate's part above a frequency, Hz, in rad/s."""
+        """Return the RMS of the rate's part above a frequency, Hz, in rad/s."""
         step = self.frequency[1] - self.frequency[0]
         return float(np.sqrt(self.density[self.frequency > frequency].sum() * step))
 

@@ -24,7 +24,7 @@ def _turn(slip: float, B: float, C: float, E: float) -> float:
 
 @_compiled
 def formula_longitudinal(kappa: float, gamma: float, F_z: float, p: Any) -> float:
-    """Longitudinal force at pure slip, N."""
+    """Return the longitudinal force at pure slip, N."""
     largest = p.p_dx1 * (1 - p.p_dx3 * gamma**2) * F_z
     B = F_z * p.p_kx1 / (p.p_cx1 * largest)
     return largest * math.sin(_turn(p.p_hx1 - kappa, B, p.p_cx1, p.p_ex1) + F_z * p.p_vx1)
@@ -32,7 +32,7 @@ def formula_longitudinal(kappa: float, gamma: float, F_z: float, p: Any) -> floa
 
 @_compiled
 def formula_lateral(alpha: float, gamma: float, F_z: float, p: Any) -> tuple[float, float]:
-    """Lateral force at pure slip, N, and the coefficient of friction."""
+    """Return the lateral force at pure slip, N, and the coefficient of friction."""
     side = 1.0 if gamma > 0 else -1.0 if gamma < 0 else 0.0
     friction = p.p_dy1 * (1 - p.p_dy3 * gamma**2)
     B = F_z * p.p_ky1 / (p.p_cy1 * friction * F_z)
@@ -42,14 +42,14 @@ def formula_lateral(alpha: float, gamma: float, F_z: float, p: Any) -> tuple[flo
 
 @_compiled
 def formula_longitudinal_comb(kappa: float, alpha: float, F0: float, p: Any) -> float:
-    """Longitudinal force at combined slip, N, from that at pure slip."""
+    """Return the longitudinal force at combined slip, N, from that at pure slip."""
     B, C, E, shift = p.r_bx1 / math.sqrt(1 + (p.r_bx2 * kappa) ** 2), p.r_cx1, p.r_ex1, p.r_hx1
     return F0 * math.cos(_turn(alpha + shift, B, C, E)) / math.cos(_turn(shift, B, C, E))
 
 
 @_compiled
 def formula_lateral_comb(kappa: float, alpha: float, gamma: float, mu: float, F_z: float, F0: float, p: Any) -> float:
-    """Lateral force at combined slip, N, from force and coefficient of friction at pure slip."""
+    """Return the lateral force at combined slip, N, from force and coefficient of friction at pure slip."""
     B, C, E, shift = p.r_by1 / math.sqrt(1 + (p.r_by2 * (alpha - p.r_by3)) ** 2), p.r_cy1, p.r_ey1, p.r_hy1
     force = F0 * math.cos(_turn(kappa + shift, B, C, E))
     if shift != 0.0:

@@ -76,15 +76,15 @@ class Path:
         return float(np.abs(self.table[1][CURVATURE][:, [0, 2]]).max())
 
     def position(self, s: ArrayLike) -> np.ndarray:
-        """Points of the path at arc lengths s, m: x and y, m, shape (2, ...)."""
+        """Return the points of the path at arc lengths s, m: x and y, m, shape (2, ...)."""
         return np.stack([self._evaluate(row, s) for row in (X, Y)])
 
     def heading(self, s: ArrayLike) -> np.ndarray:
-        """Direction of the path at arc lengths s, m, continuous (not wrapped), rad."""
+        """Return the direction of the path at arc lengths s, m, continuous (not wrapped), rad."""
         return self._evaluate(HEADING, s)
 
     def curvature(self, s: ArrayLike) -> np.ndarray:
-        """Curvature at arc lengths s, m, in 1/m, left positive; zero beyond the ends."""
+        """Return the curvature at arc lengths s, m, in 1/m, left positive; zero beyond the ends."""
         return self._evaluate(CURVATURE, s)
 
     def _evaluate(self, row: int, s: ArrayLike) -> np.ndarray:

@@ -77,7 +77,7 @@ def cost(registration: Registration, controller: Controller, sensors: str = "ide
 
 
 def tunable() -> list[str]:
-    """Names of the controllers that have bounds to be tuned within."""
+    """Return the names of the controllers that have bounds to be tuned within."""
     return [name for name, known in CONTROLLERS.items() if known.bounds]
 
 

@@ -31,7 +31,7 @@ class Cubic(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """Secant stiffness k + k₃ δ², damping c + α (k δ + k₃ δ³)."""
+        """Return the secant stiffness k + k₃ δ², damping c + α (k δ + k₃ δ³)."""
         out[0] = p[0] + p[1] * depth * depth
         out[1] = p[2] + p[3] * out[0] * depth
 
@@ -41,7 +41,7 @@ class Cubic(ContactModel):
         return (0.5 * p[0] + 0.25 * p[1] * depth * depth) * depth * depth
 
     def largest(self, gap: float) -> tuple[float, float]:
-        """Tangent stiffness and damping at one gap of penetration."""
+        """Return the tangent stiffness and damping at one gap of penetration."""
         force = (self.stiffness + self.cubic * gap**2) * gap
         return self.stiffness + 3 * self.cubic * gap**2, self.damping + self.loss * force
 

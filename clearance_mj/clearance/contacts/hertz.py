@@ -39,7 +39,7 @@ class HertzDamped(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """Stiffness K δⁿ⁻¹, damping κ K δⁿ/v."""
+        """Return the stiffness K δⁿ⁻¹, damping κ K δⁿ/v."""
         out[0] = where_above(p[0] * power(depth, p[1] - 1.0), depth)  # in the gap the power of n = 1 would be 1
         out[1] = p[2] * out[0] * depth / larger(impact_speed, SLOWEST_IMPACT)
 
@@ -49,7 +49,7 @@ class HertzDamped(ContactModel):
         return p[0] * depth ** (p[1] + 1.0) / (p[1] + 1.0)
 
     def largest(self, gap: float) -> tuple[float, float]:
-        """Stiffness at one gap of penetration; the damping of an impact is small against it."""
+        """Return the stiffness at one gap of penetration; the damping of an impact is small against it."""
         return self.exponent * self.stiffness * gap ** (self.exponent - 1), 0.0
 
 

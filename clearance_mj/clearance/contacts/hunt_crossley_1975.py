@@ -43,7 +43,7 @@ class HuntCrossley1975(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """Stiffness K δⁿ⁻¹, damping λ δⁿ."""
+        """Return the stiffness K δⁿ⁻¹, damping λ δⁿ."""
         risen = power(depth, p[2] - 1.0)
         out[0] = p[0] * risen
         out[1] = p[1] * risen * depth
@@ -54,7 +54,7 @@ class HuntCrossley1975(ContactModel):
         return p[0] * depth ** (p[2] + 1.0) / (p[2] + 1.0)
 
     def largest(self, gap: float) -> tuple[float, float]:
-        """Stiffness and damping at one gap of penetration."""
+        """Return the stiffness and damping at one gap of penetration."""
         return self.exponent * self.stiffness * gap ** (self.exponent - 1), self.damping * gap**self.exponent
 
 

@@ -29,7 +29,7 @@ class KelvinVoigt(ContactModel):
 
     @staticmethod
     def law(p: Sequence[float], depth: float, speed: float, impact_speed: float, out: Numbers) -> None:
-        """Stiffness and damping are the parameters."""
+        """Return stiffness and damping, which are the parameters."""
         out[0] = p[0]
         out[1] = p[1]
 
@@ -39,7 +39,7 @@ class KelvinVoigt(ContactModel):
         return 0.5 * p[0] * depth * depth
 
     def largest(self, gap: float) -> tuple[float, float]:
-        """Stiffness k and damping c."""
+        """Return the stiffness k and damping c."""
         return self.stiffness, self.damping
 
 

@@ -63,11 +63,11 @@ class BoucWen(GreaseModel):
         return g.stiffness, g.elastic_ratio, g.amplitude, g.beta, g.gamma, g.exponent, g.damping, *film
 
     def small_motion(self) -> tuple[float, float]:
-        """Stiffness k and damping c."""
+        """Return the stiffness k and damping c."""
         return self.grease.stiffness, self.grease.damping
 
     def is_linear(self) -> bool:
-        """Whether there is neither a hysteretic share nor a film."""
+        """Return whether there is neither a hysteretic share nor a film."""
         g = self.grease
         return (g.elastic_ratio == 1 or g.stiffness == 0) and not (g.film_height and g.damping)
 

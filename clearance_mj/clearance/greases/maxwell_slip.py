@@ -79,7 +79,7 @@ class MaxwellSlip(GreaseModel):
         return len(self.springs), self.elastic, self.damping, *film, *falls, *self.springs, *self.forces
 
     def largest(self) -> tuple[float, float]:
-        """Stiffness before anything slides, and the damping of the thinnest film."""
+        """Return the stiffness before anything slides, and the damping of the thinnest film."""
         return self.small_motion()[0], self.damping / (self.film_limit if self.film_height else 1.0) ** 2
 
     @staticmethod

@@ -16,7 +16,7 @@ FINER = 4  # factor by which motions are interpolated: contact begins and ends b
 
 
 def law_force(measured: RestoringForce, law: Law) -> np.ndarray:
-    """Force (n_bushings, n_t) of grease and contact, N, that a law gives along the measured motion.
+    """Return the force (n_bushings, n_t) of grease and contact, N, that a law gives along the measured motion.
 
     Positive against positive displacement, as `RestoringForce.force`; the grease is the law's, or else the rig's.
     """

@@ -229,7 +229,7 @@ def _solve(
 
 
 def flanks(n: int, fs: float) -> np.ndarray:
-    """(n,) window of ones with cosine flanks."""
+    """Return (n,) window of ones with cosine flanks."""
     ramp = 0.5 - 0.5 * np.cos(np.pi * (np.arange(int(TAPER * fs)) + 0.5) / int(TAPER * fs))
     window = np.ones(n)
     window[: ramp.size], window[n - ramp.size :] = ramp, ramp[::-1]

@@ -48,7 +48,7 @@ class ContactParameters:
 def contact_parameters(
     force: RestoringForce, grease: Sequence[Grease] | None = None, window: float = 0.5
 ) -> ContactParameters:
-    """Contact stiffness and damping over time from W_f = k W_g + c W_ġ in the time-frequency plane.
+    """Return the contact stiffness and damping over time from W_f = k W_g + c W_ġ in the time-frequency plane.
 
     f is the restoring force without the grease's (default: that of `grease_parameters`), g the gap function (Eq. 11) at
     the bushing's two ends, W their Morlet transforms with ω0 = 5, a third of an octave apart. In each Hann window (s) k
@@ -215,5 +215,5 @@ def require_contact(forces: Sequence[RestoringForce]) -> None:
 
 
 def fill_untouched(values: np.ndarray, touched: np.ndarray) -> np.ndarray:
-    """Values (..., n_bushings), those of bushings not touched replaced by the others' mean."""
+    """Return the values (..., n_bushings), those of bushings not touched replaced by the others' mean."""
     return np.where(touched, values, values[..., touched].mean(axis=-1, keepdims=True))

@@ -34,7 +34,7 @@ class Path(NamedTuple):
 def law_forces(
     paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: Sequence[tuple[Bushing, ContactLaw]]
 ) -> np.ndarray:
-    """Forces (n, n_cases), N, of laws of one bushing in measured motions, one motion after the other.
+    """Return the forces (n, n_cases), N, of laws of one bushing in measured motions, one motion after the other.
 
     ``taps``: of the low-pass, odd in number and symmetric; every ``factor``-th sample is kept, the first included. All
     cases are of the same models of contact and filling; those whose laws work lane by lane only are computed one after

@@ -135,7 +135,7 @@ class _InGap:
         return Estimates.of(parameters, value[held], covariance[np.ix_(held, held)])
 
     def columns(self, shape: tuple[float, float, float], sliding: bool) -> np.ndarray:
-        """(n, 2 or 3) weighted displacement, Bouc-Wen state if it slides, and film velocity."""
+        """Return (n, 2 or 3) weighted displacement, Bouc-Wen state if it slides, and film velocity."""
         parts = [w[:, None] * _columns(f, self.bushing, *shape) for w, f in zip(self.weight, self.forces)]
         columns = np.concatenate(parts)[self.used]
         return columns if sliding else columns[:, [0, 2]]
@@ -173,7 +173,7 @@ def _columns(force: RestoringForce, bushing: int, yield_: float, ratio: float, f
 
 
 def grease_force(force: RestoringForce, bushing: int, grease: Grease) -> np.ndarray:
-    """(n_t,) force of a grease of the motion in a record, N."""
+    """Return (n_t,) force of a grease of the motion in a record, N."""
     x, v = force.displacement[bushing], force.velocity[bushing]
     z = _bouc_wen(x, grease.amplitude, grease.beta, grease.gamma, grease.exponent, SLIDE * grease.yield_displacement)
     elastic = grease.stiffness * (grease.elastic_ratio * x + (1 - grease.elastic_ratio) * z)

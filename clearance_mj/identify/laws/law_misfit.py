@@ -89,7 +89,7 @@ class LawMisfit:
         return max(1.0, float(np.sqrt(np.nanmean(ratios**2)))) if ratios.size else 1.0
 
     def spread(self, frequency: np.ndarray, level: float, duration: float, resolution: float) -> np.ndarray:
-        """Relative standard deviation of a record's FRF magnitudes about those that rig and law predict.
+        """Return the relative standard deviation of a record's FRF magnitudes about those that rig and law predict.
 
         σ² = max(0, m² - r²) + r² (T Δf) / (T' Δf'), with the miss m and the random error r of the stretches of T = 5 s
         and the resolution Δf = 1 Hz: what is missed beyond random error stays however long a record is, random error

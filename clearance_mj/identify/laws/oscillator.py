@@ -154,7 +154,7 @@ def _no_worse(error: np.ndarray, best: np.ndarray) -> bool:
 def local_polynomials(
     value: np.ndarray, weight: np.ndarray, bandwidth: float, degree: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Squared errors of leaving one out, slope per point and its standard error, (n,) each.
+    """Return the squared errors of leaving one out, slope per point and its standard error, (n,) each.
 
     Local polynomials with Gaussian weights: Fan and Gijbels, Local Polynomial Modelling and Its Applications, 1996,
     chapter 3.

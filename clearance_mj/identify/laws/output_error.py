@@ -154,7 +154,7 @@ class Comparison:
         return np.concatenate((*(m.frf_band for m in self.measured), *rms))
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
-        """(n_points, n_residuals) weighted differences in dB, FRF lines first, for values (n_points, n)."""
+        """Return (n_points, n_residuals) weighted differences in dB, FRF lines first, for values (n_points, n)."""
         cases = [(self.rig, self.make(*each)) for each in values]
         of_records = [
             simulate_and_keep(cases, excitation, sight.look, forces=False)
@@ -169,7 +169,7 @@ class Comparison:
         return self.weight * np.concatenate((*frf, *rms))
 
     def difference_db(self, residual: np.ndarray) -> float:
-        """RMS difference of the FRF magnitudes, without the weights."""
+        """Return the RMS difference of the FRF magnitudes, without the weights."""
         lines = slice(0, self.frf_size)
         return float(np.sqrt(np.mean((residual[lines] / self.weight[lines]) ** 2)))
 

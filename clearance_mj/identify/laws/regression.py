@@ -15,7 +15,7 @@ LOCAL = 0.5  # s over which that RMS is taken, and length of a block of correlat
 
 
 def weights(force: RestoringForce, bushing: int) -> np.ndarray:
-    """(n_t,) weights, 1/N: noise and the model's error, which grows with the force; 0 at the record's ends."""
+    """Return (n_t,) weights, 1/N: noise and the model's error, which grows with the force; 0 at the record's ends."""
     size = max(1, int(LOCAL * force.fs))
     power = np.convolve(force.force[bushing] ** 2, np.full(size, 1 / size), "same")
     return force.valid / (force.force_std[bushing] + MODEL_ERROR * np.sqrt(np.maximum(power, 0)))

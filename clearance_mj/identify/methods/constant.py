@@ -15,7 +15,7 @@ __all__ = ["fit_constant"]
 
 
 def linear_grease(grease: Grease) -> list[Parameter]:
-    """Parameters of a linear grease, which start at the rig file's."""
+    """Return the parameters of a linear grease, which start at the rig file's."""
     return [
         Parameter("grease stiffness", "N/m", max(grease.stiffness, 1.0), 1.0, 1e6),
         Parameter("grease damping", "N s/m", max(grease.damping, 0.1), 1e-3, 1e3),

@@ -17,7 +17,7 @@ __all__ = ["force_balance_law"]
 
 
 def force_balance_law(dataset: Dataset, progress: bool = False) -> ConstantLaw:
-    """Constant contact stiffness and damping: the weighted means of `contact_parameters` over the records.
+    """Return the constant contact stiffness and damping: the weighted means of `contact_parameters` over the records.
 
     A bushing that is never touched takes the others' mean.
     """

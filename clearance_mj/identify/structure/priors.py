@@ -78,7 +78,7 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
 
 
 def prepared_rig(rig: Rig) -> Rig:
-    """The same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes."""
+    """Return the same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes."""
     linear = rig.linear
     if not isinstance(linear, Beam | Shaft):
         return rig

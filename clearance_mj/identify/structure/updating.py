@@ -170,7 +170,7 @@ class _RigFit:
         return force_gains(self.rig, self._named(self.problem.values(at)), self.probes, self.lines)
 
     def projected(self, at: np.ndarray) -> list[Projection]:
-        """Forces that meet each record best."""
+        """Return the forces that meet each record best."""
         return [Projection(g, s.measured, w) for g, s, w in zip(self._gains(at), self.spectra, self.whitening)]
 
     def _residuals(self, values: np.ndarray) -> np.ndarray:

@@ -64,7 +64,7 @@ def _timing(data: bytes, function: Function) -> tuple[float, float]:
 
 
 def channel_block(channel: Channel) -> bytes:
-    """A channel in single precision; its time step has at most 8 digits."""
+    """Return a channel in single precision; its time step has at most 8 digits."""
     if np.abs(channel.value).max() > np.finfo(np.float32).max:
         raise RecordError(f'channel "{channel.name}" exceeds single precision (3.4e38)')
     header = Header(

@@ -27,7 +27,7 @@ class Geometry:
 
 
 def rig_geometry(rig: Rig) -> Geometry:
-    """Nodes of a rig's records, and one line through those of each shaft, from the clamp of a cantilever."""
+    """Return the nodes of a rig's records, and one line through those of each shaft, from the clamp of a cantilever."""
     points = {s.node: s.position for s in rig.sensors}
     points |= {int(label.split(":")[0]): b.position for label, b in zip(rig.probe_labels, rig.bushings)} | points
     if rig.shaker.position is not None and rig.shaker.kind == "force":

@@ -91,7 +91,7 @@ class Comparison:
         return problem
 
     def deviations(self, values: np.ndarray, number: int, stage: Stage) -> np.ndarray:
-        """(..., n_state) of a record's first state, out of values (..., n_open)."""
+        """Return (..., n_state) of a record's first state, out of values (..., n_open)."""
         begin = len(self.parameters) + number * stage.spread.size
         return values[..., begin : begin + stage.spread.size]
 
@@ -115,13 +115,13 @@ class Comparison:
         return left
 
     def approached(self, number: int, models: list[mujoco.MjModel], bandwidth: float) -> np.ndarray:
-        """States at the first sample that counts, of guided simulations."""
+        """Return the states at the first sample that counts, of guided simulations."""
         simulator = self.simulators[number]
         states = simulator.start(models, bandwidth)
         return simulator.guided(models, states, slice(0, self.first[number]), bandwidth).state
 
     def counted(self, left: np.ndarray, stage: Stage) -> np.ndarray:
-        """Residuals (n_points, n_counted) in standard deviations, white if the stage has filters."""
+        """Return the residuals (n_points, n_counted) in standard deviations, white if the stage has filters."""
         scaled = left * stage.weight
         if stage.filters:
             white = [scipy.signal.lfilter(f, [1.0], scaled[..., i], axis=1) for i, f in enumerate(stage.filters)]
@@ -129,13 +129,13 @@ class Comparison:
         return scaled.reshape(len(left), -1)
 
     def residuals(self, points: np.ndarray, stage: Stage) -> np.ndarray:
-        """(n_points, n_counted) of all records."""
+        """Return (n_points, n_counted) of all records."""
         with np.errstate(invalid="ignore"):
             parts = [self.counted(self.left(i, points, stage), stage) for i in range(len(self.simulators))]
         return np.hstack(parts)
 
     def linearised(self, problem: Problem, at: np.ndarray, stage: Stage) -> Linearised:
-        """Residuals of all records and their derivatives, by points to both sides of all.
+        """Return the residuals of all records and their derivatives, by points to both sides of all.
 
         The residuals are means over these points: where teeth meet between two steps, the trajectory jumps with the
         parameters, and one point alone would show the jumps and not the slope. A record's own points move its own
@@ -194,7 +194,7 @@ class Comparison:
         return np.maximum(np.array(steps) / np.sqrt(12), 1e-6 * level + np.finfo(float).tiny)
 
     def freed(self, values: np.ndarray, guided: Stage) -> Stage:
-        """Stage without guidance, from the states that the last guided simulations had."""
+        """Return the stage without guidance, from the states that the last guided simulations had."""
         begin, size = [], 0
         for number, simulator in enumerate(self.simulators):
             own = simulator.model(values)
@@ -206,7 +206,7 @@ class Comparison:
         return Stage(0.0, guided.weight, begin, np.repeat([place, place * 2 * np.pi * STATE_BANDWIDTH], size))
 
     def prediction(self, number: int, values: np.ndarray, stage: Stage) -> Prediction:
-        """What the model of values (n_open,) shows of a record."""
+        """Return what the model of values (n_open,) shows of a record."""
         simulator, first = self.simulators[number], self.first[number]
         left, shown, residual = self.left(number, values[None], stage)[0], {}, {}
         for name in dict.fromkeys(self.channels):

@@ -39,7 +39,7 @@ class _Place:
 def open_parameters(
     spec: mujoco.MjSpec, wanted: Sequence[str | Parameter] | Mapping[str, tuple[float, float]]
 ) -> tuple[Parameter, ...]:
-    """Parameters by "element.quantity", which start where the specification has them."""
+    """Return the parameters by "element.quantity", which start where the specification has them."""
     if isinstance(wanted, str):
         raise ModelError(f'parameters is the text "{wanted}"; give a list of names')
     bounds = wanted if isinstance(wanted, Mapping) else {}

@@ -108,7 +108,7 @@ class _Panels:
             ax.plot(test.frequency, transform(frf.functions[row]), **look)
 
     def magnitude(self, ax: Axes, row: int, letter: str, ylabel: str = "") -> None:
-        """The test fits; lines where a model is nearly zero are cut, not to squeeze the rest."""
+        """Fit the axis to the test; lines where a model is nearly zero are cut, not to squeeze the rest."""
         self.overlay(ax, row, decibel)
         test = finite(decibel(self.tests[0].functions[row]))
         models = [finite(decibel(frf.functions[row])) for frf, _ in self.models]

@@ -26,11 +26,11 @@ class Looks:
         self.drawn = [*others, *((law, study.main_engine) for law in study.methods)]
 
     def colour(self, law: str) -> str:
-        """Colour of a law."""
+        """Return the colour of a law."""
         return COLOURS[self.study.methods.index(law) % len(COLOURS)]
 
     def line(self, law: str, engine: str, marker: bool = False) -> dict[str, Any]:
-        """Keywords of a line."""
+        """Return the keywords of a line."""
         i = self.study.engines.index(engine)
         look = {"linestyle": ENGINE_LINES[i % len(ENGINE_LINES)], "linewidth": 1.0 if i == 0 else 0.8}
         look |= {"marker": MARKERS[i % 3], "markersize": 3} if marker else {}
@@ -58,11 +58,11 @@ class Looks:
         return self.key(repeat="repeatability" if level in self.study.repeatability else "", engines=engines)
 
     def level_words(self, level: float) -> str:
-        """A level in words."""
+        """Return a level in words."""
         return f"{level:g} {self.study.unit} RMS, {self.test}"
 
     def words(self, level: float) -> str:
-        """What is drawn of a level, in words."""
+        """Return what is drawn of a level, in words."""
         return f"Level {self.level_words(level)} record {self.study.records(level)[0].name}.{self.engine_words}"
 
     @property

@@ -43,7 +43,7 @@ class _SideView:
         self.pen = Pen(self.ax, 1.25 * self.length / 7.2, PLATE)
 
     def level(self, i: int) -> float:
-        """Height of a shaft's axis."""
+        """Return the height of a shaft's axis."""
         return self.top - PITCH * i
 
     def half(self, i: int, x: float | np.ndarray) -> Any:

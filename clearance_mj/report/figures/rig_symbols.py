@@ -26,16 +26,16 @@ class Pen:
     plate: float  #: height of the base plate
 
     def post(self, x: float, top: float) -> None:
-        """What stands on the base plate."""
+        """Draw what stands on the base plate."""
         self.ax.plot([x, x], [top, self.plate], color=GREY, linewidth=2.5, zorder=0)
 
     def hatched(self, left: float, bottom: float, width: float, height: float) -> None:
-        """A piece of ground."""
+        """Draw a piece of ground."""
         look: dict[str, Any] = {"facecolor": LIGHT, "edgecolor": "#444444", "hatch": "////"}
         self.ax.add_patch(Rectangle((left, bottom), width, height, **look))
 
     def ground(self, x: float, top: float, half: float = 0.17) -> None:
-        """The ground under a support, on a post."""
+        """Draw the ground under a support, on a post."""
         self.ax.plot([x - half * self.inch, x + half * self.inch], [top, top], color=DARK, lw=1)
         look: dict[str, Any] = {"facecolor": "white", "edgecolor": "#444444", "hatch": "//////", "lw": 0}
         self.ax.add_patch(Rectangle((x - half * self.inch, top - GROUND), 2 * half * self.inch, GROUND, **look))

@@ -126,11 +126,11 @@ class Predictor:
         self._times = (np.arange(task.lead) + 0.5) * task.period
 
     def state(self, seen: Observation) -> np.ndarray:
-        """State at a sample, (6,)."""
+        """Return the state at a sample, (6,)."""
         return np.array((seen.e_y, seen.e_psi, seen.lateral_speed, seen.yaw_rate, *self._servo.state))
 
     def predicted(self, seen: Observation) -> np.ndarray:
-        """State when the wheel will have answered the next command, (6,)."""
+        """Return the state when the wheel will have answered the next command, (6,)."""
         if seen is not self._seen:
             task, state = self.task, self.state(seen)
             self._predicted = _after(

@@ -65,7 +65,7 @@ class Observer:
         take(self.state, self.covariance, values, self._model.variances, self._model.rows, known.age * self._rate)
 
     def present(self, speed: float) -> tuple[float, np.ndarray]:
-        """Arc length, m, and state (10,) at the last sample, at a measured speed, m/s."""
+        """Return the arc length, m, and state (10,) at the last sample, at a measured speed, m/s."""
         model = self._model
         now = _present(
             self.state, self._commands, self._task.path.table, self.s, speed, model.middles, model.ahead, model.since

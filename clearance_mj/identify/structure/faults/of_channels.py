@@ -125,7 +125,7 @@ def _gain_of(measured: np.ndarray, predicted: np.ndarray) -> float:
 
 
 def snapped(gain: float, kind: str) -> float:
-    """What an instrument reads: a gain as found, or that of a unit or a sign near it."""
+    """Return what an instrument reads: a gain as found, or that of a unit or a sign near it."""
     size, sign = abs(gain), float(np.sign(gain))
     if abs(gain - 1) < UNIT_GAIN:
         return 1.0

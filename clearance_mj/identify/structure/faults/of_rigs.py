@@ -30,7 +30,7 @@ class RigCorrection:
     number: tuple[str, int, str]  #: part of the rig, its index, and the field that was wrong
 
     def of(self, rig: Rig) -> float:
-        """The number, in a rig; 0 of a mass that it has not."""
+        """Return the number, in a rig; 0 of a mass that it has not."""
         part, index, field = self.number
         if part == "beam":
             return float(getattr(rig.beam, field))
