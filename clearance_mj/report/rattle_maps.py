@@ -120,7 +120,8 @@ def words(found: RattleMap) -> Iterator[str]:
         for sweep in ("up", "down"):
             jumps = [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]
             if jumps:
-                yield f"{len(jumps)} jumps in sweeps {sweep}: {_span(jumps, unit(found))}"
+                count = "1 jump" if len(jumps) == 1 else f"{len(jumps)} jumps"
+                yield f"{count} in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:
         more = f", and {len(found.ended) - 1} more" if len(found.ended) > 1 else ""
         yield f"no vibration was found in {100 * found.unknown:.3g} % of the map ({found.ended[0]}{more})"
