@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from .core.errors import RigError
 from .rig import Rig
-from .structure.base import Rows, dof_vector, placed
+from .structure.base import Rows, dof_vector
 
 if TYPE_CHECKING:
     import control
@@ -155,7 +155,8 @@ class ModalModel:
         rows = self.at_bushings.copy()
         for j, bushing in enumerate(self.rig.bushings):
             if (at := values.get(f"probes[{j}].position")) is not None:
-                rows[j] = self.shapes([placed(bushing.position, at)])[0]
+                place = str(bushing.position).rpartition("@")[0]
+                rows[j] = self.shapes([f"{place}@{at!r}" if place else at])[0]
             rows[j] *= values.get(f"probes[{j}].gain", 1.0)
         return rows
 

@@ -37,7 +37,6 @@ __all__ = [
     "moved",
     "parse_dof",
     "parse_place",
-    "placed",
     "ratios_of_modes",
 ]
 
@@ -106,12 +105,6 @@ def parse_place(point: float | str) -> tuple[str, float] | None:
         return "", float(point)
     found = _PLACE.fullmatch(point)
     return (found[1], float(found[2])) if found else None
-
-
-def placed(point: float | str, position: float) -> float | str:
-    """Return the point at another position, m, on the same shaft."""
-    name = (parse_place(point) or ("", 0.0))[0]
-    return f"{name}@{position!r}" if name else position
 
 
 def dof_vector(point: float | str) -> np.ndarray:

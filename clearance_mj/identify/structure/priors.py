@@ -22,7 +22,6 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ...rig.tolerance import CLAMP_COMPLIANCES, Tolerance, unit_of
 from ...structure import Beam, Shaft
-from ...structure.base import parse_place
 from ...structure.beam import Clamp
 
 __all__ = ["priors", "rig_with"]
@@ -34,7 +33,8 @@ DEFAULTS = {
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
-RATIOS = 8  # modes with a damping ratio of their own
+RATIOS = 8  # modes at most with a damping ratio of their own
+DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
@@ -42,15 +42,15 @@ LEFT_OUT = {"gain": 1.0, "offset": 0.0}  # values of fields that plain data leav
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
-def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parameter, ...]:
+def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[Parameter, ...]:
     """Return what a rig file leaves open, with what is known of it before any record.
 
     Parameters
     ----------
     rig : Rig
         The rig; numbers that a tolerance says to be exact ("0 %") are left out.
-    damped : int
-        Number of modes, up to 8, whose damping ratio is open.
+    highest : float
+        Hz, upper end of the records' band: the damping ratios of modes far above it are left out.
     probes : bool
         Gains and places of the displacement probes too, "probes[0].gain" and "probes[0].position": they are no part of
         a rig.
@@ -61,19 +61,21 @@ def priors(rig: Rig, damped: int = RATIOS, probes: bool = False) -> tuple[Parame
         Named by their paths in ``prepared_rig(rig)``; "1/beam.clamp.rotation" is the compliance of the clamp.
     """
     base = prepared_rig(rig)
+    damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
     data = base.to_dict()
     unsaid = list(_open_keys(data, damped))
     given = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
     keys = [*(key for key in unsaid if key not in given), *given]
     named = [(path_of(key), get_number(data, key)) for key in keys]
+    places = [get_number(data, ("bushings", j, "position")) for j in range(len(rig.bushings) if probes else 0)]
     found = list(_clamp(rig))
     for key, (path, value) in zip(keys, named):
         found += [p] if (p := _parameter(base, data, key, path, value, given.get(key))) else []
-    for j, bushing in enumerate(rig.bushings if probes else ()):
+    for j, (bushing, place) in enumerate(zip(rig.bushings, places)):
         found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE_GAIN))
-        if parse_place(bushing.position) and bushing.to is None:
-            place = parse_place(bushing.position) or ("", 0.0)
-            found.append(_linear(f"probes[{j}].position", "m", place[1], DEFAULTS["position"], *_shaft(rig, place[0])))
+        if place is not None and bushing.to is None:
+            ends = _shaft(rig, bushing.position)
+            found.append(_linear(f"probes[{j}].position", "m", place, DEFAULTS["position"], *ends))
     return tuple(found)
 
 
@@ -154,12 +156,9 @@ def _parameter(
         size *= gap if tolerance is None or tolerance.relative else 1.0
         return _linear(path, unit, value, size, -MAX_OFFSET * gap, MAX_OFFSET * gap)
     if field in ("position", "to"):
-        point = _at(data, key)
-        if not (place := parse_place(point)):
-            return None
         size *= abs(value) if tolerance and tolerance.relative else 1.0
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
-        low, high = _shaft(rig, place[0])
+        low, high = _shaft(rig, _at(data, key))
         return _linear(path, unit, value, size, low + half, high - half)
     if tolerance and not tolerance.relative:
         return _linear(path, unit, value, size, 1e-6 * value, math.inf)
@@ -174,9 +173,9 @@ def _at(data: dict[str, Any], key: Key) -> float | str:
     return part
 
 
-def _shaft(rig: Rig, name: str) -> tuple[float, float]:
-    """Ends of the shaft of a name; a clamped one's first point is a little beyond its clamp."""
-    shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[name]
+def _shaft(rig: Rig, place: float | str) -> tuple[float, float]:
+    """Ends of the shaft that a place such as "inner@0.4" is on; a clamped one begins a little beyond its clamp."""
+    shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[str(place).rpartition("@")[0]]
     return shaft.start + (1e-3 * shaft.length if rig.beam else 0.0), shaft.end
 
 

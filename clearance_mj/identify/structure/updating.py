@@ -15,7 +15,6 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.ndimage
 
-from ...beam import ritz_model
 from ...core.errors import RecordError
 from ...estimate.loss import GroupedHuber
 from ...estimate.parameter import Parameter
@@ -25,14 +24,13 @@ from ...io.dataset import Dataset
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord, prepare
 from .force_gains import displacement_at_ends, force_gains, gains_at, model_with
-from .priors import RATIOS, priors, rig_with
+from .priors import priors, rig_with
 from .projection import Projection
 from .rig_update import RecordMisfit, RigUpdate
 from .spectra import ChannelSpectra, rms
 
 __all__ = ["channel_weights", "rig_file_misfit", "update_from", "update_rig"]
 
-DAMPED_BAND = 1.3  # of the highest line: modes below have a damping ratio of their own
 MODEL_ERROR = 0.01  # of a line's level: what the model misses
 NOISE_START = 0.01  # of a channel's level: its noise, to start with
 QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
@@ -125,8 +123,7 @@ class _RigFit:
         self.spectra = [ChannelSpectra(record) for record in self.records]
         self.lines = [(s.kind, s.omega) for s in self.spectra]
         highest = max(s.frequency[-1] for s in self.spectra)
-        damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
-        known = priors(rig, damped, self.probes)
+        known = priors(rig, highest, self.probes)
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
         parameters = [p for p in known if p not in self.in_clearances]
         free = sensors - len(rig.bushings)  # of each line: the excitation is a channel and an unknown
