@@ -1,50 +1,17 @@
 """Rigs in TOML: what comes back, and every value that is refused with the name of its field."""
 
-import copy
 import dataclasses
 import math
 import pickle
-import re
-import tomllib
-from pathlib import Path
-from typing import ClassVar, Literal
 
-import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RigError
-from clearance_mj.core.validation import Text, checked
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
-from clearance_mj.structure import LinearModel, Structure
 
-FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
-TABLES = tomllib.loads(FILE.read_text(encoding="utf-8"))
+from .rig_changes import FILE, MISSING, NUMBER, SHAFT, changed, refused
+
 GREASE, CONTACT = Grease(4369.0, 3.0), Contact(7.8e3, 4.0)
-MISSING = object()
-
-
-def changed(path, value):
-    """Return the tables of the rig file with the value at a path such as bushings[0].gap changed, or taken out."""
-    tables = copy.deepcopy(TABLES)
-    if path.startswith("shaker.also["):
-        tables["shaker"] = {"kind": "force", "position": 0.5, "also": [{"position": 1.0}]}
-    *above, last = (int(step) if step.isdigit() else step for step in re.findall(r"\w+", path))
-    place = tables
-    for step in above:
-        place = place[step]
-    if value is MISSING:
-        del place[last]
-    else:
-        place[last] = value
-    return tables
-
-
-def refused(path, value):
-    """Return the message, one line, of a rig with another value at a path."""
-    with pytest.raises(RigError) as caught:
-        Rig.from_dict(changed(path, value))
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 # What comes back
@@ -180,14 +147,11 @@ def test_bushing_may_end_at_the_tip():
 
 
 LINE = {"length": 1.0, "young_modulus": 1.0, "density": 1.0}
-NUMBER = "must be a plain number in SI units, got"
+
+
 POINT = 'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4", got'
-STEEL = {"young_modulus": 210e9, "density": 7850.0}
-SHAFT = {
-    "kind": "shaft",
-    "material": STEEL,
-    "sections": [{"length": 0.6, "diameter": 0.01}, {"length": 0.4, "diameter": 0.02}],
-}
+
+
 REFUSED = [
     # Beam
     ("beam.length", 0.0, "must be > 0, got 0 (m)"),
@@ -264,6 +228,8 @@ REFUSED = [
     *((f"bushings[0].{key}.stiffness", MISSING, "is missing") for key in ("grease", "contact")),
     *((f"sensors[3].{key}", MISSING, "is missing") for key in ("node", "position")),
 ]
+
+
 REFUSED_OF_ANOTHER_FIELD = [
     ("beam.diameter", MISSING, "beam: give either diameter, or width and height"),
     ("beam.width", 0.01, "beam: give either diameter, or width and height"),
@@ -295,6 +261,8 @@ REFUSED_OF_ANOTHER_FIELD = [
     ("shaker.kind", "force", 'shaker.position is missing; a shaker of kind "force" pushes at one point'),
     ("shaker", {"kind": "force", "position": 2.0}, "shaker.position 2 m lies outside the beam"),
 ]
+
+
 NUMBERS = [
     *(f"beam.{key}" for key in ("length", "young_modulus", "density", "diameter")),
     *(f"bushings[0].{key}" for key in ("gap", "length")),
@@ -302,7 +270,11 @@ NUMBERS = [
     *(f"bushings[0].contact.{f.name}" for f in dataclasses.fields(Contact)),
     *("masses[0].mass", "sensors[0].mass", "shaker.also[0].factor"),
 ]
+
+
 POINTS = [f"{place}.position" for place in ("bushings[0]", "masses[0]", "sensors[0]", "shaker", "shaker.also[0]")]
+
+
 POINTS.append("bushings[0].to")
 
 
@@ -332,164 +304,3 @@ def test_every_point_must_be_a_number_or_a_name(path):
     assert refused(path, 10**400) == f"{path} must be finite, got inf"
     for value in (True, "1.0", "0.3 mm", [], [3e-4], {}):
         assert refused(path, value) == f"{path} {POINT} {value!r}"
-
-
-# Structures
-
-
-def with_structure(structure, **more):
-    """Return the tables of a rig of a structure of 1 m."""
-    tables = {key: value for key, value in copy.deepcopy(TABLES).items() if key != "beam"}
-    return tables | {"structure": structure} | more
-
-
-SECTION = SHAFT["sections"][0]
-
-
-@pytest.mark.parametrize(
-    ("structure", "start"),
-    [
-        (3, "structure must be a table of keys, got 3"),
-        ({}, "structure.kind is missing; use "),
-        ({"kind": "shft"}, 'structure.kind "shft" is unknown; use '),
-        ({"kind": 3}, "structure.kind must be a string, got 3"),
-        ({"kind": "shaft"}, "structure.sections is missing"),
-        (SHAFT | {"matrial": STEEL}, "structure.matrial is not a known key; known: sections, supports, discs"),
-        (SHAFT | {"sections": [SECTION, SECTION | {"diamter": 1.0}]}, "structure.sections[1].diamter is not a known"),
-        (
-            SHAFT | {"sections": [SECTION, SECTION | {"diameter": 0.0}]},
-            "structure.sections[1].diameter[0] must be > 0, got 0",
-        ),
-        (SHAFT | {"sections": [SECTION, {"length": 1.0}]}, "structure.sections[1]: give either diameter, or width"),
-        (SHAFT | {"sections": []}, "structure.sections must hold 1 or more, got none"),
-        (SHAFT | {"supports": [{"position": 0.0, "kind": "clampd"}]}, 'structure.supports[0].kind "clampd" is unknown'),
-        (SHAFT | {"supports": [{"position": 0.0, "rotation": -1}]}, "structure.supports[0].rotation must be >= 0, got"),
-    ],
-)
-def test_structures_are_refused_by_the_name_of_what_is_wrong(structure, start):
-    with pytest.raises(RigError) as caught:
-        Rig.from_dict(with_structure(structure))
-    assert str(caught.value).startswith(start) and "\n" not in str(caught.value), caught.value
-
-
-def test_structure_comes_back(tmp_path):
-    rig = Rig.from_dict(with_structure(SHAFT))
-    assert rig.beam is None and rig.linear is rig.structure and rig.structure.end == 1.0
-    assert rig.total_mass == pytest.approx(rig.structure.total_mass + 0.434)
-    rig.save(tmp_path / "rig.toml")
-    assert Rig.load(tmp_path / "rig.toml") == rig and hash(rig) == hash(Rig.from_dict(rig.to_dict()))
-
-
-@pytest.fixture
-def read_from_file(monkeypatch):
-    """Structures may be of a kind that is read from a file."""
-
-    @checked(RigError)
-    class OfFile(Structure):
-        """One mass on a spring, whose numbers a file holds."""
-
-        file: Text
-        kind: Literal["of-file"] = "of-file"
-        files: ClassVar[tuple[str, ...]] = ("file",)
-
-        def check(self, point):
-            pass
-
-        def assemble(self, points, modes):
-            return LinearModel(np.eye(1), np.eye(1), np.zeros((1, 3)), lambda at: np.ones((len(at), 1)))
-
-    monkeypatch.setitem(Structure.known, "of-file", OfFile)
-    return OfFile
-
-
-def test_files_of_a_structure_are_named_from_the_rig_file(tmp_path, monkeypatch, read_from_file):
-    monkeypatch.chdir(tmp_path)
-    rig = Rig("r", None, (), (Sensor(1, "1:+Z"),), structure=read_from_file("model.npz"))
-    rig.save("rigs/r.toml")
-    assert tomllib.loads(Path("rigs/r.toml").read_text())["structure"]["file"] == "../model.npz"
-    monkeypatch.chdir(tmp_path / "rigs")
-    assert Path(Rig.load("r.toml").structure.file).resolve() == tmp_path / "model.npz"
-    assert Path(Rig.load("../rigs/r.toml").structure.file).resolve() == tmp_path / "model.npz"
-
-
-def test_content_is_that_of_the_files(tmp_path, read_from_file):
-    """It tells rigs apart by what their files hold, wherever these are; a copy holds the same."""
-    (tmp_path / "model.npz").write_bytes(b"1")
-    rig = Rig("r", None, (), (Sensor(1, "1:+Z"),), structure=read_from_file(str(tmp_path / "model.npz")))
-    copied = rig.copied(tmp_path / "there")
-    assert copied != rig and copied.content() == rig.content()
-    (tmp_path / "model.npz").write_bytes(b"2")
-    assert copied.content() != rig.content()
-    (tmp_path / "model.npz").unlink()
-    with pytest.raises(RigError, match=r"model\.npz: cannot be read \(No such file or directory\)"):
-        rig.content()
-
-
-def test_a_structure_is_none_without_a_kind():
-    beam = Beam(1.0, 1.0, 1.0, 1.0)
-    with pytest.raises(RigError, match=r"^structure must be a table of keys, got Beam"):
-        Rig("r", None, (), (Sensor(1, 1.0),), structure=beam)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Beam(0.0, 1.0, 1.0, 1.0), "beam.length must be > 0, got 0 (m)"),
-        (lambda: Beam(math.nan, 1.0, 1.0, 1.0), "beam.length must be finite, got nan (m)"),
-        (lambda: Grease(-1.0), "grease.stiffness must be >= 0, got -1 (k, N/m)"),
-        (lambda: Grease(1.0, beta=1.0, gamma=2.0), "grease.gamma 2 makes the Bouc-Wen element create energy"),
-        (lambda: Contact(0.0), "contact.stiffness must be > 0, got 0 (k, N/m)"),
-        (lambda: Beam(1.0), "beam.young_modulus is missing"),
-        (lambda: Contact(1.0, 2.0, 3.0), "contact takes each of stiffness, damping once"),
-        (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping once"),
-        (
-            lambda: Contact(1.0, dampng=3.0),
-            "contact.dampng is not a known key; known: stiffness, damping; did",
-        ),
-    ],
-)
-def test_elements_check_themselves(make, message):
-    with pytest.raises(RigError, match=f"^{re.escape(message)}"):
-        make()
-
-
-# Files
-
-
-def refused_file(path, part):
-    with pytest.raises(RigError) as caught:
-        Rig.load(path)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ") and part in message and "\n" not in message, message
-
-
-@pytest.mark.parametrize(
-    ("content", "part"),
-    [
-        (b"beam = {", "not valid TOML"),
-        (b"", "name is missing"),
-        (b"\x00\xff" * 40, "not valid TOML"),
-        (b"name = 'a'\nname = 'b'\n", "not valid TOML"),
-        ("name = 'ä'".encode("latin-1"), "not valid TOML"),
-        ("name = 'a'".encode("utf-16"), "not valid TOML"),
-        (FILE.read_bytes() + b"\n[nonsense]\nx = 1\n", "nonsense is not a known key"),
-        (FILE.read_bytes().replace(b"3.0e-4", b'"0.3 mm"'), f"bushings[0].gap {NUMBER} '0.3 mm'"),
-        (FILE.read_bytes().replace(b"3.0e-4", b"nan"), "bushings[0].gap must be finite, got nan"),
-        (b"x = " + b"9" * 5000, "not valid TOML"),
-        (b"x = " + b"[" * 5000, "not valid TOML"),
-    ],
-)
-def test_files_are_refused_with_their_name(tmp_path, content, part):
-    path = tmp_path / "rig.toml"
-    path.write_bytes(content)
-    refused_file(path, part)
-
-
-def test_file_that_cannot_be_read(tmp_path):
-    refused_file(tmp_path / "absent.toml", "cannot be read (No such file or directory)")
-    refused_file(tmp_path, "cannot be read (Is a directory)")
-
-
-@pytest.mark.parametrize("path", ["beam.length", "bushings[0].gap"])
-def test_whole_number_beyond_floating_point(path):
-    assert refused(path, 10**400).startswith(f"{path} must be")
