@@ -16,7 +16,7 @@ import numpy as np
 from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.physical.elements import asked
-from experiments.physical import models as physical_models
+from experiments.physical.model_rows import load, path_of
 
 from .case import row
 
@@ -30,8 +30,8 @@ def measure():
     rows, skipped = [], {}
     for name in FOREIGN:
         found = f"gymnasium {name}"
-        if physical_models.path_of(found):
-            rows += _of(found, physical_models.load(found), "floor")
+        if path_of(found):
+            rows += _of(found, load(found), "floor")
         else:
             skipped[found] = "not installed (make test-models)"
     arm = mujoco.MjSpec.from_file(str(Path("models/robot_arm.xml")))

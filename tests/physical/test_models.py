@@ -10,7 +10,8 @@ import pytest
 
 from clearance_mj import physical
 from clearance_mj.physical.rows import softness_of
-from experiments.physical.models import MODELS, load, measure, measure_backlash, path_of, softened
+from experiments.physical.model_rows import MODELS, load, path_of, softened
+from experiments.physical.models import measure, measure_backlash
 
 QUICK = ("gymnasium reacher", "gymnasium ant", "dm_control ball_in_cup")
 
