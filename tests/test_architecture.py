@@ -95,6 +95,11 @@ def test_a_name_with_an_underscore_stays_in_its_file():
     assert not imported
 
 
+def test_no_file_is_longer_than_400_lines():
+    files = [path for top in ("clearance_mj", *OUTSIDE) for path in (PACKAGE.parent / top).rglob("*.py")]
+    assert not [path for path in files if path.read_text(encoding="utf-8").count("\n") > 400]
+
+
 def test_only_the_helper_with_a_limit_starts_processes():
     """A test that waits for another process must end, whatever becomes of that."""
     files = {p for p in Path(__file__).parent.rglob("*.py") if "subprocess" in _imported("", p, {}, {"subprocess"})}
