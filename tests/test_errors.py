@@ -38,7 +38,7 @@ from experiments.real.records import read_dropbear
 from experiments.testrig import Truth, integrator, simulate_rig
 
 from .conftest import ROOT, record_of
-from .io.test_uff import by_hand
+from .io.uff_by_hand import by_hand
 from .sweep.plans import DESIGN, EXCITATION, GAP, OUTPUTS, loaded, small, text
 
 RIG = str(ROOT / "models" / "table1_rig.toml")

@@ -33,7 +33,7 @@ from clearance_mj.structure import ModalStructure
 from clearance_mj.sweep.store import Table
 from tests.io.test_lvm import BODY
 from tests.io.test_lvm import text as lvm_text
-from tests.io.test_uff import by_hand, units_by_hand
+from tests.io.uff_by_hand import by_hand, units_by_hand
 from tests.structure.test_modes import cantilever, normal_modes, units, write
 from tests.structures import chain, stepped, two_shafts
 

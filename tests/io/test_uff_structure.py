@@ -16,7 +16,7 @@ from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Shaker
 from clearance_mj.signals.ema import Modes, extract_modes
 from clearance_mj.signals.frf import FRF
 
-from .test_uff import ROWS, by_hand, frf_by_hand, units_by_hand
+from .uff_by_hand import ROWS, by_hand, frf_by_hand, units_by_hand
 
 FREQUENCY = np.arange(2.0, 120.0, 0.25)
 POLES_HZ, DAMPING = np.array([12.5, 40.2, 90.7]), np.array([0.02, 0.015, 0.01])
