@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .core.errors import RigError
+from .core.plain_numbers import with_number
 from .rig import Rig
 from .structure.base import Rows, dof_vector
 
@@ -155,8 +156,7 @@ class ModalModel:
         rows = self.at_bushings.copy()
         for j, bushing in enumerate(self.rig.bushings):
             if (at := values.get(f"probes[{j}].position")) is not None:
-                place = str(bushing.position).rpartition("@")[0]
-                rows[j] = self.shapes([f"{place}@{at!r}" if place else at])[0]
+                rows[j] = self.shapes([with_number(bushing.position, at)])[0]
             rows[j] *= values.get(f"probes[{j}].gain", 1.0)
         return rows
 

@@ -53,7 +53,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         if not options.no_figures:
             from ..report.identification import write_identification
 
-            write_identification(found, dataset, folder.new, out, None, not options.quiet)
+            write_identification(found, dataset, folder.new, out, workers=None, progress=not options.quiet)
     _print(found, out)
     if not options.no_figures:
         print(f"report: {out / 'index.html'}")

@@ -88,7 +88,7 @@ def follow_response(
     M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019.
     """
     levels = _levels(amplitude)
-    start, stop = _frequencies(frequency_range)
+    start, stop = ends_of_range(frequency_range)
     harmonics, counts = resolution(n_harmonics, n_samples, len(levels), n_modes)
     system = condensed(model, excitation_kind(model.rig, kind), levels, harmonics, n_modes)
 
@@ -128,7 +128,8 @@ def _levels(amplitude: complex | Sequence[complex]) -> list[complex]:
     return levels
 
 
-def _frequencies(frequency_range: tuple[float, float]) -> tuple[float, float]:
+def ends_of_range(frequency_range: tuple[float, float]) -> tuple[float, float]:
+    """Return both ends of a range of frequencies, Hz, or refuse it."""
     try:
         start, stop = map(float, frequency_range)
     except (TypeError, ValueError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,8 @@ from ..clearance.law import ConstantLaw, ContactLaw
 from ..core.errors import ClearanceError
 from ..io.dataset import Dataset
 from ..model import Model
-from ..periodic import RattleMap, map_rattle
+from ..periodic import RattleMap, find_first_contact, map_rattle
+from ..periodic.rattle_maps import with_gaps
 from ..periodic.summaries import unit
 from . import html
 from .rattle_maps import draw, rows, words
@@ -66,10 +68,19 @@ def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (share * loudest.fs for share in BAND)
     gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]
-    return map_rattle(
+    found = map_rattle(
         model, top * LEVEL_RATIO ** np.arange(1.0 - LEVELS, 1.0), np.geomspace(low, high, FREQUENCIES), gaps=gaps,
         kind=loudest.excitation_kind, n_harmonics=HARMONICS, workers=workers,
     )  # fmt: skip
+    first = found.first_contact.copy()
+    for gap, over_frequency in zip(found.gap, first):
+        if np.isfinite(over_frequency).any():
+            # The map's levels are far apart: where it touches first, the level itself is followed.
+            lines = over_frequency == np.nanmin(over_frequency)
+            gapped = Model(with_gaps(model.rig, gap), model.law)
+            exact = find_first_contact(gapped, found.frequency[lines], found.kind, n_harmonics=HARMONICS)
+            over_frequency[lines] = np.fmin(over_frequency[lines], exact.value)
+    return dataclasses.replace(found, first_contact=first)
 
 
 def _row(found: RattleMap, gap: int, level: int) -> _Row:

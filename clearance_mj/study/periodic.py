@@ -13,6 +13,7 @@ from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks
 from ..model import Model
 from ..periodic import Branch, RattleMap, follow_response, map_rattle
+from ..periodic.forced import ends_of_range
 from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import SineSteps
 
@@ -134,6 +135,7 @@ def periodic_vibrations(
 
     tasks: list[Callable[[], Any]] = [mapped, *map(followed, wanted)]
     try:
+        ends_of_range(band)  # map and branches are computed side by side: which of them refuses first is chance
         found = dict(run_tasks(lambda task: task(), tasks, workers, progress="periodic vibrations" if progress else ""))
     except ClearanceError as error:
         return PeriodicVibrations(name, (), None, str(error))

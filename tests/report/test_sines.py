@@ -154,9 +154,7 @@ def test_of_a_law(known, monkeypatch):
     band = (60.0, 70.0) if known == "levels" else (60.0, 60.0)
     found = of_study.periodic_vibrations("constant", Model(RIG, LAW), [1.0, 4.0], band, "base", 2)
     if known == "refused":
-        assert found.map is None and found.branches == ()
-        # The map and the branches, computed side by side, both refuse it.
-        assert found.missing.startswith(("frequency_range must be", "frequencies must be"))
+        assert found.map is None and found.branches == () and "frequency_range must be" in found.missing
         return
     assert [abs(branch.level[0, 0]) for branch in found.branches] == [1.0, 4.0, 6.0]
     assert found.map.level.tolist() == [1.0, 6.0] and found.map.frequency[[0, -1]] == pytest.approx(band)

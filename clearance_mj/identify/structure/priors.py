@@ -22,6 +22,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ...rig.tolerance import CLAMP_COMPLIANCES, Tolerance, unit_of
 from ...structure import Beam, Shaft
+from ...structure.base import parse_place
 from ...structure.beam import Clamp
 
 __all__ = ["priors", "rig_with"]
@@ -175,7 +176,8 @@ def _at(data: dict[str, Any], key: Key) -> float | str:
 
 def _shaft(rig: Rig, place: float | str) -> tuple[float, float]:
     """Ends of the shaft that a place such as "inner@0.4" is on; a clamped one begins a little beyond its clamp."""
-    shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[str(place).rpartition("@")[0]]
+    name, _ = parse_place(place) or ("", 0.0)
+    shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[name]
     return shaft.start + (1e-3 * shaft.length if rig.beam else 0.0), shaft.end
 
 
