@@ -10,7 +10,12 @@ import numpy as np
 from ..core.checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, require_finite
 from ..core.errors import RecordError
 
-__all__ = ["DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader"]
+__all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader"]
+
+UNKNOWN = "unknown"
+"""Quantity of a channel whose file says none of `QUANTITIES`."""
+NOWHERE = (0, "S")
+"""Node and direction of a channel whose file does not say where it measured."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +29,20 @@ class ChannelHeader:
     size: int
     fs: float
     start: float
+    unit: str = ""
+
+    @property
+    def placed(self) -> bool:
+        """Whether the file says where the channel measured."""
+        return (self.node, self.direction) != NOWHERE
 
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One measured time function in SI units; a RecordError names the channel that no channel can be."""
+    """One measured time function; a RecordError names the channel that no channel can be.
+
+    Values are in SI units where the quantity is known, and otherwise as they are in the file.
+    """
 
     name: str
     """label in the file"""
@@ -37,13 +51,16 @@ class Channel:
     direction: str
     """ "+X" to "-RZ", or "S" for a scalar"""
     quantity: str
-    """ "acceleration" (m/s²), "velocity" (m/s), "displacement" (m) or "force" (N)"""
+    """ "acceleration" (m/s²), "velocity" (m/s), "displacement" (m), "force" (N) or
+    "unknown": what no calculation uses until `clearance_mj.map_channels` or a map of columns says what it is"""
     value: np.ndarray
     """(n_t,), read-only"""
     fs: float
     """samples per second"""
     start: float = 0.0
     """s, time of the first sample"""
+    unit: str = ""
+    """label of the unit in the file of a channel of unknown quantity; "" if the file says none"""
 
     def __post_init__(self) -> None:
         name, value = self.name, np.ascontiguousarray(self.value, dtype=float).view()
@@ -53,8 +70,11 @@ class Channel:
             raise RecordError(f'channel "{name}": node {self.node} must be a whole number of at most 9 digits')
         if self.direction not in DIRECTIONS:
             raise RecordError(f'channel "{name}": direction "{self.direction}" is unknown; use {", ".join(DIRECTIONS)}')
-        if self.quantity not in QUANTITIES:
-            raise RecordError(f'channel "{name}": quantity "{self.quantity}" is unknown; use {", ".join(QUANTITIES)}')
+        if self.quantity not in (*QUANTITIES, UNKNOWN):
+            known = ", ".join((*QUANTITIES, UNKNOWN))
+            raise RecordError(f'channel "{name}": quantity "{self.quantity}" is unknown; use {known}')
+        if len(self.unit) > NAME_LIMIT or not self.unit.isprintable():
+            raise RecordError(f'channel "{name}": unit {self.unit!r} must be at most {NAME_LIMIT} printable characters')
         if value.ndim != 1 or not value.size:
             raise RecordError(f'channel "{name}" must be one row of samples, got shape {value.shape}')
         require_finite(value, f'channel "{name}"')
@@ -62,6 +82,11 @@ class Channel:
             raise RecordError(f'channel "{name}": fs must be > 0 Hz and start finite, got {self.fs}, {self.start}')
         value.flags.writeable = False
         object.__setattr__(self, "value", value)
+
+    @property
+    def placed(self) -> bool:
+        """Whether the file says where the channel measured."""
+        return (self.node, self.direction) != NOWHERE
 
     @property
     def label(self) -> str:

@@ -18,7 +18,7 @@ from ..core.validation import NotNegative, Positive, Text, Whole, checked
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .channels import Channel, ChannelHeader
+from .channels import UNKNOWN, Channel, ChannelHeader
 from .uff import read_uff
 
 __all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
@@ -106,6 +106,8 @@ class Record(Shown):
                 raise RecordError(
                     f'channel "{h.name}" starts at {h.start:g} s, channel "{first.name}" at {first.start:g} s'
                 )
+            if not h.placed or h.quantity == UNKNOWN:
+                continue
             other = seen.setdefault((h.node, h.direction.lstrip("+-"), h.quantity), h)
             if other is not h:
                 raise RecordError(
