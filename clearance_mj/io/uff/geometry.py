@@ -2,9 +2,9 @@
 
 15: FORMAT(4I10,1P3E13.5) node, systems of definition and displacement, colour, position. 2411, 781: 4I10
 of the same, then 1P3D25.16. 82: FORMAT(3I10) number, nodes, colour; 80A1 name; 8I10 nodes, 0 lifts the pen. 2412: 6I10
-number, kind, properties, material, colour, nodes; 3I10 orientation of beams; 8I10 nodes. 18: 5I10 number, kind, reference
-system, colour, method; name; 6E13.5, 3E13.5: origin, a point on +x, one in the plane xz. 2420: part; its name; 3I10
-number, kind, colour; name; 1P3D25.16 unit vectors along x, y, z and the origin.
+number, kind, properties, material, colour, nodes; 3I10 orientation of beams; 8I10 nodes. 18: 5I10 number, kind,
+reference system, colour, method; name; 6E13.5, 3E13.5: origin, a point on +x, one in the plane xz. 2420: part; its
+name; 3I10 number, kind, colour; name; 1P3D25.16 unit vectors along x, y, z and the origin.
 """
 
 from __future__ import annotations
