@@ -113,6 +113,8 @@ _NAMES = {
     "beam": "ModalModel",
     "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law",
     "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
+    "identify.channels.mapping": "map_channels",
+    "io.channel_map": "ChannelMap",
     "engines.energy": "EnergyBalance energy_balance",
     "core.errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",
     "io.dataset": "Dataset Record write_dataset",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
-from .options import add_columns, add_plugin, add_units, load_plugin, parse_columns
+from .options import add_columns, add_map, add_plugin, add_units, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -29,6 +29,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "(no suffix) that they are added to",
     )  # fmt: skip
     add_columns(parser)
+    add_map(parser)
     add_plugin(parser, "a file format")
     add_units(parser)
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')

@@ -18,7 +18,6 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 import tomli_w
@@ -88,14 +87,18 @@ class ChannelMap(Shown):
                 raise RecordError('needs a table [channels] with lines such as "A3" = "acc:3 [g]"')
             return cls(channels)
 
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the map as a TOML file, with its reasons as comments."""
+    def to_toml(self) -> str:
+        """Return the map as the text of a TOML file, with its reasons as comments."""
         lines = [*(f"# {note}" for note in self.notes), "[channels]"]
         for name, given in self.channels.items():
             line = tomli_w.dumps({name: given}).strip()
             reason = self.reasons.get(name, "")
             lines.append(f"{line}  # {reason}" if reason else line)
-        write_text(Path(path), "\n".join(lines) + "\n")
+        return "\n".join(lines) + "\n"
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the map as a TOML file; an existing one is replaced once the new one is whole."""
+        write_text(path, self.to_toml())
 
     def apply(self, channels: Sequence[Channel]) -> list[Channel]:
         """Return channels with the quantity, place and values that the map says; others that it skips are left out.

@@ -22,6 +22,7 @@ from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, results, uff
+from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
 from .dataset import Dataset, Record
@@ -93,6 +94,11 @@ def read(
         names = sorted({f.name for f in FORMATS.values() if name in f.options})
         raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
     obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
+    if channel_map is not None:
+        with naming(path):
+            if not isinstance(obj, list):
+                raise RecordError(f"holds {_words(obj)}; a map is of time records")
+            obj = channel_map.apply(obj)
     with naming(path):
         if what is not None:
             obj = picked(obj, what)

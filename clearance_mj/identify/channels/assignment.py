@@ -38,7 +38,7 @@ class Assignment:
     sign: tuple[float, ...]  #: (n_places,) 1, or -1 of a channel that is wired the other way round
     gain: tuple[float, ...]  #: (n_places,) reading over that of the drawn rig, for one reading of the excitation
     draws: tuple[int, ...]  #: drawn rigs whose transfer functions are most like the measured ones, best first
-    likeness: float  #: to the best of them, mean over the channels beside the excitation; 1: the same
+    likeness: float  #: to the best of them where lines are coherent, mean over the channels; 1: the same
 
     @property
     def places(self) -> tuple[int, ...]:
@@ -113,7 +113,8 @@ class Search:
             channel[place], signs[place] = int(i), float(sign[best, i, place])
             gains[place] = float(gain[best, i, place])
         channel[last] = driven
-        mean = float(np.mean([likeness[best][pair] for pair in kept])) if kept else 0.0
+        incoherent = [likeness[best][pair] / coherence[:, pair[0]].mean() for pair in kept]
+        mean = float(np.mean(incoherent)) if kept else 0.0
         return Assignment(tuple(channel), tuple(signs), tuple(gains), tuple(draws.tolist()), mean)
 
     def coherence(self, assignment: Assignment) -> float:

@@ -19,7 +19,7 @@ from .assignment import Assignment, Search
 from .names import agreement_of_name
 from .raw_signals import RawSignals, gather
 from .rivals import Judge, Rival
-from .units import Units, decide_units
+from .units import Units, decide_units, nearest_unit
 
 __all__ = ["map_channels"]
 
@@ -33,6 +33,8 @@ CONTRADICTS = 0.5  # share of a channel's level that the rig and the other chann
 FOREIGN = 0.4  # share of channels that are contradicted, from which on none is believed
 IMPACTS, LEAST_DURATION = 0.85, 10.0
 """Mean coherence with the excitation below which records show impacts, and seconds of records that tell it."""
+REFINEMENTS = 3  # of gains that are those of no unit
+CLOSE = 2.5  # factor within which a unit is tried instead
 STRETCHES = {0.5: "half", 2.0: "twice", 1e3: "a thousand times", 1e-3: "a thousandth of"}  # of a wrong sampling rate
 BETTER = 0.1  # more likeness by which another sampling rate is named
 _TURNED = str.maketrans("+-", "-+")
@@ -122,15 +124,31 @@ def _judged(search: Search, best: Assignment) -> tuple[Judge, Units]:
     signals, places = search.signals, best.places
     said = [signals.quantities[best.channel[i]] != UNKNOWN for i in places]
     gains = [best.gain[i] for i in places]
-    relative = np.ones(len(signals.names))
-    relative[[best.channel[i] for i in places]] = 1 / np.array(gains)
-    judge = Judge(search, best, relative)
     quantities = [search.places[i].quantity for i in places]
-    motion = judge.motion_over_gap() if search.kind == "base" else 0.0
     impacts = signals.duration >= LEAST_DURATION and search.coherence(best) < IMPACTS
-    units = decide_units(quantities, said, gains, motion, impacts)
-    relative[[best.channel[i] for i in places]] = units.factor
-    return Judge(search, best, relative), units
+    factor = np.ones(len(signals.names))
+    index = [best.channel[i] for i in places]
+    factor[index] = 1 / np.array(gains)
+    judge = Judge(search, best, factor)
+    motion = judge.motion_over_gap() if search.kind == "base" else 0.0
+    for _ in range(REFINEMENTS):
+        units = decide_units(quantities, said, gains, motion, impacts)
+        ratio = [f / units.factor[-1] if known else 1 / g for f, known, g in zip(units.factor, units.exists, gains)]
+        factor[index] = ratio
+        judge = Judge(search, best, factor)
+        if all(units.exists):
+            break
+        # The gain to one drawn rig is rough; what the other channels say of a channel is better known, and where they
+        # say little, a unit that contradicts them as little as the gain does is likelier.
+        gains[:-1] = [read / r for read, r in zip(judge.gains(), ratio)]
+        for k, known in enumerate(units.exists[:-1]):
+            near = nearest_unit(quantities[k], said[k], units.factor[-1] / gains[k]).factor / units.factor[-1]
+            if not known and 1 / CLOSE < near * gains[k] < CLOSE:
+                trial = factor.copy()
+                trial[index[k]] = near
+                if Judge(search, best, trial).distance < judge.distance + SURE:
+                    gains[k] = 1 / near
+    return judge, units
 
 
 class _Answer:
@@ -158,9 +176,13 @@ class _Answer:
                 f"rig “{self.search.rig.name}” misses {100 * self.misfit:.0f} % of what the channels show: is it the rig "
                 "of these records, was its excitation recorded, is its structure as drawn?"
             )
+        last = len(best.places) - 1
+        common = "the records are not of this rig" if foreign else ""
+        if not common and self._rivalled(best.places[last]):
+            common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):
             name, answer = self.names[best.channel[place]], self._name_of(place, self.units.label[number])
-            doubt = "the records are not of this rig" if foreign else self._doubt(number, place)
+            doubt = common or self._doubt(number, place)
             channels[name] = UNDECIDED if doubt else answer
             reasons[name] = f"{doubt}; likeliest {answer}" if doubt else self._evidence(place)
         for place, where in enumerate(self.search.places):
@@ -168,11 +190,11 @@ class _Answer:
                 self.notes.append(f"{channel_name(where.label, where.quantity)} of the rig has no channel")
         return ChannelMap(channels, reasons, tuple(self.notes))
 
-    def _name_of(self, place: int, unit: str, sign: float | None = None) -> str:
+    def _name_of(self, place: int, unit: str) -> str:
         """What the channel at a place is, as a map says it."""
         where = self.search.places[place]
-        turned = (self.best.sign[place] if sign is None else sign) < 0
-        name = channel_name(where.label.translate(_TURNED) if turned else where.label, where.quantity)
+        label = where.label.translate(_TURNED) if self.best.sign[place] < 0 else where.label
+        name = channel_name(label, where.quantity)
         return f"{name} [{unit}]" if unit else name
 
     def _doubt(self, number: int, place: int) -> str:
@@ -189,8 +211,14 @@ class _Answer:
             return f'its unit "{own}" is none of {self.search.places[place].quantity}: give its sensitivity as a unit'
         if self.units.contradicts[number]:
             return f"its numbers are as if they were in {unit}, which the file does not say"
+        if not self.units.exists[number]:
+            return f"one of its units is {unit}, which is no unit"
         if unit and not self.units.sure:
             return "nothing tells its unit"
+        return self._rivalled(place)
+
+    def _rivalled(self, place: int) -> str:
+        """Which rival is not much worse, in words, of those that names do not exclude; "" if none is."""
         channel = self.best.channel[place]
         for rival in self.rivals:
             if rival.margin >= self.sure:

@@ -14,8 +14,8 @@ from ...io.channels import UNKNOWN, Channel
 __all__ = ["RawSignals", "gather"]
 
 LEAST_SAMPLES = 2048  # of a record: fewer do not show resonances
-LOW_POWER, HIGH_POWER = 0.005, 0.97  # of the power of all channels: between these shares lies the band
-MARGIN = 1.1  # by which the band extends beyond
+LOW_POWER, HIGH_POWER = 0.005, 0.9  # of the power of all channels: between these shares lies the band
+MARGIN = 1.15  # by which the band extends beyond
 LOWEST_PERIODS = 8  # of the lowest frequency in a record
 SEGMENTS = 12  # averages at least
 LINES = 250  # of the averaged spectra

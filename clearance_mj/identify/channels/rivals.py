@@ -60,9 +60,9 @@ class Judge:
             for (frequency, _), record in zip(found, signals.records)
         ]
         drawn = [force_gains(search.rig, search.drawn[i].values, True, lines) for i in assignment.draws]
-        own = assignment.channel, assignment.sign
-        self._gains = sorted(drawn, key=lambda gains: self._distance(gains, *own))[:JUDGED]
-        self.distance = self._least(*own)
+        self._own = assignment.channel, assignment.sign
+        self._gains = sorted(drawn, key=lambda gains: self._distance(gains, *self._own))[:JUDGED]
+        self.distance = self._least(*self._own)
         """Of the assignment itself."""
 
     @property
@@ -74,11 +74,21 @@ class Judge:
         """Return by place what the other channels and the rig miss of a channel, over its level."""
         places = list(self.assignment.places)
         gains = [one[:, places] for one in self._gains[0]]
-        measured = self._of(self.assignment.channel, self.assignment.sign)
+        measured = self._of(*self._own)
         _, predicted = predicted_spectra(gains, measured)
         missed = np.vstack(measured) - predicted
         share = np.sqrt(np.mean(np.abs(missed) ** 2, axis=0) / np.mean(np.abs(np.vstack(measured)) ** 2, axis=0))
         return dict(zip(places, share.tolist()))
+
+    def gains(self) -> list[float]:
+        """Return by place, but for the excitation, a channel's reading over what the rig and the others say it is."""
+        places, found = list(self.assignment.places), []
+        gains, measured = [one[:, places] for one in self._gains[0]], self._of(*self._own)
+        for i in range(len(places) - 1):
+            weights, predicted = predicted_spectra(gains, measured, (i,))
+            own, expected = (np.vstack(measured) * weights)[:, i], (predicted * weights)[:, i]
+            found.append(float(np.median(np.abs(own)) / np.median(np.abs(expected))))
+        return found
 
     def motion_over_gap(self) -> float:
         """Return the largest RMS displacement in a clearance over its gap, of any record.
@@ -88,7 +98,7 @@ class Judge:
         search = self._search
         places = [i for i in self.assignment.places if search.places[i].quantity != "displacement"]
         probes = slice(len(search.rig.sensors), len(search.places) - 1)
-        measured = self._of(self.assignment.channel, self.assignment.sign)
+        measured = self._of(*self._own)
         column, found = self.assignment.places.index(places[-1]), [0.0]
         for gains, spectra, record in zip(self._gains[0], measured, search.signals.records):
             own = spectra[:, [self.assignment.places.index(i) for i in places]]

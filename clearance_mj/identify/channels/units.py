@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ...core.units import UNITS
 
-__all__ = ["Units", "decide_units"]
+__all__ = ["Unit", "Units", "decide_units", "nearest_unit"]
 
 NEAR = 1.35  # factor within which a gain is that of a unit
 SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity
@@ -29,10 +29,12 @@ IMPOSSIBLE = 8.0  # ln of the odds against more motion than that, or impacts wit
 SURE = 3.0  # by which the best units must be better than others
 
 
-class _Unit(NamedTuple):
-    factor: float  # SI units in one unit of the numbers as they are read
-    label: str  # "" where the file says the right one
-    exists: bool = True
+class Unit(NamedTuple):
+    """A unit that a channel may be in."""
+
+    factor: float  #: SI units in one unit of the numbers as they are read
+    label: str  #: "" where the file says the right one
+    exists: bool = True  #: whether it is a unit, and not just a number
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Units:
     factor: tuple[float, ...]  #: SI units in one unit of each channel as it is read
     label: tuple[str, ...]  #: the unit, such as "g" or "0.51 m/s2"; "" where it is that of the file
     contradicts: tuple[bool, ...]  #: whether that is another unit than the file says
+    exists: tuple[bool, ...]  #: whether it is a unit at all
     sure: bool  #: whether no other units of the excitation explain the channels nearly as well
 
 
@@ -65,7 +68,7 @@ def decide_units(
     """
     tried = []
     for driven in _candidates(quantities[-1], said[-1]):
-        found = [_nearest(q, s, driven.factor / gain) for q, s, gain in zip(quantities[:-1], said[:-1], gains[:-1])]
+        found = [_snapped(q, s, driven.factor / gain) for q, s, gain in zip(quantities[:-1], said[:-1], gains[:-1])]
         found.append(driven)
         cost = sum(UNUSUAL.get(unit.label, 0.0) for unit, s in zip(found, said) if not s)
         cost += sum(NO_UNIT for unit in found if not unit.exists)
@@ -80,30 +83,46 @@ def decide_units(
         tuple(unit.factor for unit in best),
         tuple(unit.label for unit in best),
         tuple(bool(unit.label) and s for unit, s in zip(best, said)),
+        tuple(unit.exists for unit in best),
         len(tried) == 1 or tried[1][0] - tried[0][0] >= SURE,
     )
 
 
-def _candidates(quantity: str, said: bool) -> list[_Unit]:
+def _candidates(quantity: str, said: bool) -> list[Unit]:
     """Units that a channel's numbers may have."""
     units = UNITS[quantity]
     if not said:
-        return [_Unit(factor, unit) for unit, factor in units.items() if unit in UNUSUAL]
+        return [Unit(factor, unit) for unit, factor in units.items() if unit in UNUSUAL]
     # Numbers in one unit that are read as if they were in another; SI units of a file are what is meant most often.
     first = next(iter(units))
-    found = {_rounded(factor): _Unit(factor, unit) for unit, factor in units.items()}
+    found = {_rounded(factor): Unit(factor, unit) for unit, factor in units.items()}
     for a, b in itertools.permutations(units.values(), 2):
-        found.setdefault(_rounded(a / b), _Unit(a / b, f"{a / b:.5g} {first}"))
-    return list({**found, 0.0: _Unit(1.0, "")}.values())
+        found.setdefault(_rounded(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
+    return list({**found, 0.0: Unit(1.0, "")}.values())
 
 
 def _rounded(factor: float) -> float:
     return round(math.log(factor), 4) + 0.0
 
 
-def _nearest(quantity: str, said: bool, factor: float) -> _Unit:
-    """The unit nearest to a factor that was found."""
-    near = min(_candidates(quantity, said), key=lambda unit: abs(math.log(unit.factor / factor)))
+def nearest_unit(quantity: str, said: bool, factor: float) -> Unit:
+    """Return the unit whose factor to SI units is nearest to one that was found.
+
+    Parameters
+    ----------
+    quantity : str
+        What is measured.
+    said : bool
+        Whether the file says a unit, so that the right one has the factor 1.
+    factor : float
+        SI units in one unit of the numbers as they are read.
+    """
+    return min(_candidates(quantity, said), key=lambda unit: abs(math.log(unit.factor / factor)))
+
+
+def _snapped(quantity: str, said: bool, factor: float) -> Unit:
+    """The unit nearest to a factor, or the factor itself if it is that of no unit."""
+    near = nearest_unit(quantity, said, factor)
     if abs(math.log(near.factor / factor)) <= math.log(NEAR):
         return near
-    return _Unit(factor, f"{factor:.3g} {next(iter(UNITS[quantity]))}", exists=False)
+    return Unit(factor, f"{factor:.3g} {next(iter(UNITS[quantity]))}", exists=False)
