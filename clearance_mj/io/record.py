@@ -242,7 +242,7 @@ class FileChannels(Sequence[Channel]):
     def __getitem__(self, index: slice) -> Sequence[Channel]: ...
     def __getitem__(self, index: int | slice) -> Channel | Sequence[Channel]:
         if self._channels is None:
-            found = read_uff(self.path)
+            found = read_uff(self.path, what="channels")
             if not isinstance(found, list):
                 raise RecordError(f"{self.path}: no longer holds time functions")
             # The list holds every digit of the rate, the file six.

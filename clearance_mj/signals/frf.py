@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
@@ -43,7 +44,8 @@ class FRF(Shown, ArrayData):
     frequency: np.ndarray
     """(n_f,) Hz, rising"""
     value: np.ndarray
-    """(n_outputs, n_inputs, n_f) complex, H = Y/X for signals that go as e^{+jωt}; unit by ``quantity``, SI"""
+    """(n_outputs, n_inputs, n_f) complex, H = Y/X for signals that go as e^{+jωt}; SI unit by ``quantity``, as in
+    the file where that is unknown"""
     coherence: np.ndarray | None = None
     """(n_outputs, n_inputs, n_f) ordinary coherence, 0 to 1; nan where it is unknown, None if it is everywhere"""
     responses: tuple[str, ...] = ()
@@ -51,7 +53,10 @@ class FRF(Shown, ArrayData):
     references: tuple[str, ...] = ("100:+Z",)
     """degree of freedom of each input"""
     quantity: str = "acceleration/acceleration"
-    """"acceleration/acceleration" (base excitation) or "acceleration/force" """
+    """"acceleration/acceleration" (base excitation) or "acceleration/force"; a part that its file does not say, or
+    that is no motion and no force, is "unknown": see `signals.with_quantity`"""
+    unit_label: str = ""
+    """unit in its file of an FRF whose quantity is unknown"""
     averages: float | None = field(default=None, compare=False)
     """independent averages that the estimate is made of; None: not known, as of most files"""
 
@@ -137,8 +142,8 @@ class FRF(Shown, ArrayData):
         if coherence is not None and np.isnan(coherence).all():
             coherence = None
         responses = tuple(self.responses[i] for i in rows)
-        value = self.value[rows, j]
-        return FRF(self.frequency, value, coherence, responses, (reference,), self.quantity, self.averages)
+        what = responses, (reference,), self.quantity, self.unit_label, self.averages
+        return FRF(self.frequency, self.value[rows, j], coherence, *what)
 
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)
@@ -163,6 +168,8 @@ class FRF(Shown, ArrayData):
     def unit(self) -> str:
         """Unit of ``value`` in words, such as "m/s²/N"; "1" of a ratio of like quantities."""
         above, _, below = self.quantity.partition("/")
+        if UNKNOWN in (above, below):
+            return self.unit_label or "unknown unit"
         return "1" if above == below else "/".join(WORDS.get(name, name) for name in (above, below))
 
     def plot(self, rows: Sequence[int] | None = None, **others: FRF) -> Figure:
@@ -194,9 +201,13 @@ class FRF(Shown, ArrayData):
         dims = ("response", "reference", "frequency")
         above, _, below = self.quantity.partition("/")
         units = "1" if above == below else f"({UNITS.get(above, above)})/({UNITS.get(below, below)})"
+        attributes: dict[str, str | float] = {"quantity": self.quantity}
+        if UNKNOWN in (above, below):
+            units, attributes = self.unit_label, attributes | {"unit_label": self.unit_label}
         variables = {"value": (dims, self.value, units), "coherence": (dims, self.coherence, "1")}
         coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
-        attributes = {"quantity": self.quantity} | ({"averages": self.averages} if self.averages else {})
+        if self.averages:
+            attributes |= {"averages": self.averages}
         found = labelled.dataset("frf", variables, coordinates, attributes)
         found["value"].attrs["long_name"] = self.quantity
         return found
@@ -217,10 +228,10 @@ class FRF(Shown, ArrayData):
         responses, references = labelled.labels(ds, "response"), labelled.labels(ds, "reference")
         if len(set(references)) < len(references):
             raise RecordError(f"needs different references, got {', '.join(references)}")
-        frequency = labelled.values(ds, "frequency", "frequency")
-        quantity, averages = str(labelled.attribute(ds, "quantity")), ds.attrs.get("averages")
+        frequency, quantity = labelled.values(ds, "frequency", "frequency"), str(labelled.attribute(ds, "quantity"))
+        unit, averages = str(ds.attrs.get("unit_label", "")), ds.attrs.get("averages")
         known = float(averages) if averages else None
-        return cls(frequency, value, coherence, responses, references, quantity, known)
+        return cls(frequency, value, coherence, responses, references, quantity, unit, known)
 
 
 def _with_inputs(value: ArrayLike) -> np.ndarray:
@@ -242,8 +253,9 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
         return first
     for frf in others:
         pair = f"the FRFs to {', '.join(first.references)} and to {', '.join(frf.references)}"
-        if frf.quantity != first.quantity:
-            raise RecordError(f"{pair} are {first.quantity} and {frf.quantity}; needs one quantity")
+        if (frf.quantity, frf.unit_label) != (first.quantity, first.unit_label):
+            one, other = (f"{f.quantity} {f.unit_label}".rstrip() for f in (first, frf))
+            raise RecordError(f"{pair} are {one} and {other}; needs one quantity")
         if not np.array_equal(frf.frequency, first.frequency):
             raise RecordError(f"{pair} are not on the same lines")
     responses = tuple(dict.fromkeys(label for frf in frfs for label in frf.responses))
@@ -260,7 +272,8 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
         column = columns.stop
     known = any(frf.coherence is not None for frf in frfs)
     averages = first.averages if len({frf.averages for frf in frfs}) == 1 else None
-    return FRF(first.frequency, value, coherence if known else None, responses, references, first.quantity, averages)
+    what = responses, references, first.quantity, first.unit_label, averages
+    return FRF(first.frequency, value, coherence if known else None, *what)
 
 
 def estimate_frf(
@@ -350,5 +363,5 @@ def estimate_frf_blocks(
     for block in blocks:
         spectra.push(block)
     value, coherence = spectra.estimate(ESTIMATORS[estimator])
-    labels = first.responses, (first.reference,), QUANTITY[first.kind]
-    return FRF(spectra.frequency, value, coherence, *labels, spectra.independent_averages())
+    what = first.responses, (first.reference,), QUANTITY[first.kind]
+    return FRF(spectra.frequency, value, coherence, *what, averages=spectra.independent_averages())
