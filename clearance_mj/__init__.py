@@ -29,6 +29,8 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     )
     from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each
     from .engines.energy import EnergyBalance, energy_balance
+    from .identify.channels.mapping import map_channels
+    from .io.channel_map import ChannelMap
     from .io.dataset import Dataset, Record, write_dataset
     from .io.formats import read, write
     from .io.uff import read_uff, write_uff
@@ -48,6 +50,7 @@ __all__ = [
     "AmplitudeLaw",
     "Beam",
     "Bushing",
+    "ChannelMap",
     "ClearanceError",
     "Comparison",
     "ConstantLaw",
@@ -91,6 +94,7 @@ __all__ = [
     "identify",
     "load_law",
     "mac",
+    "map_channels",
     "mre",
     "periodic",
     "physical",

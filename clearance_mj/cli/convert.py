@@ -90,6 +90,8 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     obj: formats.Contents
     if options.reference:
         obj = formats.read_frf(path, columns, options.reference, options.what or "frf", options.units)
+    elif options.map:
+        obj = formats.read_channels(path, columns, options.fs, rig, options.units, load_map(options))
     else:
         what = options.what or ("channels" if options.frf is not None else None)
         obj = formats.read(path, columns, options.fs, units=options.units)
@@ -240,6 +242,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         columns,
         options.fs,
         units=options.units,
+        channel_map=load_map(options),
         level=options.level,
         band=band,
     )

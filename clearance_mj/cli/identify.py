@@ -110,11 +110,13 @@ def _dataset(options: argparse.Namespace) -> Dataset:
     path = options.records
     if path.is_dir() or not (path.is_file() or path.suffix.lower() in FORMATS):
         if options.rig or options.column or options.fs or options.map:
-            raise ClearanceError(f"{path}: --rig, --column, --map and --fs are for the file of a single record (.uff or .csv)")
+            raise ClearanceError(
+                f"{path}: --rig, --column, --map and --fs are for the file of a single record (.uff or .csv)"
+            )
         return Dataset.load(path)
     if not options.rig:
         raise ClearanceError(f"{path}: is a single record, which needs its rig too: --rig rig.toml")
     rig = Rig.load(options.rig)
     columns = dict(parse_columns(options.column))
-    record = read_record(path, rig, "identify", columns, options.fs, load_map(options))
+    record = read_record(path, rig, "identify", columns, options.fs, channel_map=load_map(options))
     return Dataset(rig, (record,), path)

@@ -21,7 +21,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_plugin(parser, "a file format")
     add_kind(parser)
     option("--fs", type=float, help="samples per second of files without time")
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz (default: as measured)")
+    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of excitation, Hz (default: as measured)")
 
 
 @command(

@@ -18,8 +18,8 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_kind", "add_map", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units", "excitation",
-    "load_map", "load_plugin", "numbers", "parse_columns", "settings",
+    "add_columns", "add_kind", "add_map", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units",
+    "excitation", "load_map", "load_plugin", "numbers", "parse_columns", "settings",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range

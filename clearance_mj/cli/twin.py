@@ -75,7 +75,7 @@ def _record(options: argparse.Namespace, rig: Rig) -> Record:
     if options.record.is_dir():
         raise ClearanceError(f"{options.record} is a folder; give the file of one record, such as level_5_a.uff in it")
     columns = dict(parse_columns(options.column))
-    record = read_record(options.record, rig, "identify", columns, options.fs, load_map(options))
+    record = read_record(options.record, rig, "identify", columns, options.fs, channel_map=load_map(options))
     return dataclasses.replace(record, provenance={"file": str(options.record)} | record.provenance)
 
 

@@ -94,11 +94,6 @@ def read(
         names = sorted({f.name for f in FORMATS.values() if name in f.options})
         raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
     obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
-    if channel_map is not None:
-        with naming(path):
-            if not isinstance(obj, list):
-                raise RecordError(f"holds {_words(obj)}; a map is of time records")
-            obj = channel_map.apply(obj)
     with naming(path):
         if what is not None:
             obj = picked(obj, what)
@@ -122,8 +117,12 @@ def read_channels(
     fs: float | None = None,
     rig: Rig | None = None,
     units: str | None = None,
+    channel_map: ChannelMap | None = None,
 ) -> list[Channel]:
-    """Read a file of time records; ``rig`` says at which nodes the displacements of a simulated response are."""
+    """Read a file of time records, whose channels are what a map says.
+
+    ``rig`` says at which nodes the displacements of a simulated response are; the rest as `read` takes it.
+    """
     obj = read(path, columns, fs, units=units)
     if isinstance(obj, FileContents):
         with naming(path):
@@ -132,7 +131,8 @@ def read_channels(
         return to_channels(obj, rig)
     if not isinstance(obj, list):
         raise RecordError(f"{path}: holds {_words(obj)}, needs time records")
-    return obj
+    with naming(path):
+        return channel_map.apply(obj) if channel_map else obj
 
 
 def read_record(
@@ -142,14 +142,16 @@ def read_record(
     columns: Columns | None = None,
     fs: float | None = None,
     units: str | None = None,
+    channel_map: ChannelMap | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs`` and ``units`` as `read` takes them; ``described``: description, level, seed, band of `Record`.
+    ``columns``, ``fs``, ``units`` and ``channel_map`` as `read_channels` takes them; ``described``: description, level,
+    seed, band of `Record`.
     """
     path = Path(path)
-    channels = read_channels(path, columns, fs, rig, units)
+    channels = read_channels(path, columns, fs, rig, units, channel_map)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):

@@ -93,7 +93,7 @@ class Search:
         return sorted(found, key=lambda one: -one.likeness)
 
     def _closest(self, driven: int, measured: np.ndarray, coherence: np.ndarray, models: np.ndarray) -> Assignment:
-        """The best assignment of transfer functions (n_f, n) to one channel, over models (n_draws, n_f, n_places - 1)."""
+        """The best assignment of transfer functions (n_f, n) to one channel, over all models (n_draws, n_f, n)."""
         n, last = len(self.signals.names), len(self.places) - 1
         likeness, gain, sign = np.zeros((3, len(models), n, last))
         for i, place in itertools.product(range(n), range(last)):

@@ -60,7 +60,7 @@ def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[Drawn
 
 
 def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarray) -> np.ndarray:
-    """Return what accelerometers, then a probe in every clearance, show over the excitation, (n_f, n_sensors + n_bushings).
+    """Return what accelerometers and a probe in every clearance show over the excitation.
 
     Parameters
     ----------
@@ -72,6 +72,10 @@ def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarr
         Kind of excitation: "base" or "force".
     frequency : ndarray, shape (n_f,)
         Hz.
+
+    Returns
+    -------
+    ndarray, shape (n_f, n_sensors + n_bushings), complex
     """
     omega, count = 2 * np.pi * frequency, len(rig.bushings)
     (gains,) = force_gains(rig, drawn.values, True, [(kind, omega)])

@@ -17,7 +17,7 @@ from ...io.formats import read_channels
 from ...rig import Rig
 from .assignment import Assignment, Search
 from .names import agreement_of_name
-from .raw_signals import RawSignals, gather
+from .raw_signals import gather
 from .rivals import Judge, Rival
 from .units import Units, decide_units, nearest_unit
 
@@ -28,7 +28,8 @@ SURE_OF_ANOTHER = 12.0
 """The same where the rig fits badly, as one whose structure is not as drawn; of benches whose excitation was left out,
 so that some sensor stood for it, up to 9."""
 FITS = 0.07  # share of the channels' level that the rig misses, up to which it fits; of drawn benches up to 0.05
-LIKE = 0.25  # likeness of a rig's transfer functions below which the records are not of this rig
+LIKE, SOUND = 0.25, 0.7
+"""Likeness of the transfer functions below which records are not of this rig, and above which nothing else is tried."""
 CONTRADICTS = 0.5  # share of a channel's level that the rig and the other channels miss, from which on it is asked for
 FOREIGN = 0.4  # share of channels that are contradicted, from which on none is believed
 IMPACTS, LEAST_DURATION = 0.85, 10.0
@@ -106,7 +107,7 @@ def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[s
 
 def _wrong_rate(search: Search, best: Assignment) -> str:
     """Whether the rig fits the records better at another sampling rate, in words."""
-    if best.likeness > 2 * LIKE:
+    if best.likeness > SOUND:
         return ""
     others = {factor: max(a.likeness for a in search.closest_assignments(factor)) for factor in STRETCHES}
     factor = max(others, key=lambda one: others[one])
@@ -173,8 +174,8 @@ class _Answer:
         foreign = bool(self.notes) or best.likeness < LIKE or wrong >= FOREIGN
         if self.misfit > FITS and not self.notes:
             self.notes.append(
-                f"rig “{self.search.rig.name}” misses {100 * self.misfit:.0f} % of what the channels show: is it the rig "
-                "of these records, was its excitation recorded, is its structure as drawn?"
+                f"rig “{self.search.rig.name}” misses {100 * self.misfit:.0f} % of what the channels show: is it the "
+                "rig of these records, was its excitation recorded, is its structure as drawn?"
             )
         last = len(best.places) - 1
         common = "the records are not of this rig" if foreign else ""

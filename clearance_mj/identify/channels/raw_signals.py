@@ -37,8 +37,15 @@ class RawSignals:
     def without(self, unrelated: dict[str, str]) -> RawSignals:
         """Return the signals without some channels; why each is left out, by its name."""
         kept = [i for i, name in enumerate(self.names) if name not in unrelated]
-        texts = (tuple(one[i] for i in kept) for one in (self.names, self.quantities, self.units, self.labels))
-        return RawSignals(*texts, self.fs, tuple(r[:, kept] for r in self.records), self.unusable | unrelated)
+        return RawSignals(
+            tuple(self.names[i] for i in kept),
+            tuple(self.quantities[i] for i in kept),
+            tuple(self.units[i] for i in kept),
+            tuple(self.labels[i] for i in kept),
+            self.fs,
+            tuple(record[:, kept] for record in self.records),
+            self.unusable | unrelated,
+        )
 
     def unrelated(self, band: tuple[float, float]) -> dict[str, str]:
         """Return the channels that move with no other one in a band, and how little they do, by name."""
@@ -73,7 +80,10 @@ class RawSignals:
         """
         spacing = max((high - low) / LINES, SEGMENTS / 2 / self.duration, 2 * self.fs / min(map(len, self.records)))
         size = int(self.fs / spacing)
-        window, level = scipy.signal.get_window("hann", size)[:, None], np.mean([r.std(axis=0) for r in self.records], 0)
+        window, level = (
+            scipy.signal.get_window("hann", size)[:, None],
+            np.mean([r.std(axis=0) for r in self.records], 0),
+        )
         frequency = np.fft.rfftfreq(size, 1 / self.fs)
         kept = (frequency >= low) & (frequency <= high)
         total = np.zeros((int(kept.sum()), len(self.names), len(self.names)), dtype=complex)
@@ -118,10 +128,9 @@ def gather(files: Sequence[tuple[str, Sequence[Channel]]]) -> RawSignals:
     rates = [channel.fs for channel in first]
     fs = max(set(rates), key=rates.count)
     unusable: dict[str, str] = {}
-    for name in names:
-        for (file, _), found in zip(files, by_name):
-            if reason := _unusable(found[name], fs, max(c.size for c in found.values() if c.fs == fs) if fs else 0):
-                unusable.setdefault(name, reason)
+    for found in by_name:
+        size = max((channel.size for channel in found.values() if channel.fs == fs), default=0)
+        unusable |= {n: reason for n in names if n not in unusable and (reason := _unusable(found[n], fs, size))}
     kept = [name for name in names if name not in unusable]
     if len(kept) < 2:
         why = "; ".join(f'"{name}" {reason}' for name, reason in unusable.items())

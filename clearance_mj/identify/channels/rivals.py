@@ -103,7 +103,9 @@ class Judge:
         for gains, spectra, record in zip(self._gains[0], measured, search.signals.records):
             own = spectra[:, [self.assignment.places.index(i) for i in places]]
             weights = channel_weights(rms(own), own)
-            forces = [np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in zip(gains[:, places], weights, own)]
+            forces = [
+                np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in zip(gains[:, places], weights, own)
+            ]
             moved = rms((gains[:, probes] @ np.array(forces)[:, :, None])[:, :, 0])
             level = record[:, self.assignment.channel[-1]].std() / rms(spectra[:, [column]])[0]
             found += [m * level / b.gap for m, b in zip(moved, search.rig.bushings)]

@@ -20,7 +20,18 @@ NEAR = 1.35  # factor within which a gain is that of a unit
 SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity
 ALSO = 1.5  # more, by the share of such channels
 NO_UNIT = 6.0  # ln of the odds against a gain that is that of no unit
-UNUSUAL = {"m/s2": 0.0, "g": 0.0, "mm/s2": 2.0, "m": 0.0, "mm": 0.0, "um": 0.5, "N": 0.0, "kN": 1.0, "mN": 3.0, "MN": 4.0}
+UNUSUAL = {
+    "m/s2": 0.0,
+    "g": 0.0,
+    "mm/s2": 2.0,
+    "m": 0.0,
+    "mm": 0.0,
+    "um": 0.5,
+    "N": 0.0,
+    "kN": 1.0,
+    "mN": 3.0,
+    "MN": 4.0,
+}
 """ln of the odds against a unit where files say none"""
 MOST_MOTION, LEAST_MOTION = 2.2, 0.17
 """RMS motion in a clearance over its gap: at most, and at least where impacts are seen; of drawn benches that touch
