@@ -187,7 +187,7 @@ class Record(Shown):
         """
         measured = self._measured(self.channels)
         probed = [(label, "displacement") for label in self.rig.probe_labels]
-        has_probes = bool(probed) and all(probe in measured for probe in probed)
+        has_probes = bool(probed) and not self.missing_probes
         return Response(
             fs=self.fs,
             excitation=measured[self._driven],
@@ -199,6 +199,13 @@ class Record(Shown):
             reference=self._driven[0],
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
         )
+
+    @property
+    def missing_probes(self) -> tuple[tuple[int, str], ...]:
+        """Clearances without a displacement probe: the index of each, and the degree of freedom that one would have."""
+        probed = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "displacement"}
+        places = [(label, _split(label)) for label in self.rig.probe_labels]
+        return tuple((j, label) for j, (label, (node, _, axis)) in enumerate(places) if (node, axis) not in probed)
 
     @staticmethod
     def _measured(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:

@@ -172,7 +172,7 @@ def _picked(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, label
 
     value = pick(signs[:, :, None] * frf.value[block])
     coherence = None if frf.coherence is None else pick(frf.coherence[block])
-    return FRF(frf.frequency, value, coherence, *labels, frf.quantity, frf.unit_label)
+    return FRF(frf.frequency, value, coherence, *labels, frf.quantity, frf.unit_label, frf.averages)
 
 
 def _left(frf: FRF, block: Block, common: np.ndarray) -> Labels:

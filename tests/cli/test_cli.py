@@ -61,7 +61,7 @@ def test_record_shorter_than_one_segment(rig, tmp_path, refused):
     from ..conftest import record_of
 
     write_dataset(tmp_path / "data", rig, [record_of(rig, "short", "validate", 1.0, 3, duration=1.0)])
-    assert "shorter" in refused("study", tmp_path / "data", "--out", tmp_path / "out")
+    assert "shorter" in refused("study", tmp_path / "data", "--methods", "nominal", "--out", tmp_path / "out")
 
 
 def test_simulate_writes_a_response(answer, tmp_path):
@@ -164,7 +164,7 @@ def test_the_command_studies_what_the_library_does(capsys):
     with pytest.raises(SystemExit):
         main(["study", "--help"])
     words = "".join(capsys.readouterr().out.split())
-    assert f"(default:{','.join(METHODS)})" in words and f"(default:{','.join(ENGINES)})" in words
+    assert f"(default:thoseof{','.join(METHODS)}that" in words and f"(default:{','.join(ENGINES)})" in words
 
 
 def test_a_command_is_one_registration(capsys):
