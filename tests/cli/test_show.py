@@ -12,7 +12,7 @@ from clearance_mj.io.contents import FileContents
 from clearance_mj.io.inventory import sparkline
 from clearance_mj.structure.geometry import Geometry
 from tests.conftest import ROOT
-from tests.fuzz import samples
+from tests.fuzz import samples, samples_uff
 
 RIG = ROOT / "models" / "table1_rig.toml"
 
@@ -26,7 +26,7 @@ def several(tmp_path):
         Channel("mic", 0, "S", "unknown", t, 1024.0, unit="Pa"),
     )
     geometry = Geometry((6, 7), [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], ((6, 7),))
-    found = FileContents(records, (samples.frf(),), (samples.spectra(),), (samples.modes(),), geometry)
+    found = FileContents(records, (samples.frf(),), (samples_uff.spectra(),), (samples.modes(),), geometry)
     cm.write(tmp_path / "several.uff", found)
     return tmp_path / "several.uff"
 
@@ -96,7 +96,7 @@ def test_refused(several, tmp_path, capsys):
 
 def test_warning_names_the_file(tmp_path, capsys):
     """Factors of zero are said once, on standard error."""
-    (tmp_path / "zero.unv").write_bytes(samples.uff()[5])
+    (tmp_path / "zero.unv").write_bytes(samples_uff.uff()[5])
     assert main(["show", str(tmp_path / "zero.unv")]) == 0
     said = capsys.readouterr().err
     assert said.startswith(

@@ -28,7 +28,7 @@ from clearance_mj.sweep.store import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
-from . import absurd, command_lines, samples
+from . import absurd, command_lines, samples, samples_uff
 from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml
 
 
@@ -58,7 +58,7 @@ def make_uff(rng, whole):
 def _block(rng):
     """A binary data set 58 of any kind, its length right more often than not."""
     if rng.random() < 0.15:
-        return damaged(rng, rng.choice(samples.uff()), samples.uff(), text=True)
+        return damaged(rng, rng.choice(samples_uff.uff()), samples_uff.uff(), text=True)
     kind, ordinate = rng.choice((1, 1, 4, 4, 6, 6, 2, 3, 9, 12, 5, 0, 7, 11, 26, 99, -1)), rng.choice((2, 4, 5, 6))
     size, even = rng.choice((1, 2, 3, 7)), rng.random() < 0.6
     header = Header(
@@ -331,7 +331,7 @@ def readers() -> dict[str, Reader]:
         "degrees of freedom (CSV)": ("dofs.csv", make_text, lambda: [samples.DOFS], 6_000),
         "matrices (.npz)": ("model.npz", make_npz, samples.npz, 6_000),
         "matrices (.mat)": ("model.mat", make_model_mat, samples.model_mat, 6_000),
-        "modes (UFF)": ("modes.uff", make_text, samples.modes_uff, 6_000),
+        "modes (UFF)": ("modes.uff", make_text, samples_uff.modes_uff, 6_000),
         "modes (CSV)": ("modes.csv", make_text, lambda: samples.MODES_CSV, 6_000),
         "MuJoCo model": ("model.xml", make_text, lambda: samples.MJCF, 6_000),
     }
