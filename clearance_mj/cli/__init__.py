@@ -37,6 +37,7 @@ for _module in (
         "animate",
         "motion",
         "compare",
+        "show",
         "convert",
         "modes",
     ),
