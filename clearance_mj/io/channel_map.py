@@ -71,6 +71,11 @@ class ChannelMap(Shown):
     def load(cls, path: str | PathLike[str]) -> ChannelMap:
         """Read a map from a TOML file.
 
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
         Raises
         ------
         RecordError
@@ -97,7 +102,13 @@ class ChannelMap(Shown):
         return "\n".join(lines) + "\n"
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the map as a TOML file; an existing one is replaced once the new one is whole."""
+        """Write the map as a TOML file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; an existing one is replaced once the new one is whole.
+        """
         write_text(path, self.to_toml())
 
     def apply(self, channels: Sequence[Channel]) -> list[Channel]:
