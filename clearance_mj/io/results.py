@@ -23,7 +23,7 @@ from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.response import Response
-from .channels import Channel, require_one_time
+from .channels import UNKNOWN, Channel, require_one_time
 from .registry import Format, register
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
         "name": [c.name for c in channels],
         "dof": [c.label for c in channels],
         "quantity": [c.quantity for c in channels],
-        "units": [UNITS[c.quantity] for c in channels],
+        "units": [UNITS.get(c.quantity, c.unit) for c in channels],
     }
     coordinates: dict[str, Any] = {name: ("channel", text) for name, text in texts.items()}
     coordinates["time"] = ("time", first.time, {"units": "s"})
@@ -87,11 +87,12 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
     """Return the channels of a dataset that `channels_to_dataset` made."""
     require_kind(ds, "channels")
     fs, start = float(attribute(ds, "fs")), float(attribute(ds, "start"))
-    rows = zip(labels(ds, "name"), labels(ds, "dof"), labels(ds, "quantity"), values(ds, "value", "channel", "time"))
+    texts = (labels(ds, name) for name in ("name", "dof", "quantity", "units"))
     channels = []
-    for name, dof, quantity, value in rows:
+    for name, dof, quantity, unit, value in zip(*texts, values(ds, "value", "channel", "time")):
         node, _, direction = dof.partition(":")
-        channels.append(Channel(name, int(node), direction, quantity, value, fs, start))
+        unit = unit if quantity == UNKNOWN else ""
+        channels.append(Channel(name, int(node), direction, quantity, value, fs, start, unit))
     return channels
 
 
