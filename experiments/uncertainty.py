@@ -14,7 +14,7 @@ from clearance_mj import Dataset, estimate_frf, rmse_db
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.identify import identify
 from clearance_mj.report.figures import band_drawing
-from clearance_mj.signals.frf import random_error
+from clearance_mj.signals.frf_error import random_error
 from clearance_mj.statistics.frf_bands import frf_band, inside, paired_error
 
 ENGINE = "modal"
@@ -51,7 +51,7 @@ def _row(method, record, records, tests, bands, errors) -> dict:
     for other in records:
         if other.level == record.level and other is not record:
             fitted = bands[other.name].fitted
-            chance = np.hypot(random_error(test, record.duration), random_error(fitted, other.duration))
+            chance = np.hypot(random_error(test), random_error(fitted))
             limits["other_excitation"] = bands[other.name].prediction(chance)
     row = {"law": method, "record": record.name, "level": record.level}
     row["rmse_db"] = float(rmse_db(test.value, band.fitted.value).mean())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
-from .options import add_columns, add_plugin, load_plugin, parse_columns
+from .options import add_columns, add_plugin, add_units, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -30,6 +30,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_columns(parser)
     add_plugin(parser, "a file format")
+    add_units(parser)
+    option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
+    option("--quantity", metavar="QUANTITY", help='of FRFs that do not say theirs, such as "acceleration/force [g/N]"')
     option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
     option(
         "--rig", type=Path,
@@ -45,7 +48,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "convert", "convert records, FRFs, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder", _options,
+    "convert", "convert records, FRFs, spectra, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder", _options,
     out_help="OUT, if it is not the last FILE",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
@@ -68,6 +71,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import BESIDE, is_marked, made_from
     from ..io import formats
+    from ..io.contents import FileContents
     from ..rig import Rig
 
     if len(inputs) > 1:
@@ -84,15 +88,41 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     rig = Rig.load(options.rig) if options.rig else None
     obj: formats.Contents
     if options.reference:
-        obj = formats.read_frf(path, columns, options.reference)
+        obj = formats.read_frf(path, columns, options.reference, options.what or "frf", options.units)
     else:
-        obj = formats.read(path, columns, options.fs)
+        what = options.what or ("channels" if options.frf is not None else None)
+        obj = formats.read(path, columns, options.fs, units=options.units)
+        if options.what or isinstance(obj, FileContents):
+            obj = _part(path, obj, what)
+    if options.quantity:
+        obj = _with_quantity(path, obj, options.quantity)
     if options.frf is not None:
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
     made = made_from(read, "convert")
     write_text(beside, to_json(made | {"sha256": sha256(out)}))
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
+
+
+def _part(path: Path, obj: Contents, what: str | None) -> Contents:
+    """The part of a file that is asked for; everything without a question."""
+    from ..core.checks import naming
+    from ..io.contents import picked
+
+    with naming(path):
+        part: Contents = picked(obj, what) if what else obj
+        return part
+
+
+def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
+    """FRFs whose quantity the user says."""
+    from ..core.checks import naming
+    from ..io.contents import picked
+    from ..signals.quantities import with_quantity
+
+    quantity, _, unit = text.partition("[")
+    with naming(path):
+        return with_quantity(picked(obj, "frf"), quantity.strip(), unit.strip(" ]"))
 
 
 def _is_readable(path: Path) -> bool:
@@ -128,15 +158,24 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
 def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     """What was written; what could not be is said on standard error."""
     from ..io import formats
+    from ..io.contents import FileContents
     from ..signals.ema import Modes
     from ..signals.frf import FRF
     from ..signals.response import Response
+    from ..signals.spectra import Spectra
+    from ..structure.geometry import Geometry
 
     if isinstance(obj, FRF):
         return "; ".join(
             f"{count} FRFs, {obj.quantity} to {reference}, {obj.frequency.size} lines"
             for count, reference in zip(obj.measured.sum(axis=0), obj.references)
         )
+    if isinstance(obj, FileContents):
+        return ", ".join(obj.parts)
+    if isinstance(obj, Spectra):
+        return f"{len(obj.value)} functions, {obj.kind}, {obj.abscissa.size} lines"
+    if isinstance(obj, Geometry):
+        return f"geometry of {len(obj.numbers)} nodes"
     if isinstance(obj, Modes):
         return f"{obj.frequency.size} modes"
     if isinstance(obj, Response):
@@ -193,7 +232,16 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
     from ..version import __version__
 
     band = tuple(options.band) if options.band else None
-    record = read_record(path, rig, options.role or "identify", columns, options.fs, level=options.level, band=band)
+    record = read_record(
+        path,
+        rig,
+        options.role or "identify",
+        columns,
+        options.fs,
+        units=options.units,
+        level=options.level,
+        band=band,
+    )
     made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
     record = dataclasses.replace(record, provenance=made | record.provenance)
     if record.role == "identify" or record.level is not None:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "excitation", "load_plugin",
-    "numbers", "parse_columns", "settings",
+    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units", "excitation",
+    "load_plugin", "numbers", "parse_columns", "settings",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
@@ -50,6 +50,14 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
         name, action="append", default=[], metavar="HEADER=CHANNEL",
         help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
         "base, force, acc:NODE and disp:NODE need none; units in brackets, SI without",
+    )  # fmt: skip
+
+
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says the units of a universal file."""
+    parser.add_argument(
+        "--units", metavar="UNITS",
+        help='units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"',
     )  # fmt: skip
 
 

@@ -50,9 +50,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     _warn_of_truncation(model.rig)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
     print(f"response: {options.out}")
+    share = None if response.contact_share is None else response.contact_share.tolist()
+    for bushing, value in zip(model.rig.bushings, share or ()):
+        print(f"clearance at {bushing.where}: beyond its gap, in contact, for {100 * value:.3g} % of the time")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
-    return {"out": str(options.out), "acceleration_rms": rms} | used | more
+    return {"out": str(options.out), "acceleration_rms": rms, "contact_share": share} | used | more
 
 
 def _warn_of_truncation(rig: Rig) -> None:

@@ -15,8 +15,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
     parser.add_argument(
-        "--methods", default="nominal,constant,amplitude,bench",
-        help=f"comma-separated, of {', '.join(LAWS)} (default: %(default)s)",
+        "--methods",
+        help=f"comma-separated, of {', '.join(LAWS)} "
+        "(default: those of nominal,constant,amplitude,bench that the records allow)",
     )  # fmt: skip
     add_plugin(parser, "a method, an engine, a contact, a grease or a section of the report")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
@@ -30,7 +31,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
 
     load_plugin(options.plugin)
-    engines, methods = options.engines.split(","), options.methods.split(",")
+    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else None
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     print(f"report: {options.out / 'report.html'}")
-    return {"out": str(options.out), "results": study.rows()}
+    return {"out": str(options.out), "left_out": study.left_out, "results": study.rows()}

@@ -16,6 +16,10 @@ DIRECTIONS = {f"{s}{a}": int(f"{s}{i}") for s in "+-" for i, a in enumerate(AXES
 """Directions and their codes in universal files; R for rotations, S for a scalar"""
 QUANTITIES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
 """Quantities and their codes in universal files (specific data types)"""
+UNKNOWN = "unknown"
+"""Quantity that a file does not say, or that is none of `QUANTITIES`"""
+NOWHERE = "0:S"
+"""Degree of freedom of what a file does not place: no node, no direction"""
 NAME_LIMIT = 72
 """Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")

@@ -33,7 +33,8 @@ class Run(ABC):
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block of the excitation, (n,) in m/s² or N, one sample per step.
 
-        Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_bushings).
+        Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_bushings); and
+        n_bushings columns more, 1 where an end of the bushing lies beyond its gap and 0 elsewhere, if the engine tells.
         Raises `SimulationError` if the simulation diverges or its solver warns.
         """
 

@@ -112,7 +112,7 @@ class SideBySide(Run):
     def __init__(self, runs: Sequence[ModalRun]):
         self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))
         shaft = Shaft(*(np.ascontiguousarray(np.stack(part, axis=-1)) for part in zip(*(run.shaft for run in runs))))
-        self.columns = len(shaft.at_sensors) + len(shaft.at_points)
+        self.columns = len(shaft.at_sensors) + 4 * len(runs[0].rig.bushings)
         self.motion = Motion(*np.zeros((3, *shaft.input.shape)))
         self.clearance = side_by_side([run.clearance for run in runs])
         offsets = np.array([[b.offset for b in run.rig.bushings] for run in runs])
@@ -131,9 +131,9 @@ class SideBySide(Run):
         """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
 
         Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
-        ahead. Without ``forces`` their columns are left out.
+        ahead. Without ``forces`` their columns and those of contact are left out.
         """
-        left_out = 0 if forces else 2 * len(self.runs[0].rig.bushings)
+        left_out = 0 if forces else 3 * len(self.runs[0].rig.bushings)
         out = np.empty((len(self.lanes), self.columns - left_out, samples))
         self._go_on(*advance_whole(excitation, factor, lowpass(factor), self.step, *self.parts, out))
         return out

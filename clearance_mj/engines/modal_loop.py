@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from ..clearance.follower import signed_penetration
 from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
 from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetration_in_lanes
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
-from ..clearance.lanes import all_below, larger, load, spread, store
+from ..clearance.lanes import all_below, larger, load, spread, store, where_above
 from ..clearance.pointers import OPTIONS, kernel_loop
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
@@ -64,15 +65,17 @@ def advance(
     elastic, viscous = np.zeros((n_points, count)), np.zeros((n_points, count))
     side, least, share = np.ones((n_points, count)), np.full((n_points, count), -np.inf), np.zeros((n_points, count))
     depth, limit = np.zeros((n_points, count)), np.zeros((n_bushings, count))
+    lower, upper = np.zeros((n_bushings, count)), np.zeros((n_bushings, count))
     for j in range(n_bushings):
         for lane in range(count):
             bushing = bushings[lane * n_bushings + j]
             limit[j, lane] = 1e3 * bushing.gap + 1.0
+            lower[j, lane], upper[j, lane] = bushing.lower, bushing.upper
             for end in range(2):  # without adhesion a wall never pulls
                 least[n_bushings + 2 * j + end, lane] = -np.inf if bushing.adhesion else 0.0
     total, acceleration, middle = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     acts = np.ones(n_points, np.bool_)
-    half, per_step2, nothing = 0.5 * h, 1.0 / (h * h), spread(0.0, lanes)
+    half, per_step2, nothing, one = 0.5 * h, 1.0 / (h * h), spread(0.0, lanes), spread(1.0, lanes)
     for i in range(excitation.size):
         a = excitation[i]
         for j in range(n_bushings):  # its middle and both ends at once, so that less is loaded
@@ -190,6 +193,10 @@ def advance(
             contact = load(force, ends, lanes) + load(force, ends + 1, lanes)
             store(out, (column + n_bushings) * size + row, contact, lanes)
             store(out, (column + 2 * n_bushings) * size + row, load(force, j, lanes), lanes)
+            low, high, deep = load(lower, j, lanes), load(upper, j, lanes), nothing
+            for end in range(2):
+                deep += abs(signed_penetration(load(x, ends + end, lanes), low, high))
+            store(out, (column + 3 * n_bushings) * size + row, where_above(one, deep), lanes)
     for lane in range(count):  # without bushings nothing else would stop it
         for m in range(n):
             if not abs(q[m, lane]) < np.inf:

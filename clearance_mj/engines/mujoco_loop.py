@@ -111,7 +111,7 @@ class MujocoRun(Run):
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
-        out = np.empty((excitation.size, len(self.maps.output) + len(self.maps.at_points)))
+        out = np.empty((excitation.size, len(self.maps.output) + 4 * len(self.rig.bushings)))
         models = self.base, self.gravity, self.views, self.maps, self.clearance
         with _warnings_counted():
             failed, bushing = _advance(self.steps, excitation, *models, SOLREF_PER_UNIT, out)
@@ -181,7 +181,7 @@ def _advance(
     at_points, at_shaker, viscous, output, on_base, pairs, limits = maps
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
-    grease_force, push = np.zeros((2, n_bushings))
+    grease_force, push, touches = np.zeros((3, n_bushings))
     distinct = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
     for i in range(excitation.size):
         a = excitation[i]
@@ -206,10 +206,12 @@ def _advance(
             for m in range(nv):
                 applied[m] -= at_points[j, m] * grease_force[j]
             follow_law(bushing, state, numbers, x, (steps + i) * bushing.step)
-            push[j] = 0.0
+            push[j] = touches[j] = 0.0
             for end in range(2):
                 x, speed = _point(at_points, n_bushings + 2 * j + end, qpos, qvel)
                 g, k, c = contact_step(bushing, state, numbers, end, x, speed, True)
+                if g != 0.0:
+                    touches[j] = 1.0
                 push[j] += np.sign(g) * contact_force(k, c, abs(g), np.sign(g) * speed, False)
                 k = max(k, 0.5e-9)  # zero would mean MuJoCo's default
                 for side in range(pairs.shape[1]):
@@ -235,6 +237,7 @@ def _advance(
             out[i, n_sensors + j] = states[j].displacement
             out[i, n_sensors + n_bushings + j] = push[j]
             out[i, n_sensors + 2 * n_bushings + j] = grease_force[j]
+            out[i, n_sensors + 3 * n_bushings + j] = touches[j]
     return -1, -1
 
 

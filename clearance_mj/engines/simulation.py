@@ -131,7 +131,7 @@ class Simulation:
         if refusal := rig.linear.refusal(excitation.kind):
             raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
-        self.columns = len(rig.sensors) + 3 * len(rig.bushings)
+        self.columns = len(rig.sensors) + 4 * len(rig.bushings)
         with computable(rig.name, rig.to_dict):
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
@@ -172,7 +172,8 @@ class Simulation:
                     failed = steps + np.argmin(np.isfinite(outputs).all(axis=1))
                     raise diverged(self.rig, self.engine, failed * self.step, 0)
                 steps += len(outputs)
-                block = self.decimator.push(outputs)
+                untold = self.columns - outputs.shape[1]  # an engine need not tell where it touches
+                block = self.decimator.push(np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan))
                 if len(block):
                     yield waiting[: len(block)], block
                     waiting = waiting[len(block) :]
@@ -192,18 +193,20 @@ class Simulation:
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
         """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate.
 
-        The columns of forces may be missing: then it has no provenance either.
+        The columns of forces and contact may be missing: then it has no provenance either.
         """
         n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
-        histories = np.split(output.T, n_sensors + n_bushings * np.arange(3))
+        *histories, touches = np.split(output.T, n_sensors + n_bushings * np.arange(4))
         names = ("acceleration", "displacement", "contact_force", "grease_force")
         whole = output.shape[1] == self.columns
         known = names if whole else names[:2]
+        # The filter does not change a mean: decimated, the steps in contact are the same share of the time.
+        share = None if np.isnan(touches).any() or not whole else np.clip(touches.mean(axis=1), 0.0, 1.0)
         kind = self.excitation.kind
         return Response(
             self.excitation.fs, excitation, **dict(zip(known, histories)), kind=kind, band=self.excitation.band,
             responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
-            provenance=self.provenance if whole else {},
+            provenance=self.provenance if whole else {}, contact_share=share,
         )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from .follow.history import Twin
 from .laws.comparison import FamilyFit
 from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
-from .registry import METHODS, Identified, fitted_model, get_method, identify, law, register
+from .registry import METHODS, Identified, fitted_model, get_method, identify, law, register, require
 from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
@@ -42,6 +42,7 @@ __all__ = [
     "methods",
     "priors",
     "register",
+    "require",
     "ridge",
     "ridges",
     "sdof",

@@ -21,9 +21,10 @@ from ..rig import Rig
 from ..version import __version__
 from .forces.restoring import possible_forces, restoring_force
 from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
+from .records.needs import Need
 from .structure.faults.contradictions import contradictions_of_rig
 
-__all__ = ["METHODS", "Identified", "Method", "fitted_model", "get_method", "identify", "law", "register"]
+__all__ = ["METHODS", "Identified", "Method", "fitted_model", "get_method", "identify", "law", "register", "require"]
 
 UNIDENTIFIED = 5.0  # standard deviation of a logarithm from which on a parameter counts as not identified at all
 
@@ -132,6 +133,29 @@ class Method:
     shortest: Callable[[Rig], float] | None = None
     """s, that one record must last; None: it opens no record, or checks them itself"""
     finds_rig: bool = False  #: whether it finds the rig too; else it takes the rig file for exact
+    needs: tuple[Need, ...] = ()  #: what it needs of the records beside their length
+
+    def require(self, dataset: Dataset) -> None:
+        """Refuse a dataset from which the method can find nothing, before anything is computed.
+
+        Parameters
+        ----------
+        dataset : Dataset
+            Its records to identify are not opened.
+
+        Raises
+        ------
+        RecordError
+            If there is no record to identify, no clearance, or if what the method needs is not there.
+        """
+        if self.shortest is not None:
+            records, rig = dataset.to_identify(), dataset.rig
+            if not rig.bushings:
+                raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
+            check_length(records, self.shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
+        for need in self.needs:
+            if lacking := need(dataset):
+                raise RecordError(lacking)
 
 
 METHODS: dict[str, Method] = {}
@@ -143,6 +167,7 @@ def register(
     prior_information: str,
     shortest: Callable[[Rig], float] | None = None,
     finds_rig: bool = False,
+    needs: Sequence[Need] = (),
 ) -> Callable[[Callable[..., Found]], Callable[..., Found]]:
     """Make an identification method known by its name; a decorator of its function.
 
@@ -159,6 +184,9 @@ def register(
     finds_rig : bool
         Whether it finds the rig too. Of the others, which take the rig file for exact, a warning says where the records
         contradict it.
+    needs : sequence of callable
+        What the method needs of the records beside their length, such as `records.needs.probes`: each takes the dataset
+        and returns in words what is lacking, or "". They are looked at before anything is computed.
 
     Returns
     -------
@@ -173,7 +201,9 @@ def register(
             try:
                 with warnings.catch_warnings(record=True) as caught:
                     warnings.simplefilter("always", IdentifiabilityWarning)
-                    _check(dataset, shortest, exact=not finds_rig)
+                    require(name, dataset)
+                    if shortest is not None:
+                        _check(dataset, exact=not finds_rig)
                     found = find(dataset, progress)
             finally:  # what was caught is for scripts, too, and above all where the method fails
                 for each in caught:
@@ -182,22 +212,16 @@ def register(
             pages = found.pages or (_pages(dataset) if shortest else {})
             return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))), pages=pages)
 
-        METHODS[name] = Method(prior_information, checked, shortest, finds_rig)
+        METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs))
         return checked
 
     return add
 
 
-def _check(dataset: Dataset, shortest: Callable[[Rig], float] | None, exact: bool) -> None:
-    """Check the records to identify; records to validate are never opened."""
-    if shortest is None:
-        return
-    records, rig = dataset.to_identify(), dataset.rig
-    if not rig.bushings:
-        raise RecordError(f"rig {rig.name!r} has no bushings, so there is no clearance to identify")
-    check_length(records, shortest(rig), {n: m.shortest(rig) for n, m in METHODS.items() if m.shortest})
-    prepared = check_records(records)
-    for words in contradictions_of_rig(rig, prepared) if exact else ():
+def _check(dataset: Dataset, exact: bool) -> None:
+    """Check the samples of the records to identify; records to validate are never opened."""
+    prepared = check_records(dataset.to_identify())
+    for words in contradictions_of_rig(dataset.rig, prepared) if exact else ():
         warn(words)
 
 
@@ -223,6 +247,39 @@ def get_method(name: str) -> Method:
     if name not in METHODS:
         raise ClearanceError(f'method "{name}" is unknown; known: {", ".join(METHODS)}')
     return METHODS[name]
+
+
+def require(name: str, dataset: Dataset) -> None:
+    """Refuse a method that cannot be had from a dataset, and say which can be; nothing is computed.
+
+    Parameters
+    ----------
+    name : str
+        The method's.
+    dataset : Dataset
+        Its records to identify are not opened.
+
+    Raises
+    ------
+    ClearanceError
+        For an unknown method.
+    RecordError
+        Says what the method lacks.
+    """
+    try:
+        get_method(name).require(dataset)
+    except RecordError as error:
+        others = [other for other, method in METHODS.items() if other != name and _can_be_had(method, dataset)]
+        rest = f"; these records allow {', '.join(others)}" if others else ""
+        raise RecordError(f'method "{name}": {error}{rest}') from None
+
+
+def _can_be_had(method: Method, dataset: Dataset) -> bool:
+    try:
+        method.require(dataset)
+    except RecordError:
+        return False
+    return True
 
 
 def identify(dataset: Dataset, method: str = "bench", progress: bool = False) -> Identified:

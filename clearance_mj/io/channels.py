@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, require_finite
+from ..core.checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, UNKNOWN, require_finite
 from ..core.errors import RecordError
 
 __all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader"]
 
-UNKNOWN = "unknown"
-"""Quantity of a channel whose file says none of `QUANTITIES`."""
 NOWHERE = (0, "S")
 """Node and direction of a channel whose file does not say where it measured."""
 

@@ -19,8 +19,11 @@ from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
+from ..signals.spectra import Spectra
+from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, results, uff
 from .channels import Channel
+from .contents import FileContents, picked
 from .dataset import Dataset, Record
 from .registry import FORMATS, WORDS, Format, format_of, register
 
@@ -39,13 +42,20 @@ __all__ = [
 ]
 
 BUILT_IN = (uff, csv_tables, mat, lvm, results)  # modules of the package that register formats
-OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is"}
-Contents = list[Channel] | Response | FRF | Modes | Rig | Law | Dataset  # What files hold.
+OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is", "units": "units are"}
+Contents = (
+    list[Channel] | Response | FRF | Spectra | Modes | Geometry | Rig | Law | Dataset | FileContents
+)  # What files hold.
 Columns = Mapping[str, str]
 
 
 def read(
-    path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, reference: str | None = None
+    path: str | PathLike[str],
+    columns: Columns | None = None,
+    fs: float | None = None,
+    reference: str | None = None,
+    what: str | None = None,
+    units: str | None = None,
 ) -> Contents:
     """Read a file in the format of its suffix, or a dataset folder.
 
@@ -59,11 +69,15 @@ def read(
         Samples per second of a CSV or MATLAB file that does not say.
     reference : str, optional
         Reference, such as "5:+Z", to which FRFs are returned where a file has several.
+    what : str, optional
+        What to return of a file that holds several things: "channels", "frf", "spectra", "modes" or "geometry".
+    units : str, optional
+        Units of a universal file, whatever its data set 164 says: "SI", or length and force, such as "mm,N".
 
     Returns
     -------
-    list of Channel, Response, FRF, Modes, Rig, Law or Dataset
-        What the file holds: time records are channels.
+    list of Channel, Response, FRF, Spectra, Modes, Geometry, Rig, Law, Dataset or FileContents
+        What the file holds: time records are channels. Of several things a `FileContents`, which shows them.
 
     Raises
     ------
@@ -73,16 +87,16 @@ def read(
     if Path(path).is_dir():
         return Dataset.load(Path(path))
     known = format_of(path)
-    given: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference}
+    given: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference, "units": units}
     given = {name: value for name, value in given.items() if value is not None}
     for name in given.keys() - {*known.options, "reference"}:
         names = sorted({f.name for f in FORMATS.values() if name in f.options})
         raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
     obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
-    if reference is None or not isinstance(obj, FRF):
-        return obj
     with naming(path):
-        return obj.to_reference(reference)
+        if what is not None:
+            obj = picked(obj, what)
+        return obj if reference is None or not isinstance(obj, FRF) else obj.to_reference(reference)
 
 
 def _kind(obj: object) -> type:
@@ -97,10 +111,17 @@ def _words(obj: object) -> str:
 
 
 def read_channels(
-    path: str | PathLike[str], columns: Columns | None = None, fs: float | None = None, rig: Rig | None = None
+    path: str | PathLike[str],
+    columns: Columns | None = None,
+    fs: float | None = None,
+    rig: Rig | None = None,
+    units: str | None = None,
 ) -> list[Channel]:
     """Read a file of time records; ``rig`` says at which nodes the displacements of a simulated response are."""
-    obj = read(path, columns, fs)
+    obj = read(path, columns, fs, units=units)
+    if isinstance(obj, FileContents):
+        with naming(path):
+            obj = picked(obj, "channels")
     if isinstance(obj, Response):
         return to_channels(obj, rig)
     if not isinstance(obj, list):
@@ -114,21 +135,28 @@ def read_record(
     role: Literal["identify", "validate", "sine"],
     columns: Columns | None = None,
     fs: float | None = None,
+    units: str | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns`` and ``fs`` as `read` takes them; ``described``: description, level, seed, band of `Record`.
+    ``columns``, ``fs`` and ``units`` as `read` takes them; ``described``: description, level, seed, band of `Record`.
     """
     path = Path(path)
-    channels = read_channels(path, columns, fs, rig)
+    channels = read_channels(path, columns, fs, rig, units)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
         return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
 
 
-def read_frf(path: str | PathLike[str], columns: Columns | None = None, reference: str | None = None) -> FRF:
+def read_frf(
+    path: str | PathLike[str],
+    columns: Columns | None = None,
+    reference: str | None = None,
+    what: str = "frf",
+    units: str | None = None,
+) -> FRF:
     """Read a file of FRFs to one or several references.
 
     Parameters
@@ -139,28 +167,37 @@ def read_frf(path: str | PathLike[str], columns: Columns | None = None, referenc
         As `read` takes it.
     reference : str, optional
         As `read` takes it.
+    what : str
+        Which FRFs of a file that has several, such as "frf 2".
+    units : str, optional
+        As `read` takes it.
 
     Raises
     ------
     RecordError
         As `read`, and if the file holds something else, or no FRFs to the reference.
     """
-    obj = read(path, columns, reference=reference)
+    obj = read(path, columns, reference=reference, units=units)
+    if isinstance(obj, FileContents):
+        with naming(path):
+            obj = picked(obj, what)
     if isinstance(obj, FRF):
         return obj
     hint = "; clearance-mj convert --frf makes them of records" if isinstance(obj, list | Response) else ""
+    hint = "; signals.frf_from_spectra makes them of auto and cross spectra" if isinstance(obj, Spectra) else hint
     raise RecordError(f"{path}: holds {_words(obj)}, needs FRFs{hint}")
 
 
 def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> None:
-    """Write time records, a response, FRFs, modes, a rig or a law in the format of the suffix.
+    """Write time records, a response, FRFs, spectra, modes, a geometry, a rig or a law in the format of the suffix.
 
     Parameters
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : list of Channel, Response, FRF, Modes, Rig or Law
-        A format that does not hold responses gets the channels that one amounts to.
+    obj : list of Channel, Response, FRF, Spectra, Modes, Geometry, FileContents, Rig or Law
+        A format that does not hold responses gets the channels that one amounts to; one that holds a single thing gets
+        the one of several that it can hold, if there is just one.
     rig : Rig, optional
         Rig whose nodes are written too where the format has a place for them, see `clearance_mj.write_uff`.
 
@@ -174,6 +211,15 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         raise RecordError(f"{path}: compressed files are read, not written")
     if isinstance(obj, Response) and Response not in known.holds and Channel in known.holds:
         obj = to_channels(obj, rig)
+    if isinstance(obj, FileContents):
+        if known.geometry:
+            known.write(path, obj, rig)  # type: ignore[misc]
+            return
+        fitting = [part for part in obj.parts.values() if _kind(part) in known.holds]
+        if len(fitting) != 1:
+            with naming(path):
+                picked(obj, "" if fitting else "something that this format holds")
+        (obj,) = fitting
     if known.write is None or _kind(obj) not in known.holds:
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         instead = f"; use {', '.join(suffixes)}" if suffixes else ""

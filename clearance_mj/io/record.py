@@ -187,7 +187,7 @@ class Record(Shown):
         """
         measured = self._measured(self.channels)
         probed = [(label, "displacement") for label in self.rig.probe_labels]
-        has_probes = bool(probed) and all(probe in measured for probe in probed)
+        has_probes = bool(probed) and not self.missing_probes
         return Response(
             fs=self.fs,
             excitation=measured[self._driven],
@@ -199,6 +199,13 @@ class Record(Shown):
             reference=self._driven[0],
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
         )
+
+    @property
+    def missing_probes(self) -> tuple[tuple[int, str], ...]:
+        """Clearances without a displacement probe: the index of each, and the degree of freedom that one would have."""
+        probed = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "displacement"}
+        places = [(label, _split(label)) for label in self.rig.probe_labels]
+        return tuple((j, label) for j, (label, (node, _, axis)) in enumerate(places) if (node, axis) not in probed)
 
     @staticmethod
     def _measured(channels: Sequence[Channel]) -> dict[tuple[str, str], np.ndarray]:
@@ -247,7 +254,7 @@ class FileChannels(Sequence[Channel]):
     def __getitem__(self, index: slice) -> Sequence[Channel]: ...
     def __getitem__(self, index: int | slice) -> Channel | Sequence[Channel]:
         if self._channels is None:
-            found = read_uff(self.path)
+            found = read_uff(self.path, what="channels")
             if not isinstance(found, list):
                 raise RecordError(f"{self.path}: no longer holds time functions")
             # The list holds every digit of the rate, the file six.

@@ -14,6 +14,8 @@ from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.response import Response
+from ..signals.spectra import Spectra
+from ..structure.geometry import Geometry
 from .channels import Channel
 
 __all__ = ["FORMATS", "WORDS", "Format", "format_of", "register"]
@@ -22,7 +24,9 @@ WORDS: dict[type, str] = {
     Channel: "time records",
     Response: "responses",
     FRF: "FRFs",
+    Spectra: "spectra",
     Modes: "modes",
+    Geometry: "a geometry",
     Rig: "a rig",
     Law: "a law",
 }  # What files hold; time records are lists of channels
@@ -37,11 +41,12 @@ class Format:
     name: str  #: in messages and in the table of docs/files.md
     suffixes: tuple[str, ...]  #: such as (".uff", ".unv"), in lower case
     holds: tuple[type, ...]  #: keys of `WORDS`; a format that does not hold `Response` writes one as its channels
-    read: Callable[..., Any]  #: path, and the options as keywords -> list of Channel, Response, FRF, Modes, Rig or Law
+    read: Callable[..., Any]  #: path, and the options as keywords -> an object, see `WORDS`
     write: Callable[..., None] | None = None
     """path, object; with geometry: path, object, rig. None: the format is read only"""
     options: tuple[str, ...] = ()
-    """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "reference" (of FRFs)"""
+    """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "reference" (of FRFs),
+    "units" (of universal files)"""
     geometry: bool = False  #: whether it has a place for the nodes of a rig
     note: str = ""  #: for the table of docs/files.md
 

@@ -23,6 +23,8 @@ from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, values
 from ..signals.response import Response
+from ..signals.spectra import Spectra
+from ..structure.geometry import Geometry
 from .channels import UNKNOWN, Channel, require_one_time
 from .registry import Format, register
 
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["load", "save", "saving"]
 
+Result = list[Channel] | FRF | Response | Spectra | Modes | Geometry
 _HDF5 = (".h5", ".hdf5")
 _HDF5_MAGIC = b"\x89HDF"
 
@@ -75,7 +78,7 @@ def channels_to_dataset(channels: Sequence[Channel]) -> xr.Dataset:
         "name": [c.name for c in channels],
         "dof": [c.label for c in channels],
         "quantity": [c.quantity for c in channels],
-        "units": [UNITS.get(c.quantity, c.unit) for c in channels],
+        "units": [c.unit if c.quantity == UNKNOWN else UNITS[c.quantity] for c in channels],
     }
     coordinates: dict[str, Any] = {name: ("channel", text) for name, text in texts.items()}
     coordinates["time"] = ("time", first.time, {"units": "s"})
@@ -99,19 +102,23 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
 _TO_DATASET: dict[type, Callable[..., xr.Dataset]] = {
     FRF: FRF.to_xarray,
     Response: Response.to_xarray,
+    Spectra: Spectra.to_xarray,
     Modes: Modes.to_xarray,
+    Geometry: Geometry.to_xarray,
     list: channels_to_dataset,
 }
-_FROM_DATASET: dict[Any, Callable[[xr.Dataset], FRF | Response | Modes | list[Channel]]] = {
+_FROM_DATASET: dict[Any, Callable[[xr.Dataset], Result]] = {
     "frf": _frf,
     "response": Response.from_xarray,
+    "spectra": Spectra.from_xarray,
     "modes": Modes.from_xarray,
+    "geometry": Geometry.from_xarray,
     "channels": dataset_to_channels,
 }
 
 
-def save(path: str | PathLike[str], obj: FRF | Response | Modes | list[Channel]) -> None:
-    """Write FRFs, a response, modes or time records as NetCDF, or as HDF5 where the path ends in .h5 or .hdf5."""
+def save(path: str | PathLike[str], obj: Result) -> None:
+    """Write FRFs, spectra, a response, modes, a geometry or time records as NetCDF, as HDF5 at .h5, .hdf5."""
     convert = _TO_DATASET.get(type(obj))
     if convert is None:
         raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF, a Response or a list of channels")
@@ -126,7 +133,7 @@ def save(path: str | PathLike[str], obj: FRF | Response | Modes | list[Channel])
         temporary.write_bytes(dataset.to_netcdf(**form))
 
 
-def load(path: str | PathLike[str]) -> FRF | Response | Modes | list[Channel]:
+def load(path: str | PathLike[str]) -> Result:
     """Read what `save` wrote; whether it is HDF5 is seen from the first bytes."""
     path = Path(path)
     if not path.is_file():
@@ -207,10 +214,10 @@ def _require_hdf5() -> None:
 
 
 register(Format(
-    "NetCDF", (".nc",), (Channel, Response, FRF, Modes), load, save,
+    "NetCDF", (".nc",), (Channel, Response, FRF, Spectra, Modes, Geometry), load, save,
     note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
 ))  # fmt: skip
 register(Format(
-    "HDF5", _HDF5, (Channel, Response, FRF, Modes), load, save,
+    "HDF5", _HDF5, (Channel, Response, FRF, Spectra, Modes, Geometry), load, save,
     note='the same as NetCDF 4; needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
 ))  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..core.files import write_text
 from ..core.output_folder import output_folder
 from ..io.dataset import Dataset
-from ..study import ENGINES, METHODS, Study, write_results
+from ..study import ENGINES, Study, write_results
 from . import html
 from .sections import registered_sections, section
 from .writer import ReportWriter
@@ -20,7 +20,7 @@ def report_study(
     path: str | Path,
     out: str | Path,
     engines: Sequence[str] = ENGINES,
-    methods: Sequence[str] = METHODS,
+    methods: Sequence[str] | None = None,
     workers: int | None = None,
     progress: bool = False,
 ) -> Study:

@@ -12,14 +12,18 @@ from .comparison import Comparison, compare
 from .correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
 from .ema import Modes, extract_modes
 from .excitation import Excitation
-from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references, random_error
+from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references
+from .frf_error import random_db, random_error
 from .nonlinear import BestLinear, best_linear, stepped_harmonics
+from .quantities import with_quantity
 from .response import Response
+from .spectra import Spectra
+from .spectra_frf import frf_from_spectra
 from .stepped_sines import SineSteps, sine_steps
 
 __all__ = [
-    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "SineSteps", "accelerance",
-    "align", "best_linear", "compare", "convert_quantity", "csac", "csf", "estimate_frf", "estimate_frf_blocks",
-    "excitation", "extract_modes", "frac", "join_references", "mac", "mre", "random_error", "relative_error",
-    "rmse_db", "sine_steps", "stepped_harmonics",
+    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "SineSteps", "Spectra",
+    "accelerance", "align", "best_linear", "compare", "convert_quantity", "csac", "csf", "estimate_frf",
+    "estimate_frf_blocks", "excitation", "extract_modes", "frac", "frf_from_spectra", "join_references", "mac",
+    "mre", "random_db", "random_error", "relative_error", "rmse_db", "sine_steps", "stepped_harmonics", "with_quantity",
 ]  # fmt: skip

@@ -11,6 +11,7 @@ import scipy.interpolate
 
 from ..core.errors import RecordError
 from .frf import FRF
+from .quantities import require_quantity
 
 __all__ = ["Alignment", "accelerance", "align", "convert_quantity"]
 
@@ -64,6 +65,7 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
     """
     if frf.quantity == quantity:
         return frf
+    require_quantity(frf)
     power = _order(quantity) - _order(frf.quantity)
     if _is_over_force(quantity) != _is_over_force(frf.quantity):
         raise RecordError(
@@ -82,6 +84,7 @@ def accelerance(frf: FRF) -> FRF:
     frf : FRF
         The functions.
     """
+    require_quantity(frf)
     return convert_quantity(frf, "acceleration/force" if _is_over_force(frf.quantity) else "acceleration/acceleration")
 
 
@@ -115,7 +118,9 @@ def align(test: FRF, model: FRF) -> Alignment:
         If no reference or no response is common, the bands do not overlap, or a quantity cannot be converted.
     """
     notes: list[str] = []
-    if model.quantity != test.quantity:
+    if (model.quantity, model.unit_label) != (test.quantity, test.unit_label):
+        require_quantity(test)
+        require_quantity(model)
         notes.append(f"the model's {model.quantity} is converted to the test's {test.quantity}")
         model = convert_quantity(model, test.quantity)
     columns = _partners("reference", test.references, model.references, notes)
@@ -167,7 +172,7 @@ def _picked(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, label
 
     value = pick(signs[:, :, None] * frf.value[block])
     coherence = None if frf.coherence is None else pick(frf.coherence[block])
-    return FRF(frf.frequency, value, coherence, *labels, frf.quantity)
+    return FRF(frf.frequency, value, coherence, *labels, frf.quantity, frf.unit_label, frf.averages)
 
 
 def _left(frf: FRF, block: Block, common: np.ndarray) -> Labels:

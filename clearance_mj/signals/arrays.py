@@ -55,8 +55,8 @@ def rows_of(values: Sized, rows: Sequence[int] | None, error: type[ClearanceErro
 class ArrayData:
     """Base of frozen dataclasses that hold arrays; decorate them with ``dataclass(frozen=True, eq=False, repr=False)``.
 
-    Two objects are equal if they are of one type and every field holds the same; equal objects have one hash, so that
-    caches key on the content.
+    Two objects are equal if they are of one type and every field that is compared holds the same; equal objects have
+    one hash, so that caches key on the content.
     """
 
     def _set(self, **values: object) -> None:
@@ -70,11 +70,11 @@ class ArrayData:
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in self._fields())
+        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in self._fields() if f.compare)
 
     def __hash__(self) -> int:
         content: list[object] = [type(self)]
-        for value in (getattr(self, f.name) for f in self._fields()):
+        for value in (getattr(self, f.name) for f in self._fields() if f.compare):
             if isinstance(value, np.ndarray):
                 numbers = np.where(np.isnan(value), np.nan, value) + 0.0  # -0 equals 0, and nan any nan
                 content += [value.shape, numbers.tobytes()]

@@ -25,6 +25,7 @@ from . import labelled
 from .arrays import ArrayData, read_only
 from .frf import FRF
 from .modal_fit import ModalFit, damping_of, least_squares, line_weight, poles_of, qr
+from .quantities import require_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,8 +120,9 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
     Raises
     ------
     RecordError
-        If a line is not finite, the band holds too few lines, or a number is impossible.
+        If the quantity is unknown, a line is not finite, the band holds too few lines, or a number is impossible.
     """
+    require_quantity(frf)
     frf = frf.within(band) if band else frf
     max_order = _usable_order(frf, n_modes, max_order)
     value = frf.functions

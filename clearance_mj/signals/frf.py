@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["FRF", "estimate_frf", "estimate_frf_blocks", "join_references", "random_error"]
+__all__ = ["FRF", "estimate_frf", "estimate_frf_blocks", "join_references"]
 
 WORDS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²", "force": "N"}
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
@@ -43,7 +44,8 @@ class FRF(Shown, ArrayData):
     frequency: np.ndarray
     """(n_f,) Hz, rising"""
     value: np.ndarray
-    """(n_outputs, n_inputs, n_f) complex, H = Y/X for signals that go as e^{+jωt}; unit by ``quantity``, SI"""
+    """(n_outputs, n_inputs, n_f) complex, H = Y/X for signals that go as e^{+jωt}; SI unit by ``quantity``, as in
+    the file where that is unknown"""
     coherence: np.ndarray | None = None
     """(n_outputs, n_inputs, n_f) ordinary coherence, 0 to 1; nan where it is unknown, None if it is everywhere"""
     responses: tuple[str, ...] = ()
@@ -51,7 +53,12 @@ class FRF(Shown, ArrayData):
     references: tuple[str, ...] = ("100:+Z",)
     """degree of freedom of each input"""
     quantity: str = "acceleration/acceleration"
-    """"acceleration/acceleration" (base excitation) or "acceleration/force" """
+    """"acceleration/acceleration" (base excitation) or "acceleration/force"; a part that its file does not say, or
+    that is no motion and no force, is "unknown": see `signals.with_quantity`"""
+    unit_label: str = ""
+    """unit in its file of an FRF whose quantity is unknown"""
+    averages: float | None = field(default=None, compare=False)
+    """independent averages that the estimate is made of; None: not known, as of most files"""
 
     def __post_init__(self) -> None:
         frequency, value = read_only(self.frequency), read_only(_with_inputs(self.value), complex)
@@ -135,7 +142,8 @@ class FRF(Shown, ArrayData):
         if coherence is not None and np.isnan(coherence).all():
             coherence = None
         responses = tuple(self.responses[i] for i in rows)
-        return FRF(self.frequency, self.value[rows, j], coherence, responses, (reference,), self.quantity)
+        what = responses, (reference,), self.quantity, self.unit_label, self.averages
+        return FRF(self.frequency, self.value[rows, j], coherence, *what)
 
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)
@@ -152,6 +160,7 @@ class FRF(Shown, ArrayData):
             "references": few(self.references) if len(self.references) > 1 else "",
             "largest": "" if size.max() < 0 else peak + ("" if len(self.references) == 1 else f"/{self.references[j]}"),
             "coherence": f"median {np.median(known):.3f}" if known.size else "unknown",
+            "averages": f"{self.averages:.3g}" if self.averages else "unknown",
         }
         return Overview(f"FRF of {len(self.responses)} responses to {to}", facts)
 
@@ -159,6 +168,8 @@ class FRF(Shown, ArrayData):
     def unit(self) -> str:
         """Unit of ``value`` in words, such as "m/s²/N"; "1" of a ratio of like quantities."""
         above, _, below = self.quantity.partition("/")
+        if UNKNOWN in (above, below):
+            return self.unit_label or "unknown unit"
         return "1" if above == below else "/".join(WORDS.get(name, name) for name in (above, below))
 
     def plot(self, rows: Sequence[int] | None = None, **others: FRF) -> Figure:
@@ -190,9 +201,14 @@ class FRF(Shown, ArrayData):
         dims = ("response", "reference", "frequency")
         above, _, below = self.quantity.partition("/")
         units = "1" if above == below else f"({UNITS.get(above, above)})/({UNITS.get(below, below)})"
+        attributes: dict[str, str | float] = {"quantity": self.quantity}
+        if UNKNOWN in (above, below):
+            units, attributes = self.unit_label, attributes | {"unit_label": self.unit_label}
         variables = {"value": (dims, self.value, units), "coherence": (dims, self.coherence, "1")}
         coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
-        found = labelled.dataset("frf", variables, coordinates, {"quantity": self.quantity})
+        if self.averages:
+            attributes |= {"averages": self.averages}
+        found = labelled.dataset("frf", variables, coordinates, attributes)
         found["value"].attrs["long_name"] = self.quantity
         return found
 
@@ -212,8 +228,10 @@ class FRF(Shown, ArrayData):
         responses, references = labelled.labels(ds, "response"), labelled.labels(ds, "reference")
         if len(set(references)) < len(references):
             raise RecordError(f"needs different references, got {', '.join(references)}")
-        frequency = labelled.values(ds, "frequency", "frequency")
-        return cls(frequency, value, coherence, responses, references, str(labelled.attribute(ds, "quantity")))
+        frequency, quantity = labelled.values(ds, "frequency", "frequency"), str(labelled.attribute(ds, "quantity"))
+        unit, averages = str(ds.attrs.get("unit_label", "")), ds.attrs.get("averages")
+        known = float(averages) if averages else None
+        return cls(frequency, value, coherence, responses, references, quantity, unit, known)
 
 
 def _with_inputs(value: ArrayLike) -> np.ndarray:
@@ -235,8 +253,9 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
         return first
     for frf in others:
         pair = f"the FRFs to {', '.join(first.references)} and to {', '.join(frf.references)}"
-        if frf.quantity != first.quantity:
-            raise RecordError(f"{pair} are {first.quantity} and {frf.quantity}; needs one quantity")
+        if (frf.quantity, frf.unit_label) != (first.quantity, first.unit_label):
+            one, other = (f"{f.quantity} {f.unit_label}".rstrip() for f in (first, frf))
+            raise RecordError(f"{pair} are {one} and {other}; needs one quantity")
         if not np.array_equal(frf.frequency, first.frequency):
             raise RecordError(f"{pair} are not on the same lines")
     responses = tuple(dict.fromkeys(label for frf in frfs for label in frf.responses))
@@ -252,7 +271,9 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
             coherence[rows, columns] = frf.coherence
         column = columns.stop
     known = any(frf.coherence is not None for frf in frfs)
-    return FRF(first.frequency, value, coherence if known else None, responses, references, first.quantity)
+    averages = first.averages if len({frf.averages for frf in frfs}) == 1 else None
+    what = responses, references, first.quantity, first.unit_label, averages
+    return FRF(first.frequency, value, coherence if known else None, *what)
 
 
 def estimate_frf(
@@ -342,35 +363,5 @@ def estimate_frf_blocks(
     for block in blocks:
         spectra.push(block)
     value, coherence = spectra.estimate(ESTIMATORS[estimator])
-    return FRF(spectra.frequency, value, coherence, first.responses, (first.reference,), QUANTITY[first.kind])
-
-
-def random_error(frf: FRF, duration: float) -> np.ndarray:
-    """Return the relative standard deviation of an estimated FRF's magnitude, from its coherence.
-
-    √(1-γ²) / (|γ| √(2 n)) (Bendat and Piersol, Random Data, 4th ed., 2010, Table 9.6), with as many averages n as
-    half-overlapping Hann segments are worth (Welch 1967: neighbours are correlated by 1/6). In a nonlinear rig most of
-    it is no noise: another excitation shows another scatter, the same one the same.
-
-    Parameters
-    ----------
-    frf : FRF
-        FRF with coherence, as `estimate_frf` gives it by default.
-    duration : float
-        Length of the record, s.
-
-    Returns
-    -------
-    ndarray, shape (n_outputs, n_inputs, n_f)
-
-    Raises
-    ------
-    RecordError
-        If the FRF has no coherence.
-    """
-    if frf.coherence is None:
-        raise RecordError("the FRF has no coherence, so its random error is not known")
-    segments = int(2 * duration * (frf.frequency[1] - frf.frequency[0]) + 1e-9) - 1
-    averages = segments / (1 + 2 * (segments - 1) / segments / 36)
-    # Coherences of 1 may be rounded above it.
-    return np.sqrt(np.maximum(1 - frf.coherence, 0) / (2 * averages * frf.coherence))
+    what = first.responses, (first.reference,), QUANTITY[first.kind]
+    return FRF(spectra.frequency, value, coherence, *what, averages=spectra.independent_averages())

@@ -62,6 +62,9 @@ class Response(Shown, ArrayData):
     """degree of freedom of the excitation"""
     provenance: dict[str, Any] = field(default_factory=dict)
     """inputs that made it: rig, law, engine, excitation, seed, versions; plain data"""
+    contact_share: np.ndarray | None = None
+    """(n_bushings,) share of the time in contact: of the simulation's own steps at which an end of the bushing lies
+    beyond its gap, before the anti-alias filter, which rings into the gap; None where that was not counted"""
 
     def __post_init__(self) -> None:
         self._set(excitation=read_only(self.excitation))
@@ -76,6 +79,8 @@ class Response(Shown, ArrayData):
                     f"{self.excitation.shape}"
                 )
             self._set(**{name: value})
+        if self.contact_share is not None:
+            self._set(contact_share=read_only(self.contact_share))
 
     @property
     def time(self) -> np.ndarray:
@@ -96,12 +101,10 @@ class Response(Shown, ArrayData):
             "acceleration": _largest(self.acceleration, "m/s²"),
             "displacement": _largest(self.displacement, "mm", 1e3),
             "contact force": _largest(self.contact_force, "N"),
+            "in contact": _in_contact(self.contact_share),
             "grease force": _largest(self.grease_force, "N"),
             "from": _origin(self.provenance),
         }
-        if self.contact_force is not None and self.contact_force.size:
-            shares = (f"{100 * share:.3g} %" for share in np.mean(self.contact_force != 0, axis=1))
-            facts["contact force"] += f", in contact {few(list(shares))} of the time"
         count = f"{len(self.acceleration)} sensors"
         return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
 
@@ -129,12 +132,13 @@ class Response(Shown, ArrayData):
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
         ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
-        ``grease_force`` (bushing, time) what the response has.
+        ``grease_force`` (bushing, time) and ``contact_share`` (bushing,) what the response has.
         """
         if self.kind not in EXCITATION_UNITS:
             raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
         variables: dict[str, Any] = {"excitation": ("time", self.excitation, EXCITATION_UNITS[self.kind])}
         variables |= {name: ((rows, "time"), getattr(self, name), units) for name, (rows, units) in HISTORIES.items()}
+        variables["contact_share"] = ("bushing", self.contact_share, "1")
         attributes = {
             "fs": float(self.fs),
             "kind": self.kind,
@@ -172,6 +176,7 @@ class Response(Shown, ArrayData):
             responses=labelled.labels(ds, "response") if "response" in ds.coords else (),
             reference=str(ds["excitation"].attrs.get("dof", "100:+Z")),
             provenance=provenance,
+            contact_share=labelled.values(ds, "contact_share", "bushing") if "contact_share" in ds else None,
             **histories,
         )
 
@@ -180,6 +185,12 @@ def _largest(values: np.ndarray | None, unit: str, factor: float = 1.0) -> str:
     if values is None or not values.size:
         return ""
     return f"{len(values)} rows, up to {factor * np.abs(values).max():.4g} {unit}"
+
+
+def _in_contact(shares: np.ndarray | None) -> str:
+    if shares is None or not shares.size:
+        return ""
+    return f"{few([f'{100 * share:.3g} %' for share in shares])} of the time, that is beyond the gap"
 
 
 def _origin(provenance: dict[str, Any]) -> str:

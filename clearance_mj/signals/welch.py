@@ -84,6 +84,19 @@ class Welch:
             held = held[:, self.hop :]
         self.held = held
 
+    def independent_averages(self) -> float:
+        """Return how many independent segments the overlapping ones are worth.
+
+        Neighbours are correlated by the autocorrelation of the window, 1/6 of half-overlapping Hann windows (P. D.
+        Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Transactions on Audio and
+        Electroacoustics 15, 1967).
+        """
+        n, window = self.averages, self.window
+        lags = np.arange(1, min(n, -(-self.length // self.hop)))
+        shared = np.array([np.dot(window[lag * self.hop :], window[: self.length - lag * self.hop]) for lag in lags])
+        squares = (shared / np.dot(window, window)) ** 2
+        return float(n / (1 + 2 * np.sum((1 - lags / n) * squares)))
+
     def estimate(self, estimator: Estimator) -> tuple[np.ndarray, np.ndarray | None]:
         """Return FRFs and coherence, which one segment alone does not have."""
         if self.sums is None:

@@ -3,7 +3,7 @@
 Parameters, or their logarithms, are drawn from a normal distribution with the fit's covariance (`Estimates.draw`), cut
 to the fit's bounds, and every drawn law is simulated under the same excitation, on the rig that was drawn with it where
 the method finds both. The band of the drawn FRFs holds what the records leave open about the parameters. A measured FRF
-has a random error besides, which `Band.prediction` adds: `frf.random_error` between two excitations, `paired_error`
+has a random error besides, which `Band.prediction` adds: `signals.random_error` between two excitations, `paired_error`
 where the rig and its model see the same one. What the law's form cannot say is in a band as far as the records' misfit
 shows it (`LawMisfit.spread`).
 
@@ -25,7 +25,8 @@ from ..identify.laws.law_misfit import LawMisfit
 from ..model import Model
 from ..signals.arrays import ArrayData, read_only
 from ..signals.excitation import Excitation
-from ..signals.frf import FRF, estimate_frf, random_error
+from ..signals.frf import FRF, estimate_frf
+from ..signals.frf_error import random_error
 from ..signals.response import Response
 
 __all__ = ["CONFIDENCE", "Band", "frf_band", "inside", "paired_error"]
@@ -73,7 +74,7 @@ class Band(ArrayData):
         ----------
         error : ndarray, shape (n_outputs, n_inputs, n_f)
             Standard deviation of the tested over the fitted magnitude, relative, beside that of the law: of
-            `paired_error`, or of the `frf.random_error` of both.
+            `paired_error`, or of the `signals.random_error` of both.
 
         Returns
         -------
@@ -131,7 +132,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     frf = estimate_frf(test, resolution=resolution)
     difference = dataclasses.replace(test, acceleration=test.acceleration - model.acceleration)
     rest = estimate_frf(difference, resolution=resolution)
-    return random_error(rest, test.duration) * np.abs(rest.value) / np.abs(frf.value)
+    return random_error(rest) * np.abs(rest.value) / np.abs(frf.value)
 
 
 def frf_band(

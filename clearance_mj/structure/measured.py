@@ -22,6 +22,7 @@ from ..signals.correlation import frac, rmse_db
 from ..signals.ema import extract_modes
 from ..signals.frf import FRF, join_references
 from ..signals.modal_fit import ModalFit, line_weight
+from ..signals.quantities import require_quantity
 from .base import parse_dof
 from .mode_files import phase_collinearity
 from .modes import OMEGA_RATIO, ModalStructure, flexibility_root
@@ -159,6 +160,7 @@ def modes_from_frf(
 def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
     """Accelerance at lines above 0 Hz, its references named after the responses at them."""
     above, _, below = frf.quantity.partition("/")
+    require_quantity(frf)
     if below != "force" or above not in INTEGRATED:
         raise RecordError(f'FRFs are "{frf.quantity}"; modes of unit mass need "acceleration/force"')
     if unknown := [name for name in names if name not in frf.references]:

@@ -13,7 +13,7 @@ from ..core.checks import naming
 from ..core.errors import RecordError, RigError
 from ..core.files import read_lines
 from ..universal import contents, scan
-from ..universal.mode_shapes import KINDS, ModeShapes, read_modes
+from ..universal.mode_shapes import ModeShapes, read_modes
 
 __all__ = [
     "DAMPING",
@@ -94,8 +94,14 @@ def read_mode_file(path: Path, scaled: bool = False) -> dict[str, Any]:
 
 
 def _read_universal(path: Path, data: bytes, scaled: bool) -> dict[str, Any]:
-    blocks = scan(data).blocks
-    found = read_modes([block for block in blocks if block.kind in KINDS])
+    _, blocks, notes = scan(data)
+    sets = read_modes(blocks)
+    if len(sets) != 1:
+        why = "its modes are of several sets of nodes" if sets else "holds no modes"
+        raise RecordError(f"{why}; needs data sets 55 or 2414 at the same nodes, of analysis type 2, 3 or 7")
+    (found,) = sets
+    for note in notes:
+        _warn(f"{path}: {note}")
     if not any(block.kind == 164 for block in blocks):
         _warn(f"{path}: has no units (data set 164); taken for SI")
     if low := [f"{i + 1} ({mpc:.2f})" for i, mpc in enumerate(phase_collinearity(found.shape)) if mpc < COLLINEAR]:

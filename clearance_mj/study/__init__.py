@@ -5,9 +5,10 @@ compared with the record's. A law is simulated on the rig that was identified wi
 same record level with another seed gives the repeatability: how closely the rig repeats itself.
 """
 
+from .case import Case
 from .files import study_summary, write_results
 from .identified import IdentifiedModel
-from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Case, Study
+from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Study
 
 __all__ = [
     "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedModel", "Study", "study_summary", "write_results",

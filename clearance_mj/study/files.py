@@ -84,6 +84,7 @@ def study_summary(study: Study) -> dict:
             }
             for k in study.laws
         ],
+        "left_out": [{"method": name, "why": why} for name, why in study.left_out.items()],
         "best_law": study.best_law,
         "identified_from": [r.name for r in study.dataset.identify],
         "validated_on": [r.name for r in study.dataset.validate],

@@ -6,8 +6,7 @@ import dataclasses
 import functools
 import itertools
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -17,47 +16,30 @@ from ..core.errors import RecordError
 from ..core.tasks import run_tasks
 from ..engines import get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
-from ..identify import get_method
+from ..identify import get_method, require
 from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset, Record
 from ..model import Model
 from ..signals.comparison import Comparison, compare, compare_modes
 from ..signals.frf import FRF, estimate_frf
 from ..signals.stepped_sines import SineSteps, sine_steps
-from ..statistics import repeatability
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error
 from . import stored
+from .case import Case
 from .identified import IdentifiedModel
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
+from .rows import Summaries, agreement_rows, scatter_rows
 
-__all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "Study"]
+__all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Study"]
 
 ENGINES = ("links", "modal")
 METHODS = ("nominal", "constant", "amplitude", "bench")
-"""of a study for which none are named: rig file alone, constants, a law with the rig taken for exact, rig and law"""
+"""tried where none are named: rig file alone, constants, a law with the rig taken for exact, rig and law"""
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
 BAND_ENGINE = "modal"  # of FRF bands: the cheapest
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """One law on one engine against one validation record."""
-
-    law: str
-    """name"""
-    engine: str
-    """name"""
-    record: Record
-    """validation record whose excitation is simulated"""
-    frf: FRF
-    """the model's"""
-    comparison: Comparison
-    """of the test's FRFs with the model's"""
-    statistics: dict
-    """as `contact_statistics`"""
 
 
 class Study:
@@ -69,8 +51,8 @@ class Study:
     ----------
     dataset : Dataset
         Rig and records.
-    methods : sequence of str
-        Ways to a law, see `identify.law`.
+    methods : sequence of str, optional
+        Ways to a law, see `identify.identify`; default: those of `METHODS` that the records allow.
     engines : sequence of str
         Engines to run.
     cache : ResultCache, optional
@@ -83,25 +65,52 @@ class Study:
     Raises
     ------
     RecordError
-        If the dataset has nothing to compare with, no bushings, or a validation record without level.
+        If the dataset has nothing to compare with, no bushings, a validation record without level, or not what a method
+        that was named needs.
     ClearanceError
         For an unknown engine or method.
     """
 
     def __init__(
-        self, dataset: Dataset, methods: Sequence[str] = METHODS, engines: Sequence[str] = ENGINES,
+        self, dataset: Dataset, methods: Sequence[str] | None = None, engines: Sequence[str] = ENGINES,
         cache: ResultCache | None = None, workers: int | None = None, progress: bool = False,
     ):  # fmt: skip
         for engine in engines:
             get_engine(engine)
-        for method in methods:
+        for method in methods or ():
             get_method(method)
         _check(dataset)
-        self.dataset, self.methods, self.engines = dataset, tuple(methods), tuple(engines)
+        for method in methods or ():
+            require(method, dataset)
+        self.dataset, self.engines = dataset, tuple(engines)
+        self._named = None if methods is None else tuple(methods)
+        self.left_out: dict[str, str] = {}
+        """why methods that were not named are left out, by their names"""
+        for method in METHODS if methods is None else ():
+            self._try(method, functools.partial(get_method(method).require, dataset))
         self.cache, self._workers, self._progress = cache, workers, progress
         self._laws: dict[str, IdentifiedModel] = {}
         self._tests: dict[str, FRF] = {}
         self._cases: dict[tuple[str, str, str], Case] = {}
+
+    def _try(self, method: str, find: Callable[[], object]) -> None:
+        """Leave a method out, and warn of it, where it cannot be had from the records."""
+        try:
+            find()
+        except RecordError as error:
+            self.left_out[method] = str(error)
+            words = f'method "{method}" is left out of the study: {error}'
+            warnings.warn(words, IdentifiabilityWarning, stacklevel=3)
+
+    @functools.cached_property
+    def methods(self) -> tuple[str, ...]:
+        """Names of the methods in the study: those that were named, or those of `METHODS` that give a law."""
+        if self._named is not None:
+            return self._named
+        for method in METHODS:
+            if method not in self.left_out:
+                self._try(method, functools.partial(self.law, method))
+        return tuple(method for method in METHODS if method not in self.left_out)
 
     # What is computed.
 
@@ -349,30 +358,14 @@ class Study:
 
     @functools.cached_property
     def _rows(self) -> list[dict]:
-        repeats = {level: c.summary() for level, c in self.repeatability.items()}
-        tables = {("repeat", "rig"): repeatability.repeat_rows(repeats)}
-        for law, engine in self.combinations:
-            tables[law, engine] = repeatability.mean_rows(self._summaries(law, engine))
-        return [
-            {"level": level, "law": law, "engine": engine} | table[level]
-            for level in self.levels
-            for (law, engine), table in tables.items()
-            if level in table
-        ]
+        summaries = {key: self._summaries(*key) for key in self.combinations}
+        return agreement_rows(self.levels, {v: c.summary() for v, c in self.repeatability.items()}, summaries)
 
     def scatter_rows(self) -> list[dict]:
         """What the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter."""
-        rows = []
-        for law, engine in self.combinations:
-            by_level = self._summaries(law, engine)
-            for key in filter(repeatability.has_interval, by_level[self.levels[0]][0]):
-                found = repeatability.pooled(by_level, key)
-                row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": found.scatter}
-                row |= {"degrees_of_freedom": found.freedom, "cochran": found.cochran}
-                rows.append(row | {"cochran_limit": found.cochran_limit})
-        return rows
+        return scatter_rows({key: self._summaries(*key) for key in self.combinations})
 
-    def _summaries(self, law: str, engine: str) -> dict[float, list[dict]]:
+    def _summaries(self, law: str, engine: str) -> Summaries:
         return {level: [c.summary() for c in found] for level, found in self.of_law(law, engine).items()}
 
 

@@ -21,7 +21,7 @@ _RESULTS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     ),
     "acceleration_rms": (("response",), {"units": "m s-2"}),
     "displacement_rms": (("bushing",), {"units": "m"}),
-    "contact_share": (("bushing",), {"units": "1", "long_name": "share of time in contact"}),
+    "contact_share": (("bushing",), {"units": "1", "long_name": "share of the steps in contact, beyond the gap"}),
     "peak_frequency": (
         ("peak",), {"units": "Hz", "long_name": "frequency of the highest peak, root mean square over the sensors"}
     ),

@@ -13,7 +13,7 @@ from ..core.errors import RecordError
 from ..core.files import plain_file
 from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
-from .fields import SI, Block, closing_line
+from .fields import SI, Block, Units, closing_line, decoded
 
 __all__ = ["Scan", "contents", "scan"]
 
@@ -43,19 +43,25 @@ class Scan(NamedTuple):
     """of type 58"""
     blocks: list[Block]
     """all others"""
+    notes: list[str]
+    """what was taken for granted, a sentence each"""
 
 
-def scan(data: bytes) -> Scan:
+def scan(data: bytes, units: Units | None = None) -> Scan:
     """Walk over the data sets of a file.
 
     Parameters
     ----------
     data : bytes
         Bytes of the file.
+    units : Units, optional
+        Units of the file, whatever its data set 164 says.
     """
     functions: list[Function] = []
     blocks: list[Block] = []
-    units, number, position = SI, 0, 0
+    notes: list[str] = []
+    given, number, position = units, 0, 0
+    units = units or SI
     while (blanks := _BLANKS.match(data, position)) and (begin := blanks.end()) < len(data):
         number += 1
         opening = _OPEN.match(data, begin)
@@ -71,10 +77,10 @@ def scan(data: bytes) -> Scan:
                 functions.append(function)
                 continue
             end, position = closing_line(data, opening.end())
-            lines = data[kind.end() : end].decode("utf-8", "replace").splitlines()[1:]
+            lines = decoded(data[kind.end() : end]).splitlines()[1:]
             blocks.append(Block(int(kind[1]), number, tuple(lines), units))
-            if kind[1] == b"164":
-                units = read_units(blocks[-1])
+            if kind[1] == b"164" and given is None:
+                units = read_units(blocks[-1], notes)
         except RecordError as error:
             raise RecordError(f"data set {number}: {error}") from None
-    return Scan(functions, blocks)
+    return Scan(functions, blocks, notes)

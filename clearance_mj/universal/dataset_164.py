@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
 from ..core.units import ratio_factor, unit_factor
 from .dataset_58 import Function
-from .fields import SI, Block, Units, read_real, text_set
+from .fields import SI, Block, Units, quantity_of, read_real, text_set
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")
 _TOLERANCE = 1e-6  # relative, between a label's factor and the file's, which is written with few digits
+_LENGTHS = {"m": 1.0, "dm": 10.0, "cm": 100.0, "mm": 1e3, "um": 1e6, "in": 1 / 0.0254, "ft": 1 / 0.3048}
+_FORCES = {"N": 1.0, "mN": 1e3, "kN": 1e-3, "kgf": 1 / 9.80665, "lbf": 1 / 4.4482216152605}
 UNIT_SET = text_set(
     164,
     (
@@ -19,46 +24,121 @@ UNIT_SET = text_set(
 )  # The data set for SI units
 
 
-def read_units(block: Block) -> Units:
-    """Read the factors of length and force."""
+class Measure(NamedTuple):
+    """What the numbers of a function stand for."""
+
+    quantity: str
+    """such as "acceleration" or "acceleration/force"; a part that no calculation uses is "unknown" """
+    unit: str
+    """label in the file where the quantity is unknown, otherwise empty"""
+    scale: float
+    """SI units in one of the file's; 1 where the quantity is unknown"""
+
+
+def parse_units(text: str) -> Units:
+    """Return the units of a file that a user names: "SI", or length and force, such as "mm,N".
+
+    Parameters
+    ----------
+    text : str
+        The names.
+    """
+    length, _, force = ("m,N" if text.strip().upper() == "SI" else text).partition(",")
+    if length.strip() not in _LENGTHS or force.strip() not in _FORCES:
+        raise RecordError(
+            f'units "{text}" are unknown; use SI, or a length of {", ".join(_LENGTHS)} and a force of '
+            f'{", ".join(_FORCES)}, such as "mm,N"'
+        )
+    return Units(_LENGTHS[length.strip()], _FORCES[force.strip()])
+
+
+def read_units(block: Block, notes: list[str]) -> Units:
+    """Read the factors of length and force; factors of zero say nothing, so that SI is taken and noted."""
     values = " ".join(block.lines[1:]).split()
     if len(values) < 2:
-        raise RecordError("units need two factors, of length and of force, on their second record")
+        raise RecordError(
+            'units need two factors, of length and of force, on their second record; units="SI" (--units SI) does '
+            "without"
+        )
     length, force = (read_real(v, f"factor of {name}") for v, name in zip(values, ("length", "force")))
     if min(length, force) <= 0:
-        raise RecordError(f"factors of length and force must be > 0, got {length:g} and {force:g}")
+        notes.append(
+            f"data set {block.number} (164, units) has factors {length:g} and {force:g} of length and force, which are "
+            'no units; taken for SI (another: units="mm,N", --units mm,N)'
+        )
+        return SI
     return Units(length, force)
 
 
-def time_scale(function: Function, quantity: str) -> float:
-    """Return the SI units in one unit of a time function."""
-    return _labelled(function, function.unit, quantity)
+def time_measure(function: Function, notes: list[str]) -> Measure:
+    """Return what a time function measures."""
+    quantity, label = quantity_of(function.numerator), function.unit
+    if quantity == UNKNOWN:
+        return _unknown(UNKNOWN, label)
+    if not _is_label(label):
+        return Measure(quantity, "", function.units.factor(quantity))
+    if not _is_unit(label, quantity):
+        return _not_known(function, quantity, label, notes)
+    return Measure(quantity, "", _agreed(function, label, unit_factor(label, quantity), quantity))
 
 
-def frf_scale(function: Function, above: str, below: str) -> float:
-    """Return the SI units in one unit of an FRF.
+def frf_measure(function: Function, notes: list[str]) -> Measure:
+    """Return what an FRF is: a ratio of two quantities.
 
     The label of the ordinate is the numerator's by the format; many writers put the whole ratio there.
     """
-    label = function.unit
+    above, below = quantity_of(function.numerator), quantity_of(function.denominator)
+    label, label_below = function.unit, function.unit_below
+    both = label if "/" in label or not _is_label(label_below) else f"{label}/{label_below}"
+    if UNKNOWN in (above, below):
+        return _unknown(f"{above}/{below}", both)
+    own = function.units.factor(above) / function.units.factor(below)
     if _is_label(label) and not _is_unit(label, above):
-        own = function.units.factor(above) / function.units.factor(below)
-        return _agreed(function, label, ratio_factor(label, above, below), own)
-    numerator, denominator = _labelled(function, label, above), _labelled(function, function.unit_below, below)
-    if above == below and _is_label(label) != _is_label(function.unit_below) and numerator != denominator:
-        raise RecordError(f'unit "{label}" of the ordinate needs one of the denominator beside it, such as "{label}"')
-    return numerator / denominator
+        try:
+            scale = ratio_factor(label, above, below)
+        except RecordError:
+            return _not_known(function, f"{above}/{below}", both, notes)
+        return Measure(f"{above}/{below}", "", _agreed_scale(function, label, scale, own))
+    scales = []
+    for text, quantity in ((label, above), (label_below, below)):
+        if _is_label(text) and not _is_unit(text, quantity):
+            return _not_known(function, f"{above}/{below}", both, notes)
+        scale = unit_factor(text, quantity) if _is_label(text) else function.units.factor(quantity)
+        scales.append(_agreed(function, text, scale, quantity) if _is_label(text) else scale)
+    if above == below and _is_label(label) != _is_label(label_below) and scales[0] != scales[1]:
+        return _not_known(function, f"{above}/{below}", both, notes)  # of g over what?
+    return Measure(f"{above}/{below}", "", scales[0] / scales[1])
 
 
-def _labelled(function: Function, label: str, quantity: str) -> float:
-    own = function.units.factor(quantity)
-    return _agreed(function, label, unit_factor(label, quantity), own) if _is_label(label) else own
+def label_of(text: str) -> str:
+    """Return a label of a unit, empty where a program wrote that there is none."""
+    return text if _is_label(text) else ""
 
 
-def _agreed(function: Function, label: str, scale: float, own: float) -> float:
+def _unknown(quantity: str, label: str) -> Measure:
+    return Measure(quantity, label_of(label), 1.0)
+
+
+def _not_known(function: Function, quantity: str, label: str, notes: list[str]) -> Measure:
+    """Note that a label is not among the units of its quantity, so that the numbers are taken as they are."""
+    notes.append(
+        f'data set {function.number}: unit "{label}" of {quantity} is not known, so its quantity is not; values are as '
+        "in the file"
+    )
+    return _unknown("/".join(UNKNOWN for _ in quantity.split("/")), label)
+
+
+def _agreed(function: Function, label: str, scale: float, quantity: str) -> float:
+    return _agreed_scale(function, label, scale, function.units.factor(quantity))
+
+
+def _agreed_scale(function: Function, label: str, scale: float, own: float) -> float:
     """Refuse a label that contradicts units that the file states and that are not SI: either may be the wrong one."""
     if function.units != SI and abs(scale / own - 1) > _TOLERANCE:
-        raise RecordError(f'unit "{label}" contradicts the units of the file (data set 164), which are not SI')
+        raise RecordError(
+            f'unit "{label}" contradicts the units of the file (data set 164), which are not SI; units="SI" '
+            "(--units SI) follows the labels"
+        )
     return scale
 
 

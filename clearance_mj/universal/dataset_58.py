@@ -8,15 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from ..core.checks import DIRECTIONS, NAME_LIMIT, require_finite
+from ..core.checks import DIRECTIONS, NAME_LIMIT, NOWHERE, require_finite
 from ..core.errors import RecordError
-from .fields import CLOSE, DELIMITER, SI, Units, closing_line, read_dof, read_integer, read_real
+from .fields import CLOSE, DELIMITER, SI, Units, closing_line, decoded, read_dof, read_integer, read_real
+from .kinds import FUNCTION_TYPES
 
-TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE = 1, 4, 6
-TIME, FREQUENCY, UNKNOWN = 17, 18, (0, 1)
+TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
+TIME, FREQUENCY, UNSAID = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
 UNIT_LABELS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
 """Labels of the units that are written"""
+REFERRED = (CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY)  # function types that have a reference
 FIELDS = {
     "kind": (6, 0, 5, "function type"),
     "ordinate": (7, 0, 10, "ordinate data type"),
@@ -47,6 +49,15 @@ class Header:
     denominator: int
     unit: str = "NONE"  #: label of the ordinate's unit
     unit_below: str = "NONE"  #: label of the denominator's unit
+    axis_label: str = "NONE"  #: what the abscissa is
+    axis_unit: str = "NONE"
+    entity: str = "NONE"  #: name of the place that responds
+    unit_title: str = "NONE"  #: what the ordinate is
+
+    @property
+    def type_name(self) -> str:
+        """Function type in words."""
+        return FUNCTION_TYPES[self.kind] if 0 <= self.kind < len(FUNCTION_TYPES) else f"function of type {self.kind}"
 
     @property
     def is_complex(self) -> bool:
@@ -71,7 +82,8 @@ class Function(Header):
     number: int = 0  #: of the data set in the file, from 1
     begin: int = 0
     end: int = 0  #: bytes begin:end of the file are the samples
-    dtype: str | None = None  #: of a binary body; None: text
+    dtype: str | None = None  #: of the ordinate in a binary body; None: text
+    axis_dtype: str | None = None  #: of the abscissa in it
     units: Units = SI
 
 
@@ -79,20 +91,25 @@ def read_function(data: bytes, begin: int, binary: bool, number: int, units: Uni
     """Return one data set 58, whose header begins at byte ``begin``, and where the next data set begins."""
     lines, body = _header_lines(data, begin)
     header = _parse_header(lines)
-    total = header.size * header.per_sample
-    dtype = None
+    dtype = axis_dtype = None
     if binary:
-        dtype = _byte_order(lines[0]) + ("f8" if header.is_double else "f4")
-        end, position = _binary_end(data, body, header, np.dtype(dtype).itemsize * total)
+        order = _byte_order(lines[0])
+        wide, end, position = _binary_end(data, body, header)
+        dtype = order + ("f8" if header.is_double else "f4")
+        axis_dtype = order + ("f8" if wide else "f4")
     else:
         end, position = closing_line(data, body)
+        total = header.size * header.per_sample
         rows = sum(1 for line in data[body:end].splitlines() if line.strip())
         needed = -(-total // len(_columns(header)))
-        if rows != needed:
+        if rows != needed and len(data[body:end].split()) != total:
             raise RecordError(
                 f"header declares {header.size} samples, which is {needed} lines, but {rows} lines follow"
             )
-    return Function(**vars(header), number=number, begin=body, end=end, dtype=dtype, units=units), position
+    found = Function(
+        **vars(header), number=number, begin=body, end=end, dtype=dtype, axis_dtype=axis_dtype, units=units
+    )
+    return found, position
 
 
 def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:
@@ -103,7 +120,7 @@ def _header_lines(data: bytes, begin: int) -> tuple[list[str], int]:
         if end < 0:
             raise RecordError("header is cut short; needs eleven lines")
         # The fields end at column 80; a "line" of a damaged file can be as long as the file.
-        lines.append(data[begin : min(end, begin + 160)].decode("utf-8", "replace"))
+        lines.append(decoded(data[begin : min(end, begin + 160)]))
         begin = end + 1
     return lines, begin
 
@@ -119,19 +136,23 @@ def _byte_order(line: str) -> str:
     return "<" if order == 1 else ">"
 
 
-def _binary_end(data: bytes, begin: int, header: Header, size: int) -> tuple[int, int]:
-    """Return where a binary body of ``size`` bytes ends and where the next data set begins, if that fits the file."""
+def _binary_end(data: bytes, begin: int, header: Header) -> tuple[bool, int, int]:
+    """Return whether abscissas are of double precision, where the samples end and where the next data set begins."""
     # The closing "    -1" must come just there: the byte count in the header is wrong in files by pyuff and others,
-    # and a search could stop inside the samples.
-    closing = CLOSE.match(data, begin + size) if begin + size <= len(data) else None
-    if closing:
-        return begin + size, closing.end()
-    if len(data) == begin + size:
+    # and a search could stop inside the samples. The format has abscissas of single precision only; many writers give
+    # them that of the ordinate. The length of the body tells.
+    narrow = header.size * (header.per_sample - (not header.even)) * (8 if header.is_double else 4)
+    sizes = {wide: narrow + header.size * (not header.even) * (8 if wide else 4) for wide in (header.is_double, False)}
+    for wide, size in sizes.items():
+        if begin + size <= len(data) and (closing := CLOSE.match(data, begin + size)):
+            return wide, begin + size, closing.end()
+    if len(data) - begin in sizes.values():
         raise RecordError("has no closing '    -1' after its samples; the file is cut short")
     found = CLOSE.search(data, begin)
     present = (found.start() if found else len(data)) - begin
+    declared = " or ".join(str(size) for size in dict.fromkeys(sizes.values()))
     raise RecordError(
-        f"header declares {header.size} samples, which is {size} bytes, but {present} bytes follow"
+        f"header declares {header.size} samples, which is {declared} bytes, but {present} bytes follow"
         + ("" if found else " and no closing '    -1'; the file is cut short or the header wrong")
     )
 
@@ -148,20 +169,37 @@ def _parse_header(lines: list[str]) -> Header:
         raise RecordError(f"header declares {found['size']} samples; needs at least 1")
     step = lines[7][43:56].strip().upper().replace("D", "E")
     increment = read_real(step, "abscissa increment")
-    if found["even"] and not increment > 0 and found["kind"] in (TIME_FUNCTION, FREQUENCY_RESPONSE, COHERENCE):
+    if found["even"] and found["size"] > 1 and not increment > 0 and found["kind"] in range(1, 11):
         raise RecordError(f"abscissa increment {increment:g} must be > 0 for even spacing")
     if 0 < increment < 1e-300:
         raise RecordError(f"abscissa increment {increment:g} is too small")
+    place = lines[6][66:76], lines[6][76:80]
     return Header(
         **found | {"even": found["even"] == 1},
-        name="".join(c if c.isprintable() else " " for c in lines[1][:80]).strip()[:NAME_LIMIT].strip(),
+        name=_printable(lines[1][:80]),
         response=read_dof(lines[6][41:51], lines[6][51:55], "response"),
-        reference=read_dof(lines[6][66:76], lines[6][76:80], "reference"),
+        reference=read_dof(*place, "reference") if found["kind"] in REFERRED else _reference(*place),
         first=read_real(lines[7][30:43], "abscissa minimum"),
         step=step,
-        unit=lines[9][46:67].strip(),
-        unit_below=lines[10][46:67].strip(),
+        unit=_printable(lines[9][46:67]),
+        unit_below=_printable(lines[10][46:67]),
+        unit_title=_printable(lines[9][25:46]),
+        axis_label=_printable(lines[8][25:46]),
+        axis_unit=_printable(lines[8][46:67]),
+        entity=_printable(lines[6][31:41]),
     )
+
+
+def _printable(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text).strip()[:NAME_LIMIT].strip()
+
+
+def _reference(node: str, direction: str) -> str:
+    """Read the reference of a function that needs none, whatever a program left there."""
+    try:
+        return read_dof(node, direction, "reference")
+    except RecordError:
+        return NOWHERE
 
 
 def _columns(header: Header) -> list[int]:
@@ -176,10 +214,14 @@ def _columns(header: Header) -> list[int]:
 def numbers(data: bytes, function: Function) -> np.ndarray:
     """Return (size, per_sample) numbers of the body as they are stored."""
     count = function.size * function.per_sample
-    if function.dtype:
+    if function.dtype and (function.even or function.dtype == function.axis_dtype):
         values = np.frombuffer(data, function.dtype, count, function.begin)
+    elif function.dtype:
+        parts = np.dtype([("x", function.axis_dtype), ("y", function.dtype, (function.per_sample - 1,))])
+        rows = np.frombuffer(data, parts, function.size, function.begin)
+        values = np.column_stack((rows["x"], rows["y"])).ravel()
     else:
-        values = _text_numbers(data[function.begin : function.end], _columns(function))
+        values = _text_numbers(data[function.begin : function.end], _columns(function), count)
     if values.size != count:
         raise RecordError(
             f"data set {function.number}: holds {values.size} numbers, {function.size} samples need {count}"
@@ -189,15 +231,16 @@ def numbers(data: bytes, function: Function) -> np.ndarray:
     return values
 
 
-def _text_numbers(text: bytes, widths: list[int]) -> np.ndarray:
-    """Cut fixed columns: Fortran leaves no blank between two numbers that fill theirs."""
-    edges = np.cumsum([0, *widths])
-    words = [
-        word
-        for line in text.upper().replace(b"D", b"E").splitlines()
-        for a, b in itertools.pairwise(edges)
-        if (word := line[a:b].strip())
-    ]
+def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
+    """Read ``count`` numbers between blanks, in columns of whatever width, or else in the columns of the format."""
+    text = text.upper().replace(b"D", b"E")
+    words = text.split()
+    if count < len(words) < count + len(widths):  # some programs fill the last line
+        del words[count:]
+    if len(words) != count:  # Fortran leaves no blank between two numbers that fill their columns.
+        edges = itertools.pairwise(np.cumsum([0, *widths]))
+        cuts = [slice(a, b) for a, b in edges]
+        words = [word for line in text.splitlines() for cut in cuts if (word := line[cut].strip())]
     try:
         return np.array(words, dtype=bytes).astype(float)
     except ValueError:
@@ -214,7 +257,9 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
     """Data set 58b, little endian."""
     node, direction = header.response.split(":")
     reference_node, reference_direction = header.reference.split(":")
-    axis = ("Time", "s") if header.abscissa_type == TIME else ("Frequency", "Hz")
+    axis = {TIME: ("Time", "s"), FREQUENCY: ("Frequency", "Hz")}.get(
+        header.abscissa_type, (header.axis_label, header.axis_unit)
+    )
     lines = [
         f"{58:6d}b{1:6d}{2:6d}{11:12d}{values.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}",
         *(f"{text:<80}" for text in (header.name, "NONE", "NONE", "NONE", "NONE")),
@@ -222,8 +267,8 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
         f"{'NONE':<10}{int(reference_node):10d}{DIRECTIONS[reference_direction]:4d}",
         f"{header.ordinate:10d}{header.size:10d}{header.even:10d}{header.first:13.5e}{header.step:>13}{0:13.5e}",
         _axis_line(header.abscissa_type, *axis),
-        _axis_line(header.numerator, "NONE", header.unit),
-        _axis_line(header.denominator, "NONE", header.unit_below),
+        _axis_line(header.numerator, "NONE", header.unit[:20]),
+        _axis_line(header.denominator, "NONE", header.unit_below[:20]),
         _axis_line(0, "NONE", "NONE"),
     ]
     return (DELIMITER + "\n".join((*lines, ""))).encode() + values.tobytes() + DELIMITER.encode()

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.checks import DIRECTIONS, QUANTITIES
+from ..core.checks import DIRECTIONS, NOWHERE, QUANTITIES, UNKNOWN
 from ..core.errors import RecordError
 
 DELIMITER = f"{-1:6d}\n"
 CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
-_CLOSING_LINE = re.compile(rb"^ {4}-1[ \t]*(?:\r?\n|\Z)", re.MULTILINE)
+_CLOSING_LINE = re.compile(rb"^ {0,6}-1[ \t]*(?:\r?\n|\Z)", re.MULTILINE)  # some editors strip blanks
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
 
@@ -47,6 +47,14 @@ class Block:
         if index >= len(self.lines):
             raise RecordError(f"is cut short; needs {index + 1} records, has {len(self.lines)}")
         return self.lines[index]
+
+
+def decoded(data: bytes) -> str:
+    """Return text in UTF-8 or, as older programs write it, Latin-1."""
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def closing_line(data: bytes, begin: int) -> tuple[int, int]:
@@ -89,22 +97,19 @@ def read_real(text: str, what: str) -> float:
 
 
 def read_dof(node: str, direction: str, what: str) -> str:
-    """Read a node and the code of a direction as "3:+Z"."""
+    """Read a node and the code of a direction as "3:+Z"; some programs write node -1 where there is none."""
     number = read_integer(node, f"{what} node")
+    if number == -1:
+        return NOWHERE
     if not 0 <= number < 10**9:
         raise RecordError(f"{what} node {number} must be a whole number of at most 9 digits")
     code = read_integer(direction, f"{what} direction")
-    return f"{number}:{_name_of(code, DIRECTIONS, f'{what} direction {code} is unknown; needs -6 to 6')}"
+    names = [name for name, known in DIRECTIONS.items() if code == known]
+    if not names:
+        raise RecordError(f"{what} direction {code} is unknown; needs -6 to 6")
+    return f"{number}:{names[0]}"
 
 
-def quantity_of(code: int, what: str) -> str:
-    """Return the quantity of a specific data type; refuses those that are not measured here."""
-    known = ", ".join(f"{code} ({quantity})" for quantity, code in QUANTITIES.items())
-    return _name_of(code, QUANTITIES, f"{what} type {code} cannot be used; needs {known}")
-
-
-def _name_of(code: int, codes: Mapping[str, int], otherwise: str) -> str:
-    for name, known in codes.items():
-        if code == known:
-            return name
-    raise RecordError(otherwise)
+def quantity_of(code: int) -> str:
+    """Return the quantity of a specific data type, "unknown" of those that no calculation uses."""
+    return next((name for name, known in QUANTITIES.items() if code == known), UNKNOWN)

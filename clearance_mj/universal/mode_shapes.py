@@ -17,7 +17,8 @@ from ..signals.ema import Modes
 from .fields import Block, fields, read_integer, read_real, text_set
 
 NORMAL, COMPLEX = (2,), (3, 7)
-REAL_DATA, COMPLEX_DATA = 2, 5
+REAL_DATA, COMPLEX_DATA = (2, 4), (5, 6)  # of single and double precision
+PER_NODE = (3, 6)
 KINDS = (55, 2414)
 AT_NODES = 1
 _TRANSLATION = re.compile(r"(\d{1,9}):([+-])([XYZ])")
@@ -45,21 +46,33 @@ class _Mode:
     modal_a: complex
 
 
-def read_modes(blocks: Sequence[Block]) -> ModeShapes:
-    """Put the modes of a file together, by frequency."""
-    found: list[_Mode] = []
+def read_modes(blocks: Sequence[Block]) -> list[ModeShapes]:
+    """Put the modes of a file together, by frequency: those of the same nodes, which are all in most files.
+
+    Passed over are other results at nodes, such as static deflections, and shapes that are no displacements.
+    """
+    groups: dict[frozenset[int], list[_Mode]] = {}
     for block in blocks:
+        if block.kind not in KINDS:
+            continue
         with naming(f"data set {block.number}"):
             if block.kind == 2414 and read_integer(block.record(2)[:10], "location of data") != AT_NODES:
                 continue
-            if read_integer(_definition(block)[10:20], "analysis type") in (*NORMAL, *COMPLEX):
-                found.append(_read_mode(block))
-    if not found:
-        raise RecordError("holds no modes (data sets 55 or 2414 at nodes, of analysis type 2, 3 or 7)")
+            if read_integer(_definition(block)[10:20], "analysis type") not in (*NORMAL, *COMPLEX):
+                continue
+            if read_integer(_definition(block)[50:60], "values per node") not in PER_NODE:
+                continue
+            mode = _read_mode(block)
+            if not mode.shape:
+                raise RecordError("mode shape without a node")
+        groups.setdefault(frozenset(mode.shape), []).append(mode)
+    return [_together(found) for found in groups.values()]
+
+
+def _together(found: list[_Mode]) -> ModeShapes:
+    """Modes of the same nodes."""
     found.sort(key=lambda mode: mode.frequency)
     nodes = found[0].shape.keys()
-    if not nodes or any(mode.shape.keys() != nodes for mode in found):
-        raise RecordError("its modes are not of the same nodes, or of none")
     values = np.array([[mode.shape[node] for node in nodes] for mode in found])  # (n, nodes, 6)
     moving = np.flatnonzero(np.any(values, axis=(0, 1)))
     return ModeShapes(
@@ -82,14 +95,14 @@ def _read_mode(block: Block) -> _Mode:
     _, analysis, _, _, data_type, per_node = (
         read_integer(text, "data definition") for text in fields(_definition(block), 10, 6)
     )
-    if data_type not in (REAL_DATA, COMPLEX_DATA) or per_node not in (3, 6):
-        raise RecordError(f"mode shape of data type {data_type} with {per_node} values per node; needs 2 or 5, 3 or 6")
+    if data_type not in (*REAL_DATA, *COMPLEX_DATA):
+        raise RecordError(f"mode shape of data type {data_type}; needs 2 or 4 (real), 5 or 6 (complex)")
     frequency, damping, mass, a = _parameters(block, analysis in NORMAL)
-    if not 0 < frequency < np.inf:
-        raise RecordError(f"natural frequency {frequency:g} Hz must be > 0 and finite")
+    if not 0 <= frequency < np.inf:
+        raise RecordError(f"natural frequency {frequency:g} Hz must be >= 0 and finite")
     kilogram = block.units.factor("force") / block.units.factor("length")
     modal_a = complex(np.nan, np.nan) if a == 0 else a * kilogram
-    shape = _shape(block, per_node, data_type == COMPLEX_DATA)
+    shape = _shape(block, per_node, data_type in COMPLEX_DATA)
     return _Mode(frequency, damping, shape, mass * kilogram if mass > 0 else np.nan, modal_a)
 
 
@@ -142,7 +155,7 @@ def mode_sets(modes: Modes) -> Iterator[str]:
         lines = [f"{'NONE':<80}"] * 3
         lines += [f"{f'Mode {number}':<80}", f"{f'{frequency:.6g} Hz, damping {damping:.6g}':<80}"]
         # structural model, complex eigenvalue, vector of three translations, displacement, complex, 3 values per node
-        lines += [_integers(1, COMPLEX[0], 2, 8, COMPLEX_DATA, 3), _integers(2, 6, 0, number)]
+        lines += [_integers(1, COMPLEX[0], 2, 8, COMPLEX_DATA[0], 3), _integers(2, 6, 0, number)]
         lines.append(_reals((-damping * omega, omega * np.sqrt(1 - damping**2), 0, 0, 0, 0)))
         for node, values in shape.items():
             lines += [f"{node:10d}", _reals(values.view(float))]

@@ -34,8 +34,8 @@ def response(**fields):
     time = np.arange(10000) / 1000
     sine = np.sin(2 * np.pi * 10 * time)
     force = np.vstack((0 * time, np.where(time < 2, -30.0, 0.0)))
-    given = {"displacement": 1e-3 * np.vstack((sine, 2 * sine)), "contact_force": force, "band": (5.0, 220.0)}
-    return cm.Response(1000.0, 8**0.5 * sine, np.vstack((sine, 7 * sine)), **given | fields)
+    given = {"displacement": 1e-3 * np.vstack((sine, 2 * sine)), "contact_force": force, "contact_share": [0.0, 0.2]}
+    return cm.Response(1000.0, 8**0.5 * sine, np.vstack((sine, 7 * sine)), band=(5.0, 220.0), **given | fields)
 
 
 class Cells(HTMLParser):
@@ -105,7 +105,7 @@ def test_signals_show_sizes_units_and_peaks():
     text = repr(response(provenance={"rig": {"name": "mine"}, "engine": "modal"}))
     assert text.startswith("Response of 2 sensors, 10 s at 1000 Hz\n")
     assert "base acceleration at 100:+Z, 2 m/s² RMS, 5 to 220 Hz" in text
-    assert "2 rows, up to 2 mm" in text and "up to 30 N, in contact 0 %, 20 % of the time" in text
+    assert "2 rows, up to 2 mm" in text and "up to 30 N" in text and "0 %, 20 % of the time" in text
     assert text.endswith("rig mine, engine modal")
 
 

@@ -52,7 +52,8 @@ def simulate(engine, law, duration=0.4, level=8.0, rig=RIG):
     drive = level * (np.sin(2 * np.pi * 9 * time) + np.sin(2 * np.pi * 37 * time))
     run = engine.start(rig, law, "base", step)
     blocks = [run.advance(part) for part in np.array_split(drive, 7)]
-    motion = Motion(step, time, *np.split(np.concatenate(blocks)[:, len(rig.sensors) :], 3, axis=1))
+    x, contact, grease, _ = np.split(np.concatenate(blocks)[:, len(rig.sensors) :], 4, axis=1)
+    motion = Motion(step, time, x, contact, grease)
     assert np.all(np.mean(motion.penetration != 0, axis=0) > 0.05)
     assert np.all(motion.penetration.min(axis=0) < 0) and np.all(motion.penetration.max(axis=0) > 0)
     return motion

@@ -139,7 +139,7 @@ def test_excitation(folder):
 
 
 def test_loading_parses_no_samples(folder, monkeypatch):
-    monkeypatch.setattr(record_module, "read_uff", lambda path: pytest.fail(f"{path} was read"))
+    monkeypatch.setattr(record_module, "read_uff", lambda path, **_: pytest.fail(f"{path} was read"))
     ds = Dataset.load(folder)
     assert [(r.size, r.duration, len(r.channels)) for r in ds.records] == 3 * [(N, 0.5, 11)]
     assert opened(ds) == []
@@ -147,7 +147,7 @@ def test_loading_parses_no_samples(folder, monkeypatch):
 
 def test_only_the_records_that_are_used_are_opened(folder, monkeypatch):
     read = []
-    monkeypatch.setattr(record_module, "read_uff", lambda path: read.append(path.name) or read_uff(path))
+    monkeypatch.setattr(record_module, "read_uff", lambda path, **w: read.append(path.name) or read_uff(path, **w))
     ds = Dataset.load(folder)
     for used in ds.identify:
         used.response(), used.excitation(), list(used.channels)

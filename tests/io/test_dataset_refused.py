@@ -167,7 +167,7 @@ def test_channels_that_do_not_fit(folder, change, part):
 
 def test_file_of_frfs_instead_of_a_record(folder):
     write_uff(folder / "level-1.uff", FRF([1.0, 2.0], [[1.0 + 0j, 2.0]]))
-    refused(folder, "level-1.uff: holds FRFs, needs time functions")
+    refused(folder, "level-1.uff: needs time records (data sets 58 of function type 1); its functions are 4 (freq")
 
 
 def test_writing_refuses_before_it_writes(tmp_path):

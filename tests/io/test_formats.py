@@ -151,8 +151,10 @@ def test_references_that_do_not_fit_together_are_read_one_by_one(tmp_path, rng):
         formats.write(tmp_path / "a.uff", first)
         formats.write(tmp_path / "b.uff", other)
         (tmp_path / "both.uff").write_bytes((tmp_path / "a.uff").read_bytes() + (tmp_path / "b.uff").read_bytes())
-        with pytest.raises(RecordError, match=f"{part}; name a reference to read the FRFs to that one"):
-            formats.read(tmp_path / "both.uff")
+        assert formats.read(tmp_path / "both.uff").frfs == (first, other)
+        with pytest.raises(RecordError, match=r'both.uff: holds several "frf"; choose one of "frf 1" \(FRFs accel'):
+            formats.read_frf(tmp_path / "both.uff")
+        assert formats.read_frf(tmp_path / "both.uff", what="frf 2") == other
         for frf in (first, other):
             assert formats.read_frf(tmp_path / "both.uff", reference=frf.reference) == frf
 

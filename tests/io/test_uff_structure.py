@@ -11,7 +11,7 @@ import pyuff
 
 from clearance_mj.beam import linear_frf
 from clearance_mj.core.errors import RecordError
-from clearance_mj.io.uff import Geometry, read_geometry, read_uff, write_uff
+from clearance_mj.io.uff import FileWarning, Geometry, read_geometry, read_uff, write_uff
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Shaker
 from clearance_mj.signals.ema import Modes, extract_modes
 from clearance_mj.signals.frf import FRF
@@ -73,9 +73,11 @@ def test_unit_label_of_an_frf(write, label, si):
 
 
 def test_ratio_of_accelerations_with_one_unit(write):
-    """g over what? Taken for m/s² it would be 20 dB off, and not seen."""
-    with pytest.raises(RecordError, match='unit "g" of the ordinate needs one of the denominator'):
-        read_uff(write(frf_by_hand(unit="g", denominator=12)))
+    """g over what? Taken for m/s² it would be 20 dB off, and not seen: the quantity is not known then."""
+    with pytest.warns(FileWarning, match='unit "g" of acceleration/acceleration is not known'):
+        got = read_uff(write(frf_by_hand(unit="g", denominator=12)))
+    assert (got.quantity, got.unit) == ("unknown/unknown", "g")
+    np.testing.assert_array_equal(got.functions, [[1 + 2j, 3 - 4j]])
     got = read_uff(write(frf_by_hand(unit="g/g", denominator=12)))
     np.testing.assert_array_equal(got.functions, [[1 + 2j, 3 - 4j]])
 
@@ -92,7 +94,9 @@ def test_nodes_and_lines_of_a_rig(tmp_path, rig):
     (line,) = got.lines
     along = [got.nodes[node][0] for node in line]
     assert along == sorted(along) and set(line) == set(got.nodes)
-    np.testing.assert_array_equal(read_uff(tmp_path / "h.uff").value, modal_frf().value)
+    both = read_uff(tmp_path / "h.uff")
+    assert both.geometry == got
+    np.testing.assert_array_equal(both.frf.value, modal_frf().value)
 
 
 def test_pyuff_reads_the_structure(tmp_path, rig):
@@ -114,7 +118,7 @@ def test_geometry_by_hand(write):
     lines = [f"{1:10d}{9:10d}{1:10d}", "shaft", "".join(f"{n:10d}" for n in joined[:8]), f"{joined[8]:10d}"]
     text = "".join(f"    -1\n{kind:6d}\n" + "\n".join(body) + "\n    -1\n" for kind, body in ((15, rows), (82, lines)))
     got = read_geometry(write(units_by_hand(1e3, 1.0) + text.encode()))
-    assert got == Geometry({i: (i / 10, -1e-3, 0.0) for i in range(1, 9)}, (joined,))
+    assert got == Geometry(tuple(range(1, 9)), [(i / 10, -1e-3, 0.0) for i in range(1, 9)], (joined,))
 
 
 @pytest.mark.parametrize(
@@ -136,7 +140,7 @@ def test_damaged_geometry(write, kind, body, part):
 
 
 def test_file_without_nodes(write):
-    with pytest.raises(RecordError, match=r"holds no nodes \(data set 15\)"):
+    with pytest.raises(RecordError, match=r"holds no geometry \(data sets 15 \(nodes\), 18 "):
         read_geometry(write(by_hand(ROWS)))
 
 
@@ -255,4 +259,5 @@ def test_pyfrf_makes_our_frf_of_our_record(tmp_path, rig):
     other.add_data(force[None, None], np.array(responses)[None])
     theirs = np.squeeze(other.get_FRF(frf_form="accelerance"))
     # Records are stored in single precision.
-    np.testing.assert_allclose(read_uff(tmp_path / "h.uff").functions[:, 1:], theirs[:, 1:], rtol=2e-5, atol=2e-6)
+    ours = read_uff(tmp_path / "h.uff", what="frf").functions
+    np.testing.assert_allclose(ours[:, 1:], theirs[:, 1:], rtol=2e-5, atol=2e-6)

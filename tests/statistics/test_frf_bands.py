@@ -23,7 +23,8 @@ from clearance_mj.model import Model
 from clearance_mj.report.figures import band_drawing, study_bands
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import multisine, random
-from clearance_mj.signals.frf import FRF, estimate_frf, random_error
+from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.signals.frf_error import random_error
 from clearance_mj.signals.response import Response
 from clearance_mj.statistics.frf_bands import Band, frf_band, inside, paired_error
 from clearance_mj.study import IdentifiedModel
@@ -178,10 +179,10 @@ def test_random_error_is_the_scatter_from_record_to_record(rng):
     """Of 150 records of 8 s, 15 half-overlapping segments, coherence 1/2 or so: σ of log |H|."""
     frfs = [estimate_frf(test, resolution=1.0) for test, _ in records(rng, 150, 0.0, 1.0)]
     scatter = np.std([np.log(np.abs(frf.value[0])) for frf in frfs], axis=0)
-    told = np.sqrt(np.mean([random_error(frf, 8.0)[0] ** 2 for frf in frfs], axis=0))
+    told = np.sqrt(np.mean([random_error(frf)[0] ** 2 for frf in frfs], axis=0))
     assert np.median(scatter / told) == pytest.approx(1.0, abs=0.05)
     with pytest.raises(RecordError, match="no coherence"):  # as of one segment
-        random_error(dataclasses.replace(frfs[0], coherence=None), 1.0)
+        random_error(dataclasses.replace(frfs[0], coherence=None))
 
 
 def test_paired_error_leaves_out_what_model_and_test_share(rng):
@@ -191,7 +192,7 @@ def test_paired_error_leaves_out_what_model_and_test_share(rng):
         frfs = [estimate_frf(each, resolution=1.0) for each in (test, model)]
         ratios.append(np.log(np.abs(frfs[0].value / frfs[1].value))[0])
         paired.append(paired_error(test, model, 1.0)[0] ** 2)
-        alone.append(random_error(frfs[0], 8.0)[0] ** 2)
+        alone.append(random_error(frfs[0])[0] ** 2)
     told = np.sqrt(np.mean(paired, axis=0))
     assert np.median(np.std(ratios, axis=0) / told) == pytest.approx(1.0, abs=0.05)
     assert np.median(np.sqrt(np.mean(alone, axis=0)) / told) > 3

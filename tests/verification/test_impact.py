@@ -127,7 +127,7 @@ class FreeMass:
         contacts = lane_contacts([law.table(1).kinds], [clearance])
 
         def simulate(n):
-            out, parts = np.full((3, n, 1), np.nan), (shaft, motion, clearance, greases, contacts)
+            out, parts = np.full((4, n, 1), np.nan), (shaft, motion, clearance, greases, contacts)
             assert advance(0, np.zeros(n), self.step, (0,), *parts, out, 0) == (-1, -1)
             return out[:, :, 0].T
 

@@ -198,8 +198,8 @@ def require_measurable(record: PreparedRecord, needs_probes: bool = True) -> Non
         raise RecordError(f"{where}: its rig has no bushings, so there is no restoring force to find")
     if needs_probes and not record.probes:
         raise RecordError(
-            f"{where}: has no displacement probe at every bushing; without them neither gap nor grease can be "
-            "identified. Output error on the accelerometers alone still can be used"
+            f"{where}: has no displacement probe at every bushing, without which restoring forces are not known "
+            "down to 0 Hz; methods bench, output-error and constant need none"
         )
     if record.duration <= 4 * SETTLE:
         raise RecordError(f"{where}: lasts {record.duration:g} s, force balance needs more than {4 * SETTLE:g} s")

@@ -2,9 +2,9 @@
 
 The modal engine is driven by each record's own excitation. Records under a lasting excitation count in pieces of 5 s,
 so that a level ramp shows at which level the law misses, and in bands of `BANDS` equal ratios. Test and model see the
-same excitation: the FRF of the difference of their responses is the difference of their FRFs, and its random error
-(`signals.frf.random_error`) comes from its own coherence. Noise, and impacts that the model does not repeat, are in it;
-scatter that both share is not. Impacts of the found law need no allowance of their own: with gaps changed by 1e-5 the
+same excitation: the FRF of the difference of their responses is the difference of their FRFs, and its `random_error`
+comes from its own coherence. Noise, and impacts that the model does not repeat, are in it; scatter that both share is
+not. Impacts of the found law need no allowance of their own: with gaps changed by 1e-5 the
 same FRFs come out, to 0.01 dB. A record of hits is compared by the RMS of both halves of every decay.
 """
 
@@ -22,7 +22,8 @@ import numpy as np
 from ...core.tasks import run_tasks
 from ...engines import simulate
 from ...model import Model
-from ...signals.frf import estimate_frf, random_error
+from ...signals.frf import estimate_frf
+from ...signals.frf_error import random_error
 from ...signals.response import Response
 from ..records.prepared import PreparedRecord
 from .output_error import CREST, DB, PIECE, RESOLUTION
@@ -235,7 +236,7 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     frf, difference = (estimate_frf(response, resolution=RESOLUTION) for response in (measured, rest))
     size = np.abs(frf.functions)
     missed = DB * np.abs(np.log(np.abs(frf.functions - difference.functions) / size))
-    error = DB * random_error(difference, measured.duration)[:, 0] * np.abs(difference.functions) / size
+    error = DB * random_error(difference)[:, 0] * np.abs(difference.functions) / size
     band = np.searchsorted(edges, frf.frequency, side="right") - 1
     shape = len(size), edges.size - 1
     found = np.full((2, *shape), np.nan)

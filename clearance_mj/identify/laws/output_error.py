@@ -27,7 +27,8 @@ from ...estimate import Estimates, Parameter, Problem, SoftL1, Stop, jackknife, 
 from ...io.dataset import Record
 from ...rig import Rig
 from ...signals.excitation import Excitation
-from ...signals.frf import estimate_frf, random_error
+from ...signals.frf import estimate_frf
+from ...signals.frf_error import random_error
 from ...signals.response import Response
 from ...signals.welch import SegmentAverages
 from ..registry import Identified, fitted_model
@@ -253,7 +254,7 @@ def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
         part = Response(response.fs, excitation, acceleration, kind=response.kind, band=response.band)
         found = estimate_frf(part, resolution=RESOLUTION)
         frf = np.abs(found.functions).ravel()
-        frf_error = DB * random_error(found, part.duration).ravel()
+        frf_error = DB * random_error(found).ravel()
         band = np.tile((found.frequency // BAND).astype(int), len(found.value))
     squares = [np.square(signal.T, order="C") for signal in signals]  # summed sample by sample
     rms = np.concatenate([np.empty(0), *(np.sqrt(np.mean(square, axis=0)) for square in squares)])

@@ -14,6 +14,7 @@ from ..forces.restoring import SETTLE, RestoringForce, restoring_forces
 from ..laws.contact_over_time import RELEASES, amplitude_columns, fill_untouched, require_contact
 from ..laws.grease import GreaseFit, grease_force, grease_parameters
 from ..laws.regression import non_negative, weights
+from ..records.needs import probes
 from ..registry import Identified, register
 
 __all__ = ["amplitude_law"]
@@ -45,6 +46,7 @@ def amplitude_law(dataset: Dataset, progress: bool = False) -> tuple[AmplitudeLa
     "amplitude",
     "the rig file and the records to identify: contact over amplitude, Bouc-Wen grease, from the restoring forces",
     shortest=lambda rig: 4 * SETTLE,
+    needs=(probes,),
 )
 def _find(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig, amplitude_law(dataset, progress)[0]))

@@ -17,6 +17,7 @@ from ...model import Model
 from ..forces.restoring import SETTLE, possible_forces
 from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
+from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare
 from ..registry import Identified, register
 from ..structure.faults.diagnosis import diagnose
@@ -57,6 +58,7 @@ class BenchFit(Identified):
     "the rig file with its tolerances and the records to identify: rig, gaps, offsets, and the likeliest of the "
     "families of contact and grease",
     shortest=lambda rig: 4 * SETTLE,
+    needs=(more_sensors_than_clearances,),
     finds_rig=True,
 )
 def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:

@@ -11,6 +11,7 @@ from ...model import Model
 from ..forces.restoring import SETTLE, restoring_forces
 from ..laws.contact_over_time import contact_parameters, fill_untouched, require_contact
 from ..laws.grease import grease_parameters
+from ..records.needs import probes
 from ..registry import Identified, register
 
 __all__ = ["force_balance_law"]
@@ -38,6 +39,7 @@ def force_balance_law(dataset: Dataset, progress: bool = False) -> ConstantLaw:
     "force-balance",
     "the rig file and the records to identify: constant contact and Bouc-Wen grease out of the restoring forces",
     shortest=lambda rig: 4 * SETTLE,
+    needs=(probes,),
 )
 def _find(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig, force_balance_law(dataset, progress)))

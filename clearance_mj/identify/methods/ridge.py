@@ -16,6 +16,7 @@ from ...signals.wavelet import scalogram, shortest_record
 from ..forces.restoring import MODES, require_measurable
 from ..laws.oscillator import check_options
 from ..records.lowest_mode import ridge_band, warn_of_no_ridge
+from ..records.needs import probes_in_longest
 from ..records.prepared import prepared
 from ..registry import Identified, register
 
@@ -122,4 +123,5 @@ register(
     "ridge",
     "the rig file and the longest record to identify: contact over that record's time, from its wavelet ridge",
     shortest_for_ridge,
+    needs=(probes_in_longest,),
 )(find)

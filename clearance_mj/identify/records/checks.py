@@ -76,12 +76,12 @@ def _remedy(record: PreparedRecord, channel: str) -> str:
     if kind == EXCITATION:
         return "nothing can be identified from this record"
     if kind == "probe":
-        return "without the probes, constant and output-error still can be identified"
+        return "without the probes, bench, output-error and constant still can be used"
     node = label.partition(":")[0]
     if label in record.rig.probe_labels:
         return (
-            f"without node {node} in the rig file the probe there is lost too; constant and output-error still can be "
-            "identified"
+            f"without node {node} in the rig file the probe there is lost too; bench, output-error and constant still "
+            "can be used"
         )
     return f"without node {node} in the rig file everything still can be identified"
 

@@ -1,4 +1,4 @@
-"""Universal files: time functions and FRFs (data sets 58, text or binary), modes (55, 2414), geometry (15, 82).
+"""Universal files: functions (data sets 58, text or binary), modes (55, 2414), geometry (15, 18, 82, 2411, 2412, 2420).
 
 pyuff 2.5.8,
 which checks our files in the tests, returns the sets before the cut of a truncated file, ends binary samples at bytes
@@ -8,8 +8,10 @@ whatever is wrong; it writes half the byte count of complex values, today's date
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Sequence
 from os import PathLike
+from typing import Any
 
 from ...core.checks import DIRECTIONS, QUANTITIES, naming
 from ...core.errors import RecordError
@@ -17,21 +19,28 @@ from ...core.files import replacing
 from ...rig import Rig
 from ...signals.ema import Modes
 from ...signals.frf import FRF
+from ...signals.spectra import Spectra
+from ...structure.geometry import Geometry
 from ...universal import contents, scan
-from ...universal.dataset_58 import COHERENCE, FREQUENCY_RESPONSE, TIME_FUNCTION, Function
-from ...universal.dataset_164 import UNIT_SET
-from ...universal.fields import Block, text_set
-from ...universal.mode_shapes import KINDS, mode_sets, read_modes
+from ...universal.dataset_58 import COHERENCE, Function
+from ...universal.dataset_164 import UNIT_SET, parse_units
+from ...universal.fields import text_set
+from ...universal.kinds import named_sets
+from ...universal.mode_shapes import ModeShapes, mode_sets, read_modes
 from ..channels import Channel, ChannelHeader
+from ..contents import FileContents
 from ..registry import Format, register
-from .functions import channel_block, frf_blocks, read_channel, read_channel_header, read_frfs
-from .geometry import Geometry, geometry_sets, read_geometry_blocks, rig_geometry
+from .frfs import frf_blocks, is_frf, read_frfs
+from .functions import channel_block, is_of_time, read_channel, read_channel_header, why_no_record
+from .geometry import GEOMETRY_SETS, geometry_sets, read_geometry_blocks, rig_geometry
+from .spectra import read_spectra, spectra_blocks
 
 __all__ = [
     "DIRECTIONS",
     "QUANTITIES",
     "Channel",
     "ChannelHeader",
+    "FileWarning",
     "Geometry",
     "read_geometry",
     "read_uff",
@@ -40,70 +49,128 @@ __all__ = [
 ]
 
 
-def read_uff(path: str | PathLike[str], reference: str | None = None) -> list[Channel] | FRF | Modes:
-    """Read the time functions or the FRFs of a universal file, or the modes of a file without functions.
+class FileWarning(UserWarning):
+    """Something that a file does not say and that was taken for granted."""
+
+
+def read_uff(
+    path: str | PathLike[str], reference: str | None = None, units: str | None = None, what: str | None = None
+) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
+    """Read what a universal file holds: time records, FRFs, spectra, modes, geometry.
 
     Parameters
     ----------
     path : str or Path
-        A file with data sets 58, text or binary, or with modes (55, 2414), of which translations are read. Units are
-        those of its data set 164, SI if there is none, unless a function's own label says another, such as "g". Data
-        sets of other kinds are passed over.
+        A file with data sets 58, text or binary, modes (55, 2414), of which translations are read, or geometry (15, 18,
+        82, 781, 2411, 2412, 2420). Units are those of its data set 164, SI if there is none, unless a function's own
+        label says another, such as "g". Data sets of other kinds are passed over.
     reference : str, optional
-        Reference, such as "5:+Z", to which FRFs are read; needed where others differ in lines or quantity.
+        Reference, such as "5:+Z", to which FRFs are read.
+    units : str, optional
+        Units of the file, whatever its data set 164 says: "SI", or length and force, such as "mm,N".
+    what : str, optional
+        What to return of a file that holds several things, see `clearance_mj.io.contents.FileContents.pick`.
 
     Returns
     -------
-    list of Channel, FRF or Modes
-        Channels of a file with time functions; an FRF of a file with frequency response functions; else modes.
+    list of Channel, FRF, Spectra, Modes, Geometry or FileContents
+        The one thing that the file holds, or all of several. A quantity that is neither displacement, velocity,
+        acceleration nor force is "unknown", its values as in the file.
 
     Raises
     ------
     RecordError
-        If the file is missing, damaged, holds neither or both, or holds what this package cannot use (uneven time
-        steps, unknown units); the message names the file and the data set.
+        If the file is missing, damaged, or holds none of these; the message names the file and the data set.
     """
     data = contents(path)
     with naming(path):
-        functions, blocks = scan(data)
-        modes = [block for block in blocks if block.kind in KINDS]
-        if modes and not functions:
-            return _modes(modes)
-        functions = _measured(functions)
-        if functions[0].kind == TIME_FUNCTION:
-            return [read_channel(data, f) for f in functions]
-        return read_frfs(data, functions, reference)
+        found, notes = _read(data, reference, units)
+        parts = list(found.parts.values())
+        chosen = found.pick(what) if what else parts[0] if len(parts) == 1 else found
+    _warn(path, notes)
+    return chosen
 
 
-def read_geometry(path: str | PathLike[str]) -> Geometry:
-    """Read the nodes and trace lines of a universal file (data sets 15 and 82)."""
+def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileContents, list[str]]:
+    """Everything in a file, and what was taken for granted."""
+    functions, blocks, notes = scan(data, parse_units(units) if units else None)
+    channels: list[Channel] = []
+    others: list[Function] = []
+    for f in functions:
+        if is_of_time(f) and not (why := why_no_record(data, f)):
+            channels.append(read_channel(data, f, notes))
+            continue
+        others.append(f)
+        if is_of_time(f):
+            notes.append(f"data set {f.number}: {why}; read as a function of time, not as a record")
+    frfs, left = read_frfs(data, others, reference, notes)
+    rest = [f for f in others if not is_frf(f) and f.kind != COHERENCE]
+    spectra = read_spectra(data, [*rest, *left]) if reference is None or not frfs else []
+    geometry = read_geometry_blocks(blocks, notes)
+    modes = tuple(_modes(shapes) for shapes in read_modes(blocks))
+    found = FileContents(tuple(channels), tuple(frfs), tuple(spectra), modes, geometry)
+    if not found.parts:
+        there = named_sets(block.kind for block in blocks)
+        raise RecordError(
+            f"holds {f'data sets {there} only' if there else 'no data set'}; there is no function, mode or node in it"
+        )
+    return found, notes
+
+
+def _warn(path: str | PathLike[str], notes: Sequence[str]) -> None:
+    """Say what was taken for granted; of many alike the first ones."""
+    for note in notes[:MOST_NOTES]:
+        warnings.warn(f"{path}: {note}", FileWarning, stacklevel=3)
+    if len(notes) > MOST_NOTES:
+        warnings.warn(f"{path}: and {len(notes) - MOST_NOTES} more notes like these", FileWarning, stacklevel=3)
+
+
+MOST_NOTES = 5
+
+
+def read_geometry(path: str | PathLike[str], units: str | None = None) -> Geometry:
+    """Read the nodes, trace lines, elements and coordinate systems of a universal file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    units : str, optional
+        As `read_uff` takes it.
+    """
     data = contents(path)
     with naming(path):
-        return read_geometry_blocks([block for block in scan(data).blocks if block.kind in (15, 82)])
+        _, blocks, notes = scan(data, parse_units(units) if units else None)
+        found = read_geometry_blocks(blocks, notes)
+        if found is None:
+            raise RecordError(f"holds no geometry (data sets {named_sets(GEOMETRY_SETS)})")
+    _warn(path, notes)
+    return found
 
 
 def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
-    """Check the structure of a universal file of time functions and return their headers; samples stay unread."""
+    """Check the structure of a universal file of time records and return their headers; samples stay unread."""
     data = contents(path)
     with naming(path):
-        functions = _measured(scan(data).functions)
-        if functions[0].kind != TIME_FUNCTION:
-            raise RecordError("holds FRFs, needs time functions (data sets 58, function type 1)")
-        return [read_channel_header(data, f) for f in functions]
+        functions = scan(data).functions
+        if found := [f for f in functions if is_of_time(f)]:
+            return [read_channel_header(data, f, []) for f in found]
+        there = ", ".join(dict.fromkeys(f"{f.kind} ({f.type_name})" for f in functions))
+        raise RecordError(f"needs time records (data sets 58 of function type 1); its functions are {there or 'none'}")
 
 
 def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> None:
     """Write a universal file: header (151), SI units (164) and one data set 58b per function, or 55 per mode.
 
     The same object gives the same bytes: dates are fixed. Time functions are stored in single precision, FRFs (and
-    their coherence) in double, modes with the six digits of the format. The time step has at most 8 digits, so a rate
-    such as 2048.123456789 Hz is rounded.
+    their coherence) and spectra in double, modes with the six digits of the format. The time step has at most 8 digits,
+    so a rate such as 2048.123456789 Hz is rounded.
 
     Parameters
     ----------
     path : str or Path
         The file; an existing one is replaced once the new one is whole.
-    obj : sequence of Channel, Record, FRF or Modes
+    obj : sequence of Channel, Record, FRF, Spectra, Modes, Geometry or FileContents
         Object that is written.
     rig : Rig, optional
         Rig whose nodes (15) and a trace line along each shaft (82) are written, too.
@@ -113,21 +180,29 @@ def write_uff(path: str | PathLike[str], obj: object, rig: Rig | None = None) ->
     RecordError
         If ``obj`` is none of these, is empty, or holds values that the format cannot.
     """
+    parts = list(obj.parts.values()) if isinstance(obj, FileContents) else [obj]
     with naming(f"{path}: cannot be written"):
-        if isinstance(obj, Modes):
-            blocks = [text.encode() for text in mode_sets(obj)]
-        elif isinstance(obj, FRF):
-            blocks = frf_blocks(obj)
-        else:
-            blocks = [channel_block(c) for c in _channels(obj)]
+        blocks = [block for part in parts for block in _blocks(part)]
     described = [_header(getattr(obj, "name", "NONE")), UNIT_SET, *(geometry_sets(rig_geometry(rig)) if rig else ())]
     with replacing(path) as temporary:
         temporary.write_bytes("".join(described).encode() + b"".join(blocks))
 
 
-def _modes(blocks: list[Block]) -> Modes:
+def _blocks(obj: Any) -> Iterable[bytes]:
+    """Data sets of one thing."""
+    if isinstance(obj, Geometry):
+        return [text.encode() for text in geometry_sets(obj)]
+    if isinstance(obj, Modes):
+        return [text.encode() for text in mode_sets(obj)]
+    if isinstance(obj, FRF):
+        return frf_blocks(obj)
+    if isinstance(obj, Spectra):
+        return [*spectra_blocks(obj)]
+    return [channel_block(c) for c in _channels(obj)]
+
+
+def _modes(found: ModeShapes) -> Modes:
     """Shapes as they are scaled in the file, translations alone."""
-    found = read_modes(blocks)
     rows = [i for i, dof in enumerate(found.dofs) if "R" not in dof]
     return Modes(found.frequency, found.damping, found.shape[rows], tuple(found.dofs[i] for i in rows))
 
@@ -150,21 +225,8 @@ def _channels(obj: object) -> list[Channel]:
     return channels
 
 
-def _measured(found: list[Function]) -> list[Function]:
-    """The functions to read: all of time, or FRFs and coherences."""
-    kinds = {f.kind for f in found}
-    if TIME_FUNCTION in kinds and FREQUENCY_RESPONSE in kinds:
-        raise RecordError("holds both time functions and FRFs; put them into two files")
-    if not kinds & {TIME_FUNCTION, FREQUENCY_RESPONSE}:
-        raise RecordError(
-            "holds no time function (type 1) and no FRF (type 4) in data sets 58, "
-            f"only function types {sorted(kinds) or 'none'}"
-        )
-    wanted = (TIME_FUNCTION,) if TIME_FUNCTION in kinds else (FREQUENCY_RESPONSE, COHERENCE)
-    return [f for f in found if f.kind in wanted]
-
-
 register(Format(
-    "UFF", (".uff", ".unv", ".uf"), (Channel, FRF, Modes), read_uff, write_uff, options=("reference",),
-    geometry=True, note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
+    "UFF", (".uff", ".unv", ".uf"), (Channel, FRF, Spectra, Modes, Geometry), read_uff, write_uff,
+    options=("reference", "units"), geometry=True,
+    note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
 ))  # fmt: skip

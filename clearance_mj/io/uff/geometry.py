@@ -1,29 +1,32 @@
-"""Where the nodes of a test are: nodes (data set 15) and the trace lines between them (82).
+"""Where the nodes of a test are: nodes (data sets 15, 2411, 781), lines (82), elements (2412), systems (18, 2420).
 
-15: FORMAT(4I10,1P3E13.5) node, coordinate systems, colour, position. 82: FORMAT(3I10) number, nodes, colour; 80A1 name;
-8I10 nodes, 0 lifts the pen.
+15: FORMAT(4I10,1P3E13.5) node, systems of definition and displacement, colour, position. 2411, 781: 4I10
+of the same, then 1P3D25.16. 82: FORMAT(3I10) number, nodes, colour; 80A1 name; 8I10 nodes, 0 lifts the pen. 2412: 6I10
+number, kind, properties, material, colour, nodes; 3I10 orientation of beams; 8I10 nodes. 18: 5I10 number, kind,
+reference system, colour, method; name; 6E13.5, 3E13.5: origin, a point on +x, one in the plane xz. 2420: part; its
+name; 3I10 number, kind, colour; name; 1P3D25.16 unit vectors along x, y, z and the origin.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
 
 from ...core.checks import naming
 from ...core.errors import RecordError
 from ...rig import BASE_NODE, SHAKER_NODE, Rig
 from ...structure.base import parse_place
+from ...structure.geometry import CoordinateSystem, Element, Geometry
 from ...universal.fields import Block, fields, read_integer, read_real, text_set
 
+__all__ = ["GEOMETRY_SETS", "geometry_sets", "read_geometry_blocks", "rig_geometry"]
 
-@dataclass(frozen=True)
-class Geometry:
-    """Nodes and the lines between them."""
-
-    nodes: dict[int, tuple[float, ...]]
-    """position (x, y, z) in m by node"""
-    lines: tuple[tuple[int, ...], ...] = ()
-    """nodes along each trace line; 0 between parts that are not joined"""
+GEOMETRY_SETS = (15, 18, 82, 781, 2411, 2412, 2420)
+"""Data sets of which a geometry is made"""
+_BEAMS = (11, 21, 22, 23, 24)  # kinds of elements with a record of their orientation
+_KINDS = ("cartesian", "cylindrical", "spherical")
+Node = tuple[int, int, int, list[float]]  # number, systems of definition and displacement, position in m
 
 
 def rig_geometry(rig: Rig) -> Geometry:
@@ -32,56 +35,195 @@ def rig_geometry(rig: Rig) -> Geometry:
     points |= {int(label.split(":")[0]): b.position for label, b in zip(rig.probe_labels, rig.bushings)} | points
     if rig.shaker.position is not None and rig.shaker.kind == "force":
         points[SHAKER_NODE] = rig.shaker.position
-    nodes: dict[int, tuple[float, ...]] = {BASE_NODE: (0.0, 0.0, 0.0)}
-    nodes |= {node: tuple(rig.linear.coordinates(point).tolist()) for node, point in points.items()}
+    nodes: dict[int, list[float]] = {BASE_NODE: [0.0, 0.0, 0.0]}
+    nodes |= {node: rig.linear.coordinates(point).tolist() for node, point in points.items()}
     shafts: dict[str, dict[int, float]] = {"": {BASE_NODE: 0.0}} if rig.beam else {}
     for node, point in points.items():
         if place := parse_place(point):
             shafts.setdefault(place[0], {})[node] = place[1]
-    return Geometry(nodes, tuple(tuple(sorted(shaft, key=lambda node: shaft[node])) for shaft in shafts.values()))
+    lines = tuple(tuple(sorted(shaft, key=lambda node: shaft[node])) for shaft in shafts.values())
+    return Geometry(tuple(nodes), np.array([*nodes.values()]), lines)
 
 
-def read_geometry_blocks(blocks: Sequence[Block]) -> Geometry:
-    """Put nodes and lines of a file together."""
-    nodes: dict[int, tuple[float, ...]] = {}
+def read_geometry_blocks(blocks: Sequence[Block], notes: list[str]) -> Geometry | None:
+    """Put nodes, lines, elements and systems of a file together; None if it has none."""
+    blocks = [block for block in blocks if block.kind in GEOMETRY_SETS]
+    found: dict[int, Node] = {}
     lines: list[tuple[int, ...]] = []
+    elements: list[Element] = []
+    systems: list[CoordinateSystem] = []
     for block in blocks:
         with naming(f"data set {block.number}"):
-            if block.kind == 15:
-                nodes |= _read_nodes(block)
+            if block.kind in (18, 2420):
+                systems += _local_systems(block, notes) if block.kind == 18 else _part_systems(block)
+            elif block.kind == 82:
+                lines.append(_line(block))
+            elif block.kind == 2412:
+                elements += _elements(block)
             else:
-                lines.append(_read_line(block))
-    if not nodes:
-        raise RecordError("holds no nodes (data set 15)")
-    return Geometry(nodes, tuple(lines))
+                for node in _nodes(block):
+                    if found.setdefault(node[0], node)[3] != node[3]:
+                        notes.append(f"data set {block.number}: node {node[0]} comes twice; its first place is taken")
+    if not blocks:
+        return None
+    by_number = {system.number: system for system in systems}
+    position = [_global(node, by_number, notes) for node in found.values()]
+    local = tuple(node[2] for node in found.values())
+    return Geometry(tuple(found), np.array(position), tuple(lines), tuple(elements), tuple(systems), local)
 
 
-def _read_nodes(block: Block) -> dict[int, tuple[float, ...]]:
-    nodes: dict[int, tuple[float, ...]] = {}
-    for line in filter(str.strip, block.lines):
-        node = read_integer(line[:10], "node")
-        if node < 1:
-            raise RecordError(f"node {node} must be > 0")
-        if node in nodes:
-            raise RecordError(f"node {node} comes twice")
-        position = [read_real(text, f"position of node {node}") for text in fields(line[40:], 13, 3)]
-        nodes[node] = tuple(x / block.units.length for x in position)
-    return nodes
+def _nodes(block: Block) -> Iterator[Node]:
+    lines = [line for line in block.lines if line.strip()]
+    seen: set[int] = set()
+    step = 1 if block.kind == 15 else 2
+    for i in range(0, len(lines), step):
+        head, body = (lines[i][:40], lines[i][40:]) if step == 1 else (lines[i], "".join(lines[i + 1 : i + 2]))
+        number, definition, displacement = _integers(head, "node", 3)
+        if number < 1:
+            raise RecordError(f"node {number} must be > 0")
+        if number in seen:
+            raise RecordError(f"node {number} comes twice")
+        seen.add(number)
+        position = _reals(body, 13 if step == 1 else 25, 3, f"position of node {number}")
+        # Positions are in the system of definition in data set 15 alone.
+        yield number, definition if step == 1 else 0, displacement, [x / block.units.length for x in position]
 
 
-def _read_line(block: Block) -> tuple[int, ...]:
-    count = read_integer(block.record(0)[10:20], "number of nodes of a trace line")
-    words = [word for line in block.lines[2:] for word in fields(line, 10)]
-    if count != len(words):
+def _global(node: Node, systems: dict[int, CoordinateSystem], notes: list[str]) -> list[float]:
+    """Position in global coordinates."""
+    number, definition, _, place = node
+    system = systems.get(definition)
+    if system is None:
+        return place
+    if system.kind != "cartesian":
+        notes.append(f"node {number} is defined in a {system.kind} system; its angles are taken for degrees")
+        r, *angles = place[0], *np.radians([1.0, 1.0])
+        if system.kind == "cylindrical":
+            theta = place[1] * angles[0]
+            place = [r * np.cos(theta), r * np.sin(theta), place[2]]
+        else:
+            theta, phi = place[1] * angles[0], place[2] * angles[1]
+            place = [r * np.sin(theta) * np.cos(phi), r * np.sin(theta) * np.sin(phi), r * np.cos(theta)]
+    moved: list[float] = (np.array(system.origin) + np.array(place) @ np.array(system.axes)).tolist()
+    return moved
+
+
+def _line(block: Block) -> tuple[int, ...]:
+    count = _integers(block.record(0), "number of nodes of a trace line", 2)[1]
+    words = [word for line in block.lines[2:] for word in _words(line)]
+    nodes = tuple(read_integer(word, "node of a trace line") for word in words)
+    if count > len(nodes) or any(nodes[count:]):  # some programs fill the last record with zeros
         raise RecordError(f"trace line declares {count} nodes, but {len(words)} follow")
-    return tuple(read_integer(word, "node of a trace line") for word in words)
+    return nodes[:count]
+
+
+def _elements(block: Block) -> Iterator[Element]:
+    lines = [line for line in block.lines if line.strip()]
+    at = 0
+    while at < len(lines):
+        number, kind, _, _, _, count = _integers(lines[at], "element", 6)
+        if count < 1:
+            raise RecordError(f"element {number} has {count} nodes; needs 1 or more")
+        at += 1
+        # A rod is a beam to some writers and has no orientation with others: two nodes are not three numbers.
+        if kind in _BEAMS and at < len(lines) and not (count == 2 and len(_words(lines[at])) == 2):
+            at += 1
+        nodes: list[int] = []
+        while len(nodes) < count and at < len(lines):
+            nodes += [read_integer(word, f"node of element {number}") for word in _words(lines[at])]
+            at += 1
+        if len(nodes) != count:
+            raise RecordError(f"element {number} declares {count} nodes, but {len(nodes)} follow")
+        yield Element(number, tuple(nodes), kind)
+
+
+def _local_systems(block: Block, notes: list[str]) -> Iterator[CoordinateSystem]:
+    lines = block.lines
+    for at in range(0, len([line for line in lines if line.strip()]), 4):
+        number, kind, reference = _integers(block.record(at), "coordinate system", 3)
+        values = _reals(block.record(at + 2), 13, 6, f"coordinate system {number}")
+        values += _reals(block.record(at + 3), 13, 3, f"coordinate system {number}")
+        origin, on_x, in_xz = np.reshape(values, (3, 3)) / block.units.length
+        if reference:
+            notes.append(f"coordinate system {number} is defined in system {reference}, which is taken for the global")
+        x = on_x - origin
+        y = np.cross(in_xz - origin, x)
+        if not np.any(x) or not np.any(y):
+            raise RecordError(f"coordinate system {number}: its three points must not lie on one line")
+        x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+        yield _system(number, kind, origin, [x, y, np.cross(x, y)], block.record(at + 1))
+
+
+def _part_systems(block: Block) -> Iterator[CoordinateSystem]:
+    for at in range(2, len([line for line in block.lines if line.strip()]), 6):
+        number, kind = _integers(block.record(at), "coordinate system", 2)
+        rows = [_reals(block.record(at + i), 25, 3, f"coordinate system {number}") for i in range(2, 6)]
+        yield _system(number, kind, np.array(rows[3]) / block.units.length, rows[:3], block.record(at + 1))
+
+
+def _system(number: int, kind: int, origin: np.ndarray, axes: Iterable[Iterable[float]], name: str) -> CoordinateSystem:
+    if kind not in range(len(_KINDS)):
+        raise RecordError(f"coordinate system {number} is of kind {kind}; needs 0, 1 or 2")
+    x, y, z = (float(value) for value in origin)
+    unit = tuple((float(a), float(b), float(c)) for a, b, c in axes)
+    return CoordinateSystem(number, (x, y, z), unit, " ".join(name.split()), _KINDS[kind])
+
+
+def _words(line: str) -> list[str]:
+    """Whole numbers of a record, between blanks or, where they fill their columns, cut."""
+    words = line.split()
+    return words if all(len(word) <= 10 for word in words) else fields(line, 10)
+
+
+def _integers(line: str, what: str, count: int) -> list[int]:
+    found = [read_integer(word, what) for word in _words(line)[:count]]
+    return found + [0] * (count - len(found))
+
+
+def _reals(line: str, width: int, count: int, what: str) -> list[float]:
+    words = line.split()
+    return [read_real(word, what) for word in (words if len(words) == count else fields(line, width, count))]
 
 
 def geometry_sets(geometry: Geometry) -> list[str]:
-    """Data sets of a geometry as text."""
+    """Data sets of a geometry as text: nodes with the six digits of data set 15, or in full where these do not do."""
     positions = {node: "".join(f"{x:13.5E}" for x in place) for node, place in geometry.nodes.items()}
-    sets = [text_set(15, (f"{node:10d}{0:10d}{0:10d}{0:10d}{text}" for node, text in positions.items()))]
+    exact = all(
+        [float(text[i : i + 13]) for i in (0, 13, 26)] == list(geometry.nodes[node]) for node, text in positions.items()
+    )
+    local = dict(zip(geometry.numbers, geometry.displacement_systems))
+    heads = {node: f"{node:10d}{0:10d}{local[node]:10d}{1:10d}" for node in positions}
+    sets = []
+    if geometry.systems:
+        rows = [row for system in geometry.systems for row in _system_rows(system)]
+        sets.append(text_set(2420, (f"{1:10d}", "NONE", *rows)))
+    if exact:
+        sets.append(text_set(15, (heads[node] + text for node, text in positions.items())))
+    else:
+        rows = [row for node, place in geometry.nodes.items() for row in (heads[node], _full(place))]
+        sets.append(text_set(2411, rows))
     for number, nodes in enumerate(geometry.lines, 1):
-        rows = ["".join(f"{node:10d}" for node in nodes[i : i + 8]) for i in range(0, len(nodes), 8)]
-        sets.append(text_set(82, (f"{number:10d}{len(nodes):10d}{1:10d}", f"{'shaft':<80}", *rows)))
+        rows = _eights(nodes)
+        sets.append(text_set(82, (f"{number:10d}{len(nodes):10d}{1:10d}", f"{f'line {number}':<80}", *rows)))
+    if geometry.elements:
+        sets.append(text_set(2412, (row for element in geometry.elements for row in _element_rows(element))))
     return sets
+
+
+def _element_rows(element: Element) -> list[str]:
+    head = f"{element.number:10d}{element.kind:10d}{1:10d}{1:10d}{7:10d}{len(element.nodes):10d}"
+    beam = [f"{0:10d}{1:10d}{1:10d}"] if element.kind in _BEAMS else []
+    return [head, *beam, *_eights(element.nodes)]
+
+
+def _system_rows(system: CoordinateSystem) -> list[str]:
+    head = f"{system.number:10d}{_KINDS.index(system.kind):10d}{0:10d}"
+    return [head, f"{system.name or 'NONE':<40}", *(_full(row) for row in (*system.axes, system.origin))]
+
+
+def _full(values: Iterable[float]) -> str:
+    return "".join(f"{value:25.16e}" for value in values).replace("e", "D")
+
+
+def _eights(nodes: Sequence[int]) -> list[str]:
+    return ["".join(f"{node:10d}" for node in nodes[i : i + 8]) for i in range(0, len(nodes), 8)]

@@ -68,8 +68,9 @@ def contact_table(study: Study) -> Table:
             body.append((level, law, *(x for own in cells for x in ([*own[:2], None, None] if law == "test" else own))))
     caption = (
         f"Motion and contact in the bushings, engine {study.main_engine}. RMS, peak and contact are means over a "
-        "level’s records; probes at the bushings give the test’s motion, its contact is not measured. Gaps are those "
-        "of the rig that a law is simulated on, for the test those of the rig file. The other engines are in "
+        "level’s records. A bushing is in contact while an end of it lies beyond its gap, counted at the simulation’s "
+        "own steps. Probes at the bushings give the test’s motion, its contact is not measured. Gaps are those of the "
+        "rig that a law is simulated on, for the test those of the rig file. The other engines are in "
         "tables/contact.csv."
     )
     return Table("contact", caption, tuple(columns), tuple(body))

@@ -1,0 +1,109 @@
+"""What a file holds that holds several kinds of things."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown, few
+from ..rig import Rig
+from ..signals.ema import Modes
+from ..signals.frf import FRF
+from ..signals.response import Response
+from ..signals.spectra import Spectra
+from ..structure.geometry import Geometry
+from .channels import Channel
+
+__all__ = ["FileContents", "picked"]
+
+_KINDS: dict[str, type] = {
+    "channels": list, "response": Response, "frf": FRF, "spectra": Spectra, "modes": Modes, "geometry": Geometry,
+    "rig": Rig,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FileContents(Shown):
+    """All that one file holds; FRFs, spectra or modes that do not share lines, quantity or nodes are several."""
+
+    channels: tuple[Channel, ...] = ()
+    """time records"""
+    frfs: tuple[FRF, ...] = ()
+    spectra: tuple[Spectra, ...] = ()
+    mode_sets: tuple[Modes, ...] = ()
+    geometry: Geometry | None = None
+
+    @property
+    def frf(self) -> FRF:
+        """The FRFs; refuses several that do not fit into one."""
+        found: FRF = self.pick("frf")
+        return found
+
+    @property
+    def modes(self) -> Modes:
+        """The modes; refuses several sets."""
+        found: Modes = self.pick("modes")
+        return found
+
+    @property
+    def parts(self) -> dict[str, Any]:
+        """Everything by the name that `pick` takes: "channels", "frf", "spectra 1", "spectra 2", "geometry" ..."""
+        found: dict[str, Any] = {"channels": [*self.channels]} if self.channels else {}
+        for name, things in (("frf", self.frfs), ("spectra", self.spectra), ("modes", self.mode_sets)):
+            numbered = [f"{name} {i}" for i in range(1, len(things) + 1)] if len(things) > 1 else [name]
+            found |= dict(zip(numbered, things))
+        return found | ({} if self.geometry is None else {"geometry": self.geometry})
+
+    def pick(self, what: str) -> Any:
+        """Return one thing that the file holds.
+
+        Parameters
+        ----------
+        what : str
+            "channels", "frf", "spectra", "modes" or "geometry"; with a number, such as "spectra 2", where there are
+            several.
+
+        Raises
+        ------
+        RecordError
+            If there is no such thing, or several without a number; the message names what there is.
+        """
+        parts = self.parts
+        if what in parts:
+            return parts[what]
+        named = ", ".join(f'"{name}" ({_words(part)})' for name, part in parts.items())
+        several = [name for name in parts if name.startswith(f"{what} ")]
+        raise RecordError(f'holds {"several" if several else "no"} "{what}"; choose one of {named}')
+
+    def _overview(self) -> Overview:
+        parts = self.parts
+        rows = [("what", "holds"), *((f'"{name}"', _words(part)) for name, part in parts.items())]
+        choose = f'cm.read(path, what="{next(iter(parts), "frf")}"), or .pick("{next(iter(parts), "frf")}") of this'
+        return Overview(f"File with {len(parts)} kinds of things", {"choose": choose}, rows)
+
+
+def _words(part: Any) -> str:
+    if isinstance(part, list):
+        return f"{len(part)} time records: {few([c.name for c in part], 4)}"
+    if isinstance(part, FRF):
+        size = f"{part.measured.sum()} functions, {part.frequency.size} lines"
+        return f"FRFs {part.quantity}, {size}, to {few(part.references, 4)}"
+    if isinstance(part, Spectra):
+        return f"{part.kind}, {len(part.value)} functions, {part.abscissa.size} lines"
+    if isinstance(part, Modes):
+        return f"{part.frequency.size} modes at {len(part.responses)} degrees of freedom"
+    return f"geometry of {len(part.numbers)} nodes"
+
+
+def picked(obj: Any, what: str) -> Any:
+    """Return what is asked for of what a file held; refuses other kinds and names what there is."""
+    if isinstance(obj, FileContents):
+        return obj.pick(what)
+    name = what.split(" ")[0]
+    if name not in _KINDS:
+        raise RecordError(f'"{what}" is unknown; use {", ".join(_KINDS)}')
+    if not isinstance(obj, _KINDS[name]):
+        there = next((name for name, kind in _KINDS.items() if isinstance(obj, kind)), type(obj).__name__)
+        raise RecordError(f'holds no "{what}"; it holds "{there}"')
+    return obj

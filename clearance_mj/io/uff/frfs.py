@@ -1,0 +1,173 @@
+"""FRFs and their coherences: data sets 58 of function types 4, 5 (transmissibility) and 6."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...core.checks import NOWHERE, QUANTITIES, UNKNOWN, check_dof, naming, require_finite
+from ...core.errors import RecordError
+from ...signals.frf import FRF, join_references
+from ...universal.dataset_58 import (  # fmt: skip
+    COHERENCE,
+    COMPLEX64,
+    FREQUENCY,
+    FREQUENCY_RESPONSE,
+    REAL64,
+    TRANSMISSIBILITY,
+    UNIT_LABELS,
+    UNSAID,
+    Function,
+    Header,
+    function_block,
+    samples,
+)
+from ...universal.dataset_164 import Measure, frf_measure
+from .functions import abscissa
+
+__all__ = ["even_lines", "frf_blocks", "is_frf", "read_frfs"]
+
+Pair = tuple[str, str]  # response and reference
+
+
+@dataclass
+class _Group:
+    """Functions that fit into one FRF: of one quantity, on the same lines, each pair once."""
+
+    kind: int
+    measure: Measure
+    frequency: np.ndarray
+    functions: dict[Pair, Function] = field(default_factory=dict)
+    coherences: dict[Pair, Function] = field(default_factory=dict)
+
+    def fits(self, kind: int, measure: Measure, frequency: np.ndarray, pair: Pair) -> bool:
+        """Whether a function is another one of these."""
+        same = (kind, measure.quantity, measure.unit) == (self.kind, self.measure.quantity, self.measure.unit)
+        return same and pair not in self.functions and np.array_equal(frequency, self.frequency)
+
+    def place_of(self, coherence: Function, frequency: np.ndarray, only: bool) -> Pair | None:
+        """Return the pair whose coherence this is; ``only``: there is one reference, which it need not name."""
+        references = {reference for _, reference in self.functions}
+        own = next(iter(references)) if only and len(references) == 1 else coherence.reference
+        pair = coherence.response, own
+        free = pair in self.functions and pair not in self.coherences
+        return pair if free and np.array_equal(frequency, self.frequency) else None
+
+
+def is_frf(function: Function) -> bool:
+    """Whether a function is an FRF over frequency."""
+    kinds = FREQUENCY_RESPONSE, TRANSMISSIBILITY
+    return function.kind in kinds and function.abscissa_type in (FREQUENCY, *UNSAID)
+
+
+def read_frfs(
+    data: bytes, functions: Sequence[Function], reference: str | None, notes: list[str]
+) -> tuple[list[FRF], list[Function]]:
+    """Return the FRFs of a file, as few as hold them all, and the coherences that belong to none of them."""
+    groups: list[_Group] = []
+    named = list(dict.fromkeys(f.reference for f in functions if is_frf(f)))
+    if reference is not None and named and reference not in named:
+        raise RecordError(f"holds FRFs to {', '.join(named)}; not {reference}")
+    for f in functions:
+        if not is_frf(f) or reference not in (None, f.reference):
+            continue
+        with naming(f"data set {f.number}"):
+            measure, pair = frf_measure(f, notes), (f.response, f.reference)
+        frequency = abscissa(data, f)
+        group = next((g for g in groups if g.fits(f.kind, measure, frequency, pair)), None)
+        if group is None:
+            groups.append(group := _Group(f.kind, measure, frequency))
+        group.functions[pair] = replace(f)
+    left = [f for f in functions if f.kind == COHERENCE and not _joined(data, f, groups, len(named) == 1)]
+    return [_frf(data, group) for group in groups], left
+
+
+def _joined(data: bytes, coherence: Function, groups: list[_Group], only: bool) -> bool:
+    """Put a coherence beside its FRF, if it has one."""
+    frequency = abscissa(data, coherence)
+    for group in groups:
+        if pair := group.place_of(coherence, frequency, only):
+            group.coherences[pair] = coherence
+            return True
+    return False
+
+
+def _frf(data: bytes, group: _Group) -> FRF:
+    references = dict.fromkeys(reference for _, reference in group.functions)
+    with naming(f"data set {next(iter(group.functions.values())).number}"):
+        return join_references([_to_reference(data, group, reference) for reference in references])
+
+
+def _to_reference(data: bytes, group: _Group, reference: str) -> FRF:
+    pairs = [pair for pair in group.functions if pair[1] == reference]
+    value = np.empty((len(pairs), group.frequency.size), dtype=complex)
+    coherence = np.full(value.shape, np.nan)
+    for row, pair in enumerate(pairs):
+        function = group.functions[pair]
+        value[row] = samples(data, function, frf_measure(function, []).scale)
+        if pair in group.coherences:
+            coherence[row] = samples(data, group.coherences[pair]).real
+    known = None if np.isnan(coherence).all() else coherence
+    responses = tuple(response for response, _ in pairs)
+    measure = group.measure
+    return FRF(group.frequency, value, known, responses, (reference,), measure.quantity, measure.unit)
+
+
+def frf_blocks(frf: FRF) -> list[bytes]:
+    """Return the data sets of FRFs, one for each response and reference."""
+    return [block for reference in frf.references for block in _frf_blocks(frf.to_reference(reference))]
+
+
+def even_lines(frequency: np.ndarray) -> tuple[float, str, bool]:
+    """Return first line and step in the six digits of the format, and whether these are the lines."""
+    first, step = f"{frequency[0]:.5e}", f"{np.ptp(frequency[:2]):.5e}"
+    lines = float(first) + np.arange(frequency.size) * float(step)
+    even = float(step) > 0 and np.array_equal(lines, frequency)
+    return (float(first), step, True) if even else (0.0, "0.0", False)
+
+
+def _frf_blocks(frf: FRF) -> Iterator[bytes]:
+    """FRFs to one reference, then their coherences."""
+    names = frf.quantity.split("/")
+    if len(names) != 2 or not set(names) <= {*QUANTITIES, UNKNOWN}:
+        raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
+    for label in (frf.reference, *frf.responses):
+        check_dof(label)
+    first, step, even = even_lines(frf.frequency)
+    plain = Header(
+        name="",
+        kind=COHERENCE,
+        response="",
+        reference=frf.reference,
+        ordinate=REAL64,
+        size=frf.frequency.size,
+        even=even,
+        first=first,
+        step=step,
+        abscissa_type=FREQUENCY,
+        numerator=0,
+        denominator=0,
+    )
+    unit = frf.unit_label or "NONE"
+    if UNKNOWN not in names:
+        unit = "/".join(f"({label})" if "/" in label else label for label in map(UNIT_LABELS.__getitem__, names))
+    ratio = replace(
+        plain,
+        kind=FREQUENCY_RESPONSE,
+        ordinate=COMPLEX64,
+        numerator=QUANTITIES.get(names[0], 0),
+        denominator=QUANTITIES.get(names[1], 0),
+        unit=unit,
+    )
+    axis = () if even else (frf.frequency,)
+    for what, header, rows in (("FRF", ratio, frf.value), ("coherence", plain, frf.coherence)):
+        for label, row in zip(frf.responses, () if rows is None else rows[:, 0]):
+            if what == "coherence" and np.isnan(row).all():
+                continue  # of a function whose coherence is not known
+            require_finite(row, f"{what} {label}")
+            parts = (row.real, row.imag) if np.iscomplexobj(row) else (row,)
+            to = "" if frf.reference == NOWHERE else f" / {frf.reference}"
+            header = replace(header, name=f"{what} {label}{to}", response=label)
+            yield function_block(header, np.stack((*axis, *parts), axis=1).astype("<f8"))

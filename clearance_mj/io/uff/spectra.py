@@ -1,0 +1,157 @@
+"""Spectra: data sets 58 of all other function types, and time functions that are no records."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.checks import NOWHERE, QUANTITIES, UNKNOWN, check_dof, naming, require_finite
+from ...core.errors import RecordError
+from ...core.units import unit_factor
+from ...signals.frf import WORDS
+from ...signals.spectra import POWERS, RATIOS, Spectra
+from ...universal.dataset_58 import (  # fmt: skip
+    COMPLEX64,
+    FREQUENCY,
+    REAL64,
+    TIME,
+    UNSAID,
+    Function,
+    Header,
+    function_block,
+    samples,
+)
+from ...universal.dataset_164 import Measure, label_of
+from ...universal.fields import SI, quantity_of
+from ...universal.kinds import FUNCTION_TYPES
+from .frfs import even_lines
+from .functions import abscissa, name_of
+
+__all__ = ["read_spectra", "spectra_blocks"]
+
+_SQUARE = re.compile(r"\(?(.*?)\)?(?:\^2|\*\*2|²)")
+_AXES = {FREQUENCY: ("frequency", "Hz"), TIME: ("time", "s"), 19: ("rotational speed", "rpm"), 20: ("order", "")}
+_OF_FREQUENCY = (2, 3, 4, 5, 6, 9, 10, 12, 18, 21, 24, 26)  # function types
+_OF_TIME = (1, 7, 8, 25)
+_PLAIN_AXIS = ("sample", "")
+
+
+def read_spectra(data: bytes, functions: Sequence[Function]) -> list[Spectra]:
+    """Put functions together that are of one kind and over the same abscissa."""
+    groups: list[tuple[tuple[str, str, str], np.ndarray, list[Function]]] = []
+    for f in functions:
+        axis, unit, values = _axis(data, f)
+        key = f.type_name, axis, unit
+        group = next((g for g in groups if g[0] == key and np.array_equal(g[1], values)), None)
+        if group is None:
+            groups.append(group := (key, values, []))
+        group[2].append(f)
+    return [_spectra(data, *group) for group in groups]
+
+
+def _axis(data: bytes, function: Function) -> tuple[str, str, np.ndarray]:
+    """Return what the abscissa is, its unit and its values; numbers of samples where it does not rise."""
+    values = abscissa(data, function)
+    axis, unit = _AXES.get(function.abscissa_type, ("abscissa", label_of(function.axis_unit)))
+    if function.abscissa_type in UNSAID:
+        if function.kind in _OF_FREQUENCY or function.axis_unit.lower() in ("hz", "khz"):
+            axis, unit = _AXES[FREQUENCY]
+        elif function.kind in _OF_TIME:
+            axis, unit = _AXES[TIME]
+    if axis == "frequency" and np.all(np.diff(values) < 0):
+        raise RecordError(f"data set {function.number}: its frequencies fall; needs lines that rise")
+    if not np.all(np.diff(values) > 0):
+        return *_PLAIN_AXIS, np.arange(float(function.size))
+    return axis, unit, values
+
+
+def _spectra(data: bytes, key: tuple[str, str, str], values: np.ndarray, functions: list[Function]) -> Spectra:
+    kind, axis, unit = key
+    measures = [_measure(f, kind) for f in functions]
+    rows = np.array([samples(data, f, measure.scale) for f, measure in zip(functions, measures)])
+    references = tuple(f.reference if f.reference.split(":")[0] != "0" else NOWHERE for f in functions)
+    with naming(f"data set {functions[0].number}"):
+        return Spectra(
+            kind, values, rows, tuple(f.response for f in functions), references, tuple(map(name_of, functions)),
+            tuple(m.quantity for m in measures), tuple(m.unit for m in measures), axis, unit,
+        )  # fmt: skip
+
+
+def _measure(function: Function, kind: str) -> Measure:
+    """Return quantity, unit in words and scale: in SI where the unit is beyond doubt, otherwise as in the file.
+
+    Some programs give an auto spectrum the unit of its square, others that of its root: of the two only the square,
+    and SI, are taken for certain.
+    """
+    if kind in RATIOS:
+        return Measure("ratio", "1", 1.0)
+    label, quantity = label_of(function.unit), quantity_of(function.numerator)
+    as_it_is = Measure(UNKNOWN, label, 1.0)
+    if quantity == UNKNOWN or function.units != SI:
+        return as_it_is
+    word = WORDS[quantity]
+    if kind not in POWERS:
+        scale = _factor(label, quantity) if label else 1.0
+        return as_it_is if scale is None else Measure(quantity, word, scale)
+    if kind == "cross spectrum":
+        return as_it_is if label else Measure(quantity, "", 1.0)
+    per_hertz = {"power spectral density": "/Hz", "energy spectral density": "·s/Hz"}.get(kind, "")
+    label = label.removesuffix(per_hertz)
+    scale = _factor(label or word, quantity)
+    if scale is None and (square := _SQUARE.fullmatch(label)):
+        scale = _factor(square[1], quantity)
+    elif scale != 1:  # of the root in a unit that would have to be squared, or would not
+        return as_it_is
+    return as_it_is if scale is None else Measure(quantity, f"({word})²{per_hertz}", scale**2)
+
+
+def _factor(label: str, quantity: str) -> float | None:
+    try:
+        return unit_factor(label, quantity)
+    except RecordError:
+        return None
+
+
+def spectra_blocks(spectra: Spectra) -> Iterator[bytes]:
+    """Return the data sets of spectra, in double precision."""
+    if spectra.kind not in FUNCTION_TYPES:
+        raise RecordError(f'kind "{spectra.kind}" is no function type; use {", ".join(FUNCTION_TYPES)}')
+    first, step, even = even_lines(spectra.abscissa)
+    types = {axis: code for code, (axis, _) in _AXES.items()}
+    is_complex = np.iscomplexobj(spectra.value)
+    header = Header(
+        name="",
+        kind=FUNCTION_TYPES.index(spectra.kind),
+        response="",
+        reference="",
+        ordinate=COMPLEX64 if is_complex else REAL64,
+        size=spectra.abscissa.size,
+        even=even,
+        first=first,
+        step=step,
+        abscissa_type=types.get(spectra.axis, 0),
+        numerator=0,
+        denominator=0,
+        axis_label=spectra.axis,
+        axis_unit=spectra.axis_unit or "NONE",
+    )
+    axis = () if even else (spectra.abscissa,)
+    labels = zip(spectra.names, spectra.responses, spectra.references, spectra.quantities, spectra.units)
+    for row, (name, response, reference, quantity, unit) in zip(spectra.value, labels):
+        check_dof(response)
+        check_dof(reference)
+        require_finite(row, f"{spectra.kind} {name}")
+        plain = unit.replace("(m/s²)²", "(m/s^2)^2").replace("²", "^2")
+        own = replace(
+            header,
+            name=name,
+            response=response,
+            reference=reference,
+            numerator=QUANTITIES.get(quantity, 0),
+            unit=plain or "NONE",
+        )
+        parts = (row.real, row.imag) if is_complex else (row,)
+        yield function_block(own, np.stack((*axis, *parts), axis=1).astype("<f8"))

@@ -1,0 +1,48 @@
+"""Figures of geometries: what `Geometry.plot` returns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..core.drawing import COLOURS, FONT, REPEAT, canvas
+
+__all__ = ["geometry_figure"]
+
+MOST_NAMED = 40  # nodes beyond which their numbers would hide the figure
+
+
+def geometry_figure(
+    numbers: Sequence[int],
+    places: np.ndarray,
+    edges: Sequence[tuple[int, int]],
+    moved: np.ndarray | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw nodes at ``places`` (n_nodes, 3) and their edges, grey where ``moved`` gives other places of them."""
+    figure = canvas(5.0)
+    ax = figure.add_subplot(projection="3d")
+    rows = {number: row for row, number in enumerate(numbers)}
+    pairs = np.array([(rows[a], rows[b]) for a, b in edges], dtype=int).reshape(-1, 2)
+    shown = [(places, REPEAT if moved is not None else COLOURS[0])]
+    shown += [] if moved is None else [(moved, COLOURS[1])]
+    for position, colour in shown:
+        ends = np.insert(position[pairs], 2, np.nan, axis=1).reshape(-1, 3)  # each edge, then a gap
+        ax.plot(*ends.T, color=colour, lw=0.9)
+        ax.scatter(*position.T, color=colour, s=6, depthshade=False)
+    if len(numbers) <= MOST_NAMED:
+        for number, place in zip(numbers, shown[-1][0]):
+            ax.text(*place, f" {number}", fontsize=FONT - 1)
+    everything = np.vstack([position for position, _ in shown])
+    if len(everything):
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        half = 0.55 * float((high - low).max() or 1.0)
+        for limits, centre in zip((ax.set_xlim, ax.set_ylim, ax.set_zlim), (low + high) / 2):
+            limits(centre - half, centre + half)
+    for name, label in zip("xyz", (ax.set_xlabel, ax.set_ylabel, ax.set_zlabel)):
+        label(f"{name} (m)", fontsize=FONT)
+    ax.tick_params(labelsize=FONT - 1)
+    ax.set_title(title, fontsize=FONT)
+    return figure

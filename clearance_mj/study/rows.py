@@ -1,0 +1,56 @@
+"""The agreement of laws with records as rows of plain data: means over the records of a level, with their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..statistics import repeatability
+
+__all__ = ["Summaries", "agreement_rows", "scatter_rows"]
+
+Summaries = dict[float, list[dict[str, float]]]
+"""By level, the summary of each record's comparison."""
+
+
+def agreement_rows(
+    levels: Sequence[float], repeats: Mapping[float, dict[str, float]],
+    summaries: Mapping[tuple[str, str], Summaries],
+) -> list[dict]:  # fmt: skip
+    """Return a row per level, law and engine, see `Study.rows`.
+
+    Parameters
+    ----------
+    levels : sequence of float
+        Levels, in the order of the rows.
+    repeats : mapping of float to dict
+        By level, the summary of the second record's comparison with the first.
+    summaries : mapping of (str, str) to Summaries
+        By law and engine.
+    """
+    tables = {("repeat", "rig"): repeatability.repeat_rows(repeats)}
+    tables |= {key: repeatability.mean_rows(by_level) for key, by_level in summaries.items()}
+    return [
+        {"level": level, "law": law, "engine": engine} | table[level]
+        for level in levels
+        for (law, engine), table in tables.items()
+        if level in table
+    ]
+
+
+def scatter_rows(summaries: Mapping[tuple[str, str], Summaries]) -> list[dict]:
+    """Return what the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter.
+
+    Parameters
+    ----------
+    summaries : mapping of (str, str) to Summaries
+        By law and engine.
+    """
+    rows = []
+    for (law, engine), by_level in summaries.items():
+        first = next(iter(by_level.values()))[0]
+        for key in filter(repeatability.has_interval, first):
+            found = repeatability.pooled(by_level, key)
+            row = {"law": law, "engine": engine, "measure": key, "scatter_of_logarithm": found.scatter}
+            row |= {"degrees_of_freedom": found.freedom, "cochran": found.cochran}
+            rows.append(row | {"cochran_limit": found.cochran_limit})
+    return rows
