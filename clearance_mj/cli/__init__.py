@@ -27,7 +27,20 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
 """Errors of the system that come of a path that was given"""
 
 for _module in (
-    *("new", "study", "identify", "twin", "live", "simulate", "animate", "motion", "compare", "convert", "modes"),
+    *(
+        "new",
+        "study",
+        "identify",
+        "twin",
+        "live",
+        "simulate",
+        "animate",
+        "motion",
+        "compare",
+        "show",
+        "convert",
+        "modes",
+    ),
     *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)

@@ -5,18 +5,37 @@ from __future__ import annotations
 import re
 
 from .checks import QUANTITIES
-from .errors import RecordError
+from .errors import ClearanceError, RecordError
 
-__all__ = ["UNITS", "quantity_of", "ratio_factor", "unit_factor"]
+__all__ = ["UNITS", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
 UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
     "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665, "m/s/s": 1.0},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
+    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
+    "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
 }  # units that are known, in SI units, by quantity
+
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
+
+
+def si_value(text: str, quantity: str) -> float:
+    """Return a number with a unit, such as "620 mm" or "0.09mm", in SI units; one without a unit is in these already.
+
+    Raises
+    ------
+    ClearanceError
+        If it is no number, or the unit is none of the quantity's in `UNITS`.
+    """
+    found = _NUMBER.fullmatch(text.strip())
+    if not found:
+        raise ClearanceError(f'"{text}" is no number, alone or with a unit: {", ".join(UNITS[quantity])}')
+    return float(found[1]) * (unit_factor(found[2], quantity) if found[2] else 1.0)
+
 
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",

@@ -62,7 +62,9 @@ class Body:
         if held.dtype.kind in "iuf":
             return held.to_numpy(float)
         write = self.layout.style.number
-        return np.array([cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in held], float)
+        return np.array(
+            [cell if isinstance(cell, float) else _number(write(str(cell).strip())) for cell in held], float
+        )
 
     def last_digit(self, column: int) -> float:
         """Return the place of the last digit that the last numbers of a column are written with."""
