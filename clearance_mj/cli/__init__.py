@@ -29,6 +29,7 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
 for _module in (
     *(
         "new",
+        "map",
         "study",
         "identify",
         "twin",

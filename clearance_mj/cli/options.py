@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 
 if TYPE_CHECKING:  # the command line starts without the library
+    from ..io.channel_map import ChannelMap
     from ..model import Model
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units", "excitation",
-    "load_model", "load_plugin", "numbers", "parse_columns", "settings",
+    "add_columns", "add_kind", "add_map", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units",
+    "excitation", "load_map", "load_model", "load_plugin", "numbers", "parse_columns", "settings",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
@@ -68,6 +69,20 @@ def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tu
         if not (header and equals and channel):
             raise ClearanceError(f'{option} "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
         yield header.strip(), channel.strip()
+
+
+def add_map(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names a map of channels."""
+    parser.add_argument(
+        "--map", type=Path, metavar="MAP", help="map of the files' channels (TOML), as clearance-mj map writes it"
+    )
+
+
+def load_map(options: argparse.Namespace) -> ChannelMap | None:
+    """Return the map of `add_map`, if one was given."""
+    from ..io.channel_map import ChannelMap
+
+    return ChannelMap.load(options.map) if options.map else None
 
 
 def add_rig(parser: argparse.ArgumentParser) -> None:

@@ -19,6 +19,7 @@ UNITS = {
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
 }  # units that are known, in SI units, by quantity
+_MULTIPLE = re.compile(r"(?=[0-9.]*[1-9])([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]{1,2})?)\s+(\S.*)")  # "9.81 m/s2", "0.5 g"
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
@@ -58,7 +59,7 @@ def quantity_of(label: str) -> tuple[str, float] | None:
 
 
 def unit_factor(label: str, quantity: str) -> float:
-    """Return the SI units in one unit, such as "g", "mm/s²" or "(m/s^2)", of a quantity of `UNITS`."""
+    """Return the SI units in one unit, such as "g", "mm/s²", "(m/s^2)" or "9.9 m/s²", of a quantity of `UNITS`."""
     return _look_up(label, UNITS[quantity], quantity)
 
 
@@ -69,6 +70,8 @@ def ratio_factor(label: str, above: str, below: str) -> float:
 
 
 def _look_up(label: str, known: dict[str, float], quantity: str) -> float:
+    if multiple := _MULTIPLE.fullmatch(label.strip()):
+        return float(multiple[1]) * _look_up(multiple[2], known, quantity)
     plain = _plain(label)
     # Some writers have capitals only; "mN" and "MN" both stand in the table, so neither is taken for the other.
     lower = {unit.lower(): factor for unit, factor in known.items()}
