@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -131,7 +131,7 @@ class _Folds:
         if self.over == "level":
             return system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
         rig = system.rig
-        scaled = rig.replace(bushings=tuple(replace(b, gap=share * b.gap) for b in rig.bushings))
+        scaled = rig.with_gap([share * bushing.gap for bushing in rig.bushings])
         return system._replace(laws=laws_of(scaled, system.model.law))
 
     def begin(self, at: _State) -> None:
