@@ -251,7 +251,9 @@ def test_what_a_file_holds_and_how_to_choose(tmp_path, write):
     assert [*again.parts] == [*found.parts] and again.frf == found.frf
     np.testing.assert_allclose(again.spectra[0].value, found.spectra[0].value, rtol=1e-15)
     cm.write(tmp_path / "channels.mat", found.channels)
-    with pytest.raises(RecordError, match='choose one of "channels"'):
+    with pytest.raises(
+        RecordError, match=r'NetCDF files take one of "channels", "frf", "spectra"; choose it \(what=, --'
+    ):
         cm.write(tmp_path / "one.nc", found)
 
 
