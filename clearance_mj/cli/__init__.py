@@ -14,6 +14,7 @@ from importlib import import_module
 
 from ..core.errors import ClearanceError
 from ..core.files import to_json
+from ..core.notes import RecordNote
 from ..core.provenance import stale
 from ..version import __version__
 from .command import COMMANDS, Parser, inputs
@@ -28,6 +29,7 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
 for _module in (
     *(
         "new",
+        "map",
         "study",
         "identify",
         "twin",
@@ -64,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for words in stale(inputs(options)):
             print(f"clearance-mj: note: {words}", file=sys.stderr)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_, **__: print(f"clearance-mj: warning: {message}", file=sys.stderr)
+            warnings.showwarning = _say
             result = options.run(options)
         if options.json:
             print(to_json(result), end="")
@@ -84,6 +86,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         return _failed(f"not enough memory for what was asked ({str(error) or 'no more is known'}); ask for less", 2)
     return 0
+
+
+def _say(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    kind = "note" if issubclass(category, RecordNote) else "warning"
+    print(f"clearance-mj: {kind}: {message}", file=sys.stderr)
 
 
 def _failed(words: str, status: int) -> int:

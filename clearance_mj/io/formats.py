@@ -22,6 +22,7 @@ from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, results, uff
+from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
 from .dataset import Dataset, Record
@@ -116,8 +117,12 @@ def read_channels(
     fs: float | None = None,
     rig: Rig | None = None,
     units: str | None = None,
+    channel_map: ChannelMap | None = None,
 ) -> list[Channel]:
-    """Read a file of time records; ``rig`` says at which nodes the displacements of a simulated response are."""
+    """Read a file of time records, whose channels are what a map says.
+
+    ``rig`` says at which nodes the displacements of a simulated response are; the rest as `read` takes it.
+    """
     obj = read(path, columns, fs, units=units)
     if isinstance(obj, FileContents):
         with naming(path):
@@ -126,7 +131,8 @@ def read_channels(
         return to_channels(obj, rig)
     if not isinstance(obj, list):
         raise RecordError(f"{path}: holds {_words(obj)}, needs time records")
-    return obj
+    with naming(path):
+        return channel_map.apply(obj) if channel_map else obj
 
 
 def _stem(path: Path) -> str:
@@ -141,14 +147,16 @@ def read_record(
     columns: Columns | None = None,
     fs: float | None = None,
     units: str | None = None,
+    channel_map: ChannelMap | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs`` and ``units`` as `read` takes them; ``described``: description, level, seed, band of `Record`.
+    ``columns``, ``fs``, ``units`` and ``channel_map`` as `read_channels` takes them; ``described``: description, level,
+    seed, band of `Record`.
     """
     path = Path(path)
-    channels = read_channels(path, columns, fs, rig, units)
+    channels = read_channels(path, columns, fs, rig, units, channel_map)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):

@@ -80,7 +80,7 @@ def test_damping_ratios_are_those_of_rayleigh(rig):
 
 
 def test_no_mode_is_damped_more_than_critically(rig):
-    """Six standard deviations up, a ratio of 0.3 would be 19: the bound is 1, and an update that gets there says why."""
+    """Six standard deviations up, 0.3 would be 19: the bound is 1, and an update that gets there says why."""
     damped = rig.replace(beam=dataclasses.replace(rig.beam, rayleigh=(0.0, 0.0), damping_ratios=(0.3, 0.001)))
     bounds = {p.name: p.high for p in priors(damped) if "damping_ratios" in p.name}
     assert bounds["beam.damping_ratios[0]"] == 1.0 and bounds["beam.damping_ratios[1]"] == pytest.approx(0.064)
