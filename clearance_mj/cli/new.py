@@ -289,4 +289,5 @@ def _check(text: str, out: Path) -> None:
     if "structure" in data and (missing := _missing(data["structure"], out)):
         print(f"note: {missing[0]} is not there yet; the rig can be loaded once it is")
         return
-    check_units(Rig.from_dict(data, out.parent))
+    rig = Rig.from_dict(data, out.parent)
+    check_units(rig.linear, rig.bushings)

@@ -123,7 +123,7 @@ def load_model(options: argparse.Namespace) -> Model:
     if len(values) > 1 and not all(name for name, _, _ in values):
         raise ClearanceError(f"--gap {' --gap '.join(options.gap)}: give one for all, or BUSHING=VALUE of each")
     model = model.with_gap({name: value for name, _, value in values} if values[0][0] else values[0][2])
-    check_units(model.rig)
+    check_units(model.rig.linear, model.rig.bushings)
     if model.law.table(len(model.rig.bushings)).by_amplitude:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
         print(f"clearance-mj: note: --gap: {words} (identify by method bench finds one)", file=sys.stderr)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from ..core.errors import RigError
+from ..structure import Structure
 from ..structure.base import parse_place
 from ..structure.shaft import Shaft
-
-if TYPE_CHECKING:
-    from .clearance import Bushing
-    from .rig import Rig
+from .clearance import Bushing
 
 __all__ = ["check_units"]
 
@@ -19,7 +17,7 @@ MAX_THICKNESS = 5.0  # of a shaft's length; what is thicker is a disc
 MAX_SLENDERNESS = 3e4  # length over thickness: a wire of 0.1 mm may be 3 m long, a drill string 3 km
 
 
-def check_units(rig: Rig) -> None:
+def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
     """Refuse shafts that nobody builds, and bushings wider than a round shaft in them, with the unit that was meant.
 
     Raises
@@ -27,12 +25,12 @@ def check_units(rig: Rig) -> None:
     RigError
         If a shaft's mass or proportions, or a gap, are those of a file in millimetres.
     """
-    shafts = rig.linear.shafts
+    shafts = linear.shafts
     for shaft in shafts:
         _check_shaft(shaft)
-    for i, bushing in enumerate(rig.bushings):
+    for i, bushing in enumerate(bushings):
         if parse_place(bushing.position):
-            which, x = rig.linear.place(bushing.position)
+            which, x = linear.place(bushing.position)
             _check_gap(i, bushing, shafts[which], x)
 
 

@@ -329,7 +329,7 @@ class Rig(Shown):
         data = read_plain(path, RigError)
         try:
             rig = cls.from_dict(data, Path(path).parent)
-            check_units(rig)
+            check_units(rig.linear, rig.bushings)
             return rig
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
