@@ -135,6 +135,11 @@ def read_channels(
         return channel_map.apply(obj) if channel_map else obj
 
 
+def _stem(path: Path) -> str:
+    """File name without its suffix and .gz: "lev_0.5" of lev_0.5.csv.gz."""
+    return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
+
+
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
@@ -152,7 +157,7 @@ def read_record(
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map)
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
         return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
