@@ -20,8 +20,8 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.plain_numbers import find_numbers, get_number, with_numbers
 from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
-from ..io.dataset import Record
 from ..io.contents import FileContents
+from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..model import LAW_FILE, Model
 from ..rig import Rig
