@@ -13,7 +13,7 @@ import numpy as np
 
 from .clearance.law import Law
 from .clearance.law_files import law_from_dict, load_law
-from .clearance.modelled import nominal_law
+from .clearance.modelled import rig_and_law
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
 from .engines import Engine, simulate
@@ -43,8 +43,7 @@ class Model:
     """draws n models with a seed that the records do not distinguish from this one; None: not known"""
 
     def __post_init__(self) -> None:
-        if self.law is None:
-            object.__setattr__(self, "law", nominal_law(self.rig))
+        object.__setattr__(self, "law", rig_and_law(self.rig, self.law)[1])
 
     def simulate(self, excitation: Excitation, engine: str | Engine = "links", progress: bool = False) -> Response:
         """Simulate the model under an excitation, as `clearance_mj.simulate` does.

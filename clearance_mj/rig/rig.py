@@ -27,6 +27,7 @@ from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
+from .plausible import check_units
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
@@ -323,11 +324,13 @@ class Rig(Shown):
         Raises
         ------
         RigError
-            If the file is missing, is not TOML, has unknown or missing keys or impossible values.
+            If the file is missing, is not TOML, has unknown or missing keys or impossible values, or values in mm.
         """
         data = read_plain(path, RigError)
         try:
-            return cls.from_dict(data, Path(path).parent)
+            rig = cls.from_dict(data, Path(path).parent)
+            check_units(rig.linear, rig.bushings)
+            return rig
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
 

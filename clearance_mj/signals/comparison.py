@@ -10,6 +10,7 @@ import numpy as np
 import scipy.optimize
 
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only
@@ -133,6 +134,7 @@ class Comparison(Shown, ArrayData):
         return cls(**found)
 
 
+@checks_kinds
 def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None) -> Comparison:
     """Compare the FRFs of a model with those of a test on the same lines and responses, over frequency and by sensor.
 
@@ -170,6 +172,7 @@ def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None)
     return Comparison(test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, by_sensor, per_mode)
 
 
+@checks_kinds
 def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> pd.DataFrame:
     """Extract the modes of a test's and of a model's FRFs, and pair them one to one by MAC and frequency.
 

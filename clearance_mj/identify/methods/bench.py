@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from ...core.kinds import checks_kinds
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset
 from ...model import Model
@@ -54,6 +55,7 @@ class BenchFit(Identified):
         }  # fmt: skip
 
 
+@checks_kinds
 @register(
     "bench",
     "the rig file with its tolerances and the records to identify: rig, gaps, offsets, and the likeliest of the "
