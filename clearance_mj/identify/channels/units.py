@@ -111,7 +111,7 @@ def _candidates(quantity: str, said: bool) -> list[Unit]:
 
 
 def _odds_against_motion(motion: float, impacts: bool) -> float:
-    """ln of the odds against a motion in the clearances: small ones are usual where there are no impacts."""
+    """Ln of the odds against a motion in the clearances: small ones are usual where there are no impacts."""
     if motion <= 0 or (motion < USUAL_MOTION and not impacts):
         return 0.0
     return 0.5 * (math.log(motion / USUAL_MOTION) / MOTION_SPREAD) ** 2
