@@ -12,6 +12,7 @@ import pandas as pd
 from ..core.errors import ClearanceError
 from ..core.plain_numbers import find_numbers, get_number
 from ..engines import get_engine
+from ..identify.structure.priors import parameter_words
 from ..io.dataset import Record
 from ..rig import Rig
 from ..signals.comparison import Comparison
@@ -147,7 +148,7 @@ def parameters(study: Study) -> pd.DataFrame:
     data = study.dataset.rig.to_dict()
     rows = [
         {
-            "law": law.name, "parameter": p["name"], "unit": p["unit"], "value": p["value"],
+            "law": law.name, "parameter": parameter_words(p["name"]), "unit": p["unit"], "value": p["value"],
             "standard_deviation": std, "relative_std_pct": 100 * std / abs(p["value"]) if p["value"] else np.nan,
             "rig_file": _in_rig_file(data, p["name"]),
         }

@@ -278,6 +278,21 @@ def test_a_method_that_was_named_and_cannot_be_had_is_refused_at_once(small_data
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.filterwarnings("error::FutureWarning")
+def test_records_of_several_bands_go_into_one_file(small_dataset, tmp_path, quick):
+    """Lines that a record does not have are nan."""
+    dataset = Dataset.load(small_dataset)
+    records = [dataclasses.replace(r, band=(5.0, 150.0)) if r.level == 4 else r for r in dataset.records]
+    write_dataset(tmp_path / "data", dataset.rig, records)
+    report_study(tmp_path / "data", tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as found:
+        finite = np.isfinite(found["test"]).all(["response", "reference", "part"])
+        levels = {r.name: r.level for r in dataset.validate}
+        for name in levels:
+            last = found["frequency"].values[finite.sel(record=name).values][-1]
+            assert last == (150.0 if levels[name] == 4 else 220.0)
+
+
 def test_unknown_engine_is_refused_before_any_work(small_dataset, tmp_path):
     with pytest.raises(ClearanceError, match='engine "warp" is unknown; known: links, modal, modal-mj'):
         report_study(small_dataset, tmp_path / "out", ("warp",), progress=False)
