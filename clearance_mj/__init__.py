@@ -29,6 +29,8 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     )
     from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each
     from .engines.energy import EnergyBalance, energy_balance
+    from .identify.channels.mapping import map_channels
+    from .io.channel_map import ChannelMap
     from .io.dataset import Dataset, Record, write_dataset
     from .io.formats import read, write
     from .io.uff import read_uff, write_uff
@@ -48,6 +50,7 @@ __all__ = [
     "AmplitudeLaw",
     "Beam",
     "Bushing",
+    "ChannelMap",
     "ClearanceError",
     "Comparison",
     "ConstantLaw",
@@ -91,6 +94,7 @@ __all__ = [
     "identify",
     "load_law",
     "mac",
+    "map_channels",
     "mre",
     "periodic",
     "physical",
@@ -113,6 +117,8 @@ _NAMES = {
     "beam": "ModalModel",
     "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law",
     "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
+    "identify.channels.mapping": "map_channels",
+    "io.channel_map": "ChannelMap",
     "engines.energy": "EnergyBalance energy_balance",
     "core.errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",
     "io.dataset": "Dataset Record write_dataset",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,13 @@ import numpy as np
 
 from .clearance.law import Law
 from .clearance.law_files import law_from_dict, load_law
-from .clearance.modelled import nominal_law
+from .clearance.modelled import rig_and_law
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
 from .core.overview import Overview, Shown
 from .engines import Engine, simulate
 from .rig import Rig
+from .rig.gaps import Gap
 from .signals.excitation import Excitation
 from .signals.response import Response
 
@@ -43,8 +44,7 @@ class Model(Shown):
     """draws n models with a seed that the records do not distinguish from this one; None: not known"""
 
     def __post_init__(self) -> None:
-        if self.law is None:
-            object.__setattr__(self, "law", nominal_law(self.rig))
+        object.__setattr__(self, "law", rig_and_law(self.rig, self.law)[1])
 
     def _overview(self) -> Overview:
         title, facts, _ = self.rig._overview()
@@ -75,6 +75,20 @@ class Model(Shown):
         Response
         """
         return simulate(self, excitation, engine=engine, progress=progress)
+
+    def with_gap(self, gap: Gap) -> Model:
+        """Return the model with another radial gap at its bushings: what the same machine did with other bushings.
+
+        The law stays, and so do draws of the posterior but for their gap. A contact model holds at any gap; stiffness
+        over amplitude belongs to the gap at which it was identified.
+
+        Parameters
+        ----------
+        gap : float, str, sequence or mapping
+            As `Rig.with_gap` takes it, whose errors it raises: 9e-5, "0.09 mm", "x0.5", or these by bushing.
+        """
+        drawn = partial(_with_gap, self, gap) if self.posterior else None
+        return replace(self, rig=self.rig.with_gap(gap), posterior=drawn)
 
     def draw(self, n: int, seed: int = 0) -> Sequence[Model]:
         """Draw models that the records do not distinguish from this one.
@@ -169,6 +183,11 @@ class Model(Shown):
             return cls(rig, load_law(own), partial(_kept, path / POSTERIOR_FILE, rig))
         law = law or (own if own.is_file() else None)
         return cls(rig, load_law(law) if law else None)  # type: ignore[arg-type]
+
+
+def _with_gap(model: Model, gap: Gap, n: int, seed: int) -> list[Model]:
+    """Draw models of another gap."""
+    return [drawn.with_gap(gap) for drawn in model.draw(n, seed)]
 
 
 def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:

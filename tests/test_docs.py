@@ -170,6 +170,7 @@ def test_tutorial(clone):
     page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
     assert re.search(r"records: ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[0]
     assert re.search(r"contact, ([\d.]+) dB and ([\d.]+) with", page).groups() == figures[1]
+    assert textwrap.dedent("".join(re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE))) in out
     for path in (
         "found/index.html",
         "over_amplitude/figures/contact_over_amplitude.png",

@@ -14,6 +14,7 @@ from importlib import import_module
 
 from ..core.errors import ClearanceError
 from ..core.files import to_json
+from ..core.notes import RecordNote
 from ..core.provenance import stale
 from ..version import __version__
 from .command import COMMANDS, Parser, inputs
@@ -26,7 +27,21 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
 """Errors of the system that come of a path that was given"""
 
 for _module in (
-    *("new", "study", "identify", "twin", "live", "simulate", "animate", "motion", "compare", "convert", "modes"),
+    *(
+        "new",
+        "map",
+        "study",
+        "identify",
+        "twin",
+        "live",
+        "simulate",
+        "animate",
+        "motion",
+        "compare",
+        "show",
+        "convert",
+        "modes",
+    ),
     *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)
@@ -51,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for words in stale(inputs(options)):
             print(f"clearance-mj: note: {words}", file=sys.stderr)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_, **__: print(f"clearance-mj: warning: {message}", file=sys.stderr)
+            warnings.showwarning = _say
             result = options.run(options)
         if options.json:
             print(to_json(result), end="")
@@ -71,6 +86,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         return _failed(f"not enough memory for what was asked ({str(error) or 'no more is known'}); ask for less", 2)
     return 0
+
+
+def _say(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    kind = "note" if issubclass(category, RecordNote) else "warning"
+    print(f"clearance-mj: {kind}: {message}", file=sys.stderr)
 
 
 def _failed(words: str, status: int) -> int:

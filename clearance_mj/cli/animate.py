@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .command import command, inputs, out_file, provenance
-from .options import add_simulation, excitation
+from .options import add_simulation, excitation, load_model
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -35,13 +35,12 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
-    from ..model import Model
     from ..report.animation import check, write
     from ..report.clip import clip
 
     check(options.out, options.renderer)
     out_file(options.out, (options.out.suffix.lower(),), inputs(options), is_marked)
-    model = Model.load(options.rig, options.law)
+    model = load_model(options)
     response = model.simulate(excitation(options, model.rig.shaker.kind, options.rms), options.engine)
     cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
     shown = clip(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import PERIODIC, add_periodic, add_plugin, load_plugin, periodic_settings, settings
+from .options import PERIODIC, add_periodic, add_plugin, load_model, load_plugin, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Backbone
@@ -39,7 +39,6 @@ def _modes(text: str) -> list[int]:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.tasks import run_tasks
-    from ..model import Model
     from ..periodic import follow_backbone
     from ..periodic.summaries import of_backbone
     from ..report.backbones import draw, rows, words
@@ -48,7 +47,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     if (options.start is None) != (options.stop is None):
         raise ClearanceError("--from and --to are the ends of the amplitudes: give both or none")
-    model = Model.load(options.rig, options.law)
+    model = load_model(options)
     amplitudes = None if options.start is None else (options.start, options.stop)
     shared = periodic_settings(options)
     progress = "" if options.quiet else "modes"

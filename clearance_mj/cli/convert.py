@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
-from .options import add_columns, add_plugin, add_units, load_plugin, parse_columns
+from .options import add_columns, add_map, add_plugin, add_units, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -29,6 +29,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "(no suffix) that they are added to",
     )  # fmt: skip
     add_columns(parser)
+    add_map(parser)
     add_plugin(parser, "a file format")
     add_units(parser)
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
@@ -89,6 +90,8 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     obj: formats.Contents
     if options.reference:
         obj = formats.read_frf(path, columns, options.reference, options.what or "frf", options.units)
+    elif options.map:
+        obj = formats.read_channels(path, columns, options.fs, rig, options.units, load_map(options))
     else:
         what = options.what or ("channels" if options.frf is not None else None)
         obj = formats.read(path, columns, options.fs, units=options.units)
@@ -239,6 +242,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         columns,
         options.fs,
         units=options.units,
+        channel_map=load_map(options),
         level=options.level,
         band=band,
     )

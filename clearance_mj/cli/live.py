@@ -14,7 +14,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from .command import command, inputs, out_file
-from .options import add_plugin, add_rig, load_plugin
+from .options import add_plugin, add_rig, load_model, load_plugin
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -41,12 +41,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
             raise
         raise ClearanceError('live needs Tornado: pip install "clearance-mj[live]"') from None
     from ..io.dataset import Dataset
-    from ..model import Model
 
     if options.out:
         out_file(options.out, (options.out.suffix.lower(),), inputs(options), _holds_address)
     load_plugin(options.plugin)
-    model = Model.load(options.rig, options.law)
+    model = load_model(options)
     folder = options.dataset or (options.rig if (options.rig / "dataset.toml").is_file() else None)
     page = Page(model, Dataset.load(folder) if folder else None, options.port, inputs(options))
     written: list[Path] = []

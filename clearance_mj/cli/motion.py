@@ -9,7 +9,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_simulation, excitation, numbers, settings
+from .options import add_simulation, excitation, load_model, numbers, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -29,13 +29,12 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..engines import simulate_batch
-    from ..model import Model
     from ..report.motion import drawings
 
     drop = options.duration / 4 if options.drop is None else options.drop
     if not 0 <= drop < options.duration:
         raise ClearanceError(f"--drop {drop:g}: must be in 0 to less than --duration, {options.duration:g} s")
-    model = Model.load(options.rig, options.law)
+    model = load_model(options)
     rig = model.rig
     if not rig.bushings:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")

@@ -13,12 +13,28 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 
 if TYPE_CHECKING:  # the command line starts without the library
+    from ..io.channel_map import ChannelMap
     from ..model import Model
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_kind", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units", "excitation",
-    "load_plugin", "numbers", "parse_columns", "settings",
+    "add_columns",
+    "add_kind",
+    "add_map",
+    "add_periodic",
+    "add_plugin",
+    "add_rig",
+    "add_simulation",
+    "add_units",
+    "excitation",
+    "length",
+    "load_map",
+    "load_model",
+    "load_plugin",
+    "numbers",
+    "parse_columns",
+    "pressure",
+    "settings",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
@@ -70,11 +86,48 @@ def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tu
         yield header.strip(), channel.strip()
 
 
+def add_map(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names a map of channels."""
+    parser.add_argument(
+        "--map", type=Path, metavar="MAP", help="map of the files' channels (TOML), as clearance-mj map writes it"
+    )
+
+
+def load_map(options: argparse.Namespace) -> ChannelMap | None:
+    """Return the map of `add_map`, if one was given."""
+    from ..io.channel_map import ChannelMap
+
+    return ChannelMap.load(options.map) if options.map else None
+
+
 def add_rig(parser: argparse.ArgumentParser) -> None:
-    """Add the options that name a model, see `Model.load`."""
+    """Add the options that name a model, see `load_model`."""
     option = parser.add_argument
     option("rig", type=Path, help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json")
     option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
+    option(
+        "--gap", action="append", default=[], metavar="[BUSHING=]VALUE",
+        help="radial gap instead of the rig's: m, with a unit such as 0.09mm, or a factor such as x0.5; of all "
+        "bushings, or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated",
+    )  # fmt: skip
+
+
+def load_model(options: argparse.Namespace) -> Model:
+    """Return the model of the options of `add_rig`, see `Model.load`, with the gaps that are asked for."""
+    from ..model import Model
+    from ..rig.plausible import check_units
+
+    model, values = Model.load(options.rig, options.law), [text.rpartition("=") for text in options.gap]
+    if not values:
+        return model
+    if len(values) > 1 and not all(name for name, _, _ in values):
+        raise ClearanceError(f"--gap {' --gap '.join(options.gap)}: give one for all, or BUSHING=VALUE of each")
+    model = model.with_gap({name: value for name, _, value in values} if values[0][0] else values[0][2])
+    check_units(model.rig.linear, model.rig.bushings)
+    if model.law.table(len(model.rig.bushings)).by_amplitude:
+        words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
+        print(f"clearance-mj: note: --gap: {words} (identify by method bench finds one)", file=sys.stderr)
+    return model
 
 
 def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
@@ -93,7 +146,7 @@ PERIODIC = ("harmonics", "samples", "modes")  # options that say how vibrations 
 
 
 def add_periodic(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a command that finds periodic vibrations: a model, see `Model.load`, and how."""
+    """Add the options of a command that finds periodic vibrations: a model, see `load_model`, and how."""
     add_rig(parser)
     option = parser.add_argument
     option("--harmonics", type=int, default=21, help="of the motion (default: %(default)s)")
@@ -141,6 +194,25 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
     if not 2 <= count <= MAX_NUMBERS:
         raise ValueError
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
+
+
+def length(text: str) -> float:
+    """Return a length in m of a number that may have a unit, such as 620mm."""
+    return _with_unit(text, "displacement")
+
+
+def pressure(text: str) -> float:
+    """Return a modulus or pressure in Pa of a number that may have a unit, such as 210GPa."""
+    return _with_unit(text, "pressure")
+
+
+def _with_unit(text: str, quantity: str) -> float:
+    from ..core.units import si_value
+
+    try:
+        return si_value(text, quantity)
+    except ClearanceError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:

@@ -15,6 +15,7 @@ from .options import (
     add_kind,
     add_periodic,
     add_plugin,
+    load_model,
     load_plugin,
     numbers,
     periodic_settings,
@@ -46,7 +47,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
 
-    from ..model import Model
     from ..periodic import map_rattle
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
@@ -55,7 +55,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     load_plugin(options.plugin)
     if not 2 <= options.steps <= MAX_NUMBERS:
         raise ClearanceError(f"--steps must be between 2 and {MAX_NUMBERS}, got {options.steps}")
-    model = Model.load(options.rig, options.law)
+    model = load_model(options)
     shared = {name: getattr(options, name) for name in ("kind", "workers", "gaps")} | periodic_settings(options)
     frequencies = np.linspace(options.start, options.stop, options.steps)
     found = map_rattle(model, options.levels, frequencies, **shared, progress=not options.quiet)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_kind, add_periodic, add_plugin, load_plugin, numbers, periodic_settings, settings
+from .options import add_kind, add_periodic, add_plugin, load_model, load_plugin, numbers, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -58,13 +58,12 @@ def _nodes(text: str) -> list[int]:
     writes=("response.csv", "response.json", "response.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..model import Model
     from ..periodic.summaries import of_branch
     from ..report.responses import draw, rows, words
     from ..report.tables import write_csv
 
     load_plugin(options.plugin)
-    model = Model.load(options.rig, options.law)
+    model = load_model(options)
     sensors = _rows_of(model.rig, options.sensors)
     by_level = _branches(options, model)
     basins = [_with_isolas(options, known) for known in by_level] if options.isolas else []

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, inputs, out_folder, provenance
-from .options import add_columns, parse_columns
+from .options import add_columns, add_map, load_map, parse_columns
 
 if TYPE_CHECKING:
     from ..identify import Twin
@@ -41,6 +41,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")
     add_columns(parser)
+    add_map(parser)
     option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
 
 
@@ -74,7 +75,7 @@ def _record(options: argparse.Namespace, rig: Rig) -> Record:
     if options.record.is_dir():
         raise ClearanceError(f"{options.record} is a folder; give the file of one record, such as level_5_a.uff in it")
     columns = dict(parse_columns(options.column))
-    record = read_record(options.record, rig, "identify", columns, options.fs)
+    record = read_record(options.record, rig, "identify", columns, options.fs, channel_map=load_map(options))
     return dataclasses.replace(record, provenance={"file": str(options.record)} | record.provenance)
 
 

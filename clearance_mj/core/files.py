@@ -1,5 +1,6 @@
 """Files that are whole or not there: written under a temporary name, then renamed. JSON that every reader takes."""
 
+import codecs
 import errno
 import gzip
 import hashlib
@@ -19,8 +20,8 @@ from typing import Any
 from .errors import ClearanceError, RecordError
 
 __all__ = [
-    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_lines", "remove_leftovers", "replacing", "seal",
-    "sha256", "to_json", "write_text",
+    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_lines", "read_text", "remove_leftovers", "replacing",
+    "seal", "sha256", "to_json", "write_text",
 ]  # fmt: skip
 
 MAX_EXPANSION = 50  # times its size that a compressed file may unpack to: measured numbers reach 2 to 10
@@ -55,8 +56,12 @@ def most_unpacked(size: int) -> int:
     return max(2**20, MAX_EXPANSION * size)
 
 
-def read_lines(path: str | PathLike[str]) -> list[str]:
-    """Read the lines of a text file (UTF-8 or Latin-1), plain or compressed by gzip (seen from its first bytes)."""
+def read_text(path: str | PathLike[str]) -> tuple[bytes, str]:
+    """Read a text file, plain or compressed by gzip (seen from its first bytes), as UTF-8 without a byte order mark.
+
+    The second is the encoding that it was in: UTF-8 or UTF-16 if it is such text, otherwise Windows-1252, whose
+    printable characters Latin-1 shares.
+    """
     path = Path(path)
     try:
         data = plain_file(path).read_bytes()
@@ -69,12 +74,27 @@ def read_lines(path: str | PathLike[str]) -> list[str]:
         raise RecordError(f"{path}: damaged gzip file ({error})") from None
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}") from None
-    if b"\0" in data:
-        raise RecordError(f"{path}: not a text file")
     try:
-        return data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        return data.decode("latin-1").splitlines()
+        if utf16 := _UTF_16.get(data[:2]) or (_UTF_16_TEXT.match(data) and "utf-16-le"):
+            return data.decode(utf16).removeprefix("\ufeff").encode(), "UTF-16"
+        if b"\0" in data:
+            raise RecordError(f"{path}: not a text file")
+        if not data.isascii():  # twenty times as fast
+            data.decode("utf-8")
+        return data.removeprefix(codecs.BOM_UTF8), "UTF-8"
+    except UnicodeError:
+        if utf16:
+            raise RecordError(f"{path}: not a text file: damaged UTF-16") from None
+    return data.decode("cp1252", "replace").encode(), "Windows-1252"
+
+
+_UTF_16 = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+_UTF_16_TEXT = re.compile(rb"(?:[\t\r\n -~]\0){8}")  # without a byte order mark: eight characters of a plain line
+
+
+def read_lines(path: str | PathLike[str]) -> list[str]:
+    """Read the lines of a text file as `read_text` does."""
+    return read_text(path)[0].decode().splitlines()
 
 
 @contextmanager

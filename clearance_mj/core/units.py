@@ -4,22 +4,62 @@ from __future__ import annotations
 
 import re
 
-from .errors import RecordError
+from .checks import QUANTITIES
+from .errors import ClearanceError, RecordError
 
-__all__ = ["UNITS", "ratio_factor", "unit_factor"]
+__all__ = ["UNITS", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
 UNITS = {
-    "time": {"s": 1.0, "ms": 1e-3},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
     "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665, "m/s/s": 1.0},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
+    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
+    "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
 }  # units that are known, in SI units, by quantity
+_MULTIPLE = re.compile(r"(?=[0-9.]*[1-9])([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]{1,2})?)\s+(\S.*)")  # "9.81 m/s2", "0.5 g"
+
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
+
+
+def si_value(text: str, quantity: str) -> float:
+    """Return a number with a unit, such as "620 mm" or "0.09mm", in SI units; one without a unit is in these already.
+
+    Raises
+    ------
+    ClearanceError
+        If it is no number, or the unit is none of the quantity's in `UNITS`.
+    """
+    found = _NUMBER.fullmatch(text.strip())
+    if not found:
+        raise ClearanceError(f'"{text}" is no number, alone or with a unit: {", ".join(UNITS[quantity])}')
+    return float(found[1]) * (unit_factor(found[2], quantity) if found[2] else 1.0)
+
+
+_SAME = {
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
+    "usec": "us", "microseconds": "us", "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
+    "g's": "g", "gn": "g", "m/sec2": "m/s2", "m.s-2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "mm/sec": "mm/s",
+}  # fmt: skip
+"""Other ways of writing a unit, in lower case"""
+
+
+def quantity_of(label: str) -> tuple[str, float] | None:
+    """Return quantity and SI units in one unit that only one quantity has, such as "mm/s²"; None of any other label.
+
+    Times and frequencies are no quantities that a channel measures. Capitals count: "G" and "M" are other units.
+    """
+    plain = _plain(label)
+    for quantity in QUANTITIES:
+        if plain in UNITS[quantity]:
+            return quantity, UNITS[quantity][plain]
+    return None
 
 
 def unit_factor(label: str, quantity: str) -> float:
-    """Return the SI units in one unit, such as "g", "mm/s²" or "(m/s^2)", of a quantity of `UNITS`."""
+    """Return the SI units in one unit, such as "g", "mm/s²", "(m/s^2)" or "9.9 m/s²", of a quantity of `UNITS`."""
     return _look_up(label, UNITS[quantity], quantity)
 
 
@@ -30,10 +70,18 @@ def ratio_factor(label: str, above: str, below: str) -> float:
 
 
 def _look_up(label: str, known: dict[str, float], quantity: str) -> float:
-    plain = re.sub(r"[\s()\[\]^*]", "", label.replace("²", "2").replace("µ", "u").replace("μ", "u"))
+    if multiple := _MULTIPLE.fullmatch(label.strip()):
+        return float(multiple[1]) * _look_up(multiple[2], known, quantity)
+    plain = _plain(label)
     # Some writers have capitals only; "mN" and "MN" both stand in the table, so neither is taken for the other.
     lower = {unit.lower(): factor for unit, factor in known.items()}
     if plain not in known and plain.lower() not in lower:
         shown = [*known][:6]
         raise RecordError(f'unit "{label}" of {quantity} is unknown; use {", ".join(shown)}')
     return known[plain] if plain in known else lower[plain.lower()]
+
+
+def _plain(label: str) -> str:
+    """A label without what writers of files set differently."""
+    text = re.sub(r"[\s()\[\]^*·]", "", label.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("−", "-"))
+    return _SAME.get(text.lower(), text)

@@ -6,6 +6,7 @@ from ..joints.jointed_structure import JointedStructure, fit_jointed_structure
 from ..signals.free_decay import decay
 from ..signals.wavelet import ridge, ridges
 from . import methods
+from .channels.mapping import map_channels
 from .follow.alarms import Alarm
 from .follow.bench_twin import twin
 from .follow.history import Twin
@@ -39,6 +40,7 @@ __all__ = [
     "get_method",
     "identify",
     "law",
+    "map_channels",
     "methods",
     "priors",
     "register",

@@ -4,11 +4,13 @@ A column of a time record is named after its channel: ``time``; ``base`` (accele
 (of the shaker); ``acc:3``, ``vel:3``, ``disp:6`` and ``force:5`` (at a node), all along +Z, or ``acc:3:-Z`` for a
 sensor that is mounted the other way round. A column of FRFs is ``frequency`` or two channels, ``acc:3/base``, and a
 part: ``real``, ``imag``, ``magnitude``, ``phase``, ``coherence``, or none of a complex column. A unit follows in
-brackets, ``acc:3 [g]``; without one it is SI. Other headers are mapped to these names by the caller.
+brackets, ``acc:3 [g]``; without one it is SI. The caller may map other headers to these names. What is not mapped is a
+raw channel: it keeps its name, its quantity is that of its unit or unknown, and it is nowhere.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,11 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.checks import NAME_LIMIT
 from ..core.errors import RecordError
-from ..core.units import UNITS, ratio_factor, unit_factor
+from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..signals.frf import FRF, join_references
-from .channels import Channel, require_one_time
+from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
+from .tables.headers import LONGEST, is_time, split_header, unique_names
 
 __all__ = ["SKIP", "Column"]
 
@@ -36,6 +40,8 @@ _NODES = {"base": BASE_NODE, "force": SHAKER_NODE}
 _CELL = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 _PLACE = r"(?:base|(?:acc|vel|disp|force):\d{1,9}|force)(?::(?:[+-]R?[XYZ]|S))?"
 _CHANNEL = re.compile(_PLACE)
+_FREQUENCY = re.compile(r"freq(?:uency|uenz|uencies|\.)?|frequenz|fr[ée]quence", re.IGNORECASE)
+_LIKE_OURS = re.compile(r"[a-z]{2,6}:\d", re.IGNORECASE)  # as only our names have it
 _FUNCTION = re.compile(rf"({_PLACE})/({_PLACE})(?:\s+({'|'.join(PARTS)}))?")
 
 
@@ -45,42 +51,105 @@ class Column:
 
     index: int  #: place in the table, from 0
     name: str  #: header without its unit
-    quantity: str  #: "time", "frequency", "acceleration" ...; of an FRF "acceleration/force"
+    quantity: str  #: "time", "frequency", "acceleration" ..., "unknown"; of an FRF "acceleration/force"
     dof: str = ""  #: "3:+Z", of an FRF's response
     reference: str = ""  #: degree of freedom of an FRF's excitation
     part: str = ""  #: one of `PARTS`, or "" of a complex column
     scale: float = 1.0  #: SI units in one of the column's
+    unit: str = ""  #: label in the file, of a time or of what is of unknown quantity
+    is_raw: bool = False  #: whether nothing but the file's own header says what it is
+
+    @property
+    def is_raw_time(self) -> bool:
+        """Whether the header has a usual name of time, which is not ours."""
+        return self.is_raw and self.quantity == "time"
 
     def channel(self, value: np.ndarray, fs: float, start: float) -> Channel:
         """Return the column as a channel, from its numbers (n_t,) in its own unit; ``fs`` in Hz, ``start`` in s."""
         node, direction = self.dof.split(":")
-        return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start)
+        unit = self.unit if self.quantity == UNKNOWN else ""
+        return Channel(self.name, int(node), direction, self.quantity, value * self.scale, fs, start, unit)
 
 
-def resolve(cells: Sequence[str], mapped: Mapping[str, str], line: int | None = None) -> list[Column]:
-    """Say what the columns of a table, or the variables of a file, are."""
+def resolve(
+    cells: Sequence[str], mapped: Mapping[str, str], line: int | None = None, notes: list[str] | None = None
+) -> list[Column]:
+    """Say what the columns of a table, or the variables of a file, are; ``notes`` takes what was made of their names.
+
+    A header is mapped by the whole of it, by its name without unit, or by the name that its channel gets.
+    """
     kind, where = ("column", f"line {line}: ") if line else ("variable", "")
-    missing = [header for header in mapped if header not in cells and header not in map(_name, cells)]
-    if missing:
-        near = _nearest(missing[0], cells)
+    names = unique_names([split_header(cell)[0] for cell in cells], [] if notes is None else notes)
+    keys = [{cell, _name(cell), name} if cells.count(cell) == 1 else {name} for cell, name in zip(cells, names)]
+    if missing := [header for header in mapped if not any(header in known for known in keys)]:
+        near = _nearest(missing[0], [*cells, *names])
         raise RecordError(f'{where}has no {kind} "{missing[0]}"{near}; its {kind}s are {listed(cells)}')
+    is_ours = any(":" in cell or _name(cell) == "base" for cell in cells if _is_name(_name(cell)))
     used = []
-    for index, cell in enumerate(cells):
-        given = mapped.get(cell, mapped.get(_name(cell), cell))
+    for index, (cell, name, known) in enumerate(zip(cells, names, keys)):
+        given = next((mapped[key] for key in known if key in mapped), None)
         if given == SKIP:
             continue
         try:
-            used.append(_column(index, cell, given))
+            if given is None and not _is_name(_name(cell)):
+                used.append(_raw_column(index, cell, name, is_ours))
+            else:
+                used.append(_column(index, cell, cell if given is None else given))
         except RecordError as error:
             place = f"line {line}, column {index + 1}" if line else kind
             raise RecordError(f'{place} "{cell}": {error}') from None
+    if any(c.quantity == "time" and not c.is_raw for c in used):  # then others are channels, such as stamps
+        used = [as_channel(c) if c.is_raw_time else c for c in used]
+    if used and used[0].is_raw and _FREQUENCY.fullmatch(used[0].name) and not any(c.quantity == "time" for c in used):
+        used[0] = dataclasses.replace(used[0], quantity="frequency", scale=1e3 if used[0].unit == "kHz" else 1.0)
     functions = [c for c in used if c.reference or c.quantity == "frequency"]
     if functions and len(functions) != len(used):
         other = next(c for c in used if c not in functions)
+        if other.is_raw:
+            raise RecordError(
+                f'{where}"{functions[0].name}" is of FRFs, "{other.name}" is the name of none; map it: '
+                f'"{other.name}=acc:1/base real", or "{other.name}={SKIP}" to leave it out'
+            )
         raise RecordError(f'{where}"{other.name}" is of a time record, "{functions[0].name}" of FRFs; needs one kind')
     if all(column.quantity in ("time", "frequency") for column in used):
         raise RecordError(f"{where}has no channel beside time; its {kind}s are {listed(cells)}")
     return used
+
+
+def as_channel(time: Column) -> Column:
+    """Return a raw column of time as one of a channel, because another one is the time."""
+    node, direction = NOWHERE
+    return dataclasses.replace(time, quantity=UNKNOWN, dof=f"{node}:{direction}", scale=1.0)
+
+
+def _is_name(name: str) -> bool:
+    """Whether a name is one of ours."""
+    return name in ("time", "frequency") or bool(_CHANNEL.fullmatch(name) or _FUNCTION.fullmatch(name))
+
+
+def _raw_column(index: int, cell: str, name: str, is_ours: bool) -> Column:
+    """Return a column of a name of its own; what is a slip in one of ours is refused.
+
+    It is one beside other names of ours, and where it has a node after a colon, as only ours have.
+    """
+    plain = _name(cell)
+    like = _nearest(plain, _channels_like(plain), 0.75)
+    if like and (_LIKE_OURS.match(plain) or (is_ours and not is_time(plain))):
+        raise RecordError(
+            f"not the name of a channel{like}; use {listed(EXAMPLES)} with the node's number, "
+            f'or map it: "{cell}=acc:1" (or "{cell}={SKIP}" to leave it out)'
+        )
+    plain, unit = split_header(cell)
+    node, direction = NOWHERE
+    if is_time(plain):
+        try:
+            scale = _scale(unit, "time")
+        except RecordError:  # such as "hh:mm:ss" and "UTC" of stamps
+            scale = np.nan
+        return Column(index, name, "time", scale=scale, unit=unit, is_raw=True)
+    quantity, scale = quantity_of(unit) or (UNKNOWN, 1.0)
+    unit = "".join(c if c.isprintable() else " " for c in unit)[:NAME_LIMIT].strip()
+    return Column(index, name, quantity, f"{node}:{direction}", scale=scale, unit=unit, is_raw=True)
 
 
 def _column(index: int, cell: str, given: str) -> Column:
@@ -92,10 +161,7 @@ def _column(index: int, cell: str, given: str) -> Column:
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):
         like = _nearest(name, _channels_like(name))
-        raise RecordError(
-            f"not the name of a channel{like}; use {listed(EXAMPLES)} with the node's number, "
-            f'or map it: "{cell}=acc:1" (or "{cell}={SKIP}" to leave it out)'
-        )
+        raise RecordError(f"not the name of a channel{like}; use {listed(EXAMPLES)} with the node's number")
     quantity, dof = _place(name)
     return Column(index, _name(cell), quantity, dof, scale=_scale(unit, quantity))
 
@@ -181,13 +247,23 @@ def channel_name(dof: str, quantity: str) -> str:
 
 
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
-    """Return the headers and numbers (n_t, n) of time records, without time."""
+    """Return the headers and numbers (n_t, n) of time records, without time; raw ones under their own names."""
     require_one_time(channels)
-    headers = [f"{channel_name(c.label, c.quantity)} [{next(iter(UNITS[c.quantity]))}]" for c in channels]
+    headers = [_header(channel) for channel in channels]
     twice = next((h for h in headers if headers.count(h) > 1), None)
     if twice:
         raise RecordError(f'two channels would be columns "{twice}"; give each its own node, or write .uff')
     return headers, np.stack([c.value for c in channels], axis=1)
+
+
+def _header(channel: Channel) -> str:
+    if channel.placed and channel.quantity != UNKNOWN:
+        return f"{channel_name(channel.label, channel.quantity)} [{next(iter(UNITS[channel.quantity]))}]"
+    unit = channel.unit if channel.quantity == UNKNOWN else next(iter(UNITS[channel.quantity]))
+    header = f"{channel.name} [{unit}]" if unit or split_header(channel.name)[1] else channel.name
+    if _is_name(_name(header)) or is_time(channel.name):
+        raise RecordError(f'channel "{channel.name}" would be read as another from a table; rename it, or write .uff')
+    return header
 
 
 def frf_names(frf: FRF) -> tuple[list[str], str]:
@@ -218,7 +294,8 @@ def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
 
 def _split(cell: str) -> tuple[str, str | None]:
     """Name and unit."""
-    name, square, curved = match.groups() if (match := _CELL.fullmatch(cell)) else (cell, None, None)
+    match = _CELL.fullmatch(cell) if len(cell) < LONGEST else None
+    name, square, curved = match.groups() if match else (cell, None, None)
     return name, square if square is not None else curved
 
 
@@ -232,13 +309,13 @@ def _scale(unit: str | None, quantity: str) -> float:
 
 def _channels_like(name: str) -> list[str]:
     """Names of channels at the node that a name holds."""
-    node = name[len(name.rstrip("0123456789")) :] or "1"
+    node = name[len(name.rstrip("0123456789")) :][:9] or "1"
     return ["time", "frequency", "base", "force", f"acc:{node}", f"vel:{node}", f"disp:{node}", f"acc:{node}/base"]
 
 
-def _nearest(name: str, known: Sequence[str]) -> str:
+def _nearest(name: str, known: Sequence[str], cutoff: float = 0.6) -> str:
     """A question after what was meant, if something like it is known."""
-    found = difflib.get_close_matches(name, known, 1, 0.6)
+    found = difflib.get_close_matches(name[:NAME_LIMIT], known, 1, cutoff)
     return f' (did you mean "{found[0]}"?)' if found else ""
 
 

@@ -1,52 +1,64 @@
-"""Time records and FRFs in CSV files: a header with the columns' names, then one line of numbers per instant or line.
+"""Time records and FRFs in text tables: a line of the columns' names, then one line of numbers per instant or line.
 
-How columns are named: `clearance_mj.io.columns`. A file without a header has columns named "1", "2", ..., which are
-mapped.
+How columns are named: `clearance_mj.io.columns`. Tables of data loggers are read as they are: what separates columns
+and decimals, where the numbers begin, units and the sampling rate above them are looked for (`clearance_mj.io.tables`),
+and one `RecordNote` says what was found that the file does not say itself. A file without a header has columns named
+"1", "2", ..., which are mapped.
 """
 
 from __future__ import annotations
 
 import csv
-import re
+import io
 from collections.abc import Mapping, Sequence
-from decimal import Decimal
 from os import PathLike
 
 import numpy as np
 
-from ..core.checks import naming, simplest_rate
+from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import read_lines, replacing
+from ..core.files import read_text, replacing
+from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .registry import Format, register
+from .tables.headers import is_index
+from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
+from .tables.metadata import find_rate
+from .tables.numbers import Body, read_body
+from .tables.times import Times, time_of
 
 __all__ = ["read_csv", "write_csv"]
 
-SEPARATORS = (",", ";", "\t")
-Row = tuple[int, list[str]]  # number of a line and its cells
+GAPS = 0.1
+"""Share of a raw column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
-    """Read the time records or the FRFs (of a file with a column of frequency) of a CSV file.
+    """Read the time records or the FRFs (of a file with a column of frequency) of a text table.
 
-    Separated by commas, semicolons or tabs, with decimal points; lines before the header that begin with "#" are passed
-    over. A file that ends in .gz may be compressed. ``columns`` gives channel and, if it is not SI, unit of a column by
-    its header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``; others are named after their channel. ``fs`` (Hz) is of a
-    file without time.
+    Separated by commas, semicolons, tabs or blanks, with decimal points or commas, in UTF-8, UTF-16 or Windows-1252; a
+    file that ends in .gz may be compressed. ``columns`` gives channel and, if it is not SI, unit of a column by its
+    header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``; others are named after their channel, or become raw channels
+    under their own names. ``fs`` (Hz) is of a file without time. A `RecordNote` says what was guessed.
     """
-    lines = read_lines(path)
+    data, encoding = read_text(path)
     with naming(path):
-        return _contents(lines, columns or {}, fs)
+        notes = [] if encoding == "UTF-8" else [encoding]
+        contents = _contents(data, columns or {}, fs, notes)
+    note(path, notes)
+    return contents
 
 
 def write_csv(path: str | PathLike[str], obj: Contents) -> None:
     """Write time records of one rate, length and start, or FRFs, as CSV, every digit of every number."""
     with naming(f"{path}: cannot be written"):
         headers, numbers = table_of_frf(obj) if isinstance(obj, FRF) else _with_time(obj)
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(headers)
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        np.savetxt(file, numbers, "%.17g", ",", header=",".join(headers), comments="")
+        np.savetxt(file, numbers, "%.17g", ",", header=line.getvalue(), comments="")
 
 
 def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
@@ -54,91 +66,117 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _contents(lines: list[str], mapped: Mapping[str, str], fs: float | None) -> Contents:
-    filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    if len(filled) < 3:
-        raise RecordError("holds no records; needs a line with the names of the columns, then two or more of numbers")
-    at, header = filled[0]
-    separator = max(SEPARATORS, key=header.count)
-    try:
-        cells = [cell.strip() for cell in next(csv.reader([header], delimiter=separator))]
-    except csv.Error as error:
-        raise RecordError(f"line {at}: is no line of columns' names ({error})") from None
-    if headless := all(np.isfinite(_number(cell)) for cell in cells):
-        cells = [str(i) for i in range(1, len(cells) + 1)]
-        if not mapped:
-            raise RecordError(
-                f"line {at}: has numbers where the columns' names are expected; map the columns by their numbers: "
-                f'"1=time", "2=acc:1 [g]"'
-            )
-    used = resolve(cells, mapped, at)
-    body = filled if headless else filled[1:]
-    rows = [(line, [cell.strip(' "') for cell in text.split(separator)]) for line, text in body]
-    values = _numbers(rows, cells, [c.index for c in used])
+def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: list[str]) -> Contents:
+    if b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
+    head = data[:HEAD].splitlines(keepends=True)
+    layout = find_layout(head)
+    above = [line.decode().rstrip() for line in head[: layout.first]]
+    notes += _said(layout, above)
+    body = read_body(data, sum(map(len, head[: layout.first])), layout, notes)
+    cells, line = _names(body, bool(mapped))
+    used = resolve(cells, mapped, line, notes)
     if any(c.reference for c in used):
         if fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
-        return to_frf(used, [*values.T])
-    times = [c for c in used if c.quantity == "time"]
-    rate, start = _timing(rows, cells, times, fs)
-    return [c.channel(values[:, i], rate, start) for i, c in enumerate(used) if c not in times]
+        return to_frf(used, [_numbers(body, c, cells) for c in used])
+    known = find_rate(above, layout.style)
+    times = time_of(body, used, cells, fs, known, notes)
+    found = [c.channel(_numbers(body, c, cells), times.fs, times.start) for c in _channels(body, used, times, notes)]
+    if not found:
+        raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
+    return found
 
 
-def _numbers(rows: list[Row], cells: list[str], used: list[int]) -> np.ndarray:
-    """(n, n_used) numbers of the columns to use, all finite."""
-    for line, row in rows:
-        if len(row) != len(cells):
-            raise RecordError(f"line {line}: has {len(row)} columns, the header {len(cells)}")
-    chosen = [[row[i] for i in used] for _, row in rows]
-    try:
-        values = np.array(chosen, dtype=float)
-    except ValueError:
-        values = np.array([[_number(cell) for cell in row] for row in chosen])
-    if not np.isfinite(values).all():
-        at, column = np.argwhere(~np.isfinite(values))[0]
-        cell, index = chosen[at][column], used[column]
-        hint = " (decimals are written with a point)" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
-        found = f'"{cell}"' if cell else "an empty cell"
-        raise RecordError(
-            f'line {rows[at][0]}, column {index + 1} "{cells[index]}": {found} is not a number{hint}; mend it, end the '
-            f'file before it, or leave the column out ("{cells[index]}={SKIP}")'
-        )
-    return values
+def _said(layout: Layout, above: Sequence[str]) -> list[str]:
+    """Say how a table is written, if otherwise than we do."""
+    style, words = layout.style, []
+    if style.point != ".":
+        words.append("decimal commas")
+    if style.thousands:
+        words.append(f'thousands separated by "{style.thousands}"')
+    if style.separator == BLANKS:
+        words.append("columns separated by blanks")
+    elif words:
+        words.append(f"separator {'tab' if style.separator == chr(9) else repr(style.separator)}")
+    if any(line and not line.startswith(COMMENTS) for line in above[: max(0, layout.header)]):
+        words.append(f"header in line {layout.header + 1}")
+    if layout.units >= 0:
+        words.append(f"units in line {layout.units + 1}")
+    return words
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
+def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
+    """Names of the columns, and the number of the line in which they are."""
+    layout = body.layout
+    first = layout.first + 1
+    width = next((i for i in range(body.frame.shape[1], 0, -1) if body.kind(i - 1) != "empty"), 1)
+    if layout.header < 0:
+        if not is_mapped:
+            raise RecordError(
+                f"line {first}: has numbers where the columns' names are expected; map the columns by their numbers: "
+                f'"1=time", "2=acc:1 [g]"'
+            )
+        return [str(i) for i in range(1, width + 1)], first
+    cells = list(layout.cells)
+    if len(cells) < width:
+        raise RecordError(f"line {first}: has {width} columns, the header {len(cells)}")
+    return cells, layout.header + 1
 
 
-def _timing(rows: list[Row], cells: list[str], times: list[Column], fs: float | None) -> tuple[float, float]:
-    """Sampling rate in Hz and time of the first sample in s."""
-    if not times:
-        if fs is None:
-            raise RecordError(f'has no column "time", only {listed(cells)}; map one to it, or give the sampling rate')
-        return fs, 0.0
-    if len(times) > 1 or fs is not None:
-        raise RecordError("has a column of time; needs just one, and then no sampling rate beside it")
-    index, scale = times[0].index, times[0].scale
-    time = scale * np.array([float(row[index]) for _, row in rows])
-    # The last digit where the times are largest: twice what rounding may have changed.
-    digit = scale * 10.0 ** min(300, *(int(Decimal(row[index]).as_tuple().exponent) for _, row in rows[-5:]))
-    step = (time[-1] - time[0]) / (time.size - 1)
-    off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
-    if not step > digit or off.any():
-        steps = np.diff(time)
-        at = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
-        raise RecordError(
-            f'line {rows[at][0]}, column {index + 1} "{cells[index]}": goes from {time[at - 1]:.9g} s to '
-            f"{time[at]:.9g} s, its usual step is {np.median(steps):.6g} s; needs one time step throughout, and digits "
-            "enough to tell it"
-        )
-    return simplest_rate(float(step), digit / (time.size - 1)), float(time[0])
+def _channels(body: Body, used: Sequence[Column], times: Times, notes: list[str]) -> list[Column]:
+    """Return the columns that are channels; raw ones of no use are left out."""
+    found = []
+    for column in used:
+        if column.index in times.columns:
+            continue
+        why = _useless(body, column) if column.is_raw else ""
+        if why:
+            notes.append(f'left out "{column.name}", {why}')
+        else:
+            found.append(column)
+    return found
+
+
+def _useless(body: Body, column: Column) -> str:
+    """Why a raw column is no channel, or nothing."""
+    kind = body.kind(column.index)
+    if kind == "empty":
+        return "which is empty"
+    if kind != "number":
+        return "which is text" if kind == "text" else "which is dates or clock times"
+    values = body.numbers(column.index)
+    missing = np.isnan(values)
+    if missing.mean() >= GAPS:
+        at = body.lines[int(np.argmax(missing))][0]
+        return f"which lacks {missing.sum()} of {values.size} numbers, the first in line {at}"
+    if is_index(column.name) and not missing.any() and (np.diff(values) == 1).all():
+        return "which counts the samples"
+    return ""
+
+
+def _numbers(body: Body, column: Column, cells: Sequence[str]) -> np.ndarray:
+    """(n,) numbers of a column, all finite."""
+    index, name = column.index, cells[column.index]
+    if index >= body.frame.shape[1]:
+        line, width = body.lines[0][0], len(body.cells(0))
+        raise RecordError(f"line {line}: has {width} columns, the header {len(cells)}")
+    values = body.numbers(index)
+    faulty = np.flatnonzero(~np.isfinite(values))
+    if not faulty.size:
+        return values
+    line, row = body.lines[faulty[0]][0], body.cells(faulty[0])
+    if index >= len(row):
+        raise RecordError(f"line {line}: has {len(row)} columns, the header {len(cells)}")
+    found = f'"{row[index]}"' if row[index] else "an empty cell"
+    more = f" (so have {faulty.size - 1} more lines)" if faulty.size > 1 else ""
+    raise RecordError(
+        f'line {line}, column {index + 1} "{name}": {found} is not a number{more}; mend it, end the file before it, or '
+        f'leave the column out ("{name}={SKIP}")'
+    )
 
 
 register(Format(
     "CSV", (".csv", ".tsv", ".txt"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs"),
-    note="a header or a map of columns; `.csv.gz` is read",
+    note="a header or a map of columns, also as data loggers write it; `.csv.gz` is read",
 ))  # fmt: skip

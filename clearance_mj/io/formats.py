@@ -22,6 +22,7 @@ from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, results, uff
+from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
 from .dataset import Dataset, Record
@@ -116,8 +117,12 @@ def read_channels(
     fs: float | None = None,
     rig: Rig | None = None,
     units: str | None = None,
+    channel_map: ChannelMap | None = None,
 ) -> list[Channel]:
-    """Read a file of time records; ``rig`` says at which nodes the displacements of a simulated response are."""
+    """Read a file of time records, whose channels are what a map says.
+
+    ``rig`` says at which nodes the displacements of a simulated response are; the rest as `read` takes it.
+    """
     obj = read(path, columns, fs, units=units)
     if isinstance(obj, FileContents):
         with naming(path):
@@ -126,7 +131,13 @@ def read_channels(
         return to_channels(obj, rig)
     if not isinstance(obj, list):
         raise RecordError(f"{path}: holds {_words(obj)}, needs time records")
-    return obj
+    with naming(path):
+        return channel_map.apply(obj) if channel_map else obj
+
+
+def _stem(path: Path) -> str:
+    """File name without its suffix and .gz: "lev_0.5" of lev_0.5.csv.gz."""
+    return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
 
 
 def read_record(
@@ -136,15 +147,17 @@ def read_record(
     columns: Columns | None = None,
     fs: float | None = None,
     units: str | None = None,
+    channel_map: ChannelMap | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs`` and ``units`` as `read` takes them; ``described``: description, level, seed, band of `Record`.
+    ``columns``, ``fs``, ``units`` and ``channel_map`` as `read_channels` takes them; ``described``: description, level,
+    seed, band of `Record`.
     """
     path = Path(path)
-    channels = read_channels(path, columns, fs, rig, units)
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
+    channels = read_channels(path, columns, fs, rig, units, channel_map)
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
         return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
@@ -215,11 +228,11 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         if known.geometry:
             known.write(path, obj, rig)  # type: ignore[misc]
             return
-        fitting = [part for part in obj.parts.values() if _kind(part) in known.holds]
+        fitting = {name: part for name, part in obj.parts.items() if _kind(part) in known.holds}
         if len(fitting) != 1:
-            with naming(path):
-                picked(obj, "" if fitting else "something that this format holds")
-        (obj,) = fitting
+            names = ", ".join(f'"{name}"' for name in fitting) or f"none of {', '.join(obj.parts)}"
+            raise RecordError(f"{path}: {known.name} files take one of {names}; choose it (what=, --what)")
+        (obj,) = fitting.values()
     if known.write is None or _kind(obj) not in known.holds:
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         instead = f"; use {', '.join(suffixes)}" if suffixes else ""

@@ -120,7 +120,7 @@ class Record(Shown):
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
-                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}")
+                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{_way_out(headers)}")
 
     __repr__ = Shown.__repr__
 
@@ -213,6 +213,18 @@ class Record(Shown):
         found = {(c.label, c.quantity): c.value for c in channels}
         turned = {(f"{c.node}:{c.direction.translate(_OTHER_SIGN)}", c.quantity): -c.value for c in channels}
         return turned | found
+
+
+def _way_out(headers: Sequence[Channel | ChannelHeader]) -> str:
+    """How channels come to their places, where some have none."""
+    raw = [h.name for h in headers if not h.placed or h.quantity == UNKNOWN]
+    if not raw:
+        return ""
+    others = f" and {len(raw) - 1} more" if raw[1:] else ""
+    return (
+        f'; its file does not say where or what "{raw[0]}"{others} measured: make a map with clearance-mj map FILE '
+        f'--rig RIG, or give each, such as --column "{raw[0]}=acc:1 [g]"'
+    )
 
 
 def _split(label: str) -> tuple[int, str, str]:

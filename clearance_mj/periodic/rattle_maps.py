@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ClearanceError, ExcitationError, RigError
+from ..core.kinds import checks_kinds
 from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
 from ..rig import Rig
@@ -193,6 +194,7 @@ class RattleMap(ArrayData):
         return labelled.dataset("rattle map", variables, coordinates, attributes)
 
 
+@checks_kinds
 def map_rattle(
     model: Model,
     amplitudes: ArrayLike,
@@ -258,7 +260,7 @@ def map_rattle(
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     rig, kind = model.rig, excitation_kind(model.rig, kind)
     workers = workers_to_use(workers)
-    models = [Model(each, model.law) for each in ([rig] if gaps is None else [with_gaps(rig, gap) for gap in gaps])]
+    models = [Model(each, model.law) for each in ([rig] if gaps is None else [_with_gap(rig, gap) for gap in gaps])]
     if not models:
         raise ClearanceError("gaps is empty: give at least one")
     for each in models:
@@ -318,12 +320,7 @@ def _increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
     return found
 
 
-def with_gaps(rig: Rig, gap: float | Sequence[float]) -> Rig:
-    """Return a rig with other gaps, m: one for all bushings, or one for each."""
-    wanted = np.atleast_1d(np.asarray(gap, dtype=float))
-    if wanted.shape not in ((1,), (len(rig.bushings),)):
-        raise ClearanceError(f"each of gaps must be one number or {len(rig.bushings)}, one per bushing; got {gap!r}")
-    if np.any((wanted > 0) & (wanted < SMALLEST)):
+def _with_gap(rig: Rig, gap: float | Sequence[float]) -> Rig:
+    if any(0 < each < SMALLEST for each in np.ravel(np.asarray(gap, dtype=float))):
         raise RigError(f"each of gaps must be at least {SMALLEST:g} m, got {gap!r}")
-    new = np.broadcast_to(wanted, len(rig.bushings))
-    return rig.replace(bushings=tuple(replace(b, gap=float(d)) for b, d in zip(rig.bushings, new)))
+    return rig.with_gap(gap)

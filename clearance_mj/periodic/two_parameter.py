@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch, SpecialPoint
@@ -131,7 +132,7 @@ class _Folds:
         if self.over == "level":
             return system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
         rig = system.rig
-        scaled = rig.replace(bushings=tuple(replace(b, gap=share * b.gap) for b in rig.bushings))
+        scaled = rig.with_gap([share * bushing.gap for bushing in rig.bushings])
         return system._replace(laws=laws_of(scaled, system.model.law))
 
     def begin(self, at: _State) -> None:
@@ -241,6 +242,7 @@ def _extreme(folds: _Folds, guess: _State, scale: float) -> _State | None:
     return None
 
 
+@checks_kinds
 def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "level", progress: bool = False) -> Curve:
     """Follow a fold over level or gap: the curve on which a rig jumps.
 

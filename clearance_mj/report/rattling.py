@@ -12,7 +12,6 @@ from ..core.errors import ClearanceError
 from ..io.dataset import Dataset
 from ..model import Model
 from ..periodic import RattleMap, find_first_contact, map_rattle
-from ..periodic.rattle_maps import with_gaps
 from ..periodic.summaries import unit
 from . import html
 from .rattle_maps import draw, rows, words
@@ -77,8 +76,7 @@ def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
         if np.isfinite(over_frequency).any():
             # The map's levels are far apart: where it touches first, the level itself is followed.
             lines = over_frequency == np.nanmin(over_frequency)
-            gapped = Model(with_gaps(model.rig, gap), model.law)
-            exact = find_first_contact(gapped, found.frequency[lines], found.kind, n_harmonics=HARMONICS)
+            exact = find_first_contact(model.with_gap(gap), found.frequency[lines], found.kind, n_harmonics=HARMONICS)
             over_frequency[lines] = np.fmin(over_frequency[lines], exact.value)
     return dataclasses.replace(found, first_contact=first)
 

@@ -136,7 +136,7 @@ class Bushing:
     @property
     def where(self) -> str:
         """Where it is, for messages and tables."""
-        at = [f"x = {p:g} m" if isinstance(p, float) else p for p in self.joined]
+        at = [f"x = {p:.4g} m" if isinstance(p, float) else p for p in self.joined]
         return " to ".join(at)
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,11 +20,14 @@ from ..core.plain_numbers import find_numbers
 from ..core.validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Point, Structure
 from ..structure.base import StructureOfFiles, parse_place
-from ..structure.files import content, is_embedded
+from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
 from .extremes import computable
+from .files import digest, with_files
+from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
+from .plausible import check_units
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
@@ -293,6 +295,23 @@ class Rig(Shown):
         """
         return dataclasses.replace(self, **changes)
 
+    def with_gap(self, gap: Gap) -> Rig:
+        """Return the rig with another radial gap at its bushings; contact, filling and all else stay.
+
+        Parameters
+        ----------
+        gap : float, str, sequence or mapping
+            Of all bushings: m, a text with a unit such as "0.09 mm", or a factor of each one's own gap such as "x0.5";
+            or one such value for each; or by bushing, named as in `clearance_labels`, `probe_labels` or "bushings[0]".
+
+        Raises
+        ------
+        RigError
+            If no bushing has that name, or it cannot have such a gap.
+        """
+        names = list(zip(self.clearance_labels, self.probe_labels))
+        return self.replace(bushings=bushings_with_gap(self.bushings, names, gap))
+
     @classmethod
     def load(cls, path: str | Path) -> Rig:
         """Read a rig from a TOML file; files that it names are taken relative to its folder.
@@ -305,11 +324,13 @@ class Rig(Shown):
         Raises
         ------
         RigError
-            If the file is missing, is not TOML, has unknown or missing keys or impossible values.
+            If the file is missing, is not TOML, has unknown or missing keys or impossible values, or values in mm.
         """
         data = read_plain(path, RigError)
         try:
-            return cls.from_dict(data, Path(path).parent)
+            rig = cls.from_dict(data, Path(path).parent)
+            check_units(rig.linear, rig.bushings)
+            return rig
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
 
@@ -330,7 +351,7 @@ class Rig(Shown):
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
-            data = {"beam": None, **_with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
+            data = {"beam": None, **with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -339,7 +360,7 @@ class Rig(Shown):
 
     def content(self) -> dict[str, Any]:
         """Return plain data that two rigs share if they are the same, for caches: `to_dict` with digests of files."""
-        return _with_files(self.to_dict(), _digest)
+        return with_files(self.to_dict(), digest)
 
     def copied(self, folder: str | Path) -> Rig:
         """Return the same rig, its structure read from copies of its files.
@@ -364,29 +385,11 @@ class Rig(Shown):
         """
         folder = Path(path).absolute().parent
         structure = self.structure and self.structure.saved_beside(Path(path))
-        data = _with_files(
+        data = with_files(
             self.replace(structure=structure).to_dict(), lambda name: Path(os.path.relpath(name, folder)).as_posix()
         )
         with replacing(path) as temporary:
             temporary.write_text(tomli_w.dumps(data), encoding="utf-8")
-
-
-def _digest(name: str) -> str:
-    try:
-        return content([name], None)
-    except OSError as error:
-        raise RigError(f"{name}: cannot be read ({error.strerror})") from None
-
-
-def _with_files(data: dict[str, Any], named: Callable[[str], str]) -> dict[str, Any]:
-    """Plain data of a rig with other names of the files that its structure is read from."""
-    structure = data.get("structure") if isinstance(data, dict) else None
-    kind = str(structure.get("kind")) if isinstance(structure, dict) else ""
-    if structure is None or kind not in Structure.known:
-        return data
-    files = Structure.known[kind].files
-    names = {field: named(structure[field]) for field in files if isinstance(structure.get(field), str)}
-    return data | {"structure": structure | names}
 
 
 def rig_schema() -> dict[str, Any]:

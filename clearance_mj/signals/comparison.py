@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only
@@ -166,6 +167,7 @@ class Comparison(Shown, ArrayData):
         return cls(**found, random_words=str(ds.attrs.get("random_words", "")))
 
 
+@checks_kinds
 def compare(
     test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None, repeat: FRF | None = None
 ) -> Comparison:  # fmt: skip
@@ -232,6 +234,7 @@ def _rms(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(values**2, axis=-1)))
 
 
+@checks_kinds
 def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4, test_modes: Modes | None = None) -> pd.DataFrame:
     """Extract the modes of a test's and of a model's FRFs, and pair them one to one by MAC and frequency.
 

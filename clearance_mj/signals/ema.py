@@ -20,6 +20,7 @@ import numpy as np
 import scipy.ndimage
 
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few
 from . import labelled
 from .arrays import ArrayData, read_only
@@ -101,6 +102,7 @@ class Modes(Shown, ArrayData):
 NO_MODES = Modes(np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
+@checks_kinds
 def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None = None, max_order: int = 40) -> Modes:
     """Extract the modes that show most in FRFs whose responses are accelerations.
 

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from ..core.drawing import COLOURS, FONT, REPEAT, canvas
 
 __all__ = ["geometry_figure"]
 
+THINNEST = 0.3  # share of the largest extent that every axis gets
 MOST_NAMED = 40  # nodes beyond which their numbers would hide the figure
 
 
@@ -38,9 +40,12 @@ def geometry_figure(
     everything = np.vstack([position for position, _ in shown])
     if len(everything):
         low, high = everything.min(axis=0), everything.max(axis=0)
-        half = 0.55 * float((high - low).max() or 1.0)
-        for limits, centre in zip((ax.set_xlim, ax.set_ylim, ax.set_zlim), (low + high) / 2):
-            limits(centre - half, centre + half)
+        half = 0.55 * np.maximum(high - low, THINNEST * float((high - low).max() or 1.0))
+        ax.set_box_aspect(half)  # one scale along all axes
+        for limits, centre, reach in zip((ax.set_xlim, ax.set_ylim, ax.set_zlim), (low + high) / 2, half):
+            limits(centre - reach, centre + reach)
+        for axis, reach in zip((ax.xaxis, ax.yaxis, ax.zaxis), half):
+            axis.set_major_locator(MaxNLocator(max(2, round(6 * reach / half.max()))))
     for name, label in zip("xyz", (ax.set_xlabel, ax.set_ylabel, ax.set_zlabel)):
         label(f"{name} (m)", fontsize=FONT)
     ax.tick_params(labelsize=FONT - 1)

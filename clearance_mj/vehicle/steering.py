@@ -9,7 +9,6 @@ are those at the road wheel.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 import re
@@ -113,8 +112,7 @@ class Steering:
     @functools.cached_property
     def rig(self) -> Rig:
         """The shaft with this clearance."""
-        gap = max(self.half_gap * self.lever_arm, SMALLEST_GAP)
-        return self.shaft.replace(bushings=tuple(dataclasses.replace(b, gap=gap) for b in self.shaft.bushings))
+        return self.shaft.with_gap(max(self.half_gap * self.lever_arm, SMALLEST_GAP))
 
     @functools.cached_property
     def datasheet_law(self) -> ConstantLaw:

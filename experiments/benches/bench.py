@@ -111,13 +111,13 @@ def _rig(name: str, beam: Beam, tip_mass: float, bushings: Iterable[Bushing], se
     return Rig(name, beam, bushings, accelerometers, (PointMass(beam.length, tip_mass, "lever"),), description=words)
 
 
-def _table1(name: str, positions: tuple[float, ...] = (0.5484, 0.7918)) -> Rig:
+def table1_rig(name: str, positions: tuple[float, ...] = (0.5484, 0.7918)) -> Rig:
     beam = Beam(1.0, 210e9, 7850.0, 0.0086166, rayleigh=(0.5, 1e-5))
     bushings = [Bushing(x, 3e-4, 0.012, Grease(4369.0, 3.0), Contact(1e4, 4.0)) for x in positions]
     return _rig(name, beam, 0.434, bushings, (0.15, 0.3, 0.4, 0.65, 0.9))
 
 
-def _other(name: str) -> Rig:
+def other_rig(name: str) -> Rig:
     beam = Beam(0.8, 70e9, 2700.0, 0.012, rayleigh=(0.5, 1e-5))
     bushings = [Bushing(x, 2.5e-4, 0.01, Grease(4000.0, 3.0), Contact(1e4, 4.0)) for x in (0.36, 0.66)]
     return _rig(name, beam, 0.2, bushings, (0.12, 0.24, 0.5, 0.58))
@@ -139,7 +139,7 @@ def make_bench(
     ignorance = set(ignorance)
     if unknown := ignorance - set(IGNORANCES):
         raise ValueError(f"ignorance {', '.join(sorted(unknown))} is unknown; known: {', '.join(IGNORANCES)}")
-    rig = rig or _table1(name or f"bench {seed}")
+    rig = rig or table1_rig(name or f"bench {seed}")
     draw = {word: np.random.default_rng((seed, i)) for i, word in enumerate((*IGNORANCES, "physics"))}
     one = {word: float(word in ignorance) for word in IGNORANCES}
     count = len(rig.bushings)
@@ -290,16 +290,16 @@ def known(bench: Bench) -> Bench:
 ALL = ("gaps", "offsets", "sensors", "linear")
 """What the named benches do not know together; bushings stand where the rig file says"""
 NAMED = {
-    "exact": lambda: _named(_table1("exact"), ()),
-    "gaps": lambda: _named(_table1("gaps"), ("gaps",)),
-    "offsets": lambda: _named(_table1("offsets"), ("offsets",)),
-    "sensors": lambda: _named(_table1("sensors"), ("sensors",)),
-    "linear": lambda: _named(_table1("linear"), ("linear",)),
-    "all": lambda: _named(_table1("all"), ALL),
-    "other-shaft": lambda: _named(_other("other-shaft"), ALL, seed=2),
-    "no-probes": lambda: _named(_table1("no-probes"), ALL, probes=False, seed=3),
-    "one-bushing": lambda: _named(_table1("one-bushing", (0.7,)), ALL, seed=4),
-    "three-bushings": lambda: _named(_table1("three-bushings", (0.3684, 0.5484, 0.7918)), ALL, seed=5),
+    "exact": lambda: _named(table1_rig("exact"), ()),
+    "gaps": lambda: _named(table1_rig("gaps"), ("gaps",)),
+    "offsets": lambda: _named(table1_rig("offsets"), ("offsets",)),
+    "sensors": lambda: _named(table1_rig("sensors"), ("sensors",)),
+    "linear": lambda: _named(table1_rig("linear"), ("linear",)),
+    "all": lambda: _named(table1_rig("all"), ALL),
+    "other-shaft": lambda: _named(other_rig("other-shaft"), ALL, seed=2),
+    "no-probes": lambda: _named(table1_rig("no-probes"), ALL, probes=False, seed=3),
+    "one-bushing": lambda: _named(table1_rig("one-bushing", (0.7,)), ALL, seed=4),
+    "three-bushings": lambda: _named(table1_rig("three-bushings", (0.3684, 0.5484, 0.7918)), ALL, seed=5),
 }  # What makes each named bench; all have the same foreign physics
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import re
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,9 +21,10 @@ import scipy.signal
 from tqdm import tqdm
 
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.core.files import replacing, to_json, write_text
+from clearance_mj.core.files import to_json, write_text
 from clearance_mj.engines import simulate
 from clearance_mj.identify import diagnose, update_rig
+from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
 from clearance_mj.io.channels import Channel
@@ -32,10 +32,10 @@ from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Rig
 from clearance_mj.signals import estimate_frf
 from clearance_mj.signals.correlation import rmse_db
+from experiments.tables import put_between_marks
 
 DATA = Path(__file__).parents[2] / "data" / "table1_rig"
 LEVEL = 1.0  # m/s², of the records whose FRFs are predicted where nothing is said
-TABLE = re.compile(r"(<!-- lies -->\n).*?(<!-- /lies -->)", re.DOTALL)
 LONGEST = 240  # characters of what is said, in the table
 
 Lie = Callable[[Dataset], Dataset]
@@ -267,7 +267,7 @@ def said(dataset: Dataset) -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", IdentifiabilityWarning)
         try:
-            check_records(dataset.records)
+            check_places(check_records(dataset.records))
             words = diagnose(update_rig(dataset)).words
         except ClearanceError as error:
             return [f"refused: {error}"]
@@ -325,9 +325,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         write_text(path, to_json([known[n] for n in LIES if n in known]))
     if options.page:
         table = markdown([known[name] for name in LIES if name in known])
-        text = TABLE.sub(lambda marks: marks[1] + table + marks[2], options.page.read_text(encoding="utf-8"))
-        with replacing(options.page) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        put_between_marks(options.page, "lies", table)
 
 
 if __name__ == "__main__":

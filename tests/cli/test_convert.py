@@ -138,7 +138,7 @@ def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
     cases = {
         ("absent.csv", "b.uff"): "absent.csv: No such file",
         ("absent.uff", "b.csv"): "absent.uff: cannot be read",
-        (bench, "b.uff"): '"t": not the name of a channel',
+        (bench, "out", "--rig", RIG): 'does not say where or what "Temp" and 11 more measured: make a map with',
         (bench, "b.uff", "--column", "t"): "needs HEADER=CHANNEL",
         (bench, "b.uff", "--column", "Time=time"): 'has no column "Time"',
         (uff, "b.wav"): "does not say what its samples are",

@@ -33,6 +33,7 @@ LINES = {
     "animate": "animate rig.toml --engine modal --duration 0.1 --fs 1024 --seconds 0.02 --slow 9 --renderer matplotlib",
     "motion": "motion rig.toml --engine modal --duration 0.1 --fs 1024 --levels 1 --sine 50",
     "compare": "compare frf.uff frf.csv --modes 0",
+    "show": "show record.uff frf.csv",
     "convert": "convert record.uff copy.csv",
     "modes": "modes modal.uff --modes 2",
     "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1",

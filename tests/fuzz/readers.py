@@ -18,6 +18,7 @@ from clearance_mj.calibrate.files import read_frequencies
 from clearance_mj.clearance.law_files import law_from_dict, load_law
 from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.io import formats, lvm
+from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.registry import FORMATS, Format
 from clearance_mj.io.uff import read_geometry, scan_uff
@@ -27,7 +28,7 @@ from clearance_mj.sweep.store import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
-from . import absurd, command_lines, samples
+from . import absurd, command_lines, samples, samples_uff
 from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml
 
 
@@ -56,14 +57,16 @@ def make_uff(rng, whole):
 
 def _block(rng):
     """A binary data set 58 of any kind, its length right more often than not."""
-    kind, ordinate = rng.choice((1, 1, 4, 4, 6, 0, 99)), rng.choice((2, 4, 5, 6))
+    if rng.random() < 0.15:
+        return damaged(rng, rng.choice(samples_uff.uff()), samples_uff.uff(), text=True)
+    kind, ordinate = rng.choice((1, 1, 4, 4, 6, 6, 2, 3, 9, 12, 5, 0, 7, 11, 26, 99, -1)), rng.choice((2, 4, 5, 6))
     size, even = rng.choice((1, 2, 3, 7)), rng.random() < 0.6
     header = Header(
         name=rng.choice(("a", "NONE", "", "    -1")), kind=kind, response=f"{rng.choice((0, 6, 7))}:+Z",
-        reference=rng.choice(("0:S", "100:+Z", "200:-RX")), ordinate=ordinate, size=size, even=even,
+        reference=rng.choice(("0:S", "100:+Z", "200:-RX", "6:+Z")), ordinate=ordinate, size=size, even=even,
         first=rng.choice((0.0, 1.0, -5.0)), step=rng.choice(("1.00000e+00", "1.56250e-02", "1e-300", "0", "")),
-        abscissa_type=rng.choice((0, 17, 18, 1)), numerator=rng.choice((0, 8, 11, 12, 13)),
-        denominator=rng.choice((0, 12, 13)), unit=rng.choice(("NONE", "g", "m/s^2", "g/N", "?")),
+        abscissa_type=rng.choice((0, 17, 17, 18, 18, 1, 19)), numerator=rng.choice((0, 1, 8, 11, 12, 13, 15)),
+        denominator=rng.choice((0, 12, 13)), unit=rng.choice(("NONE", "g", "m/s^2", "g/N", "?", "g^2/Hz", "Pa", "²")),
         unit_below=rng.choice(("NONE", "N", "g")),
     )  # fmt: skip
     values = np.sort(np.array([rng.uniform(-9, 9) for _ in range(size * header.per_sample)]))
@@ -72,6 +75,10 @@ def _block(rng):
     if rng.random() < 0.1:
         values = values[:-1]
     with np.errstate(over="ignore"):
+        if header.is_double and not even and values.size == size * header.per_sample and rng.random() < 0.5:
+            rows = values.reshape(size, -1)  # with abscissas of single precision
+            values = np.frombuffer(b"".join(row[:1].astype("<f4").tobytes() + row[1:].tobytes() for row in rows), "u1")
+            return function_block(header, values)
         return function_block(header, values.astype("<f8" if header.is_double else "<f4"))
 
 
@@ -80,11 +87,21 @@ def read_any_uff(path, rng):
     refusals = []
     for function in (formats.read, scan_uff, read_geometry):
         try:
-            function(path)
+            shown_and_written(path.with_name("again.uff"), function(path))
         except ClearanceError as error:
             refusals.append(error)
     if len(refusals) == 3:
         raise refusals[0]
+
+
+def shown_and_written(path, found):
+    """What was read shows itself; what is written of it, unless that is refused, is read again."""
+    repr(found)
+    if isinstance(found, list) and not isinstance(found[0], Channel):
+        return  # headers
+    with contextlib.suppress(ClearanceError):
+        formats.write(path, found)
+        formats.read(path)
 
 
 _FRF_HEADS = (
@@ -314,7 +331,7 @@ def readers() -> dict[str, Reader]:
         "degrees of freedom (CSV)": ("dofs.csv", make_text, lambda: [samples.DOFS], 6_000),
         "matrices (.npz)": ("model.npz", make_npz, samples.npz, 6_000),
         "matrices (.mat)": ("model.mat", make_model_mat, samples.model_mat, 6_000),
-        "modes (UFF)": ("modes.uff", make_text, samples.modes_uff, 6_000),
+        "modes (UFF)": ("modes.uff", make_text, samples_uff.modes_uff, 6_000),
         "modes (CSV)": ("modes.csv", make_text, lambda: samples.MODES_CSV, 6_000),
         "MuJoCo model": ("model.xml", make_text, lambda: samples.MJCF, 6_000),
     }

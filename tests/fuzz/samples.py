@@ -29,13 +29,15 @@ from clearance_mj.signals import excitation
 from clearance_mj.signals.ema import Modes
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.response import Response
+from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure import ModalStructure
+from clearance_mj.structure.geometry import Geometry
 from clearance_mj.sweep.store import Table
 from tests.io.test_lvm import BODY
 from tests.io.test_lvm import text as lvm_text
-from tests.io.uff_by_hand import by_hand, units_by_hand
-from tests.structure.test_modes import cantilever, normal_modes, units, write
 from tests.structures import chain, stepped, two_shafts
+
+from . import samples_uff
 
 N = 6
 T = np.arange(N) / 64
@@ -118,6 +120,7 @@ def whole(known: Format) -> list[bytes]:
     """Files of a format: what it writes of what it holds, and files by other hands."""
     objects = {
         Channel: [channels()], FRF: [frf(), frf(even=False, coherence=False)], Modes: [modes()],
+        Spectra: [samples_uff.spectra(), samples_uff.spectra(turning=True)], Geometry: [samples_uff.geometry()],
         Response: [response()], Rig: [RIG], Law: LAWS,
     }  # fmt: skip
     found = list(BY_HAND.get(known.name, list)())
@@ -127,21 +130,6 @@ def whole(known: Format) -> list[bytes]:
             formats.write(path, obj, RIG if known.geometry and isinstance(obj, Modes) else None)
             found.append(path.read_bytes())
     return found
-
-
-def uff() -> list[bytes]:
-    row = "".join(f"{math.sin(i):13.5e}" for i in range(N))
-    uneven = ["".join(f"{i / 64:13.5e}{i:13.5e}" for i in range(a, a + 3)) for a in (0, 3)]
-    doubles = ["".join(f"{math.sin(i):20.11e}" for i in range(a, min(a + 4, N))) for a in (0, 4)]
-    time = {"count": N, "dof": (6, 3, 100, 3), "step": f"{1 / 64:.5e}", "unit": "g"}
-    frf = {"kind": 4, "ordinate": 5, "count": 3, "axis": 18, "denominator": 12, "dof": (6, 3, 100, 3)}
-    return [
-        by_hand([row], **time),
-        by_hand(uneven, spacing=0, **time),
-        by_hand(doubles, ordinate=4, **time),
-        by_hand([row], **frf),
-        units_by_hand(1e3, 1.0) + by_hand([row], **time | {"unit": "NONE"}),
-    ]
 
 
 def csv() -> list[bytes]:
@@ -168,7 +156,7 @@ def mat() -> list[bytes]:
     return found
 
 
-BY_HAND = {"UFF": uff, "CSV": csv, "LVM": lvm, "MATLAB": mat}
+BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat}
 
 
 @functools.cache
@@ -349,17 +337,6 @@ def model_mat() -> list[bytes]:
         for held in (dense, sparse)
         for packed in (False, True)
     ]
-
-
-@functools.cache
-def modes_uff() -> list[bytes]:
-    """Data sets 55 and 2414 of real modes with modal masses and of complex ones with modal A."""
-    normal = {kind: [*normal_modes(cantilever(2), kind, 1e3)] for kind in (55, 2414)}
-    from_a = {"data_type": 5, "analysis_type": 3, "eig": -2 + 90j, "modal_a": 3j, "modal_b": 0.0}
-    complex_modes = [mode | from_a | {r: mode[r] * (1 + 0.1j) for r in ("r1", "r2", "r3")} for mode in normal[55]]
-    with tempfile.TemporaryDirectory() as name:
-        sets = ([units(1e3), *normal[55]], [units(1e3), *normal[2414]], [units(), *complex_modes], normal[55])
-        return [write(Path(name) / "m.uff", found).read_bytes() for found in sets]
 
 
 FREQUENCIES = [

@@ -159,7 +159,6 @@ def test_numbers_that_were_measured_unpack(tmp_path):
     ("read", "content", "part"),
     [
         (read_csv, b"time,base\n0e400,1\n0e400,2\n0e999,3\n", 'column 1 "time": goes from 0 s to 0 s'),
-        (read_csv, b"time," + b"x" * 200_000 + b"\n0,1\n1,2\n2,3\n", "is no line of columns' names"),
         (read_lvm, samples.lvm()[2].replace(b"X0\t0.5", b"X0\t0.5-1"), "the segment header needs X0, a number"),
         (load_law, b"[" * 100_000, "not a law file"),
         (load_law, b'{"kind": "constant", "k": 1' + b"0" * 400 + b', "c": 0}', "k must be numbers"),

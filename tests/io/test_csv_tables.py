@@ -104,14 +104,6 @@ def test_cells_that_are_not_numbers(tmp_path, numbers, cell):
         read_csv(file)
 
 
-def test_decimal_commas(tmp_path):
-    (tmp_path / "a.csv").write_text("time;base\n0,0;1,5\n0,5;1,5\n")
-    with pytest.raises(
-        RecordError, match=r'line 2, column 1 "time": "0,0" is not a number \(decimals are written with a point\)'
-    ):
-        read_csv(tmp_path / "a.csv")
-
-
 def test_a_missing_instant_is_named(tmp_path, numbers):
     file = write(tmp_path / "a.csv", np.delete(numbers, 1700, axis=0))
     with pytest.raises(RecordError, match=r'line 1702, column 1 "time": goes from 0\.829589844 s to 0\.830566406 s'):

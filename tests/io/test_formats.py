@@ -1,6 +1,7 @@
 """Files by suffix: the same records and FRFs through every format; formats that say too little are refused."""
 
 import dataclasses
+import gzip
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import xarray as xr
 
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io import formats, results
+from clearance_mj.io.channels import NOWHERE
 from clearance_mj.io.csv_tables import read_csv
 from clearance_mj.io.uff import Channel
 from clearance_mj.signals.ema import Modes
@@ -41,6 +43,41 @@ def test_channels_through_every_format(tmp_path, channels, suffix):
         np.testing.assert_array_equal(one.value, other.value)
         for name in ("name", "label", "quantity", "fs", "start"):
             assert getattr(one, name) == getattr(other, name)
+
+
+RAW_SUFFIXES = (".csv", ".mat", ".nc", ".h5")
+
+
+@pytest.mark.parametrize("suffix", RAW_SUFFIXES)
+def test_raw_channels_through_every_format(tmp_path, rng, suffix):
+    """Under their own names, with separators and letters of any language in them, nowhere, in their unit."""
+    kinds = [("Accel 3", "acceleration", ""), ("Kanal, ä (Trigger)", "force", ""), ("T1", "unknown", "°C")]
+    kinds += [("a [b]", "unknown", ""), ("no unit", "unknown", "")]
+    sent = [Channel(name, *NOWHERE, quantity, rng.standard_normal(N), FS, 0.25, unit) for name, quantity, unit in kinds]
+    path = tmp_path / f"a{suffix}"
+    formats.write(path, sent)
+    got = formats.read(path)
+    assert [(c.name, c.label, c.quantity, c.unit, c.fs, c.start) for c in got] == [
+        (c.name, c.label, c.quantity, c.unit, FS, 0.25) for c in sent
+    ]
+    np.testing.assert_array_equal([c.value for c in got], [c.value for c in sent])
+
+
+def test_raw_names_that_a_table_would_read_as_others(tmp_path):
+    for name in ("base", "acc:3", "Time"):
+        with pytest.raises(RecordError, match=f'channel "{name}" would be read as another from a table; rename it'):
+            formats.write(tmp_path / "a.csv", [Channel(name, *NOWHERE, "unknown", np.ones(3), FS)])
+
+
+def test_raw_channels_make_no_record(tmp_path, channels, rig):
+    raw = [dataclasses.replace(c, name=f"CH{i}", node=0, direction="S") for i, c in enumerate(channels)]
+    formats.write(tmp_path / "a.nc", raw)
+    said = (
+        r'a\.nc: .*has no acceleration at node 100 along Z, .*; its file does not say where or what "CH0" and 5 more '
+        r'measured: make a map with clearance-mj map FILE --rig RIG, or give each, such as --column "CH0=acc:1 \[g\]"'
+    )
+    with pytest.raises(RecordError, match=said):
+        formats.read_record(tmp_path / "a.nc", rig, "identify")
 
 
 def matrix(rng, coherence=True):
@@ -259,3 +296,15 @@ def test_headers_of_frfs_that_cannot_be_used(tmp_path, header, part):
     with pytest.raises(RecordError, match=part) as caught:
         read_csv(csv(tmp_path, header, "1,2,3", "2,3,4"))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("file, name", [
+    ("lev_0.5.csv", "lev_0.5"), ("lev_0.7.csv.gz", "lev_0.7"), ("run.UFF", "run"), ("a b.csv", "a_b"),
+])  # fmt: skip
+def test_a_record_is_named_after_its_file(tmp_path, rig, file, name):
+    """Without its suffix, and nothing else: lev_0.5 and lev_0.7 are two records."""
+    channels = formats.read_channels("data/table1_rig/level_0.5_a.uff", rig=rig)
+    formats.write(tmp_path / file.removesuffix(".gz"), channels)
+    if file.endswith(".gz"):
+        (tmp_path / file).write_bytes(gzip.compress((tmp_path / file.removesuffix(".gz")).read_bytes()))
+    assert formats.read_record(tmp_path / file, rig, "identify").name == name

@@ -97,7 +97,6 @@ def test_time_records(tmp_path):
         (2, {"Force": "skip", "Acc": "acc:3"}, "holds 2 segments, time records need one"),
         (1, {"Force": "force:5"}, 'variable "Force \\[lb\\]": unit "lb" of force is unknown'),
         (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
-        (1, None, 'variable "Force \\[lb\\]": not the name of a channel'),
     ],
 )
 def test_no_time_records(tmp_path, segments, columns, part):

@@ -43,6 +43,17 @@ def test_columns_of_a_matrix_by_a_map(save, rng, turned):
     np.testing.assert_allclose([c.value for c in got], [1e3 * data[:, 0], 9.80665 * data[:, 2]], rtol=1e-15)
 
 
+def test_variables_of_other_names_are_raw_channels(save, rng):
+    data = rng.standard_normal((N, 2))
+    got = read_mat(save(t=TIME, X=data, Force=TIME))
+    assert [(c.name, c.quantity, c.placed) for c in got] == [(n, "unknown", False) for n in ("X:1", "X:2", "Force")]
+    np.testing.assert_array_equal([got[0].value, got[1].value], data.T)
+    path = save(time=TIME, data=data, columns=np.array(["Accel 1 [g]", "U [V]"], dtype=object))
+    first, second = read_mat(path)
+    assert (first.name, first.quantity, second.name, second.unit) == ("Accel 1", "acceleration", "U", "V")
+    np.testing.assert_array_equal(first.value, 9.80665 * data[:, 0])
+
+
 def test_rate_of_the_caller(save):
     assert read_mat(save(base=TIME), fs=512.0)[0].fs == 512.0
 
@@ -67,7 +78,7 @@ def test_matlab_users_find_plain_names_in_our_file(tmp_path, rng):
     ("variables", "part"),
     [
         ({"base": TIME}, 'no variable "time" or "fs"'),
-        ({"time": TIME, "bace": TIME}, 'variable "bace": not the name of a channel .*did you mean "base"'),
+        ({"time": TIME, "base": TIME, "acc3": TIME}, 'variable "acc3": not the name .*did you mean "acc:3"'),
         ({"time": TIME, "base": TIME[:-1]}, '"base" has 299 numbers, "time" has 300'),
         ({"time": TIME, "base": TIME * 1j}, 'variable "base" is complex'),
         ({"time": TIME, "base": np.append(TIME[1:], np.nan)}, 'variable "base": number 300 is not finite'),
@@ -75,7 +86,6 @@ def test_matlab_users_find_plain_names_in_our_file(tmp_path, rng):
         ({"time": TIME}, "has no channel beside time"),
         ({"s": {"x": TIME}}, "holds no numeric vectors"),
         ({"fs": FS, "data": TIME, "columns": np.array(["base", "acc:1"], dtype=object)}, '"columns" names 2 columns'),
-        ({"time": TIME, "X": np.ones((N, 2))}, 'variable "X:1": not the name of a channel'),
     ],
 )
 def test_variables_that_cannot_be_used(save, variables, part):

@@ -87,7 +87,7 @@ def test_figure_and_dataset(found):
         ({"frequencies": (10.0,)}, ExcitationError, "frequencies must be 2 or more numbers in a row"),
         ({"frequencies": (0.0, 1.0)}, ExcitationError, "frequencies must be > 0, at most 1e.12 and increasing"),
         ({"gaps": []}, ClearanceError, "gaps is empty"),
-        ({"gaps": [(1e-4, 1e-4, 1e-4)]}, ClearanceError, "each of gaps must be one number or 2, one per bushing"),
+        ({"gaps": [(1e-4, 1e-4, 1e-4)]}, RigError, "gap must be one value or 2, one for each bushing; got 3"),
         ({"gaps": [0.0]}, RigError, "gap"),
         ({"gaps": [1e-308]}, RigError, "each of gaps must be at least 1e-09 m, got 1e-308"),
         ({"kind": "sound"}, ExcitationError, 'kind must be "base" or "force"'),

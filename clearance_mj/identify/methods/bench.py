@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from ...core.kinds import checks_kinds
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset
 from ...model import Model
+from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
 from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
@@ -54,6 +56,7 @@ class BenchFit(Identified):
         }  # fmt: skip
 
 
+@checks_kinds
 @register(
     "bench",
     "the rig file with its tolerances and the records to identify: rig, gaps, offsets, and the likeliest of the "
@@ -84,9 +87,11 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     Raises
     ------
     RecordError
-        If there are no more sensors than clearances, or a channel cannot be used.
+        If there are no more sensors than clearances, a channel cannot be used, or channels surely are swapped, inverted
+        or in other units than the records say.
     """
     records = prepare(dataset)
+    check_places(records)
     update = update_from(dataset.rig, records)
     diagnosis = diagnose(update)
     families = compare_families(records, update, progress)

@@ -7,7 +7,7 @@ import scipy.fft
 
 from ..records.prepared import PreparedRecord
 
-__all__ = ["ChannelSpectra", "complex_frequency", "rms"]
+__all__ = ["ChannelSpectra", "complex_frequency", "complex_spectra", "rms"]
 
 BAND_EXTENSION = 1.35  # upper end of the band over that of the excitation: impacts reach beyond it
 UNKNOWN_BAND = 0.15  # of fs: upper end of the band where that of the excitation is not known
@@ -31,32 +31,38 @@ class ChannelSpectra:
     """
 
     def __init__(self, record: PreparedRecord) -> None:
-        fs, signals = record.fs, record.signals.T
-        self.name, self.kind, self.duration = record.name, record.kind, record.duration
-        n = signals.shape[1]
-        count, time = scipy.fft.next_fast_len(2 * n, real=True), np.arange(n) / fs
-        fade = int(min(FADE * fs, n / 4))
-        window = np.exp(np.log(END_LEVEL) * time / self.duration)
-        flank = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
-        window[:fade] *= flank
-        window[n - fade :] *= flank[::-1]
+        self.name, self.kind, self.duration, fs = record.name, record.kind, record.duration, record.fs
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
-        frequency = np.fft.rfftfreq(count, 1 / fs)
-        inside = np.flatnonzero(
-            (frequency >= max(low, MIN_PERIODS / self.duration)) & (frequency <= min(BAND_EXTENSION * high, 0.4 * fs))
-        )
-        kept = inside[:: -(-inside.size // MAX_LINES)]
-        self.frequency = frequency[kept]
-        """(n_f,) Hz"""
+        band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
+        self.frequency, self.measured = complex_spectra(record.signals, fs, band, MAX_LINES)
+        """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
-        self.measured = scipy.fft.rfft(signals * window, count, axis=1)[:, kept].T
-        """(n_f, n_channels) accelerometers, probes, excitation"""
         self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))
         """`FORCE_BANDWIDTH` in lines"""
         self.correlated_lines = max(
             1.0, CORRELATED_LINES * self.frequency.size / (self.duration * np.ptp(self.frequency))
         )
         """lines that count as one independent observation"""
+
+
+def complex_spectra(
+    signals: np.ndarray, fs: float, band: tuple[float, float], n_lines: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies (n_f,), Hz, and the spectra (n_f, n_channels) of signals (n_t, n_channels) in a band.
+
+    Spectra at `complex_frequency`, at most ``n_lines`` of them at equal distances.
+    """
+    n = len(signals)
+    count, time = scipy.fft.next_fast_len(2 * n, real=True), np.arange(n) / fs
+    fade = int(min(FADE * fs, n / 4))
+    window = np.exp(np.log(END_LEVEL) * time / (n / fs))
+    flank = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
+    window[:fade] *= flank
+    window[n - fade :] *= flank[::-1]
+    frequency = np.fft.rfftfreq(count, 1 / fs)
+    inside = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
+    kept = inside[:: -(-inside.size // n_lines)]
+    return frequency[kept], scipy.fft.rfft(signals.T * window, count, axis=1)[:, kept].T
 
 
 def complex_frequency(frequency: np.ndarray, duration: float) -> np.ndarray:

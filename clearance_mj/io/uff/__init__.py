@@ -226,7 +226,7 @@ def _channels(obj: object) -> list[Channel]:
 
 
 register(Format(
-    "UFF", (".uff", ".unv", ".uf"), (Channel, FRF, Spectra, Modes, Geometry), read_uff, write_uff,
+    "UFF", (".uff", ".unv", ".uf", ".bunv", ".ufb"), (Channel, FRF, Spectra, Modes, Geometry), read_uff, write_uff,
     options=("reference", "units"), geometry=True,
     note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
 ))  # fmt: skip

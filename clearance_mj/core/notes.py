@@ -1,0 +1,18 @@
+"""Notes on files: how one was understood where it does not say so itself."""
+
+import warnings
+from collections.abc import Sequence
+
+from .errors import ClearanceError
+
+__all__ = ["RecordNote", "note"]
+
+
+class RecordNote(UserWarning):
+    """How a file was understood where it does not say so itself; the command line prints it as a note."""
+
+
+def note(place: object, words: Sequence[str]) -> None:
+    """Say what was made of a file in one line, if there is anything to say."""
+    if words:
+        warnings.warn(RecordNote(str(ClearanceError(f"{place}: {'; '.join(words)}"))), stacklevel=3)

@@ -1,0 +1,125 @@
+"""Which channel is at which place of a rig: by how alike transfer functions are to those of drawn rigs.
+
+The drawn rigs have springs in their clearances, between the filling's and the walls', for whatever acts there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.optimize
+
+from ...io.channels import UNKNOWN
+from ...rig import Rig
+from .linear_models import draw_rigs, transfer_functions
+from .raw_signals import RawSignals
+
+__all__ = ["Assignment", "Place", "Search"]
+
+DRAWS = 120  # of the rig
+KEPT = 12  # draws that fit an assignment best
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a channel can be: at an accelerometer, a probe or the excitation of a rig."""
+
+    label: str  #: degree of freedom, "3:+Z"
+    quantity: str
+
+
+@dataclass(frozen=True, eq=False)
+class Assignment:
+    """The channel at each place."""
+
+    channel: tuple[int, ...]  #: (n_places,) index of the channel; -1: none
+    sign: tuple[float, ...]  #: (n_places,) 1, or -1 of a channel that is wired the other way round
+    gain: tuple[float, ...]  #: (n_places,) reading over that of the drawn rig, for one reading of the excitation
+    draws: tuple[int, ...]  #: drawn rigs whose transfer functions are most like the measured ones, best first
+    likeness: float  #: to the best of them where lines are coherent, mean over the channels; 1: the same
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Indices of the places that have a channel."""
+        return tuple(i for i, channel in enumerate(self.channel) if channel >= 0)
+
+
+class Search:
+    """Assignments of a bench's channels to the places of its rig.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    signals : RawSignals
+        The channels.
+    kind : str
+        Kind of excitation: "base" or "force".
+    band : (float, float)
+        Hz.
+    """
+
+    def __init__(self, rig: Rig, signals: RawSignals, kind: str, band: tuple[float, float]) -> None:
+        self.rig, self.signals, self.kind, self.band = rig, signals, kind, band
+        driven = Place(rig.shaker.label(kind), "acceleration" if kind == "base" else "force")
+        accelerometers = (Place(label, "acceleration") for label in rig.sensor_labels)
+        probes = (Place(label, "displacement") for label in rig.probe_labels)
+        self.places = (*accelerometers, *probes, driven)
+        self.frequency, self.cross_spectra = signals.cross_spectra(*band)
+        self.drawn = draw_rigs(rig, band[1], DRAWS)
+
+    def may_be(self, channel: int, place: int) -> bool:
+        """Return whether the file leaves open that a channel is at a place."""
+        return self.signals.quantities[channel] in (UNKNOWN, self.places[place].quantity)
+
+    def closest_assignments(self, stretch: float = 1.0) -> list[Assignment]:
+        """Return for each channel that may be the excitation the assignment most like the rig, the likeliest first.
+
+        Parameters
+        ----------
+        stretch : float
+            Factor of all frequencies, as of a wrong sampling rate.
+        """
+        models = [transfer_functions(self.rig, d, self.kind, stretch * self.frequency) for d in self.drawn]
+        power, last = np.einsum("fii->fi", self.cross_spectra).real, len(self.places) - 1
+        found = []
+        for driven in range(len(self.signals.names)):
+            if self.may_be(driven, last):
+                measured = self.cross_spectra[:, :, driven] / power[:, [driven]]
+                coherence = np.abs(self.cross_spectra[:, :, driven]) ** 2 / (power * power[:, [driven]])
+                found.append(self._closest(driven, measured, coherence, np.array(models)))
+        return sorted(found, key=lambda one: -one.likeness)
+
+    def _closest(self, driven: int, measured: np.ndarray, coherence: np.ndarray, models: np.ndarray) -> Assignment:
+        """The best assignment of transfer functions (n_f, n) to one channel, over all models (n_draws, n_f, n)."""
+        n, last = len(self.signals.names), len(self.places) - 1
+        likeness, gain, sign = np.zeros((3, len(models), n, last))
+        for i, place in itertools.product(range(n), range(last)):
+            if i != driven and self.may_be(i, place):
+                ratio = np.abs(measured[:, i]) / np.abs(models[:, :, place])
+                gain[:, i, place] = np.exp(np.median(np.log(ratio), axis=1))
+                relative = ratio / gain[:, i, place, None]
+                turned = np.cos(np.angle(measured[:, i]) - np.angle(models[:, :, place]))
+                alike = np.mean(coherence[:, i] * np.minimum(relative, 1 / relative) * turned, axis=1)
+                likeness[:, i, place], sign[:, i, place] = np.abs(alike), np.sign(alike)
+        pairs = [scipy.optimize.linear_sum_assignment(-one) for one in likeness]
+        best = int(np.argmax([one[pair].sum() for one, pair in zip(likeness, pairs)]))
+        kept = [(i, place) for i, place in zip(*pairs[best]) if likeness[best, i, place] > 0]
+        draws = np.argsort([-sum(one[pair] for pair in kept) for one in likeness], kind="stable")[:KEPT]
+        channel, signs, gains = [-1] * (last + 1), [1.0] * (last + 1), [1.0] * (last + 1)
+        for i, place in kept:
+            channel[place], signs[place] = int(i), float(sign[best, i, place])
+            gains[place] = float(gain[best, i, place])
+        channel[last] = driven
+        incoherent = [likeness[best][pair] / coherence[:, pair[0]].mean() for pair in kept]
+        mean = float(np.mean(incoherent)) if kept else 0.0
+        return Assignment(tuple(channel), tuple(signs), tuple(gains), tuple(draws.tolist()), mean)
+
+    def coherence(self, assignment: Assignment) -> float:
+        """Return the mean coherence of the assigned channels with the excitation over the band."""
+        *others, driven = (c for c in assignment.channel if c >= 0)
+        power = np.einsum("fii->fi", self.cross_spectra).real
+        found = np.abs(self.cross_spectra[:, others, driven]) ** 2 / (power[:, others] * power[:, [driven]])
+        return float(found.mean())

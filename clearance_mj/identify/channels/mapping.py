@@ -1,0 +1,260 @@
+"""Find which channel of a logger's files is which sensor of a rig."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from ...core.errors import RecordError
+from ...io.channel_map import UNDECIDED, ChannelMap
+from ...io.channels import UNKNOWN, Channel
+from ...io.columns import SKIP, channel_name
+from ...io.formats import read_channels
+from ...rig import Rig
+from .assignment import Assignment, Search
+from .names import agreement_of_name
+from .raw_signals import gather
+from .rivals import Judge, Rival
+from .units import Units, decide_units, nearest_unit
+
+__all__ = ["FITS", "judged", "map_channels", "shows_impacts"]
+
+SURE = 3.0  # margin over every rival from which on an assignment is sure
+SURE_OF_ANOTHER = 12.0
+"""The same where the rig fits badly, as one whose structure is not as drawn; of benches whose excitation was left out,
+so that some sensor stood for it, up to 9."""
+FITS = 0.07  # share of the channels' level that the rig misses, up to which it fits; of drawn benches up to 0.05
+LIKE, SOUND = 0.25, 0.7
+"""Likeness of the transfer functions below which records are not of this rig, and above which nothing else is tried."""
+CONTRADICTS = 0.5  # share of a channel's level that the rig and the other channels miss, from which on it is asked for
+FOREIGN = 0.4  # share of channels that are contradicted, from which on none is believed
+IMPACTS, LEAST_DURATION = 0.85, 10.0
+"""Mean coherence with the excitation below which records show impacts, and seconds of records that tell it."""
+REFINEMENTS = 3  # of gains that are those of no unit
+CLOSE = 2.5  # factor within which a unit is tried instead
+STRETCHES = {0.5: "half", 2.0: "twice", 1e3: "a thousand times", 1e-3: "a thousandth of"}  # of a wrong sampling rate
+BETTER = 0.1  # more likeness by which another sampling rate is named
+_TURNED = str.maketrans("+-", "-+")
+
+Files = Sequence[str | PathLike[str]] | Sequence[Sequence[Channel]]
+
+
+def map_channels(
+    files: Files, rig: Rig, kind: str | None = None, band: tuple[float, float] | None = None, progress: bool = False
+) -> ChannelMap:
+    """Find which channel of a logger's files is which accelerometer, probe or excitation of a rig, its sign and unit.
+
+    Transfer functions between the channels are compared with those of the rig, whose uncertain numbers are drawn from
+    its tolerances. What decides is by how much the channels contradict each other more under any other assignment;
+    names decide only between what the records do not tell apart.
+
+    Parameters
+    ----------
+    files : sequence of path, or sequence of sequence of Channel
+        Records of one set-up: channels have the same names in all of them.
+    rig : Rig
+        What was measured. Its numbers may be as wrong as their tolerances say.
+    kind : str, optional
+        What excites: "base" or "force"; by default as the rig's shaker.
+    band : (float, float), optional
+        Hz, of the excitation; by default where the channels' power is.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    ChannelMap
+        What each channel is, "?" where that is not sure, with the reasons. A bench and its mirror image have the same
+        transfer functions: signs are relative to the excitation, whose own is taken for right.
+
+    Raises
+    ------
+    RecordError
+        If a file cannot be read or is too short, channels differ between files, or nothing in them moves as the rig.
+    """
+    with tqdm(total=4, desc="map", disable=not progress) as bar:
+        signals = gather([_read(file, number) for number, file in enumerate(files, 1)])
+        bar.update()
+        band = band or signals.band()
+        signals = signals.without(signals.unrelated(band))
+        search = Search(rig, signals, kind or rig.shaker.kind, band)
+        found = search.closest_assignments()
+        bar.update()
+        if not found:
+            raise RecordError(
+                f"no channel can be the excitation of rig “{rig.name}”, {search.places[-1].quantity} of the "
+                f"{'base' if search.kind == 'base' else 'shaker'}: was it recorded?"
+            )
+        best, notes = found[0], []
+        if words := _wrong_rate(search, best):
+            notes.append(words)
+        judge, units = judged(search, best)
+        bar.update()
+        rivals = judge.rivals() if judge.enough else []
+        bar.update()
+    return _Answer(search, judge, units, rivals, best, notes).written()
+
+
+def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
+    if isinstance(file, str | PathLike):
+        return Path(file).name, read_channels(file)
+    return f"record {number}", file
+
+
+def _wrong_rate(search: Search, best: Assignment) -> str:
+    """Whether the rig fits the records better at another sampling rate, in words."""
+    if best.likeness > SOUND:
+        return ""
+    others = {factor: max(a.likeness for a in search.closest_assignments(factor)) for factor in STRETCHES}
+    factor = max(others, key=lambda one: others[one])
+    if others[factor] < best.likeness + BETTER:
+        return ""
+    rate = search.signals.fs
+    return (
+        f"the records fit the rig at {STRETCHES[factor]} the frequencies, a sampling rate of {factor * rate:.6g} Hz "
+        f"instead of {rate:.6g} Hz: is the rate in the file, or a length in the rig file, right?"
+    )
+
+
+def shows_impacts(search: Search, assignment: Assignment) -> bool:
+    """Return whether the records show impacts, by their incoherence with the excitation, and are long enough to."""
+    return search.signals.duration >= LEAST_DURATION and search.coherence(assignment) < IMPACTS
+
+
+def judged(search: Search, best: Assignment) -> tuple[Judge, Units]:
+    """Return the judge of an assignment in the units that explain it best, and these units."""
+    signals, places = search.signals, best.places
+    said = [signals.quantities[best.channel[i]] != UNKNOWN for i in places]
+    gains = [best.gain[i] for i in places]
+    quantities = [search.places[i].quantity for i in places]
+    impacts = shows_impacts(search, best)
+    factor = np.ones(len(signals.names))
+    index = [best.channel[i] for i in places]
+    factor[index] = 1 / np.array(gains)
+    judge = Judge(search, best, factor)
+    motion = judge.motion_over_gap() if search.kind == "base" else 0.0
+    for _ in range(REFINEMENTS):
+        units = decide_units(quantities, said, gains, motion, impacts)
+        ratio = [f / units.factor[-1] if known else 1 / g for f, known, g in zip(units.factor, units.exists, gains)]
+        factor[index] = ratio
+        judge = Judge(search, best, factor)
+        if all(units.exists):
+            break
+        # The gain to one drawn rig is rough; what the other channels say of a channel is better known, and where they
+        # say little, a unit that contradicts them as little as the gain does is likelier.
+        gains[:-1] = [read / r for read, r in zip(judge.gains(), ratio)]
+        for k, known in enumerate(units.exists[:-1]):
+            near = nearest_unit(quantities[k], said[k], units.factor[-1] / gains[k]).factor / units.factor[-1]
+            if not known and 1 / CLOSE < near * gains[k] < CLOSE:
+                trial = factor.copy()
+                trial[index[k]] = near
+                if Judge(search, best, trial).distance < judge.distance + SURE:
+                    gains[k] = 1 / near
+    return judge, units
+
+
+class _Answer:
+    """A map in words, with a question wherever it is not sure."""
+
+    def __init__(
+        self, search: Search, judge: Judge, units: Units, rivals: list[Rival], best: Assignment, notes: list[str]
+    ) -> None:
+        self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals
+        self.names, self.notes = search.signals.names, notes
+        self.contradiction = judge.contradiction()
+        self.sure = SURE if judge.misfit <= FITS else SURE_OF_ANOTHER
+
+    def written(self) -> ChannelMap:
+        """Return the map."""
+        signals, best = self.search.signals, self.best
+        channels, reasons = dict.fromkeys(self.names, SKIP), dict.fromkeys(self.names, "no place of the rig is left")
+        channels |= dict.fromkeys(signals.unusable, SKIP)
+        reasons |= signals.unusable
+        wrong = np.mean([missed > CONTRADICTS for missed in self.contradiction.values()])
+        foreign = bool(self.notes) or best.likeness < LIKE or wrong >= FOREIGN
+        if self.judge.misfit > FITS and not self.notes:
+            self.notes.append(
+                f"rig “{self.search.rig.name}” misses {100 * self.judge.misfit:.0f} % of what the channels show: is it "
+                "the rig of these records, was its excitation recorded, is its structure as drawn?"
+            )
+        last = len(best.places) - 1
+        common = "the records are not of this rig" if foreign else ""
+        if not common and self._rivalled(best.places[last]):
+            common = "which channel is the excitation is not sure"
+        for number, place in enumerate(best.places):
+            name, answer = self.names[best.channel[place]], self._name_of(place, self.units.label[number])
+            doubt = common or self._doubt(number, place)
+            channels[name] = UNDECIDED if doubt else answer
+            reasons[name] = f"{doubt}; likeliest {answer}" if doubt else self._evidence(place)
+        for place, where in enumerate(self.search.places):
+            if best.channel[place] < 0 and where.quantity != "displacement":
+                self.notes.append(f"{channel_name(where.label, where.quantity)} of the rig has no channel")
+        return ChannelMap(channels, reasons, tuple(self.notes))
+
+    def _name_of(self, place: int, unit: str) -> str:
+        """What the channel at a place is, as a map says it."""
+        where = self.search.places[place]
+        label = where.label.translate(_TURNED) if self.best.sign[place] < 0 else where.label
+        name = channel_name(label, where.quantity)
+        return f"{name} [{unit}]" if unit else name
+
+    def _doubt(self, number: int, place: int) -> str:
+        """Why a channel at a place is not sure, in words; "" if it is."""
+        if not self.judge.enough:
+            return (
+                f"{len(self.best.places)} channels cannot contradict each other beside the unknown forces in "
+                f"{len(self.search.rig.bushings)} clearances"
+            )
+        if self.contradiction[place] > CONTRADICTS:
+            return f"the rig and the other channels miss {100 * self.contradiction[place]:.0f} % of it"
+        unit, signals = self.units.label[number], self.search.signals
+        if own := signals.units[self.best.channel[place]]:
+            return f'its unit "{own}" is none of {self.search.places[place].quantity}: give its sensitivity as a unit'
+        if self.units.contradicts[number]:
+            return f"its numbers are as if they were in {unit}, which the file does not say"
+        if not self.units.exists[number]:
+            return f"one of its units is {unit}, which is no unit"
+        if unit and not self.units.sure:
+            return "nothing tells its unit"
+        return self._rivalled(place)
+
+    def _rivalled(self, place: int) -> str:
+        """Which rival is not much worse, in words, of those that names do not exclude; "" if none is."""
+        channel = self.best.channel[place]
+        for rival in self.rivals:
+            if rival.margin >= self.sure:
+                break
+            if channel in rival.channels and self._by_name(rival) <= 0:
+                others = [self.names[c] for c in rival.channels if c != channel]
+                what = f'"{others[0]}" may be there instead' if others else "its sign is not sure"
+                return f"{what} (margin {rival.margin:.1f})"
+        return ""
+
+    def _by_name(self, rival: Rival) -> int:
+        """By how much the names speak for the assignment rather than for a rival."""
+        if len(rival.channels) < 2:
+            return 0
+        last = len(self.search.places) - 1
+
+        def agreement(channel: int, place: int) -> int:
+            where = self.search.places[place]
+            return agreement_of_name(self.names[channel], where.label, where.quantity, place == last)
+
+        now, places = list(zip(rival.channels, rival.places)), list(reversed(rival.places))
+        return sum(agreement(*one) for one in now) - sum(agreement(*one) for one in zip(rival.channels, places))
+
+    def _evidence(self, place: int) -> str:
+        channel = self.best.channel[place]
+        margins = [rival.margin for rival in self.rivals if channel in rival.channels]
+        said = self.search.signals.labels[channel]
+        words = f"fits within {100 * self.contradiction[place]:.1f} %, anything else is worse by {min(margins):.0f}"
+        own = self._name_of(place, "").partition(":")[2]
+        if said and said not in (self.search.places[place].label, own):
+            node = said.partition(":")[0]
+            if node != self.search.places[place].label.partition(":")[0]:
+                words += f"; the file says node {node}"
+        return words

@@ -1,0 +1,139 @@
+"""In which units channels are, of which it is known where on the rig they measure.
+
+Transfer functions tell the ratio of every channel's unit to that of the excitation. What the excitation's own unit is,
+the files say, or channels whose unit is said, such as probes; or how far the shaft would move in its clearances.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ...core.units import UNITS
+
+__all__ = ["Unit", "Units", "decide_units", "nearest_unit"]
+
+NEAR = 1.35  # factor within which a gain is that of a unit
+SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity
+ALSO = 1.5  # more, by the share of such channels
+NO_UNIT = 6.0  # ln of the odds against a gain that is that of no unit
+UNUSUAL = {
+    "m/s2": 0.0,
+    "g": 0.0,
+    "mm/s2": 2.0,
+    "m": 0.0,
+    "mm": 0.0,
+    "um": 0.5,
+    "N": 0.0,
+    "kN": 1.0,
+    "mN": 3.0,
+    "MN": 4.0,
+}
+"""ln of the odds against a unit where files say none"""
+MOST_MOTION, LEAST_MOTION = 2.2, 0.17
+"""RMS motion in a clearance over its gap: at most, and at least where impacts are seen; of drawn benches that touch
+their walls 0.3 to 1.3"""
+IMPOSSIBLE = 8.0  # ln of the odds against more motion than that, or impacts with less
+SURE = 3.0  # by which the best units must be better than others
+
+
+class Unit(NamedTuple):
+    """A unit that a channel may be in."""
+
+    factor: float  #: SI units in one unit of the numbers as they are read
+    label: str  #: "" where the file says the right one
+    exists: bool = True  #: whether it is a unit, and not just a number
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of the assigned channels."""
+
+    factor: tuple[float, ...]  #: SI units in one unit of each channel as it is read
+    label: tuple[str, ...]  #: the unit, such as "g" or "0.51 m/s2"; "" where it is that of the file
+    contradicts: tuple[bool, ...]  #: whether that is another unit than the file says
+    exists: tuple[bool, ...]  #: whether it is a unit at all
+    sure: bool  #: whether no other units of the excitation explain the channels nearly as well
+
+
+def decide_units(
+    quantities: Sequence[str], said: Sequence[bool], gains: Sequence[float], motion: float, impacts: bool
+) -> Units:
+    """Return the units of channels, the last of which is the excitation.
+
+    Parameters
+    ----------
+    quantities : sequence of str
+        Of each channel, by its place.
+    said : sequence of bool
+        Whether the file says the unit, so that the channel's numbers are in SI units if it is right.
+    gains : sequence of float
+        Reading of each channel over that of the rig, for one reading of the excitation.
+    motion : float
+        RMS motion in a clearance over its gap, if the excitation's numbers are in SI units.
+    impacts : bool
+        Whether the records show impacts.
+    """
+    tried = []
+    for driven in _candidates(quantities[-1], said[-1]):
+        found = [_snapped(q, s, driven.factor / gain) for q, s, gain in zip(quantities[:-1], said[:-1], gains[:-1])]
+        found.append(driven)
+        cost = sum(UNUSUAL.get(unit.label, 0.0) for unit, s in zip(found, said) if not s)
+        cost += sum(NO_UNIT for unit in found if not unit.exists)
+        wrong = [(q, unit.factor) for unit, q, s in zip(found, quantities, said) if s and unit.label and unit.exists]
+        cost += SAID_WRONGLY * len(set(wrong)) + ALSO * len(wrong) / len(said)
+        if motion * driven.factor > MOST_MOTION or (impacts and motion * driven.factor < LEAST_MOTION):
+            cost += IMPOSSIBLE
+        tried.append((cost, found))
+    tried.sort(key=lambda one: one[0])
+    best = tried[0][1]
+    return Units(
+        tuple(unit.factor for unit in best),
+        tuple(unit.label for unit in best),
+        tuple(bool(unit.label) and s for unit, s in zip(best, said)),
+        tuple(unit.exists for unit in best),
+        len(tried) == 1 or tried[1][0] - tried[0][0] >= SURE,
+    )
+
+
+def _candidates(quantity: str, said: bool) -> list[Unit]:
+    """Units that a channel's numbers may have."""
+    units = UNITS[quantity]
+    if not said:
+        return [Unit(factor, unit) for unit, factor in units.items() if unit in UNUSUAL]
+    # Numbers in one unit that are read as if they were in another; SI units of a file are what is meant most often.
+    first = next(iter(units))
+    found = {_rounded(factor): Unit(factor, unit) for unit, factor in units.items()}
+    for a, b in itertools.permutations(units.values(), 2):
+        found.setdefault(_rounded(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
+    return list({**found, 0.0: Unit(1.0, "")}.values())
+
+
+def _rounded(factor: float) -> float:
+    return round(math.log(factor), 4) + 0.0
+
+
+def nearest_unit(quantity: str, said: bool, factor: float) -> Unit:
+    """Return the unit whose factor to SI units is nearest to one that was found.
+
+    Parameters
+    ----------
+    quantity : str
+        What is measured.
+    said : bool
+        Whether the file says a unit, so that the right one has the factor 1.
+    factor : float
+        SI units in one unit of the numbers as they are read.
+    """
+    return min(_candidates(quantity, said), key=lambda unit: abs(math.log(unit.factor / factor)))
+
+
+def _snapped(quantity: str, said: bool, factor: float) -> Unit:
+    """The unit nearest to a factor, or the factor itself if it is that of no unit."""
+    near = nearest_unit(quantity, said, factor)
+    if abs(math.log(near.factor / factor)) <= math.log(NEAR):
+        return near
+    return Unit(factor, f"{factor:.3g} {next(iter(UNITS[quantity]))}", exists=False)

@@ -1,0 +1,81 @@
+"""Headers of columns as loggers write them: a name and a unit in brackets, or after a comma or a stroke."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from ...core.checks import NAME_LIMIT
+from ...core.units import UNITS, quantity_of
+
+__all__ = ["LONGEST", "is_index", "is_time", "is_unit", "split_header", "unique_names"]
+
+LONGEST = 1000  # characters of a header in which a unit is looked for
+_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)*)\))")
+_AFTER = re.compile(r"(.*?\S)\s*[,/;]\s*\(?([^\s,/;()][^\s,;()]*)\)?")
+_TIME = re.compile(
+    r"(?:rel(?:ative|\.)?|abs(?:olute|\.)?|elapsed|sample|test|local|utc)?[ _-]?"
+    r"(?:(?-i:t)|(?:time(?:[ _-]?(?:stamp|axis|base))?|zeit(?:stempel|achse)?|temps|tiempo|tempo|x[ _]?values?)"
+    r"(?:[ _-]?\d+)?|uhrzeit|clock|date[ /_-]?(?:and[ _])?time|datum[ /_-]?(?:und[ _])?(?:uhr)?zeit|seconds?|secs?)"
+    r"(?:[ _-](s|ms|us|sec))?",
+    re.IGNORECASE,
+)
+_INDEX = re.compile(r"(?:samples?|scan|index|idx|point|row|record|n|nr|no|#)\.?(?: ?(?:no|nr|number|#)\.?)?", re.I)
+OTHER_UNITS = frozenset((
+    "v", "mv", "a", "ma", "°c", "c", "degc", "deg c", "k", "°f", "pa", "kpa", "mpa", "bar", "mbar", "psi", "%", "rpm",
+    "1/min", "hz", "khz", "rad", "rad/s", "deg", "°", "°/s", "ue", "µe", "με", "µm/m", "um/m", "mm/m", "strain", "lb",
+    "lbf", "in", "in/s", "in/s2", "in/s²", "ft", "ft/s2", "nm", "knm", "w", "db", "eu", "-", "1", "mv/v", "ml", "l",
+    "kg", "volt", "volts", "pc", "h", "hh:mm:ss", "datetime", "utc", "raw", "counts", "none", "n/a",
+))  # fmt: skip
+"""Labels, in lower case, that are a unit where they stand in round brackets or in a row of units"""
+
+
+def is_unit(label: str) -> bool:
+    """Whether a label is that of a unit: one of ours, or one that loggers write."""
+    return bool(quantity_of(label)) or label in (*UNITS["time"], "sec") or label.lower() in OTHER_UNITS
+
+
+def split_header(cell: str) -> tuple[str, str]:
+    """Return name and unit of a column, such as "Accel 3" and "m/s^2" of "Accel 3 (m/s^2)"; "" for no unit."""
+    if len(cell) > LONGEST:
+        return cell.strip(), ""
+    if match := _BRACKETS.fullmatch(cell):
+        name, square, curved = match.groups()
+        if square is not None or is_unit(curved):
+            unit = (curved if square is None else square).strip()
+            again = _BRACKETS.fullmatch(name)  # a row of units repeats what the header says
+            plain = again[1] if again and unit in (again[2], again[3]) else name
+            return plain.removesuffix("/").strip(), unit  # "v / (mm/s)" is as ISO 80000-1 has it
+    if (match := _AFTER.fullmatch(cell)) and is_unit(match[2]):
+        return match[1], match[2]
+    if (match := _TIME.fullmatch(cell)) and match[1]:
+        return cell, match[1]
+    return cell.strip(), ""
+
+
+def is_time(name: str) -> bool:
+    """Whether a name is one that loggers give to the column of time."""
+    return bool(_TIME.fullmatch(name))
+
+
+def is_index(name: str) -> bool:
+    """Whether a name is one that loggers give to the number of a sample."""
+    return bool(_INDEX.fullmatch(name))
+
+
+def unique_names(names: Sequence[str], notes: list[str]) -> list[str]:
+    """Make names that channels can have: printable, not too long, none empty, none twice; notes say which changed."""
+    found: list[str] = []
+    for number, name in enumerate(names, 1):
+        plain = "".join(c if c.isprintable() else " " for c in name).strip()
+        new = plain if len(plain) <= NAME_LIMIT else f"{plain[: NAME_LIMIT - 3].rstrip()}..."
+        new = new or f"column {number}"
+        first, count = new, 1
+        while new in found:
+            count += 1
+            end = f" ({count})"
+            new = first[: NAME_LIMIT - len(end)].rstrip() + end
+        if new != name.strip():
+            notes.append(f'column {number} is named "{new}"')
+        found.append(new)
+    return found

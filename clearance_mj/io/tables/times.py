@@ -1,0 +1,135 @@
+"""The time of a text table: its column of numbers or stamps, or the sampling rate above it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.checks import simplest_rate
+from ...core.errors import RecordError
+from ...core.units import UNITS
+from ..columns import SKIP, Column, listed
+from .numbers import Body
+from .stamps import read_stamps
+
+__all__ = ["Times", "time_of"]
+
+_NAMELESS = ("x", "abscissa", "name", "channel", "column 1")  # of a first column, which say nothing of it
+_AGREES = 1e-3  # relative difference of two rates that are the same
+_WHOLE = 0.999  # of the last digit that a step must have: steps of less would not all differ by it
+
+
+@dataclass(frozen=True)
+class Times:
+    """When the samples of a table were taken."""
+
+    fs: float  #: samples per second
+    start: float = 0.0  #: s, time of the first sample
+    columns: frozenset[int] = frozenset()  #: of the table, which are time and no channels
+
+
+def time_of(
+    body: Body,
+    used: Sequence[Column],
+    cells: Sequence[str],
+    fs: float | None,
+    known: tuple[float, int] | None,
+    notes: list[str],
+) -> Times:
+    """Return when the samples were taken: by a column of time, the caller's rate, or that of a line above the table.
+
+    ``known`` is such a rate in Hz and the number of its line. Notes say which was taken, and whether two differ.
+    """
+    times = [c for c in used if c.quantity == "time"]
+    if times and times[0].is_raw_time:
+        times = _of_several(body, times)
+    if not times and fs is None and known is None:
+        times = _rising(body, used, notes)
+    if not times:
+        if fs is None and known is None:
+            raise RecordError(
+                f'has no column "time", only {listed(cells)}; map one to it, or give the sampling rate (--fs)'
+            )
+        if fs is None and known:
+            fs = known[0]
+            notes.append(f"{fs:.9g} Hz, from line {known[1]}")
+        assert fs is not None
+        return Times(fs)
+    if len(times) > 1 or fs is not None:
+        raise RecordError(
+            f'has a column of time; needs just one, and then no sampling rate beside it ("{times[-1].name}={SKIP}" '
+            "leaves it out)"
+        )
+    (column,) = times
+    all_of_time = frozenset(c.index for c in (*used, column) if c.quantity == "time")
+    rate, start = _timing(body, column, cells, known, notes)
+    if known and abs(rate / known[0] - 1) > _AGREES:
+        notes.append(f'{rate:.9g} Hz by "{column.name}", not the {known[0]:.9g} Hz of line {known[1]}')
+    return Times(rate, start, all_of_time)
+
+
+def _of_several(body: Body, times: Sequence[Column]) -> list[Column]:
+    """Return the one raw column of time to take, of numbers rather than of stamps, or several that differ."""
+    numbers = [c for c in times if body.kind(c.index) == "number"]
+    if not numbers:
+        stamps = [c for c in times if body.kind(c.index) == "stamp"]
+        return stamps[:1]
+    first = body.numbers(numbers[0].index) * numbers[0].scale
+    same = [c for c in numbers if np.array_equal(body.numbers(c.index) * c.scale, first, equal_nan=True)]
+    return numbers[:1] if len(same) == len(numbers) else numbers
+
+
+def _rising(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column]:
+    """Return the first column if it rises in even steps and has a unit of time, or none and no name but "X"."""
+    first = min(used, key=lambda c: c.index)
+    if not first.is_raw or body.kind(first.index) != "number" or first.unit not in ("", *UNITS["time"]):
+        return []
+    values = body.numbers(first.index)
+    steps = np.diff(values)
+    if not np.isfinite(values).all() or not 0 < steps.min() or np.ptp(steps) > 1e-3 * steps.mean() or len(steps) < 3:
+        return []
+    if first.unit == "" and (first.name.lower() not in _NAMELESS or (steps == 1).all()):
+        return []
+    column = Column(first.index, first.name, "time", scale=UNITS["time"][first.unit or "s"], is_raw=True)
+    notes.append(f'"{first.name}" is taken for time in {first.unit or "s"}')
+    return [column]
+
+
+def _timing(
+    body: Body, column: Column, cells: Sequence[str], known: tuple[float, int] | None, notes: list[str]
+) -> tuple[float, float]:
+    """Sampling rate in Hz and time of the first sample in s, of a column of even instants."""
+    index, where = column.index, f'column {column.index + 1} "{cells[column.index]}"'
+    time, digit = np.zeros(0), 0.0
+    if body.kind(index) == "stamp" and (stamps := read_stamps(body.frame[index])):
+        time, digit, words = stamps
+        notes.append(words)
+    elif np.isnan(column.scale):
+        raise RecordError(f'{where}: unit "{column.unit}" of time is unknown; map it: "{column.name}=time [s]"')
+    else:
+        time, digit = column.scale * body.numbers(index), column.scale * body.last_digit(index)
+    faulty = np.flatnonzero(~np.isfinite(time))
+    if faulty.size:
+        row = body.cells(faulty[0])
+        found = f'"{row[index]}"' if index < len(row) and row[index] else "an empty cell"
+        raise RecordError(
+            f"line {body.lines[faulty[0]][0]}, {where}: {found} is not a number or a time; mend it, or end the file "
+            "before it"
+        )
+    step = (time[-1] - time[0]) / (time.size - 1)
+    off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * abs(step) + digit
+    if known and not off.any() and step > 0 and abs(step * known[0] - 1) < max(_AGREES, digit / step / time.size):
+        if step < _WHOLE * digit:
+            notes.append(f"{known[0]:.9g} Hz, from line {known[1]}: the times have too few digits")
+            return known[0], float(time[0])
+    if not step > _WHOLE * digit or off.any():
+        steps = np.diff(time)
+        at = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
+        raise RecordError(
+            f"line {body.lines[at][0]}, {where}: goes from {time[at - 1]:.9g} s to {time[at]:.9g} s, its usual step is "
+            f"{np.median(steps):.6g} s; needs one time step throughout, and digits enough to tell it, or the sampling "
+            f'rate in place of it ("{column.name}={SKIP}" and --fs)'
+        )
+    return simplest_rate(float(step), digit / (time.size - 1)), float(time[0])

@@ -1,0 +1,31 @@
+"""Tables that a run puts into a page of the documentation, between marks such as <!-- lies --> and <!-- /lies -->."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.files import replacing
+
+__all__ = ["markdown_table", "put_between_marks"]
+
+
+def markdown_table(rows: Iterable[Sequence[str]]) -> str:
+    """Return rows, the first of which is the head, as a table in Markdown."""
+    head, *body = rows
+    lines = [head, ["---"] * len(head), *body]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def put_between_marks(page: Path, mark: str, text: str) -> None:
+    """Replace what stands between the marks of a page; a ClearanceError says that it has none."""
+    old = page.read_text(encoding="utf-8")
+    new, count = re.subn(
+        rf"(<!-- {mark} -->\n).*?(<!-- /{mark} -->)", lambda marks: marks[1] + text + marks[2], old, flags=re.DOTALL
+    )
+    if not count:
+        raise ClearanceError(f"{page}: has no marks <!-- {mark} --> and <!-- /{mark} -->")
+    with replacing(page) as temporary:
+        temporary.write_text(new, encoding="utf-8")

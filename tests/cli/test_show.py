@@ -1,0 +1,107 @@
+"""clearance-mj show: what files hold, as a table, as JSON and as a picture."""
+
+import json
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.cli import main
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.contents import FileContents
+from clearance_mj.io.inventory import sparkline
+from clearance_mj.structure.geometry import Geometry
+from tests.conftest import ROOT
+from tests.fuzz import samples, samples_uff
+
+RIG = ROOT / "models" / "table1_rig.toml"
+
+
+@pytest.fixture
+def several(tmp_path):
+    """A file with two records, one of unknown quantity, FRFs, spectra, modes and nodes."""
+    t = np.arange(4096) / 1024
+    records = (
+        Channel("tip", 3, "+Z", "acceleration", np.sqrt(2) * np.sin(2 * np.pi * 16 * t), 1024.0),
+        Channel("mic", 0, "S", "unknown", t, 1024.0, unit="Pa"),
+    )
+    geometry = Geometry((6, 7), [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], ((6, 7),))
+    found = FileContents(records, (samples.frf(),), (samples_uff.spectra(),), (samples.modes(),), geometry)
+    cm.write(tmp_path / "several.uff", found)
+    return tmp_path / "several.uff"
+
+
+def test_sparkline_of_known_courses():
+    """The largest of each stretch between the least and the largest of all."""
+    assert sparkline(np.arange(8.0)) == "▁▂▃▄▅▆▇█"
+    assert sparkline(np.array([np.nan, 1.0, 1.0])) == "▁▁"
+    assert sparkline(np.array([np.nan])) == sparkline(None) == ""
+    assert sparkline(np.concatenate((np.zeros(240), np.ones(240)))) == 12 * "▁" + 12 * "█"
+
+
+def test_table(several, capsys):
+    assert main(["show", str(several)]) == 0
+    first, head, *rows = capsys.readouterr().out.splitlines()
+    assert first.endswith("2 x time record, 2 x FRF, 2 x auto spectrum, 2 x mode, 1 x geometry")
+    assert head.split() == ["kind", "name", "place", "quantity", "unit", "samples", "rate", "RMS", "peak", "course"]
+    assert rows[0].split()[:12] == ["time", "record", "tip", "3:+Z", "acceleration", "m/s2", "4096", "1024", "Hz", "1",
+                                    "1.414", 24 * "█"]  # fmt: skip
+    assert rows[1].split()[2:5] == ["mic", "unknown", "Pa"] and rows[1].endswith("▁▁▂▂▂▃▃▃▄▄▄▅▅▅▆▆▆▇▇▇████")
+    assert rows[-1] == f"what is unknown or without a place: clearance-mj map {several} --rig RIG"
+
+
+def test_json_and_a_part(several, capsys):
+    assert main(["show", str(several), "--what", "frf", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["files"].values()
+    assert found["holds"] == {"FRF": 2} and found["hint"] is None
+    one = found["functions"][0]
+    assert (one["name"], one["quantity"], one["unit"]) == ("6:+Z/100:+Z", "acceleration/acceleration", "1")
+    assert (one["size"], one["rate"], one["peak"]) == (4, "1 Hz", pytest.approx(1.0))
+
+
+@pytest.mark.parametrize("what", ["channels", "frf", "spectra", "modes", "geometry", None])
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_picture(several, tmp_path, what, suffix):
+    """Written twice: it knows its own, and leaves what is another's."""
+    picture = tmp_path / f"a{suffix}"
+    for _ in range(2):
+        assert main(["show", str(several), "--out", str(picture), *(["--what", what] if what else [])]) == 0
+    assert picture.stat().st_size > 3000
+    picture.write_bytes(b"mine")
+    assert main(["show", str(several), "--out", str(picture)]) == 2 and picture.read_bytes() == b"mine"
+
+
+def test_what_shows_itself(tmp_path, capsys):
+    """A rig, a law and a dataset print themselves; a rig is drawn."""
+    cm.ConstantLaw(8e3, 4.0).save(tmp_path / "law.json")
+    assert main(["show", str(RIG), str(tmp_path / "law.json"), str(ROOT / "data" / "table1_rig")]) == 0
+    said = capsys.readouterr().out
+    assert f"{RIG}: Rig" in said and "8e+03" in said.replace("8000", "8e+03") and "level_1_a" in said
+    assert main(["show", str(RIG), "--out", str(tmp_path / "rig.png")]) == 0
+    assert main(["show", str(tmp_path / "law.json"), "--out", str(tmp_path / "law.png")]) == 2
+    assert "law.json: a ConstantLaw cannot be drawn by itself" in capsys.readouterr().err
+
+
+def test_refused(several, tmp_path, capsys):
+    for arguments, part in (
+        (["--what", "tables"], 'holds no "tables"; choose one of "channels"'),
+        (["--out", str(tmp_path / "a.xyz")], "give a name that ends in .png or .svg or .pdf"),
+        ([str(RIG), "--out", str(tmp_path / "a.png")], "one picture is drawn of one file, got 2"),
+        (["--units", "yd"], 'units "yd" are unknown; use SI'),
+    ):
+        assert main(["show", str(several), *arguments]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and part in said
+
+
+def test_warning_names_the_file(tmp_path, capsys):
+    """Factors of zero are said once, on standard error."""
+    (tmp_path / "zero.unv").write_bytes(samples_uff.uff()[5])
+    assert main(["show", str(tmp_path / "zero.unv")]) == 0
+    said = capsys.readouterr().err
+    assert said.startswith(
+        f"clearance-mj: warning: {tmp_path / 'zero.unv'}: data set 1 (164, units) has factors 0 and 0"
+    )
+    assert said.count("\n") == 1
+    assert main(["show", str(tmp_path / "zero.unv"), "--units", "SI"]) == 0
+    assert not capsys.readouterr().err

@@ -1,0 +1,198 @@
+"""Channels of drawn benches, of physics that the package does not contain, on rig files that are wrong."""
+
+import dataclasses
+import warnings
+from functools import cache
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.identify.channels.check import check_places
+from clearance_mj.identify.channels.units import decide_units
+from clearance_mj.identify.records.prepared import prepare
+from clearance_mj.io.channels import UNKNOWN, Channel
+from experiments.benches.logger import as_logged, drawn_bench, measured
+from experiments.benches.mapping import map_drawn_bench
+
+FOUR_ACCELEROMETERS = 11  # seed of a bench with one bushing, four accelerometers and no probe
+
+
+@cache
+def bench():
+    found = drawn_bench(FOUR_ACCELEROMETERS)
+    return found.rig, [*measured(found).values()]
+
+
+def logged(said=1.0):
+    return as_logged(bench()[1], FOUR_ACCELEROMETERS, said)
+
+
+def changed(records, change):
+    return [[change(channel) for channel in channels] for channels in records]
+
+
+def test_names_order_signs_and_units_that_say_nothing():
+    """The truth is that of the drawn logger."""
+    channels, truth = logged(said=0.0)
+    found = cm.map_channels(channels, bench()[0])
+    assert dict(found.channels) == truth
+    assert found.undecided == ()
+
+
+def test_swapped_and_inverted_channels_are_found_whatever_the_file_says():
+    rig, records = bench()
+    places = {"1:+Z": (4, "-Z"), "4:+Z": (1, "+Z")}  # the file takes 1 for 4, which is the other way round, and 4 for 1
+
+    def lying(channel):
+        node, direction = places.get(channel.label, (channel.node, channel.direction))
+        name = "base" if node == 100 else f"acc:{node}"
+        value = -channel.value if direction == "-Z" else channel.value
+        return dataclasses.replace(channel, name=name, node=node, direction="+Z", value=value)
+
+    found = cm.map_channels(changed(records, lying), rig)
+    expected = {"base": "base", "acc:4": "acc:1:-Z", "acc:1": "acc:4", "acc:2": "acc:2", "acc:3": "acc:3"}
+    assert dict(found.channels) == expected
+    assert "the file says node 4" in found.reasons["acc:4"]
+
+
+@pytest.mark.parametrize("wrong", [["base", "2:+Z"], None], ids=["base and one sensor", "every acceleration"])
+def test_a_unit_that_is_not_that_of_the_file_is_asked_for(wrong):
+    """Numbers in g that are read as m/s²: transfer functions tell those of some, motion in the gap those of all."""
+    rig, records = bench()
+    wrong = ["100:+Z" if one == "base" else one for one in wrong] if wrong else None
+
+    def in_g(channel):
+        if wrong and channel.label not in wrong:
+            return channel
+        return dataclasses.replace(channel, value=channel.value / 9.80665)
+
+    found = cm.map_channels(changed(records, in_g), rig)
+    asked = [c.name for c in records[0] if wrong is None or c.label in wrong]
+    assert sorted(found.undecided) == sorted(asked)
+    assert all("[g]" in found.reasons[name] for name in asked)
+
+
+def test_what_no_unit_explains_is_asked_for():
+    rig, records = bench()
+    double = changed(records, lambda c: dataclasses.replace(c, value=2 * c.value) if c.node == 2 else c)
+    found = cm.map_channels(double, rig)
+    (name,) = found.undecided
+    assert name.startswith("accelerometer 2")
+    gain = float(found.reasons[name].rpartition("[")[2].split()[0])
+    assert gain == pytest.approx(0.5, rel=0.05)
+
+
+def test_channels_that_are_no_vibration_of_the_rig_are_left_out():
+    rig, records = bench()
+    noise = np.random.default_rng(0).standard_normal(records[0][0].size)
+
+    def more(channels):
+        first = channels[0]
+        temperature = Channel("Temp", 0, "S", UNKNOWN, 20 + noise[: first.size], first.fs, unit="°C")
+        return [*channels, temperature, Channel("Clock", 0, "S", UNKNOWN, first.time, first.fs)]
+
+    found = cm.map_channels([more(channels) for channels in records], rig)
+    assert found.channels["Temp"] == found.channels["Clock"] == "skip"
+    assert "moves with no other channel" in found.reasons["Temp"]
+    assert "clock" in found.reasons["Clock"]
+    assert found.undecided == ()
+
+
+def test_without_the_excitation_everything_is_asked_for():
+    rig, records = bench()
+    without = [[c for c in channels if c.node != 100] for channels in records]
+    found = cm.map_channels(without, rig)
+    assert len(found.undecided) == 4
+    assert "was its excitation recorded" in found.notes[0]
+
+
+def test_a_wrong_sampling_rate_is_named():
+    rig, records = bench()
+    slow = changed(records, lambda c: dataclasses.replace(c, fs=c.fs / 2))
+    found = cm.map_channels(slow, rig)
+    assert len(found.undecided) == 5
+    assert "2048 Hz instead of 1024 Hz" in found.notes[0]
+
+
+def test_voltages_are_asked_for():
+    rig, records = bench()
+    volts = changed(records, lambda c: dataclasses.replace(c, quantity=UNKNOWN, unit="V", value=c.value * 0.0102))
+    found = cm.map_channels(volts, rig)
+    assert all('its unit "V"' in found.reasons[name] for name in found.channels)
+    assert len(found.undecided) == 5
+
+
+@pytest.mark.parametrize(
+    "files, message",
+    [
+        (lambda r: [[c for c in r[0]], [c for c in r[1] if c.node != 2]], "has no channel"),
+        (lambda r: [[dataclasses.replace(c, value=c.value[:500]) for c in r[0]]], "needs 2048"),
+        (lambda r: [[dataclasses.replace(c, value=0 * c.value + 1) for c in r[0]]], "needs two channels that move"),
+        (lambda r: [[dataclasses.replace(c, name="A") for c in r[0]]], 'two channels have the name "A"'),
+        (lambda r: [], "no file to map"),
+    ],
+)
+def test_refused(files, message):
+    rig, records = bench()
+    with pytest.raises(cm.RecordError, match=message):
+        cm.map_channels(files(records), rig)
+
+
+def test_units_of_gains():
+    """Readings in g over a base in mm/s²; a probe in m tells the base's unit."""
+    gains = [1e-3 / 9.80665, 1e-3, 1e-3]  # over what one unit of the base's would be
+    found = decide_units(["acceleration", "displacement", "acceleration"], [False, True, False], gains, 1000.0, True)
+    assert found.label == ("g", "", "mm/s2")
+    assert found.sure
+    assert not any(found.contradicts)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(1, 61, 10))
+def test_no_channel_of_sixty_drawn_benches_is_mapped_wrongly(first):
+    """At least 95 % of the benches need no question: of each ten at most one does, of all sixty at most three."""
+    found = [map_drawn_bench(seed) for seed in range(first, first + 10)]
+    assert [one.wrong for one in found] == [()] * 10
+    assert sum(bool(one.asked) for one in found) <= 1
+
+
+LABELLED = {
+    "swapped": (
+        lambda c: dataclasses.replace(c, node={1: 4, 4: 1}.get(c.node, c.node)),
+        r"4:\+Z is accelerometer 1:\+Z",
+    ),
+    "base reversed": (lambda c: dataclasses.replace(c, value=-c.value) if c.node == 100 else c, "has the wrong sign"),
+    "one in g": (lambda c: dataclasses.replace(c, value=c.value / 9.80665) if c.node == 3 else c, "3:\\+Z is in g"),
+}
+
+
+@pytest.mark.parametrize("lie", LABELLED)
+def test_identification_refuses_records_whose_channels_are_something_else(lie):
+    """Before anything is fitted: the fit would be to other sensors."""
+    rig, records = bench()
+    change, message = LABELLED[lie]
+    with pytest.raises(cm.RecordError, match=message):
+        cm.identify.fit_bench(dataset_of(rig, changed(records, change)))
+
+
+def test_all_accelerations_in_g_are_warned_of():
+    rig, records = bench()
+    in_g = changed(records, lambda c: dataclasses.replace(c, value=c.value / 9.80665))
+    with pytest.warns(UserWarning, match="accelerations may be in g"):
+        check_places(prepare(dataset_of(rig, in_g)))
+
+
+def test_records_that_are_what_they_say_pass():
+    rig, records = bench()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_places(prepare(dataset_of(rig, records)))
+
+
+def dataset_of(rig, records):
+    taken = [
+        cm.Record(f"r{i}", "identify", rig, channels[0].fs, channels, band=(5.0, 220.0))
+        for i, channels in enumerate(records)
+    ]
+    return cm.Dataset(rig, tuple(taken), None)
