@@ -55,7 +55,8 @@ class Model(Shown):
         ]
         table = [(*place, *own[1:]) for place, own in zip(places, rows)]
         columns = ("bushing", "at", "gap (mm)", "offset (mm)", *head[1:])
-        law = f"{self.law.kind}" + (", as the rig file's datasheet says" if self.law == nominal_law(self.rig) else "")
+        datasheet = self.law == rig_and_law(self.rig, None)[1]
+        law = f"{self.law.kind}{', as the datasheet in the rig file says' if datasheet else ''}"
         return Overview(f"Model of {title[0].lower()}{title[1:]}", facts | {"law": law} | over, [columns, *table])
 
     def simulate(self, excitation: Excitation, engine: str | Engine = "links", progress: bool = False) -> Response:
