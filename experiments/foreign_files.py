@@ -30,7 +30,7 @@ WRITERS = {
     b"nxopen": "Simcenter", b"NX ": "Simcenter", b"artemis": "Artemis", b"oros": "Oros", b"LabVIEW": "LabVIEW",
 }  # fmt: skip
 """What the head or the name of a file says of the program that wrote it"""
-UNIVERSAL = (".uff", ".unv", ".uf")
+UNIVERSAL = (".uff", ".unv", ".uf", ".bunv", ".ufb")
 
 
 def files(folder: Path = FOLDER) -> list[Path]:

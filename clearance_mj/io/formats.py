@@ -228,11 +228,11 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         if known.geometry:
             known.write(path, obj, rig)  # type: ignore[misc]
             return
-        fitting = [part for part in obj.parts.values() if _kind(part) in known.holds]
+        fitting = {name: part for name, part in obj.parts.items() if _kind(part) in known.holds}
         if len(fitting) != 1:
-            with naming(path):
-                picked(obj, "" if fitting else "something that this format holds")
-        (obj,) = fitting
+            names = ", ".join(f'"{name}"' for name in fitting) or f"none of {', '.join(obj.parts)}"
+            raise RecordError(f"{path}: {known.name} files take one of {names}; choose it (what=, --what)")
+        (obj,) = fitting.values()
     if known.write is None or _kind(obj) not in known.holds:
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         instead = f"; use {', '.join(suffixes)}" if suffixes else ""
