@@ -104,6 +104,17 @@ def test_record_without_a_place(write, node):
     assert not tip.placed and tip.name == "tip"
 
 
+def test_records_that_share_a_title(write):
+    """A map of channels goes by their names: place, name of the place, or number tell records of one title apart."""
+    named = by_hand(ROWS, dof=(0, 0, 0, 0)).replace(
+        b" NONE               0   0 NONE", b" Mic 2              0   0 NONE"
+    )
+    data = by_hand(ROWS) + by_hand(ROWS, dof=(4, -1, 0, 0)) + named + 2 * by_hand(ROWS, dof=(0, 0, 0, 0))
+    assert [c.name for c in read_uff(write(data))] == ["tip, 3:+Z", "tip, 4:-X", "tip, Mic 2", "tip", "tip (2)"]
+    (one,) = read_uff(write(by_hand(ROWS)))
+    assert one.name == "tip"
+
+
 # Layouts
 
 
