@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .core.errors import RigError
+from .core.kinds import checks_kinds
 from .core.plain_numbers import with_number
 from .rig import Rig
 from .structure.base import Rows, dof_vector
@@ -265,6 +266,7 @@ def ritz_model(rig: Rig, n_modes: int = 8, grease: bool = False) -> ModalModel:
     )
 
 
+@checks_kinds
 def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     """Return the natural frequencies of the rig in its in-gap linear state: grease stiffness on, no contact.
 
@@ -283,6 +285,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     return ritz_model(rig, n + 16, grease=True).omega[:n] / (2 * np.pi)
 
 
+@checks_kinds
 def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.ndarray:
     """Return the mode shapes of the rig in its in-gap linear state, of unit modal mass and positive at the tip.
 
@@ -303,6 +306,7 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
     return ritz_model(rig, n + 16, grease=True).shapes(x)[:, :n]
 
 
+@checks_kinds
 def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     """Return the linear model of the rig in the gap, the grease a spring and damper at each bushing.
 
@@ -339,6 +343,7 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     return control.ss(a_matrix, b_matrix, c_matrix, d_matrix)
 
 
+@checks_kinds
 def linear_frf(rig: Rig, frequency: ArrayLike, n_modes: int = 16) -> np.ndarray:
     """Return the accelerance (transmissibility for a shaken base) of the sensors in the gap, through python-control.
 

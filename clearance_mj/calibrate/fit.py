@@ -12,6 +12,7 @@ import scipy.stats
 from tqdm import tqdm
 
 from ..core.errors import RecordError, RigError
+from ..core.kinds import checks_kinds
 from ..estimate import (
     Combination,
     Estimates,
@@ -125,6 +126,7 @@ class Calibration:
             yield dict(zip(names, map(float, row)))
 
 
+@checks_kinds
 def calibrate(
     rig: Rig,
     targets: Sequence[ModalTarget | FRFTarget],

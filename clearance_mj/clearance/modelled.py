@@ -6,6 +6,7 @@ import dataclasses
 from typing import Protocol, runtime_checkable
 
 from ..core.errors import LawError
+from ..core.kinds import checks_kinds
 from ..rig import Grease, Rig
 from .kernel import greases_of
 from .law import ConstantLaw, Law
@@ -40,6 +41,7 @@ def nominal_law(rig: Rig) -> ConstantLaw:
     return ConstantLaw([c.stiffness for c in contacts], [c.damping for c in contacts])
 
 
+@checks_kinds
 def rig_and_law(model: Rig | Modelled, law: Law | None = None) -> tuple[Rig, Law]:
     """Return rig and law of what a calculation was given.
 
@@ -55,8 +57,6 @@ def rig_and_law(model: Rig | Modelled, law: Law | None = None) -> tuple[Rig, Law
     LawError
         If a law is given beside a model, or something that is no law.
     """
-    if law is not None and not isinstance(law, Law):
-        raise LawError(f"a law is needed, got {law!r}; an engine is given by name: engine=...")
     if isinstance(model, Rig):
         return model, nominal_law(model) if law is None else law
     if law is not None:

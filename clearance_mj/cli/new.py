@@ -13,13 +13,16 @@ from typing import Any
 from ..clearance.law_files import law_schema
 from ..core.errors import ClearanceError, RigError
 from ..core.files import to_json, write_text
+from ..core.units import si_value
 from ..core.validation import from_plain
 from ..io.dataset import dataset_schema
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
+from ..rig.plausible import check_units
 from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
 from ..version import __version__
 from .command import command
+from .options import length, pressure
 from .rig_text import rig_lines
 
 KINDS = ("beam", "shaft", "shafts", "matrices", "modes", "mjcf")
@@ -50,22 +53,25 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (default: %(default)s)"
     )
     shaft = parser.add_argument_group("shaft (of kinds beam, shaft and shafts)")
-    shaft.add_argument("--length", type=float, default=1.0, help="m (default: %(default)s)")
+    words = "m, or with a unit such as 620mm, as all lengths (default: %(default)s)"
+    shaft.add_argument("--length", type=length, default=1.0, help=words)
     section = shaft.add_mutually_exclusive_group()
-    section.add_argument("--diameter", type=float, default=0.01, help="m (default: %(default)s)")
+    section.add_argument("--diameter", type=length, default=0.01, help="m (default: %(default)s)")
     section.add_argument(
-        "--section", type=float, nargs=2, metavar=("WIDTH", "HEIGHT"),
+        "--section", type=length, nargs=2, metavar=("WIDTH", "HEIGHT"),
         help="m, of a rectangular shaft, the height in the direction of vibration",
     )  # fmt: skip
-    shaft.add_argument("--young-modulus", type=float, default=210e9, metavar="E", help="Pa (default: steel)")
+    shaft.add_argument(
+        "--young-modulus", type=pressure, default=210e9, metavar="E", help="Pa or such as 210GPa (default: steel)"
+    )
     shaft.add_argument("--density", type=float, default=7850.0, help="kg/m³ (default: steel)")
     shaft.add_argument(
         "--rayleigh", type=float, nargs=2, default=(0.5, 1e-5), metavar=("ETA1", "ETA2"),
         help="damping, 1/s and s (default: 0.5 1e-5)",
     )  # fmt: skip
     shaft.add_argument(
-        "--mass", type=_point, nargs=2, action="append", default=[], metavar=("POINT", "MASS"),
-        help="kg of a mass at a point; may be repeated",
+        "--mass", nargs=2, action="append", default=[], metavar=("POINT", "MASS"),
+        help="a mass at a point, kg or such as 450g; may be repeated",
     )  # fmt: skip
     bushings = parser.add_argument_group("bushings, all alike")
     bushings.add_argument(
@@ -76,8 +82,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help='m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (default: 0.55 and 0.8 '
         "lengths, or the first degree of freedom)",
     )
-    bushings.add_argument("--gap", type=float, default=3e-4, help="radial clearance, m (default: %(default)s)")
-    bushings.add_argument("--bushing-length", type=float, default=0.012, help="m (default: %(default)s)")
+    words = "radial clearance, m or such as 0.3mm (default: %(default)s)"
+    bushings.add_argument("--gap", type=length, default=3e-4, help=words)
+    bushings.add_argument("--bushing-length", type=length, default=0.012, help="m (default: %(default)s)")
     for name, default in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
         bushings.add_argument(
             name, type=float, nargs=2, default=tuple(map(float, default.split())), metavar=("STIFFNESS", "DAMPING"),
@@ -131,9 +138,10 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
 
 
 def _point(text: str) -> float | str:
+    """Place on the shaft in m, which may have a unit, or the name of another point, such as "12:+Z"."""
     try:
-        return float(text)
-    except ValueError:
+        return si_value(text, "displacement")
+    except ClearanceError:
         return text
 
 
@@ -177,7 +185,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(Bushing(x, options.gap, bushing_length, grease, contact, to=to[x]) for x in clearances),
         "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
-        "masses": tuple(PointMass(x, mass) for x, mass in options.mass),
+        "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
     }
 
@@ -281,4 +289,5 @@ def _check(text: str, out: Path) -> None:
     if "structure" in data and (missing := _missing(data["structure"], out)):
         print(f"note: {missing[0]} is not there yet; the rig can be loaded once it is")
         return
-    Rig.from_dict(data, out.parent)
+    rig = Rig.from_dict(data, out.parent)
+    check_units(rig.linear, rig.bushings)

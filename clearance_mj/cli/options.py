@@ -18,8 +18,23 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..signals.excitation import Excitation
 
 __all__ = [
-    "add_columns", "add_kind", "add_map", "add_periodic", "add_plugin", "add_rig", "add_simulation", "add_units",
-    "excitation", "load_map", "load_model", "load_plugin", "numbers", "parse_columns", "settings",
+    "add_columns",
+    "add_kind",
+    "add_map",
+    "add_periodic",
+    "add_plugin",
+    "add_rig",
+    "add_simulation",
+    "add_units",
+    "excitation",
+    "length",
+    "load_map",
+    "load_model",
+    "load_plugin",
+    "numbers",
+    "parse_columns",
+    "pressure",
+    "settings",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
@@ -100,6 +115,7 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
 def load_model(options: argparse.Namespace) -> Model:
     """Return the model of the options of `add_rig`, see `Model.load`, with the gaps that are asked for."""
     from ..model import Model
+    from ..rig.plausible import check_units
 
     model, values = Model.load(options.rig, options.law), [text.rpartition("=") for text in options.gap]
     if not values:
@@ -107,6 +123,7 @@ def load_model(options: argparse.Namespace) -> Model:
     if len(values) > 1 and not all(name for name, _, _ in values):
         raise ClearanceError(f"--gap {' --gap '.join(options.gap)}: give one for all, or BUSHING=VALUE of each")
     model = model.with_gap({name: value for name, _, value in values} if values[0][0] else values[0][2])
+    check_units(model.rig.linear, model.rig.bushings)
     if model.law.table(len(model.rig.bushings)).by_amplitude:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
         print(f"clearance-mj: note: --gap: {words} (identify by method bench finds one)", file=sys.stderr)
@@ -177,6 +194,25 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
     if not 2 <= count <= MAX_NUMBERS:
         raise ValueError
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
+
+
+def length(text: str) -> float:
+    """Return a length in m of a number that may have a unit, such as 620mm."""
+    return _with_unit(text, "displacement")
+
+
+def pressure(text: str) -> float:
+    """Return a modulus or pressure in Pa of a number that may have a unit, such as 210GPa."""
+    return _with_unit(text, "pressure")
+
+
+def _with_unit(text: str, quantity: str) -> float:
+    from ..core.units import si_value
+
+    try:
+        return si_value(text, quantity)
+    except ClearanceError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:

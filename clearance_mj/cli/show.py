@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from .command import command, out_file
-from .options import add_columns, add_plugin, add_units, load_plugin, parse_columns
+from .options import add_columns, add_map, add_plugin, add_units, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.inventory import Item
@@ -27,6 +27,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
     add_units(parser)
     add_columns(parser)
+    add_map(parser)
     add_plugin(parser, "a file format")
 
 
@@ -36,17 +37,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
-    from ..io.formats import read
+    from ..io.formats import read, read_channels
 
     load_plugin(options.plugin)
     if options.out is not None:
         if len(options.files) > 1:
             raise ClearanceError(f"--out {options.out}: one picture is drawn of one file, got {len(options.files)}")
         out_file(options.out, PICTURES, options.files, is_marked)
-    columns = dict(parse_columns(options.column))
+    columns, channel_map = dict(parse_columns(options.column)), load_map(options)
     found = {}
     for path in options.files:
-        obj = read(path, columns, options.fs, what=options.what, units=options.units)
+        obj: Any = read(path, columns, options.fs, what=options.what, units=options.units)
+        if channel_map and options.what in (None, "channels"):
+            obj = read_channels(path, columns, options.fs, None, options.units, channel_map)
         found[str(path)] = _shown(path, obj)
     if options.out is not None:
         _draw(obj, options.files[0], options.out)

@@ -19,6 +19,7 @@ from tqdm import tqdm
 from ..clearance.law import ConstantLaw, Law
 from ..clearance.modelled import Modelled, rig_and_law
 from ..core.errors import ClearanceError, ExcitationError, LawError
+from ..core.kinds import checks_kinds
 from ..core.tasks import DELAY
 from ..rig import Grease, Rig
 from ..rig.extremes import computable
@@ -103,7 +104,7 @@ def simulate_blocks(
     ClearanceError
         As `simulate`, and if the pieces differ in rate or kind, or there is none.
     """
-    pieces = iter([excitation] if isinstance(excitation, Excitation) else excitation)
+    pieces = iter(excitation if isinstance(excitation, Iterable) else [excitation])
     first = next(pieces, None)
     if first is None:
         raise ExcitationError("there is no piece of an excitation")
@@ -125,6 +126,7 @@ def _structure_in_use(rig: Rig) -> dict[str, Any]:
 class Simulation:
     """A run between interpolation and decimation, and what its response says of it."""
 
+    @checks_kinds
     def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
         if excitation.kind == "force" and rig.shaker.position is None:
             raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, LawError, RecordError
 from ..core.files import to_json, write_text
+from ..core.kinds import checks_kinds
 from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..model import Model
@@ -282,6 +283,7 @@ def _can_be_had(method: Method, dataset: Dataset) -> bool:
     return True
 
 
+@checks_kinds
 def identify(dataset: Dataset, method: str = "bench", progress: bool = False) -> Identified:
     """Identify a model, rig and law, from a dataset.
 
@@ -308,6 +310,7 @@ def identify(dataset: Dataset, method: str = "bench", progress: bool = False) ->
     return get_method(method).find(dataset, progress)
 
 
+@checks_kinds
 def law(dataset: Dataset, method: str = "output-error", progress: bool = False) -> Law:
     """Identify the clearance's law alone, for a rig file that is exact.
 

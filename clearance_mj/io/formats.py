@@ -135,6 +135,11 @@ def read_channels(
         return channel_map.apply(obj) if channel_map else obj
 
 
+def _stem(path: Path) -> str:
+    """File name without its suffix and .gz: "lev_0.5" of lev_0.5.csv.gz."""
+    return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
+
+
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
@@ -152,7 +157,7 @@ def read_record(
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map)
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", path.name.split(".")[0])[:64].lstrip("._-") or "record"
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
         return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
@@ -223,11 +228,11 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         if known.geometry:
             known.write(path, obj, rig)  # type: ignore[misc]
             return
-        fitting = [part for part in obj.parts.values() if _kind(part) in known.holds]
+        fitting = {name: part for name, part in obj.parts.items() if _kind(part) in known.holds}
         if len(fitting) != 1:
-            with naming(path):
-                picked(obj, "" if fitting else "something that this format holds")
-        (obj,) = fitting
+            names = ", ".join(f'"{name}"' for name in fitting) or f"none of {', '.join(obj.parts)}"
+            raise RecordError(f"{path}: {known.name} files take one of {names}; choose it (what=, --what)")
+        (obj,) = fitting.values()
     if known.write is None or _kind(obj) not in known.holds:
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         instead = f"; use {', '.join(suffixes)}" if suffixes else ""

@@ -107,7 +107,8 @@ def _of_modes(modes: Modes) -> Iterator[Item]:
 
 
 def _of_geometry(geometry: Geometry) -> Iterator[Item]:
-    words = f"{len(geometry.lines)} lines, {len(geometry.elements)} elements"
+    counts = {"lines": geometry.lines, "elements": geometry.elements, "coordinate systems": geometry.systems}
+    words = ", ".join(f"{len(things)} {name}" for name, things in counts.items() if things)
     yield Item("geometry", "nodes", "", "position", "m", len(geometry.numbers), words)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
 from ..model import Model
 from ..signals import labelled
 from ..signals.arrays import read_only
@@ -126,6 +127,7 @@ class Backbone(Vibrations):
         return labelled.dataset("backbone", variables, coordinates, attributes)
 
 
+@checks_kinds
 def follow_backbone(
     model: Model,
     mode: int = 1,

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from ..core.errors import ExcitationError
+from ..core.kinds import checks_kinds
 from ..model import Model
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
@@ -19,6 +20,7 @@ __all__ = ["find_first_contact"]
 BISECTIONS = 60  # of the step in which a gap is filled, at most
 
 
+@checks_kinds
 def find_first_contact(
     model: Model,
     frequencies: ArrayLike,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..beam import MAX_MODES
 from ..core.errors import ClearanceError, ExcitationError
+from ..core.kinds import checks_kinds
 from ..model import Model
 from ..rig import Rig
 from .branch import Branch
@@ -25,6 +26,7 @@ SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
 FINER = 4  # times as many samples where a branch ends early with fewer
 
 
+@checks_kinds
 def follow_response(
     model: Model,
     amplitude: complex | Sequence[complex],

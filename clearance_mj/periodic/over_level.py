@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..core.errors import ExcitationError
+from ..core.kinds import checks_kinds
 from ..model import Model
 from .branch import Branch
 from .condensed import condensed
@@ -17,6 +18,7 @@ from .forced import excitation_kind, resolution
 __all__ = ["follow_response_over_level"]
 
 
+@checks_kinds
 def follow_response_over_level(
     model: Model,
     frequency: float,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ClearanceError, ExcitationError, RigError
+from ..core.kinds import checks_kinds
 from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
 from ..rig import Rig
@@ -193,6 +194,7 @@ class RattleMap(ArrayData):
         return labelled.dataset("rattle map", variables, coordinates, attributes)
 
 
+@checks_kinds
 def map_rattle(
     model: Model,
     amplitudes: ArrayLike,

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
 from .branch import Branch, SpecialPoint
 from .continuation import CameBack, Motion, Solver
 from .following import follow, place, resumed
@@ -25,6 +26,7 @@ HALVED = 5e-3  # share of the sign-changing part that counts as none, after ther
 SAME_POINT = 1e-3  # relative distance in frequency of a doubled branch's end from where its multiplier passes 1
 
 
+@checks_kinds
 def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, progress: bool = False) -> Branch:
     """Leave a branch at a period doubling and follow the vibration that takes two of its periods.
 

@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch, SpecialPoint
@@ -241,6 +242,7 @@ def _extreme(folds: _Folds, guess: _State, scale: float) -> _State | None:
     return None
 
 
+@checks_kinds
 def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "level", progress: bool = False) -> Curve:
     """Follow a fold over level or gap: the curve on which a rig jumps.
 

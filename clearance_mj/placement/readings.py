@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..beam import MAX_MODES, ritz_model
 from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
 from ..rig import Rig
 from ..structure import Shaft
 from ..structure.base import parse_place
@@ -122,6 +123,7 @@ def _along(rig: Rig, shaft: Shaft, count: int) -> np.ndarray:
     return x
 
 
+@checks_kinds
 def candidates(
     rig: Rig,
     position: ArrayLike | Sequence[float | str],

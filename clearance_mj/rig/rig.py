@@ -27,6 +27,7 @@ from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
+from .plausible import check_units
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
@@ -263,7 +264,7 @@ class Rig(Shown):
             "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
         }
-        head = ("bushing", "at", "gap (mm)", "contact (N/m, N s/m)", "grease (N/m, N s/m)")
+        head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
         rows = [
             (
                 label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
@@ -323,11 +324,13 @@ class Rig(Shown):
         Raises
         ------
         RigError
-            If the file is missing, is not TOML, has unknown or missing keys or impossible values.
+            If the file is missing, is not TOML, has unknown or missing keys or impossible values, or values in mm.
         """
         data = read_plain(path, RigError)
         try:
-            return cls.from_dict(data, Path(path).parent)
+            rig = cls.from_dict(data, Path(path).parent)
+            check_units(rig.linear, rig.bushings)
+            return rig
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
 

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.interpolate
 
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from .frf import FRF
 from .quantities import require_quantity
 
@@ -48,6 +49,7 @@ class Alignment:
         return dataclasses.replace(self, test=self.test.within(band), model=self.model.within(band))
 
 
+@checks_kinds
 def convert_quantity(frf: FRF, quantity: str) -> FRF:
     """Differentiate or integrate FRFs over time: receptance, mobility and accelerance are (jω)ⁿ apart.
 
@@ -76,6 +78,7 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
     return dataclasses.replace(frf, value=value, quantity=quantity)
 
 
+@checks_kinds
 def accelerance(frf: FRF) -> FRF:
     """Convert FRFs to accelerations, over force or over the acceleration of the base, as `convert_quantity`.
 
@@ -99,6 +102,7 @@ def _order(quantity: str) -> int:
     return ORDERS[above] - ORDERS.get(below, 0)
 
 
+@checks_kinds
 def align(test: FRF, model: FRF) -> Alignment:
     """Bring FRFs from two sources to one quantity, the same responses and references, and the same lines.
 

@@ -20,6 +20,7 @@ import numpy as np
 import scipy.ndimage
 
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few
 from . import labelled
 from .arrays import ArrayData, read_only
@@ -30,7 +31,7 @@ from .quantities import require_quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Modes", "extract_modes"]
+__all__ = ["Modes", "extract_modes", "refitted_modes"]
 
 MIN_ORDER = 5
 LINES_PER_ORDER = 3
@@ -101,6 +102,7 @@ class Modes(Shown, ArrayData):
 NO_MODES = Modes(np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
+@checks_kinds
 def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None = None, max_order: int = 40) -> Modes:
     """Extract the modes that show most in FRFs whose responses are accelerations.
 
@@ -130,8 +132,27 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
 
     candidates, persistence = _cluster(_stable_poles(frf.frequency, value, max_order), max_order - MIN_ORDER)
     poles = _refine(fit, _strongest(fit, candidates, persistence, n_modes))
-    poles = _with_noisy(fit, poles, n_modes)
+    return _modes(frf, fit, _with_noisy(fit, poles, n_modes))
 
+
+def refitted_modes(frf: FRF, modes: Modes) -> Modes:
+    """Return modes whose poles and shapes fit FRFs best, near those that are given.
+
+    Parameters
+    ----------
+    frf : FRF
+        Their FRFs.
+    modes : Modes
+        Where to begin.
+    """
+    value = frf.functions
+    fit = ModalFit(frf.frequency, value, line_weight(value))
+    poles = poles_of(np.log(np.concatenate((modes.frequency / frf.frequency[-1], modes.damping))))
+    return _modes(frf, fit, _refine(fit, poles))
+
+
+def _modes(frf: FRF, fit: ModalFit, poles: np.ndarray) -> Modes:
+    """Modes of poles, with the shapes that fit best."""
     poles = poles[np.argsort(np.abs(poles))]
     shape = fit.residues(poles).T
     largest = np.argmax(np.abs(shape), axis=0)

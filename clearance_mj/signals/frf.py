@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
@@ -276,6 +277,7 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
     return FRF(first.frequency, value, coherence if known else None, *what)
 
 
+@checks_kinds
 def estimate_frf(
     resp: Response,
     estimator: str = "H1",

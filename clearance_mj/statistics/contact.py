@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import RecordError
+from ..core.kinds import checks_kinds
 from ..signals.response import Response
 
 __all__ = ["contact_statistics"]
 
 
+@checks_kinds
 def contact_statistics(response: Response) -> dict[str, Any]:
     """RMS and peak displacement (m), `Response.contact_share`, peak contact force (N) of each bushing; time step (s).
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.stats
 
+from ..core.kinds import checks_kinds
 from ..engines import Modal, simulate_and_keep
 from ..identify.laws.law_misfit import LawMisfit
 from ..model import Model
@@ -111,6 +112,7 @@ def inside(limits: np.ndarray | tuple[np.ndarray, np.ndarray], frf: FRF) -> floa
     return float(np.mean((limits[0] <= magnitude) & (magnitude <= limits[1])))
 
 
+@checks_kinds
 def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np.ndarray:
     """Return the relative standard deviation of a test's FRF magnitude about that of a model under the same excitation.
 
@@ -135,6 +137,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     return random_error(rest) * np.abs(rest.value) / np.abs(frf.value)
 
 
+@checks_kinds
 def frf_band(
     model: Model, excitation: Excitation, drawn: Sequence[Model], engine: Modal | None = None, resolution: float = 0.5,
     misfit: LawMisfit | None = None,

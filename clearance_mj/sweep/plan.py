@@ -20,6 +20,7 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.plain_numbers import find_numbers, get_number, with_numbers
 from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
+from ..io.contents import FileContents
 from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..model import LAW_FILE, Model
@@ -325,13 +326,15 @@ def _engine(given: str | dict) -> Engine:
 def _reference(path: Path, rig: Rig, outputs: Outputs) -> tuple[FRF, Excitation | None]:
     """FRFs to compare with; of a record also its excitation."""
     found = read_uff(path)
+    if isinstance(found, FileContents):
+        found = read_uff(path, what="frf" if found.frfs else "channels")
     if isinstance(found, FRF):
         if len(found.references) > 1:
             references = ", ".join(found.references)
             raise RecordError(f"{path}: holds FRFs to {references}; a sweep needs them to one reference")
         return found, None
     if not isinstance(found, list):
-        raise RecordError(f"{path}: holds modes; a sweep needs FRFs or a record")
+        raise RecordError(f"{path}: holds neither FRFs nor records; a sweep needs FRFs or a record")
     if outputs.band is None:
         raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
     record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)

@@ -17,7 +17,7 @@ from .fields import SI, Block, Units, closing_line, decoded
 
 __all__ = ["Scan", "contents", "scan"]
 
-_BLANKS = re.compile(rb"\s*")
+_BLANKS = re.compile(rb"(?:\xef\xbb\xbf)?[\s\0\x1a]*")  # of some editors a mark before, of DOS one at the end
 _OPEN = re.compile(rb"-1[ \t]*\r?\n")
 _KIND = re.compile(rb" *(\d{1,6})([bB]?)")
 

@@ -57,14 +57,14 @@ def read_units(block: Block, notes: list[str]) -> Units:
     values = " ".join(block.lines[1:]).split()
     if len(values) < 2:
         raise RecordError(
-            'units need two factors, of length and of force, on their second record; units="SI" (--units SI) does '
-            "without"
+            'units need two factors, of length and of force, on their second record; units="SI" (convert '
+            "--units SI) does without"
         )
     length, force = (read_real(v, f"factor of {name}") for v, name in zip(values, ("length", "force")))
     if min(length, force) <= 0:
         notes.append(
             f"data set {block.number} (164, units) has factors {length:g} and {force:g} of length and force, which are "
-            'no units; taken for SI (another: units="mm,N", --units mm,N)'
+            'no units; taken for SI (another: units="mm,N", convert --units mm,N)'
         )
         return SI
     return Units(length, force)
@@ -137,7 +137,7 @@ def _agreed_scale(function: Function, label: str, scale: float, own: float) -> f
     if function.units != SI and abs(scale / own - 1) > _TOLERANCE:
         raise RecordError(
             f'unit "{label}" contradicts the units of the file (data set 164), which are not SI; units="SI" '
-            "(--units SI) follows the labels"
+            "(convert --units SI) follows the labels"
         )
     return scale
 

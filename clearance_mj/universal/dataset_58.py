@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ TIME, FREQUENCY, UNSAID = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
 UNIT_LABELS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
 """Labels of the units that are written"""
+_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]{2,3})?")
 REFERRED = (CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY)  # function types that have a reference
 FIELDS = {
     "kind": (6, 0, 5, "function type"),
@@ -232,19 +234,30 @@ def numbers(data: bytes, function: Function) -> np.ndarray:
 
 
 def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
-    """Read ``count`` numbers between blanks, in columns of whatever width, or else in the columns of the format."""
+    """Read ``count`` numbers: between blanks, in the columns of the format, or one after the other without either.
+
+    Fortran leaves no blank between two numbers that fill their columns; some programs use other columns, or fill the
+    last line.
+    """
     text = text.upper().replace(b"D", b"E")
-    words = text.split()
-    if count < len(words) < count + len(widths):  # some programs fill the last line
-        del words[count:]
-    if len(words) != count:  # Fortran leaves no blank between two numbers that fill their columns.
-        edges = itertools.pairwise(np.cumsum([0, *widths]))
-        cuts = [slice(a, b) for a, b in edges]
-        words = [word for line in text.splitlines() for cut in cuts if (word := line[cut].strip())]
-    try:
-        return np.array(words, dtype=bytes).astype(float)
-    except ValueError:
-        return np.full(len(words), np.nan)
+    edges = itertools.pairwise(np.cumsum([0, *widths]))
+    cuts = [slice(a, b) for a, b in edges]
+    found: list[np.ndarray] = []
+    for words in (
+        text.split(),
+        [word for line in text.splitlines() for cut in cuts if (word := line[cut].strip())],
+        _NUMBER.findall(text),
+    ):
+        if count < len(words) < count + len(widths):
+            del words[count:]
+        try:
+            values = np.array(words, dtype=bytes).astype(float)
+        except ValueError:
+            values = np.full(len(words), np.nan)
+        if len(words) == count and np.isfinite(values).all():
+            return values
+        found.append(values)
+    return next((values for values in found if values.size == count), found[0])
 
 
 def samples(data: bytes, function: Function, scale: float = 1.0) -> np.ndarray:

@@ -24,6 +24,7 @@ from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import to_json, write_text
 from clearance_mj.engines import simulate
 from clearance_mj.identify import diagnose, update_rig
+from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
 from clearance_mj.io.channels import Channel
@@ -266,7 +267,7 @@ def said(dataset: Dataset) -> list[str]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", IdentifiabilityWarning)
         try:
-            check_records(dataset.records)
+            check_places(check_records(dataset.records))
             words = diagnose(update_rig(dataset)).words
         except ClearanceError as error:
             return [f"refused: {error}"]

@@ -263,3 +263,26 @@ def test_schema_refuses(path, value):
     data = changed(path, value)
     assert not VALIDATOR.is_valid(data)
     assert not possible(data)
+
+
+def test_numbers_with_units(tmp_path):
+    """The same rig in mm, g and GPa as in SI."""
+    told = "--length", "620mm", "--diameter", "10 mm", "--young-modulus", "210GPa", "--mass", "310mm", "450 g"
+    told += "--bushings", "0.31m", "--gap", "0.18mm", "--bushing-length", "1cm", "--sensors", "155mm", "0.62"
+    found = new(tmp_path, "mine", *told)
+    si = ["--length", 0.62, "--diameter", 0.01, "--young-modulus", 210e9, "--mass", 0.31, 0.45]
+    si += ["--bushings", 0.31, "--gap", 1.8e-4, "--bushing-length", 0.01, "--sensors", 0.155, 0.62]
+    (tmp_path / "si").mkdir()
+    expected = new(tmp_path / "si", "mine", *si)
+    assert found.beam == expected.beam and found.point_masses == expected.point_masses
+    np.testing.assert_allclose(found.bushings[0].gap, expected.bushings[0].gap, rtol=1e-12)
+
+
+@pytest.mark.parametrize("told, words", [
+    (["--length", 620, "--diameter", 10], "lengths are in metres, and 620 mm is 0.62"),
+    (["--gap", 0.18], "wider than the shaft's radius, 0.005 m"),
+    (["--mass", "0.5", "1 lb"], 'unit "lb" of mass is unknown; use kg, g, t'),
+])  # fmt: skip
+def test_millimetres_without_a_unit(tmp_path, refused, told, words):
+    assert words in refused("new", "mine", *told, "--out", tmp_path / "rig.toml")
+    assert not (tmp_path / "rig.toml").exists()

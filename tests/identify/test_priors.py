@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from clearance_mj.beam import ritz_model
+from clearance_mj.estimate import Estimates
 from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with
+from clearance_mj.identify.structure.rig_update import RecordMisfit, RigUpdate
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -75,6 +77,21 @@ def test_damping_ratios_are_those_of_rayleigh(rig):
     """ζ = η1/(2ω) + η2 ω/2: the same damping of the lowest modes."""
     before, after = ritz_model(rig, 16), ritz_model(prepared_rig(rig), 16)
     np.testing.assert_allclose(after.damping[:8], before.damping[:8], rtol=1e-12)
+
+
+def test_no_mode_is_damped_more_than_critically(rig):
+    """Six standard deviations up, 0.3 would be 19: the bound is 1, and an update that gets there says why."""
+    damped = rig.replace(beam=dataclasses.replace(rig.beam, rayleigh=(0.0, 0.0), damping_ratios=(0.3, 0.001)))
+    bounds = {p.name: p.high for p in priors(damped) if "damping_ratios" in p.name}
+    assert bounds["beam.damping_ratios[0]"] == 1.0 and bounds["beam.damping_ratios[1]"] == pytest.approx(0.064)
+    assert rig_with(damped, bounds).beam.damping_ratios[0] == 1.0
+    parameters = tuple(p for p in priors(damped) if p.name == "beam.damping_ratios[0]")
+    lines = np.ones((1, 3), dtype=complex)
+    missed = RecordMisfit("run", "base", 1.0, np.arange(3.0), lines, lines, lines)
+    for value, said in ((1.0, True), (0.5, False)):
+        found = Estimates.of(parameters, np.array([value]), np.array([[0.01]]))
+        words = " ".join(RigUpdate(damped, damped, (), found, (missed,), ("1:+Z",), True, ()).warnings)
+        assert ("damped critically (beam.damping_ratios[0] = 1)" in words and "g for m/s²" in words) == said
 
 
 def test_a_shaft_of_sections():

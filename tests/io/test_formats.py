@@ -1,6 +1,7 @@
 """Files by suffix: the same records and FRFs through every format; formats that say too little are refused."""
 
 import dataclasses
+import gzip
 
 import numpy as np
 import pytest
@@ -298,3 +299,15 @@ def test_headers_of_frfs_that_cannot_be_used(tmp_path, header, part):
     with pytest.raises(RecordError, match=part) as caught:
         read_csv(csv(tmp_path, header, "1,2,3", "2,3,4"))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("file, name", [
+    ("lev_0.5.csv", "lev_0.5"), ("lev_0.7.csv.gz", "lev_0.7"), ("run.UFF", "run"), ("a b.csv", "a_b"),
+])  # fmt: skip
+def test_a_record_is_named_after_its_file(tmp_path, rig, file, name):
+    """Without its suffix, and nothing else: lev_0.5 and lev_0.7 are two records."""
+    channels = formats.read_channels("data/table1_rig/level_0.5_a.uff", rig=rig)
+    formats.write(tmp_path / file.removesuffix(".gz"), channels)
+    if file.endswith(".gz"):
+        (tmp_path / file).write_bytes(gzip.compress((tmp_path / file.removesuffix(".gz")).read_bytes()))
+    assert formats.read_record(tmp_path / file, rig, "identify").name == name

@@ -119,7 +119,10 @@ def test_text_frf_by_hand(write):
 
 def test_channels_come_back_bit_for_bit(tmp_path):
     path = tmp_path / "a.uff"
-    sent = [*channels(), *(Channel("c", 1, direction, "force", np.ones(64), 2048.0) for direction in DIRECTIONS)]
+    sent = [
+        *channels(),
+        *(Channel(f"c{direction}", 1, direction, "force", np.ones(64), 2048.0) for direction in DIRECTIONS),
+    ]
     write_uff(path, sent)
     assert_same_channels(read_uff(path), sent)
     again = tmp_path / "b.uff"

@@ -104,6 +104,17 @@ def test_record_without_a_place(write, node):
     assert not tip.placed and tip.name == "tip"
 
 
+def test_records_that_share_a_title(write):
+    """A map of channels goes by their names: place, name of the place, or number tell records of one title apart."""
+    named = by_hand(ROWS, dof=(0, 0, 0, 0)).replace(
+        b" NONE               0   0 NONE", b" Mic 2              0   0 NONE"
+    )
+    data = by_hand(ROWS) + by_hand(ROWS, dof=(4, -1, 0, 0)) + named + 2 * by_hand(ROWS, dof=(0, 0, 0, 0))
+    assert [c.name for c in read_uff(write(data))] == ["tip, 3:+Z", "tip, 4:-X", "tip, Mic 2", "tip", "tip (2)"]
+    (one,) = read_uff(write(by_hand(ROWS)))
+    assert one.name == "tip"
+
+
 # Layouts
 
 
@@ -137,6 +148,32 @@ def test_last_line_filled_with_zeros_and_columns_of_another_width(write):
     np.testing.assert_array_equal(read_uff(write(by_hand(fours)))[0].value, np.arange(12.0))
 
 
+def test_numbers_without_blanks_in_other_columns(write):
+    """12 columns for numbers that fill them: neither blanks nor the format's 13 columns part them."""
+    rows = ["".join(f"{-v:12.5E}" for v in range(i, i + 6)) for i in (1, 7)]
+    assert rows[0].startswith("-1.00000E+00-2.00000E+00")
+    np.testing.assert_array_equal(read_uff(write(by_hand(rows)))[0].value, -np.arange(1.0, 13.0))
+
+
+def test_lines_of_a_sweep_down(write):
+    """Uneven lines that fall come out rising, each value with its frequency and coherence."""
+    rows = [f"{f:13.5E}{f:20.12E}{-f:20.12E}" for f in (9.0, 4.0, 1.0)]
+    layout = {"spacing": 0, "count": 3, "axis": 18, "dof": (8, 3, 5, 3), "denominator": 13}
+    frf = by_hand(rows, kind=4, ordinate=6, **layout)
+    coherence = by_hand(["".join(f"{f:13.5E}{f / 10:13.5E}" for f in (9.0, 4.0, 1.0))], kind=6, **layout)
+    spectrum = by_hand(rows, kind=12, ordinate=6, **layout)
+    found = read_uff(write(frf + coherence + spectrum))
+    np.testing.assert_array_equal(found.frf.frequency, [1.0, 4.0, 9.0])
+    np.testing.assert_array_equal(found.frf.functions, [[1 - 1j, 4 - 4j, 9 - 9j]])
+    np.testing.assert_array_equal(found.frf.coherence[0], [[0.1, 0.4, 0.9]])
+    np.testing.assert_array_equal(found.spectra[0].value, [[1 - 1j, 4 - 4j, 9 - 9j]])
+
+
+def test_marks_of_editors_and_of_dos(write):
+    (tip,) = read_uff(write(b"\xef\xbb\xbf" + by_hand(ROWS) + b"\x1a"))
+    np.testing.assert_array_equal(tip.value, np.arange(12.0))
+
+
 def test_delimiters_without_blanks(write):
     (tip,) = read_uff(write(by_hand(ROWS).replace(b"    -1", b"-1")))
     np.testing.assert_array_equal(tip.value, np.arange(12.0))
@@ -167,7 +204,9 @@ def test_uneven_and_complex_time(write):
 
 def test_factors_of_zero_are_taken_for_si(write):
     path = write(units_by_hand(0, 0) + by_hand(ROWS))
-    with pytest.warns(FileWarning, match=r"1 \(164, units\) has factors 0 and 0 .* taken for SI .*--units mm,N"):
+    with pytest.warns(
+        FileWarning, match=r"1 \(164, units\) has factors 0 and 0 .* taken for SI .*convert --units mm,N"
+    ):
         (tip,) = read_uff(path)
     np.testing.assert_array_equal(tip.value, np.arange(12.0))
     (tip,) = cm.read(path, units="mm,N")
@@ -223,7 +262,9 @@ def test_what_a_file_holds_and_how_to_choose(tmp_path, write):
     assert [*again.parts] == [*found.parts] and again.frf == found.frf
     np.testing.assert_allclose(again.spectra[0].value, found.spectra[0].value, rtol=1e-15)
     cm.write(tmp_path / "channels.mat", found.channels)
-    with pytest.raises(RecordError, match='choose one of "channels"'):
+    with pytest.raises(
+        RecordError, match=r'NetCDF files take one of "channels", "frf", "spectra"; choose it \(what=, --'
+    ):
         cm.write(tmp_path / "one.nc", found)
 
 

@@ -51,7 +51,7 @@ def refused(path, *parts):
         (by_hand(ROWS, spacing=2), ["abscissa spacing 2"]),
         (by_hand(ROWS, dof=(3, 7, 0, 0)), ["response direction 7"]),
         (by_hand(ROWS, dof=(-3, 3, 0, 0)), ["response node -3"]),
-        (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="g"), ["data set 2", 'unit "g" contradicts', "(--units SI)"]),
+        (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="g"), ["data set 2", "contradicts", "convert --units SI"]),
         (units_by_hand(1e3, 1.0) + by_hand(ROWS, unit="m/s^2"), ["data set 2", "contradicts"]),
         (b"    -1\n   164\n1\n    -1\n" + by_hand(ROWS), ["data set 1", "units need two factors", "--units SI"]),
         (by_hand(b"\0" * 48, binary=f"b{3:6d}{2:6d}"), ["byte ordering 3"]),

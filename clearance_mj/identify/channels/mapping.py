@@ -21,7 +21,7 @@ from .raw_signals import gather
 from .rivals import Judge, Rival
 from .units import Units, decide_units, nearest_unit
 
-__all__ = ["map_channels"]
+__all__ = ["FITS", "judged", "map_channels", "shows_impacts"]
 
 SURE = 3.0  # margin over every rival from which on an assignment is sure
 SURE_OF_ANOTHER = 12.0
@@ -92,7 +92,7 @@ def map_channels(
         best, notes = found[0], []
         if words := _wrong_rate(search, best):
             notes.append(words)
-        judge, units = _judged(search, best)
+        judge, units = judged(search, best)
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
@@ -120,13 +120,18 @@ def _wrong_rate(search: Search, best: Assignment) -> str:
     )
 
 
-def _judged(search: Search, best: Assignment) -> tuple[Judge, Units]:
-    """Contradictions under an assignment in the units that explain it best."""
+def shows_impacts(search: Search, assignment: Assignment) -> bool:
+    """Return whether the records show impacts, by their incoherence with the excitation, and are long enough to."""
+    return search.signals.duration >= LEAST_DURATION and search.coherence(assignment) < IMPACTS
+
+
+def judged(search: Search, best: Assignment) -> tuple[Judge, Units]:
+    """Return the judge of an assignment in the units that explain it best, and these units."""
     signals, places = search.signals, best.places
     said = [signals.quantities[best.channel[i]] != UNKNOWN for i in places]
     gains = [best.gain[i] for i in places]
     quantities = [search.places[i].quantity for i in places]
-    impacts = signals.duration >= LEAST_DURATION and search.coherence(best) < IMPACTS
+    impacts = shows_impacts(search, best)
     factor = np.ones(len(signals.names))
     index = [best.channel[i] for i in places]
     factor[index] = 1 / np.array(gains)
@@ -161,8 +166,7 @@ class _Answer:
         self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals
         self.names, self.notes = search.signals.names, notes
         self.contradiction = judge.contradiction()
-        self.misfit = float(np.sqrt(np.mean(np.square(list(self.contradiction.values())))))
-        self.sure = SURE if self.misfit <= FITS else SURE_OF_ANOTHER
+        self.sure = SURE if judge.misfit <= FITS else SURE_OF_ANOTHER
 
     def written(self) -> ChannelMap:
         """Return the map."""
@@ -172,10 +176,10 @@ class _Answer:
         reasons |= signals.unusable
         wrong = np.mean([missed > CONTRADICTS for missed in self.contradiction.values()])
         foreign = bool(self.notes) or best.likeness < LIKE or wrong >= FOREIGN
-        if self.misfit > FITS and not self.notes:
+        if self.judge.misfit > FITS and not self.notes:
             self.notes.append(
-                f"rig “{self.search.rig.name}” misses {100 * self.misfit:.0f} % of what the channels show: is it the "
-                "rig of these records, was its excitation recorded, is its structure as drawn?"
+                f"rig “{self.search.rig.name}” misses {100 * self.judge.misfit:.0f} % of what the channels show: is it "
+                "the rig of these records, was its excitation recorded, is its structure as drawn?"
             )
         last = len(best.places) - 1
         common = "the records are not of this rig" if foreign else ""

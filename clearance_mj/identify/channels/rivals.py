@@ -80,6 +80,11 @@ class Judge:
         share = np.sqrt(np.mean(np.abs(missed) ** 2, axis=0) / np.mean(np.abs(np.vstack(measured)) ** 2, axis=0))
         return dict(zip(places, share.tolist()))
 
+    @property
+    def misfit(self) -> float:
+        """What the other channels and the rig miss of a channel over its level, RMS over the channels."""
+        return float(np.sqrt(np.mean(np.square(list(self.contradiction().values())))))
+
     def gains(self) -> list[float]:
         """Return by place, but for the excitation, a channel's reading over what the rig and the others say it is."""
         places, found = list(self.assignment.places), []

@@ -15,6 +15,7 @@ from tqdm import tqdm
 
 from ...beam import natural_frequencies
 from ...core.errors import RecordError
+from ...core.kinds import checks_kinds
 from ...estimate.parameter import Parameter
 from ...io.dataset import Record
 from ...model import Model
@@ -38,6 +39,7 @@ DRAWN_RIGS = 8  # by which it is found how wrong the law of a clearance is where
 MIN_PERIODS = 4  # of the lowest mode, in the shortest window
 
 
+@checks_kinds
 def twin(
     record: Record, model: Model | None = None, window: float = 2.0, learn: float = 10.0, rig_exact: bool = False,
     progress: bool = False,

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from ...core.kinds import checks_kinds
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset
 from ...model import Model
+from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
 from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
@@ -21,6 +23,7 @@ from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare
 from ..registry import Identified, register
 from ..structure.faults.diagnosis import diagnose
+from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_from
 
@@ -53,6 +56,7 @@ class BenchFit(Identified):
         }  # fmt: skip
 
 
+@checks_kinds
 @register(
     "bench",
     "the rig file with its tolerances and the records to identify: rig, gaps, offsets, and the likeliest of the "
@@ -83,9 +87,11 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     Raises
     ------
     RecordError
-        If there are no more sensors than clearances, or a channel cannot be used.
+        If there are no more sensors than clearances, a channel cannot be used, or channels surely are swapped, inverted
+        or in other units than the records say.
     """
     records = prepare(dataset)
+    check_places(records)
     update = update_from(dataset.rig, records)
     diagnosis = diagnose(update)
     families = compare_families(records, update, progress)
@@ -93,7 +99,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families[0], misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
-    held = (f"only the prior holds, of the law, {', '.join(of_law)}",) if of_law else ()
+    held = (unsaid_words(of_law, "usual of its family"),) if of_law else ()
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...beam import ritz_model
 from ...calibrate.free import with_values
+from ...core.kinds import checks_kinds
 from ...core.plain_numbers import Key, find_numbers, get_number, path_of
 from ...estimate.parameter import Parameter
 from ...rig import Rig
@@ -25,7 +26,7 @@ from ...structure import Beam, Shaft
 from ...structure.base import parse_place
 from ...structure.beam import Clamp
 
-__all__ = ["priors", "rig_with"]
+__all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words"]
 
 DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
@@ -38,11 +39,38 @@ RATIOS = 8  # modes at most with a damping ratio of their own
 DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
+CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 MAX_OFFSET = 0.9  # of the gap: the largest offset
 LEFT_OUT = {"gain": 1.0, "offset": 0.0}  # values of fields that plain data leave out
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
+def parameter_words(name: str) -> str:
+    """Return what a parameter is called where people read: its path in the rig file, or the compliance of a clamp.
+
+    Parameters
+    ----------
+    name : str
+        Such as "1/beam.clamp.rotation".
+    """
+    return f"compliance of the clamp's {name.rpartition('.')[2]}" if name in CLAMP_UNITS else name
+
+
+def unsaid_words(names: Sequence[str], before: str = "of the rig file, within its tolerance") -> str:
+    """Return in words that records say nothing about parameters, and what their values are then.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the parameters.
+    before : str
+        Whose values they keep.
+    """
+    said, kept = ", ".join(map(parameter_words, names)), "its value is that" if len(names) == 1 else "values are those"
+    return f"the records say nothing about {said}: {kept} {before}"
+
+
+@checks_kinds
 def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[Parameter, ...]:
     """Return what a rig file leaves open, with what is known of it before any record.
 
@@ -163,7 +191,8 @@ def _parameter(
         return _linear(path, unit, value, size, low + half, high - half)
     if tolerance and not tolerance.relative:
         return _linear(path, unit, value, size, 1e-6 * value, math.inf)
-    return _logarithm(path, unit, value, size) if value > 0 else None
+    largest = CRITICAL if field == "damping_ratios" else math.inf
+    return _logarithm(path, unit, value, size, largest) if value > 0 else None
 
 
 def _at(data: dict[str, Any], key: Key) -> float | str:
@@ -205,6 +234,6 @@ def _linear(name: str, unit: str, start: float, std: float, low: float, high: fl
     return Parameter(name, unit, start, max(low, start - reach), min(high, start + reach), std, "linear")
 
 
-def _logarithm(name: str, unit: str, start: float, std: float) -> Parameter:
+def _logarithm(name: str, unit: str, start: float, std: float, largest: float = math.inf) -> Parameter:
     factor = math.exp(BOUNDS_AT * std)
-    return Parameter(name, unit, start, start / factor, start * factor, std, "log")
+    return Parameter(name, unit, start, start / factor, min(start * factor, largest), std, "log")

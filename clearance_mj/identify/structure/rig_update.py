@@ -11,12 +11,13 @@ from ...estimate.estimates import Estimates
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .priors import rig_with
+from .priors import CRITICAL, rig_with, unsaid_words
 from .spectra import complex_frequency, rms
 
 __all__ = ["RecordMisfit", "RigUpdate"]
 
 SUSPECT_MISFIT = 0.1  # of a channel's level: a larger misfit is said
+NEARLY_CRITICAL = 0.9  # of critical damping, from which on a shaft's mode is not believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,13 @@ class RigUpdate:
         if not self.probes:
             words.append("without probes: the motion in the clearances is known by the accelerometers alone")
         if self.only_prior:
-            words.append(f"only the prior holds {', '.join(self.only_prior)}")
+            words.append(unsaid_words(self.only_prior))
+        for name, value in self.values.items():
+            if "damping_ratios" in name and value > NEARLY_CRITICAL * CRITICAL:
+                words.append(
+                    f"the records want a mode damped critically ({name} = {value:.2g}), which no shaft is: look at "
+                    "their units (g for m/s²?), their sampling rate, and whether all channels are of one test"
+                )
         worst = int(np.argmax(self.share))
         if self.share[worst] > SUSPECT_MISFIT:
             words.append(

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.ndimage
 
 from ...core.errors import RecordError
+from ...core.kinds import checks_kinds
 from ...estimate.loss import GroupedHuber
 from ...estimate.parameter import Parameter
 from ...estimate.problem import Linearised, Problem
@@ -45,6 +46,7 @@ its middle, if these are independent and alike."""
 CHANNELWISE = ("gain", "position")  # parameters of an instrument, on which its own channel alone depends
 
 
+@checks_kinds
 def update_rig(dataset: Dataset) -> RigUpdate:
     """Update a rig to its records to identify, with unknown forces in its clearances.
 

@@ -31,7 +31,7 @@ from ..channels import Channel, ChannelHeader
 from ..contents import FileContents
 from ..registry import Format, register
 from .frfs import frf_blocks, is_frf, read_frfs
-from .functions import channel_block, is_of_time, read_channel, read_channel_header, why_no_record
+from .functions import channel_block, distinct_names, is_of_time, read_channel, read_channel_header, why_no_record
 from .geometry import GEOMETRY_SETS, geometry_sets, read_geometry_blocks, rig_geometry
 from .spectra import read_spectra, spectra_blocks
 
@@ -94,15 +94,17 @@ def read_uff(
 def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileContents, list[str]]:
     """Everything in a file, and what was taken for granted."""
     functions, blocks, notes = scan(data, parse_units(units) if units else None)
-    channels: list[Channel] = []
+    records: list[Function] = []
     others: list[Function] = []
     for f in functions:
-        if is_of_time(f) and not (why := why_no_record(data, f)):
-            channels.append(read_channel(data, f, notes))
+        why = why_no_record(data, f) if is_of_time(f) else None
+        if why == "":
+            records.append(f)
             continue
         others.append(f)
-        if is_of_time(f):
+        if why:
             notes.append(f"data set {f.number}: {why}; read as a function of time, not as a record")
+    channels = [read_channel(data, f, notes, name) for f, name in zip(records, distinct_names(records))]
     frfs, left = read_frfs(data, others, reference, notes)
     rest = [f for f in others if not is_frf(f) and f.kind != COHERENCE]
     spectra = read_spectra(data, [*rest, *left]) if reference is None or not frfs else []
@@ -154,7 +156,7 @@ def scan_uff(path: str | PathLike[str]) -> list[ChannelHeader]:
     with naming(path):
         functions = scan(data).functions
         if found := [f for f in functions if is_of_time(f)]:
-            return [read_channel_header(data, f, []) for f in found]
+            return [read_channel_header(data, f, [], name) for f, name in zip(found, distinct_names(found))]
         there = ", ".join(dict.fromkeys(f"{f.kind} ({f.type_name})" for f in functions))
         raise RecordError(f"needs time records (data sets 58 of function type 1); its functions are {there or 'none'}")
 
@@ -226,7 +228,7 @@ def _channels(obj: object) -> list[Channel]:
 
 
 register(Format(
-    "UFF", (".uff", ".unv", ".uf"), (Channel, FRF, Spectra, Modes, Geometry), read_uff, write_uff,
+    "UFF", (".uff", ".unv", ".uf", ".bunv", ".ufb"), (Channel, FRF, Spectra, Modes, Geometry), read_uff, write_uff,
     options=("reference", "units"), geometry=True,
     note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
 ))  # fmt: skip

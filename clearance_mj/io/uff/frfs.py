@@ -109,10 +109,11 @@ def _to_reference(data: bytes, group: _Group, reference: str) -> FRF:
         value[row] = samples(data, function, frf_measure(function, []).scale)
         if pair in group.coherences:
             coherence[row] = samples(data, group.coherences[pair]).real
-    known = None if np.isnan(coherence).all() else coherence
     responses = tuple(response for response, _ in pairs)
-    measure = group.measure
-    return FRF(group.frequency, value, known, responses, (reference,), measure.quantity, measure.unit)
+    rising = slice(None, None, -1 if group.frequency[-1] < group.frequency[0] else 1)  # sweeps go down, too
+    known = None if np.isnan(coherence).all() else coherence[:, rising]
+    labels = responses, (reference,), group.measure.quantity, group.measure.unit
+    return FRF(group.frequency[rising], value[:, rising], known, *labels)
 
 
 def frf_blocks(frf: FRF) -> list[bytes]:

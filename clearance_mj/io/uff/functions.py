@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from decimal import Decimal
 
 import numpy as np
 
-from ...core.checks import NOWHERE, QUANTITIES, UNKNOWN, even_rate, naming, simplest_rate
+from ...core.checks import NAME_LIMIT, NOWHERE, QUANTITIES, UNKNOWN, even_rate, naming, simplest_rate
 from ...core.errors import RecordError
 from ...universal.dataset_58 import (  # fmt: skip
     REAL32,
@@ -23,7 +25,16 @@ from ...universal.dataset_58 import (  # fmt: skip
 from ...universal.dataset_164 import time_measure
 from ..channels import Channel, ChannelHeader
 
-__all__ = ["abscissa", "channel_block", "is_of_time", "name_of", "read_channel", "read_channel_header", "why_no_record"]
+__all__ = [
+    "abscissa",
+    "channel_block",
+    "distinct_names",
+    "is_of_time",
+    "name_of",
+    "read_channel",
+    "read_channel_header",
+    "why_no_record",
+]
 
 _SCALES = {"khz": 1e3, "ms": 1e-3}  # of an abscissa, by its unit in lower case
 
@@ -46,7 +57,7 @@ def why_no_record(data: bytes, function: Function) -> str:
     return ""
 
 
-def read_channel_header(data: bytes, function: Function, notes: list[str]) -> ChannelHeader:
+def read_channel_header(data: bytes, function: Function, notes: list[str], name: str) -> ChannelHeader:
     """Return what the header of a time function says of its channel; refuses what is no record in even steps."""
     with naming(f"data set {function.number}"):
         if why := why_no_record(data, function):
@@ -55,12 +66,12 @@ def read_channel_header(data: bytes, function: Function, notes: list[str]) -> Ch
         fs, start = _timing(data, function)
     node, direction = function.response.split(":") if function.response.split(":")[0] != "0" else NOWHERE.split(":")
     size, unit = function.size, measure.unit
-    return ChannelHeader(name_of(function), int(node), direction, measure.quantity, size, fs, start, unit)
+    return ChannelHeader(name, int(node), direction, measure.quantity, size, fs, start, unit)
 
 
-def read_channel(data: bytes, function: Function, notes: list[str]) -> Channel:
+def read_channel(data: bytes, function: Function, notes: list[str], name: str) -> Channel:
     """Return the channel that a time function holds, in SI units where its quantity is known."""
-    header = read_channel_header(data, function, notes)
+    header = read_channel_header(data, function, notes, name)
     value = samples(data, function, time_measure(function, []).scale).real
     place = header.node, header.direction, header.quantity
     return Channel(header.name, *place, value, header.fs, header.start, header.unit)
@@ -70,6 +81,23 @@ def name_of(function: Function) -> str:
     """Return the name of a function: its title, or that of its place, or of what it measures."""
     names = (function.name, function.entity, function.unit_title, function.response)
     return next(name for name in names if name.upper() not in ("", "NONE"))
+
+
+def distinct_names(functions: Sequence[Function]) -> list[str]:
+    """Return names of records; those that share a title are named after their place, too, or numbered."""
+    titles = [name_of(f) for f in functions]
+    count = Counter(titles)
+    found: dict[str, None] = {}
+    for f, title in zip(functions, titles):
+        places = (f.entity, f.response if not f.response.startswith("0:") else "", f.unit_title)
+        place = next((p for p in places if p.upper() not in ("", "NONE") and p != title), "")
+        base = f"{title}, {place}"[:NAME_LIMIT].strip(", ") if count[title] > 1 else title
+        name, number = base, 1
+        while name in found:
+            number += 1
+            name = f"{base[: NAME_LIMIT - 8].strip()} ({number})"
+        found[name] = None
+    return list(found)
 
 
 def abscissa(data: bytes, function: Function) -> np.ndarray:

@@ -53,7 +53,7 @@ def read_spectra(data: bytes, functions: Sequence[Function]) -> list[Spectra]:
 
 
 def _axis(data: bytes, function: Function) -> tuple[str, str, np.ndarray]:
-    """Return what the abscissa is, its unit and its values; numbers of samples where it does not rise."""
+    """Return what the abscissa is, its unit and its values; numbers of samples where it neither rises nor falls."""
     values = abscissa(data, function)
     axis, unit = _AXES.get(function.abscissa_type, ("abscissa", label_of(function.axis_unit)))
     if function.abscissa_type in UNSAID:
@@ -61,9 +61,8 @@ def _axis(data: bytes, function: Function) -> tuple[str, str, np.ndarray]:
             axis, unit = _AXES[FREQUENCY]
         elif function.kind in _OF_TIME:
             axis, unit = _AXES[TIME]
-    if axis == "frequency" and np.all(np.diff(values) < 0):
-        raise RecordError(f"data set {function.number}: its frequencies fall; needs lines that rise")
-    if not np.all(np.diff(values) > 0):
+    steps = np.diff(values)
+    if not (np.all(steps > 0) or np.all(steps < 0)):
         return *_PLAIN_AXIS, np.arange(float(function.size))
     return axis, unit, values
 
@@ -73,9 +72,11 @@ def _spectra(data: bytes, key: tuple[str, str, str], values: np.ndarray, functio
     measures = [_measure(f, kind) for f in functions]
     rows = np.array([samples(data, f, measure.scale) for f, measure in zip(functions, measures)])
     references = tuple(f.reference if f.reference.split(":")[0] != "0" else NOWHERE for f in functions)
+    rising = slice(None, None, -1 if values[-1] < values[0] else 1)
     with naming(f"data set {functions[0].number}"):
         return Spectra(
-            kind, values, rows, tuple(f.response for f in functions), references, tuple(map(name_of, functions)),
+            kind, values[rising], rows[:, rising],
+            tuple(f.response for f in functions), references, tuple(map(name_of, functions)),
             tuple(m.quantity for m in measures), tuple(m.unit for m in measures), axis, unit,
         )  # fmt: skip
 

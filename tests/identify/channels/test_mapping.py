@@ -1,13 +1,16 @@
 """Channels of drawn benches, of physics that the package does not contain, on rig files that are wrong."""
 
 import dataclasses
+import warnings
 from functools import cache
 
 import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.channels.units import decide_units
+from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.io.channels import UNKNOWN, Channel
 from experiments.benches.logger import as_logged, drawn_bench, measured
 from experiments.benches.mapping import map_drawn_bench
@@ -152,3 +155,44 @@ def test_no_channel_of_sixty_drawn_benches_is_mapped_wrongly(first):
     found = [map_drawn_bench(seed) for seed in range(first, first + 10)]
     assert [one.wrong for one in found] == [()] * 10
     assert sum(bool(one.asked) for one in found) <= 1
+
+
+LABELLED = {
+    "swapped": (
+        lambda c: dataclasses.replace(c, node={1: 4, 4: 1}.get(c.node, c.node)),
+        r"4:\+Z is accelerometer 1:\+Z",
+    ),
+    "base reversed": (lambda c: dataclasses.replace(c, value=-c.value) if c.node == 100 else c, "has the wrong sign"),
+    "one in g": (lambda c: dataclasses.replace(c, value=c.value / 9.80665) if c.node == 3 else c, "3:\\+Z is in g"),
+}
+
+
+@pytest.mark.parametrize("lie", LABELLED)
+def test_identification_refuses_records_whose_channels_are_something_else(lie):
+    """Before anything is fitted: the fit would be to other sensors."""
+    rig, records = bench()
+    change, message = LABELLED[lie]
+    with pytest.raises(cm.RecordError, match=message):
+        cm.identify.fit_bench(dataset_of(rig, changed(records, change)))
+
+
+def test_all_accelerations_in_g_are_warned_of():
+    rig, records = bench()
+    in_g = changed(records, lambda c: dataclasses.replace(c, value=c.value / 9.80665))
+    with pytest.warns(UserWarning, match="accelerations may be in g"):
+        check_places(prepare(dataset_of(rig, in_g)))
+
+
+def test_records_that_are_what_they_say_pass():
+    rig, records = bench()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_places(prepare(dataset_of(rig, records)))
+
+
+def dataset_of(rig, records):
+    taken = [
+        cm.Record(f"r{i}", "identify", rig, channels[0].fs, channels, band=(5.0, 220.0))
+        for i, channels in enumerate(records)
+    ]
+    return cm.Dataset(rig, tuple(taken), None)

@@ -1,0 +1,65 @@
+"""One line for an argument of the wrong kind, where a public call was given another object than its signature names."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from .errors import ClearanceError
+
+__all__ = ["ArgumentError", "checks_kinds"]
+
+SUCH_AS = {
+    "Excitation": "an Excitation, such as cm.excitation.random(...)",
+    "Rig": 'a Rig, such as cm.Rig.load("rig.toml")',
+    "Modelled": "a Model, such as cm.Model(rig, law)",
+    "Law": "a Law, such as cm.ConstantLaw(k, c)",
+    "Response": "a Response, such as cm.simulate(...) or record.response() returns",
+    "FRF": "an FRF, such as cm.estimate_frf(response) returns",
+    "Dataset": 'a Dataset, such as cm.Dataset.load("folder")',
+    "Record": "a Record, such as dataset.records[0]",
+}
+"""What a signature names, and how one comes by it"""
+NAMES = {"Model": "Modelled"}  # whatever has a rig and a law does for a model
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class ArgumentError(ClearanceError, TypeError):
+    """An argument is of another kind than the call takes; the message says which it takes."""
+
+
+def checks_kinds(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a call refuse, in one line, arguments that are not what its annotations name.
+
+    Only parameters are looked at whose annotation consists of what `SUCH_AS` lists. Classes are known by their names,
+    so that what checks needs none of them.
+    """
+    signature = inspect.signature(function)
+    wanted = {name: kinds for name, p in signature.parameters.items() if (kinds := _kinds(str(p.annotation)))}
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        for name, value in zip(signature.parameters, args):
+            if name in wanted:
+                _require(name, value, wanted[name])
+        for name in wanted.keys() & kwargs.keys():
+            _require(name, kwargs[name], wanted[name])
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def _kinds(annotation: str) -> tuple[str, ...]:
+    found = tuple(NAMES.get(part.strip(), part.strip()) for part in annotation.split("|"))
+    return found if {*found} <= {*SUCH_AS, "None"} and {*found} != {"None"} else ()
+
+
+def _require(name: str, value: object, kinds: tuple[str, ...]) -> None:
+    own = {kind.__name__ for kind in type(value).__mro__} | ({"None"} if value is None else set())
+    if own.isdisjoint(kinds) and not ("Modelled" in kinds and hasattr(value, "rig") and hasattr(value, "law")):
+        words = " or ".join(SUCH_AS[kind] for kind in kinds if kind in SUCH_AS)
+        shown = f" {value!r}" if isinstance(value, str | int | float) else ""
+        raise ArgumentError(f"{name} must be {words}; got {type(value).__name__}{shown}")

@@ -1,0 +1,110 @@
+"""What is read of files that other programs wrote, file by file: ``python -m experiments.foreign_files``.
+
+The files are in the folder that the environment variable CLEARANCE_FOREIGN_FILES names, or in ../shared/data/foreign
+beside the project; they are not this project's to hand on. ``--page docs/files.md`` writes the table of that page anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import warnings
+from pathlib import Path
+
+import clearance_mj as cm
+from clearance_mj.core.errors import RecordError
+from clearance_mj.core.files import write_text
+from clearance_mj.io.contents import FileContents
+from clearance_mj.io.inventory import inventory
+from clearance_mj.io.registry import FORMATS
+from clearance_mj.universal import contents, scan
+from clearance_mj.universal.kinds import named_sets
+
+ROOT = Path(__file__).parents[1]
+FOLDER = Path(os.environ.get("CLEARANCE_FOREIGN_FILES", ROOT.parent / "shared" / "data" / "foreign"))
+TABLE = re.compile(r"(<!-- foreign -->\n).*?(<!-- /foreign -->)", re.DOTALL)
+WRITERS = {
+    b"LMS Test.Lab": "LMS Test.Lab", b"catman": "HBM catman", b"VibControl": "VibControl", b"Tamara": "Tamara",
+    b"AutoSpectrum": "HEAD Artemis", b"DT9837": "Data Translation", b".svd": "Polytec", b"SMESH": "SALOME",
+    b"nxopen": "Simcenter", b"NX ": "Simcenter", b"artemis": "Artemis", b"oros": "Oros", b"LabVIEW": "LabVIEW",
+}  # fmt: skip
+"""What the head or the name of a file says of the program that wrote it"""
+UNIVERSAL = (".uff", ".unv", ".uf", ".bunv", ".ufb")
+
+
+def files(folder: Path = FOLDER) -> list[Path]:
+    """Return the files of a folder of folders that a format of this package could read; none if it is not there."""
+    return sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix.lower() in FORMATS)
+
+
+def row(path: Path) -> tuple[str, str, str, str]:
+    """Return name, writer, what a file holds, and what is read of it or said instead."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            read = _words(cm.read(path))
+        except RecordError as error:
+            read = str(error).removeprefix(f"{path}: ")
+    notes = [str(warning.message).removeprefix(f"{path}: ") for warning in caught]
+    said = "; ".join([read, *(f"said: {note}" for note in notes[:1])]).replace(f"{path.parent}{os.sep}", "")
+    return f"{path.parent.name}/{path.name}", _writer(path), _held(path), said
+
+
+def _writer(path: Path) -> str:
+    head = path.read_bytes()[:3000]
+    found = [name for mark, name in WRITERS.items() if mark in head or mark in path.name.lower().encode()]
+    return found[0] if found else ""
+
+
+def _held(path: Path) -> str:
+    """Data sets of a universal file, with the function types among them."""
+    if path.suffix.lower() not in UNIVERSAL:
+        return f"{path.suffix[1:].upper()}, {len(path.read_bytes())} bytes"
+    found = scan(contents(path), cm.universal.fields.SI)
+    types = dict.fromkeys(f"{function.type_name} ({function.kind})" for function in found.functions)
+    sets = named_sets(block.kind for block in found.blocks)
+    return ", ".join(filter(None, [f"58: {', '.join(types)}" if types else "", sets]))
+
+
+def _words(obj: object) -> str:
+    if isinstance(obj, FileContents):
+        return "; ".join(map(_words, obj.parts.values()))
+    items = inventory(obj)
+    first = items[0]
+    if first.kind == "geometry":
+        return f"geometry: {first.size} nodes, {first.rate}"
+    several = f"{first.kind}s".replace("spectrums", "spectra")
+    kinds = f"{len(items)} {several if len(items) > 1 else first.kind}"
+    unit = f" in {first.unit}" if first.unit else ""
+    return f"{kinds}: {first.quantity}{unit}, {first.size} {'values' if first.kind == 'mode' else 'samples'}"
+
+
+def table(rows: list[tuple[str, str, str, str]]) -> str:
+    """Return rows of Markdown."""
+    lines = ["| file | writer | holds | what is read, or said instead |", "|---|---|---|---|"]
+    for name, writer, held, read in rows:
+        cells = (f"`{name}`", writer, held, read.replace("|", "\\|"))
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the table, or write it into a page."""
+    parser = argparse.ArgumentParser(prog="python -m experiments.foreign_files", description=__doc__)
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="folder of folders of files")
+    parser.add_argument("--page", type=Path, help="page whose table is written anew")
+    options = parser.parse_args()
+    found = files(options.folder)
+    if not found:
+        parser.error(f"{options.folder}: no file is there; name the folder by CLEARANCE_FOREIGN_FILES")
+    text = table([row(path) for path in found])
+    if options.page is None:
+        print(text)
+        return
+    page = options.page.read_text(encoding="utf-8")
+    write_text(options.page, TABLE.sub(lambda marks: f"{marks[1]}\n{text}\n\n{marks[2]}", page))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,172 @@
+"""Twelve universal files as this package writes them, read by pyuff and by the rules of UFFFiles.jl.
+
+UFFFiles.jl (`src/read_write_uff.jl`, `src/datasets/dataset58b.jl`, `dataset2412.jl` of maucejo/UFFFiles.jl) is a reader
+in Julia; its rules are laid down here: a data set begins and ends with a line that is "    -1" and nothing else, its
+type is in the first seven columns of the next line; a binary one declares little endian (1), IEEE 754 (2), eleven lines
+and the number of bytes, which are read as they are declared; elements of kinds 11, 21, 22, 23 and 24 have a record of
+their orientation.
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import pyuff
+
+import clearance_mj as cm
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.contents import FileContents
+from clearance_mj.io.uff import write_uff
+from clearance_mj.signals.ema import Modes
+from clearance_mj.signals.frf import FRF, join_references
+from clearance_mj.signals.spectra import Spectra
+from clearance_mj.structure.geometry import Geometry
+from tests.fuzz import samples_uff
+
+from .uff_by_hand import RNG, channels, frf
+
+LINES = np.arange(1.0, 33.0)
+
+
+def spectra(kind, factor=1.0, lines=LINES, **labels):
+    value = factor * (RNG.random((2, lines.size)) + 0.1)
+    return Spectra(kind, lines, value, ("3:+Z", "4:-X"), **labels)
+
+
+def unknown_frf():
+    return dataclasses.replace(frf(), quantity="unknown/force", unit_label="Pa/N", references=("0:S",))
+
+
+MIC = Channel("mic", 0, "S", "unknown", np.arange(8.0), 100.0, unit="Pa")
+MODES = Modes([9.5, 40.0], [0.01, 0.02], RNG.random((3, 2)) * (1 + 0.1j), ("1:+Z", "2:+Y", "8:+X"))
+TO_TWO = join_references([frf(coherence=False), dataclasses.replace(frf(coherence=False), references=("5:-Y",))])
+WRITTEN = {
+    "records": channels(),
+    "record of unknown quantity": [MIC],
+    "FRFs with coherence": frf(),
+    "FRFs over uneven lines": frf(np.geomspace(5, 220, 50)),
+    "FRFs to two references": TO_TWO,
+    "FRFs of unknown quantity, without a reference": unknown_frf(),
+    "auto spectra": spectra("auto spectrum", quantities=("acceleration", "unknown"), units=("(m/s²)²", "Pa^2")),
+    "cross spectra": spectra("cross spectrum", 1j, references=("5:+Z", "5:+Z"), units=("g*N", "")),
+    "densities over uneven lines": spectra("power spectral density", lines=np.geomspace(1, 99, 7)),
+    "geometry": samples_uff.geometry(),
+    "modes": MODES,
+    "several": FileContents((MIC,), (TO_TWO,), (spectra("coherence"),), (MODES,), Geometry((1,), [(1, 0, 0)])),
+}
+everything = pytest.mark.parametrize("name", WRITTEN)
+
+
+def rows(obj):
+    """Abscissa and values of every function, in the order in which they are written; None: of a record."""
+    for part in obj.parts.values() if isinstance(obj, FileContents) else [obj]:
+        if isinstance(part, list):
+            yield from ((None, channel.value) for channel in part)
+        elif isinstance(part, Spectra):
+            yield from ((part.abscissa, value) for value in part.value)
+        elif isinstance(part, FRF):
+            for one in map(part.to_reference, part.references):
+                yield from ((one.frequency, value) for value in one.functions)
+                coherences = () if one.coherence is None else one.coherence[:, 0]
+                yield from ((one.frequency, value) for value in coherences)
+
+
+@everything
+def test_pyuff_reads_it(tmp_path, name):
+    obj = WRITTEN[name]
+    write_uff(tmp_path / "a.uff", obj)
+    sets = pyuff.UFF(str(tmp_path / "a.uff")).read_sets()
+    functions, expected = [one for one in sets if one["type"] == 58], [*rows(obj)]
+    assert len(functions) == len(expected)
+    for one, (x, value) in zip(functions, expected):
+        np.testing.assert_array_equal(one["data"], value)
+        assert x is None or np.allclose(one["x"], x, rtol=1e-12)
+    nodes = [one for one in sets if one["type"] in (15, 2411)]
+    modes = [one for one in sets if one["type"] == 55]
+    for part in obj.parts.values() if isinstance(obj, FileContents) else [obj]:
+        if isinstance(part, Geometry):
+            np.testing.assert_array_equal([nodes[0][axis] for axis in "xyz"], part.position.T)
+            elements = [one for one in sets if one["type"] == 2412]
+            assert [sum(len(v) for k, v in one.items() if isinstance(k, int)) for one in elements] == (
+                [len(part.elements)] if part.elements else []
+            )
+        if isinstance(part, Modes):
+            assert [abs(one["eig"]) / 2 / np.pi for one in modes] == pytest.approx(part.frequency, rel=1e-5)
+            np.testing.assert_allclose([one["r3"][0] for one in modes], part.shape[0], rtol=1e-5)
+
+
+def walk(data):
+    """Types of the data sets that UFFFiles.jl finds, in its way; fails where it would."""
+    found, at = [], 0
+
+    def line():
+        nonlocal at
+        end = data.index(b"\n", at)
+        text, at = data[at:end], end + 1
+        return text
+
+    while at < len(data):
+        assert line() == b"    -1"
+        head = line()
+        found.append(head[:7].strip().decode())
+        if found[-1] == "58b":
+            order, layout, lines, size = (int(head[a:b]) for a, b in ((7, 13), (13, 19), (19, 31), (31, 43)))
+            assert (order, layout, lines) == (1, 2, 11)
+            records = [line() for _ in range(lines)]
+            for a, b in ((0, 5), (5, 15), (15, 20), (20, 30), (41, 51), (51, 55), (66, 76), (76, 80)):
+                int(records[5][a:b])
+            kind, count, even = (int(records[6][a:b]) for a, b in ((0, 10), (10, 20), (20, 30)))
+            for a, b in ((30, 43), (43, 56), (56, 69)):
+                float(records[6][a:b])
+            per_sample = (1 + (kind in (5, 6)) + (even == 0)) * (8 if kind in (4, 6) else 4)
+            assert size == count * per_sample
+            at += size
+            assert line() == b"    -1"
+            continue
+        body = []
+        while (text := line()) != b"    -1":
+            body.append(text)
+        if found[-1] == "2412":
+            elements(body)
+    return found
+
+
+def elements(body):
+    """By the rules of `parse_dataset2412`; all records are used up."""
+    rest = iter(body)
+    for head in rest:
+        kind, count = int(head[10:20]), int(head[50:60])
+        if kind in (11, 21, 22, 23, 24):
+            assert len(next(rest).split()) == 3
+        nodes = 0
+        while nodes < count:
+            nodes += len(next(rest).split())
+        assert nodes == count
+
+
+@everything
+def test_ufffiles_reads_it(tmp_path, name):
+    write_uff(tmp_path / "a.uff", WRITTEN[name])
+    found = walk((tmp_path / "a.uff").read_bytes())
+    theirs = pyuff.UFF(str(tmp_path / "a.uff")).read_sets()
+    assert [int(kind.rstrip("b")) for kind in found] == [one["type"] for one in theirs]
+    assert found[:2] == ["151", "164"] and "58" not in found
+
+
+@everything
+def test_it_comes_back(tmp_path, name):
+    """Every number; records in single precision, modes with six digits."""
+    sent = WRITTEN[name]
+    write_uff(tmp_path / "a.uff", sent)
+    got = cm.read(tmp_path / "a.uff")
+    if isinstance(sent, list):
+        assert [(c.name, c.label, c.quantity, c.unit) for c in got] == [
+            (c.name, c.label, c.quantity, c.unit) for c in sent
+        ]
+    elif isinstance(sent, FRF | Geometry):
+        assert got == sent
+    elif isinstance(sent, Spectra):
+        np.testing.assert_array_equal(got.value, sent.value)
+        assert (got.kind, got.responses, got.references) == (sent.kind, sent.responses, sent.references)
+    elif isinstance(sent, FileContents):
+        assert [*got.parts] == [*sent.parts]
