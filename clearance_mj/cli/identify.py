@@ -88,16 +88,19 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
 
 
 def _print(found: Identified, out: Path) -> None:
+    from ..identify.structure.priors import parameter_words
+
     if found.estimates:
         print(f"{'parameter':48s} {'before':>11s} {'found':>11s}   std  (over that of before)")
         for row in found.estimates.beside_priors():
             words = "{name:48s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})"
-            print(words.format(**row))
+            print(words.format(**row | {"name": parameter_words(row["name"])}))
     families = found.pages.get("families", ())
     if families:
         print(f"{'family':58s} weight  misfit  held out")
     for family in families:
         print(f"{family.name:58s} {family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}")
+    print(found.model)
     print(f"rig and law: {out / 'rig.toml'}, {out / 'law.json'}")
 
 

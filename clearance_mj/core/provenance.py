@@ -80,12 +80,21 @@ def stale(paths: Iterable[Path]) -> list[str]:
             written, made = _recorded(file)
             if written and written["sha256"] != sha256(file):
                 words.append(f"{file} was changed after clearance-mj {written['by']} wrote it")
-            inputs = made.get("inputs", {}).items()
-            changed = [path for path, found in inputs if os.path.isfile(path) and sha256(path) != found]
+            inputs = made.get("inputs", {})
+            changed = [path for path, found in inputs.items() if os.path.isfile(path) and sha256(path) != found]
+            changed = [path for path in changed if not _has_grown(Path(path), inputs)]
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             continue  # no record that can be read
         words += [f"{file} was made from another {path} than is there now" for path in changed]
     return words
+
+
+def _has_grown(path: Path, inputs: Iterable[str]) -> bool:
+    """Whether a file is a dataset's list to which records were added since: what was read is in it still."""
+    if path.name != "dataset.toml":
+        return False
+    read = {os.path.relpath(other, path.parent) for other in inputs} - {*IN_FOLDERS}
+    return {name for name in read if not name.startswith("..")} < {*_listed(path)}
 
 
 def _recorded(file: Path) -> tuple[dict[str, str] | None, dict[str, Any]]:

@@ -257,14 +257,19 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
     return headers, np.stack([c.value for c in channels], axis=1)
 
 
-def _header(channel: Channel) -> str:
-    if channel.placed and channel.quantity != UNKNOWN:
-        return f"{channel_name(channel.label, channel.quantity)} [{next(iter(UNITS[channel.quantity]))}]"
+def raw_header(channel: Channel) -> tuple[str, str]:
+    """Return name and unit under which a channel is written: ours where it is placed, otherwise its own."""
     unit = channel.unit if channel.quantity == UNKNOWN else next(iter(UNITS[channel.quantity]))
-    header = f"{channel.name} [{unit}]" if unit or split_header(channel.name)[1] else channel.name
-    if _is_name(_name(header)) or is_time(channel.name):
+    if channel.placed and channel.quantity != UNKNOWN:
+        return channel_name(channel.label, channel.quantity), unit
+    if _is_name(_name(channel.name)) or is_time(channel.name):
         raise RecordError(f'channel "{channel.name}" would be read as another from a table; rename it, or write .uff')
-    return header
+    return channel.name, unit
+
+
+def _header(channel: Channel) -> str:
+    name, unit = raw_header(channel)
+    return f"{name} [{unit}]" if unit or split_header(name)[1] else name
 
 
 def frf_names(frf: FRF) -> tuple[list[str], str]:

@@ -22,6 +22,7 @@ RECORD = "record: "  # before the name of a record whose measured excitation dri
 SPAN = 10.0  # ratio of a slider's ends to the identified value
 MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
 LARGEST_NUMBER = 1e300  # of any number
+BAND = (5.0, 220.0)  # Hz, of noise without records that say theirs
 LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
 ENGINES = ("modal", "links", "modal-mj")
 EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
@@ -58,6 +59,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     kinds = tuple(k for k in ("base", "force") if not rig.linear.refusal(k) and (k == "base" or rig.shaker.forces))
     records = tuple(RECORD + r.name for r in dataset.records) if dataset else ()
     fs = dataset.records[0].fs if dataset else 2048.0
+    low, high = next((r.band for r in dataset.records if r.band), BAND) if dataset else BAND
     yield Control("excitation", group, "Kind", "random", choices=EXCITATIONS + records)
     if len(kinds) > 1:
         yield Control("kind", group, "Drives the", rig.shaker.kind, choices=kinds)
@@ -66,8 +68,8 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("frequency", group, "Frequency of the sine", 20.0, "Hz", 1.0, 1.0, 250.0, log=True)
     yield Control("peak", group, "Peak of an impact", 50.0, unit, 1.0, 1.0, 1000.0, log=True)
     yield Control("width", group, "Width of an impact", 5e-3, "ms", 1e3, 1e-3, 5e-2, log=True)
-    yield Control("band_low", group, "Band from", 5.0, "Hz", 1.0, 1.0, 100.0, log=True)
-    yield Control("band_high", group, "Band to", 220.0, "Hz", 1.0, 50.0, 900.0, log=True)
+    yield Control("band_low", group, "Band from", max(low, 0.1), "Hz", 1.0, min(1.0, max(low, 0.1)), 100.0, log=True)
+    yield Control("band_high", group, "Band to", high, "Hz", 1.0, min(50.0, high), max(900.0, high), log=True)
     yield Control("seed", group, "Seed", 0.0, "", 1.0, 0.0, 99.0, whole=True)
     yield Control("duration", group, "Duration", 10.0, "s", 1.0, 4.0, 60.0)
     yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)

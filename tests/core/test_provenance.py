@@ -9,7 +9,7 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
-from clearance_mj.core.provenance import BESIDE, MANIFEST, WORK, stale
+from clearance_mj.core.provenance import BESIDE, MANIFEST, WORK, made_from, stale
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import write_dataset
 from clearance_mj.live.export import exported
@@ -150,6 +150,21 @@ def test_a_stale_or_foreign_file_is_noticed(world, capsys):
     assert said[0] == (
         f"clearance-mj: note: out/found/law.json was made from another {world / 'bench' / 'rig.toml'} than is there now"
     )
+
+
+def test_a_dataset_to_which_a_record_was_added_is_no_other(tmp_path):
+    """What was made from its records still is; a list that was edited otherwise is another one."""
+    folder, law = tmp_path / "data", tmp_path / "law.json"
+    folder.mkdir()
+    (folder / "ramp.uff").write_bytes(b"a record")
+    listed = '[[records]]\nfile = "ramp.uff"\n'
+    (folder / "dataset.toml").write_text(listed)
+    law.write_text(json.dumps({"provenance": made_from([folder], "identify")}))
+    (folder / "dataset.toml").write_text(listed + '[[records]]\nfile = "level_5.uff"\n')
+    assert stale([law]) == []
+    for other in (listed.replace("ramp", "other"), listed + "fs = 1024\n"):
+        (folder / "dataset.toml").write_text(other)
+        assert stale([law]) == [f"{law} was made from another {folder / 'dataset.toml'} than is there now"]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{", '{"provenance": 3}', '{"provenance": {"inputs": [1]}}', "[" * 10**5])

@@ -1,5 +1,6 @@
 """The model of the live page: its figures hold what the library's calls give; what is impossible says so."""
 
+import dataclasses
 import io
 import json
 import re
@@ -24,7 +25,7 @@ from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import csac, rmse_db
 from clearance_mj.signals.frf import estimate_frf
 
-from ..conftest import ROOT, TABLE1
+from ..conftest import ROOT, TABLE1, record_of
 
 LAW = ConstantLaw(7.8e3, 4.0)
 SHORT = {"duration": 4.0}
@@ -70,6 +71,16 @@ def test_identified_settings_are_the_rig_and_law_that_were_given():
             np.testing.assert_array_equal(of_built, of_given)
         one = same.grease[1] if same.grease else None
         assert one == (law.grease[0] if law.grease else None)
+
+
+def test_noise_is_that_of_the_records():
+    """Band and rate of the first record that says its band; sliders reach it."""
+    records = tuple(record_of(TABLE1, name, "identify", 1.0, 0, duration=4.0) for name in "ab")
+    wide = dataclasses.replace(records[1], band=(0.5, 1000.0))
+    controls = Session(Model(TABLE1), Dataset(TABLE1, (dataclasses.replace(records[0], band=None), wide))).controls
+    low, high = controls["band_low"], controls["band_high"]
+    assert (low.value, high.value) == (0.5, 1000.0) and low.low <= 0.5 and high.high >= 1000.0
+    assert Session(Model(TABLE1)).controls["band_high"].value == 220.0
 
 
 def test_every_number_of_a_law_can_be_moved():
