@@ -49,7 +49,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "convert", "convert records, FRFs, spectra, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder", _options,
+    "convert", "convert records, FRFs, spectra, modes: .uff .csv .mat .lvm .tdms .mf4 .nc .h5, a dataset", _options,
     out_help="OUT, if it is not the last FILE",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:

@@ -28,11 +28,9 @@ from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
 from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
 from .tables.times import Times, time_of
+from .waveforms import GAPS
 
 __all__ = ["read_csv", "write_csv"]
-
-GAPS = 0.1
-"""Share of a raw column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
