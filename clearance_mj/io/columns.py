@@ -23,6 +23,7 @@ from ..core.errors import RecordError
 from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..signals.frf import FRF, join_references
+from ..signals.quantities import require_quantity
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
@@ -273,6 +274,7 @@ def _header(channel: Channel) -> str:
 
 def frf_names(frf: FRF) -> tuple[list[str], str]:
     """Return the headers of FRFs without a part, such as "acc:3/base", and their unit."""
+    require_quantity(frf)
     above, _, below = frf.quantity.partition("/")
     if not {above, below} <= set(_PREFIX):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
