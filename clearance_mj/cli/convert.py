@@ -66,6 +66,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     to = _into_dataset if out.is_dir() or not out.suffix else _to_file
     result = to(inputs, out, columns, options)
     print(f"{result['out']}: {result['holds']}")
+    if to is _into_dataset:
+        print(f"next: clearance-mj identify {out} --out {out}_found")
     return result
 
 

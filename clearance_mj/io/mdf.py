@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core.checks import even_rate, naming
 from ..core.errors import RecordError
-from ..core.files import plain_file, replacing
+from ..core.files import most_unpacked, plain_file, replacing
 from ..core.notes import note
 from .channels import Channel
 from .columns import raw_header
@@ -63,20 +63,23 @@ def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform
     with MDF(io.BytesIO(data)) as file:
         groups: list[Any] = [*file.groups]
         for number, group in enumerate(groups):
+            known = group.channel_group
+            if max(known.samples_byte_nr, known.samples_byte_nr * known.cycles_nr) > most_unpacked(len(data)):
+                raise RecordError(f"not a whole MDF file: group {number + 1} declares more samples than it holds")
             master = file.masters_db.get(number)
-            label = str(getattr(group.channel_group, "acq_name", "") or f"group {number + 1}")
-            for index, known in enumerate(group.channels):
+            label = str(getattr(known, "acq_name", "") or f"group {number + 1}")
+            for index, channel in enumerate(group.channels):
                 if index == master:
                     continue
                 signal = file.get(group=number, index=index)
                 value, time = np.asarray(signal.samples), np.asarray(signal.timestamps, float)
                 if value.ndim != 1 or not value.size or value.dtype.kind not in "iuf":
-                    notes.append(f'left out "{known.name}", which {"holds no numbers" if value.size else "is empty"}')
+                    notes.append(f'left out "{channel.name}", which {"holds no numbers" if value.size else "is empty"}')
                     continue
                 rate, start = fs or 0.0, 0.0
                 if fs is None:
-                    rate, start = _timing(time, known.name)
-                yield Waveform(known.name, str(signal.unit or ""), np.asarray(value, float), rate, start, label)
+                    rate, start = _timing(time, channel.name)
+                yield Waveform(channel.name, str(signal.unit or ""), np.asarray(value, float), rate, start, label)
 
 
 def _timing(time: np.ndarray, name: str) -> tuple[float, float]:

@@ -143,6 +143,19 @@ def test_a_list_of_blocks_that_goes_round(tmp_path):
         cm.read(path)
 
 
+def test_mdf_that_declares_more_than_it_holds(tmp_path):
+    """asammdf makes room for the bytes of one sample, 1.7 GB here, before it reads."""
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
+    data = bytearray(path.read_bytes())
+    block = data.index(b"##CG")
+    of_sample = block + 24 + 8 * int.from_bytes(data[block + 16 : block + 24], "little") + 24
+    assert int.from_bytes(data[of_sample : of_sample + 4], "little") == 16
+    data[of_sample : of_sample + 4] = (1_684_889_888).to_bytes(4, "little")
+    path.write_bytes(data)
+    with pytest.raises(RecordError, match="group 1 declares more samples than it holds"):
+        cm.read(path)
+
+
 def test_damaged_tdms(tmp_path):
     whole = tdms(tmp_path, ChannelObject("g", "A", VALUE, WAVE)).read_bytes()
     for data in (b"x" * 100, whole[:60]):
