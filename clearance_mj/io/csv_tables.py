@@ -65,7 +65,7 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
 
 
 def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: list[str]) -> Contents:
-    if data.count(b"\r") > data.count(b"\r\n"):
+    if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
     layout = find_layout(head)
