@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .signals.excitation import Excitation
     from .signals.frf import FRF, estimate_frf, estimate_frf_blocks
     from .signals.response import Response
+    from .signals.spectra import Spectra
+    from .structure.geometry import Geometry
 
 __all__ = [
     "FRF",
@@ -60,6 +62,7 @@ __all__ = [
     "EnergyBalance",
     "Excitation",
     "ExcitationError",
+    "Geometry",
     "Grease",
     "Law",
     "LawError",
@@ -78,6 +81,7 @@ __all__ = [
     "Sensor",
     "Shaker",
     "SimulationError",
+    "Spectra",
     "TimeLaw",
     "__version__",
     "beam",
@@ -133,6 +137,8 @@ _NAMES = {
     "signals.excitation": "Excitation",
     "signals.frf": "FRF estimate_frf estimate_frf_blocks",
     "signals.response": "Response",
+    "signals.spectra": "Spectra",
+    "structure.geometry": "Geometry",
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 

@@ -16,6 +16,7 @@ from .clearance.law_files import law_from_dict, load_law
 from .clearance.modelled import rig_and_law
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
+from .core.overview import Overview, Shown
 from .engines import Engine, simulate
 from .rig import Rig
 from .rig.gaps import Gap
@@ -28,8 +29,8 @@ RIG_FILE, LAW_FILE, POSTERIOR_FILE = "rig.toml", "law.json", "posterior.json"
 KEPT_DRAWS = 64  # models that a folder keeps of a posterior: a standard deviation out of so many is known to 9 %
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, repr=False)
+class Model(Shown):
     """A rig with the law of its clearances; models are equal if both are.
 
     The law owns contact and filling; without one it is the nominal law, the rig file's own values.
@@ -44,6 +45,19 @@ class Model:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", rig_and_law(self.rig, self.law)[1])
+
+    def _overview(self) -> Overview:
+        title, facts, _ = self.rig._overview()
+        _, over, (head, *rows) = self.law._overview()
+        rows = rows * len(self.rig.bushings) if len(rows) == 1 else rows
+        places = [
+            (str(j), b.where, f"{1e3 * b.gap:.4g}", f"{1e3 * b.offset:.4g}") for j, b in enumerate(self.rig.bushings, 1)
+        ]
+        table = [(*place, *own[1:]) for place, own in zip(places, rows)]
+        columns = ("bushing", "at", "gap (mm)", "offset (mm)", *head[1:])
+        datasheet = self.law == rig_and_law(self.rig, None)[1]
+        law = f"{self.law.kind}{', as the datasheet in the rig file says' if datasheet else ''}"
+        return Overview(f"Model of {title[0].lower()}{title[1:]}", facts | {"law": law} | over, [columns, *table])
 
     def simulate(self, excitation: Excitation, engine: str | Engine = "links", progress: bool = False) -> Response:
         """Simulate the model under an excitation, as `clearance_mj.simulate` does.

@@ -28,6 +28,7 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
 
 for _module in (
     *(
+        "demo",
         "new",
         "map",
         "study",

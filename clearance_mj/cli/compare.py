@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import ClearanceError
+from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
 from .command import command, provenance
 from .options import add_columns, add_plugin, load_plugin, parse_columns
@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.style import Drawing
     from ..signals.alignment import Alignment
     from ..signals.comparison import Comparison
+    from ..signals.frf import FRF
 
 MAX_NAMED = 8  # responses that a warning lists
 
@@ -28,6 +29,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("model", type=Path, help="file with the model's FRFs")
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
     option("--modes", type=int, default=4, help="how many modes to compare, 0 for none (default: %(default)s)")
+    option("--repeat", type=Path, help="file with the test's FRFs once more, from another record of the same level")
     add_columns(parser, "--test-column", "the test's CSV or MATLAB file")
     add_columns(parser, "--model-column", "the model's CSV or MATLAB file")
     add_plugin(parser, "a file format")
@@ -49,7 +51,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         aligned = align(test, model)
         if options.band:
             aligned = aligned.within(options.band)
-        result, comparison, drawings = _compared(aligned, options)
+        repeat = _repeat(aligned, options)
+        result, comparison, drawings = _compared(aligned, repeat, options)
     except ClearanceError as error:
         raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
@@ -65,6 +68,20 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return result
 
 
+def _repeat(aligned: Alignment, options: argparse.Namespace) -> FRF | None:
+    """The repeat of the test on the lines and responses that are compared; one that lacks some is refused."""
+    from ..io.formats import read_frf
+    from ..signals.alignment import align
+
+    if options.repeat is None:
+        return None
+    found = read_frf(options.repeat, dict(parse_columns(options.test_column, "--test-column")))
+    beside = align(aligned.test, found)
+    if beside.only_test or beside.test.frequency.size < aligned.test.frequency.size:
+        raise RecordError(f"--repeat {options.repeat}: does not hold every line and response of the test")
+    return beside.model
+
+
 def _tell(result: dict[str, Any]) -> None:
     for note in result["notes"]:
         print(f"clearance-mj: note: {note}", file=sys.stderr)
@@ -78,13 +95,15 @@ def _tell(result: dict[str, Any]) -> None:
 
 
 def _compared(
-    aligned: Alignment, options: argparse.Namespace
+    aligned: Alignment, repeat: FRF | None, options: argparse.Namespace
 ) -> tuple[dict[str, Any], Comparison, Callable[[], list[Drawing]]]:
     """The comparison as plain data, itself, and how to draw it."""
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
-    from ..signals.comparison import compare, compare_modes, mac_of_modes
-    from ..signals.ema import MIN_LINES, NO_MODES, extract_modes
+    from ..signals.compared_modes import mac_of_modes
+    from ..signals.comparison import compare, compare_modes
+    from ..signals.ema import MIN_LINES, NO_MODES
+    from ..signals.mode_quality import distinct_modes
 
     frequency, rows = aligned.test.frequency, len(aligned.test.labels)
     n_modes = options.modes if frequency.size >= MIN_LINES else 0
@@ -99,8 +118,8 @@ def _compared(
         notes.append("FRAC of one line is 1 by definition: undefined")
     # Modes are looked for in accelerations, whatever the test measured; all else is given in the test's quantity.
     test, model = accelerance(aligned.test), accelerance(aligned.model)
-    comparison = compare(aligned.test, aligned.model, compare_modes(test, model, n_modes))
-    test_modes, model_modes = (extract_modes(frf, n_modes) if n_modes else NO_MODES for frf in (test, model))
+    comparison = compare(aligned.test, aligned.model, compare_modes(test, model, n_modes), repeat)
+    test_modes, model_modes = (distinct_modes(frf, n_modes) if n_modes else NO_MODES for frf in (test, model))
     matrix = mac_of_modes(test_modes, model_modes)
     result = comparison.summary() | {
         "test": str(options.test),
@@ -109,6 +128,7 @@ def _compared(
         "reference": ", ".join(aligned.test.references),
         "band": [float(frequency[0]), float(frequency[-1])],
         "lines": int(frequency.size),
+        "beside": comparison.beside(),
         "notes": notes,
         "only_test": list(aligned.only_test),
         "only_model": list(aligned.only_model),
@@ -120,9 +140,10 @@ def _compared(
             "mac": matrix.tolist(),
         },
     }
-    return result, comparison, lambda: draw(aligned, comparison, test_modes, model_modes, matrix)
+    return result, comparison, lambda: draw(aligned, comparison, test_modes, model_modes, matrix, repeat)
 
 
+BESIDE = ("random_db", "random_both_db", "repeat_db")
 MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")
 
 
@@ -131,24 +152,42 @@ def _print(result: dict[str, Any]) -> None:
     print(f"{result['quantity']} to {result['reference']}, {result['lines']} lines from {low:g} to {high:g} Hz")
     sensors = result["per_sensor"]
     means = [result[name] for name in ("rmse_db", "mre", "frac", "csac_per_sensor", "csf_per_sensor")]
+    beside = [name for name in BESIDE if math.isfinite(result[name])]
     width = max(map(len, (*sensors["sensor"], "sensor"))) + 2
-    print(f"{'sensor':{width}s}" + "".join(f"{name:>10s}" for name in MEASURES))
-    for label, *values in zip(sensors["sensor"], *(sensors[name] for name in MEASURES)):
-        print(f"{label:{width}s}" + "".join(f"{_number(value):>10s}" for value in values))
-    print(f"{'mean':{width}s}" + "".join(f"{_number(value):>10s}" for value in means))
+    print(f"{'sensor':{width}s}" + "".join(f"{name:>10s}" for name in MEASURES) + _columns(beside))
+    for i, label in enumerate(sensors["sensor"]):
+        cells = "".join(f"{_number(sensors[name][i]):>10s}" for name in MEASURES)
+        print(f"{label:{width}s}{cells}" + _columns([_number(sensors[name][i]) for name in beside]))
+    print(f"{'mean':{width}s}" + "".join(f"{_number(value):>10s}" for value in means)
+          + _columns([_number(result[name]) for name in beside]))  # fmt: skip
+    print(f"RMSE {_number(result['rmse_db'])} dB; {result['beside']}")
     print(f"CSAC {_number(result['csac'])}, CSF {_number(result['csf'])} over the responses, mean of the lines")
     modes = result["per_mode"]
-    for i, number in enumerate(modes["mode"]):
-        test, model = modes["test_hz"][i], modes["model_hz"][i]
-        print(
-            f"mode {number}: {test:.5g} Hz, model {model:.5g} Hz ({100 * (model / test - 1):+.3g} %), "
-            f"MAC {_number(modes['mac'][i])}, damping {modes['test_damping'][i]:.3g}, "
-            f"model {modes['model_damping'][i]:.3g}"
-        )
+    for row in (dict(zip(modes, values)) for values in zip(*modes.values())):
+        if words := _mode(row):
+            print(f"mode {row['mode']}: {words}")
     for path in result.get("figures", []):
         print(f"figure: {path}")
     if "report" in result:
         print(f"report: {result['report']}")
+
+
+def _columns(values: Sequence[str]) -> str:
+    return "".join(f"{value:>16s}" for value in values)
+
+
+def _mode(row: dict[str, Any]) -> str:
+    """A mode in words; "" of an empty row."""
+    test, model, why = row["test_hz"], row["model_hz"], row["why"]
+    known = [f"{name}{hz:.5g} Hz" for name, hz in (("", test), ("model ", model)) if math.isfinite(hz)]
+    if not known:
+        return ""
+    if why:
+        return f"{', '.join(known)}; not compared: {why}"
+    return (
+        f"{', '.join(known)} ({100 * (model / test - 1):+.3g} %), MAC {_number(row['mac'])}, "
+        f"damping {row['test_damping']:.3g}, model {row['model_damping']:.3g}"
+    )
 
 
 def _number(value: float) -> str:

@@ -49,7 +49,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "convert", "convert records, FRFs, spectra, modes: .uff, .csv, .mat, .lvm, .nc, .h5, a dataset folder", _options,
+    "convert", "convert records, FRFs, spectra, modes: .uff .csv .mat .lvm .tdms .mf4 .nc .h5, a dataset", _options,
     out_help="OUT, if it is not the last FILE",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
@@ -66,6 +66,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     to = _into_dataset if out.is_dir() or not out.suffix else _to_file
     result = to(inputs, out, columns, options)
     print(f"{result['out']}: {result['holds']}")
+    if to is _into_dataset:
+        print(f"next: clearance-mj identify {out} --out {out}_found")
     return result
 
 

@@ -58,6 +58,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     _print(found, out)
     if not options.no_figures:
         print(f"report: {out / 'index.html'}")
+    print(f"next: clearance-mj simulate {out} --rms 2 --gap x0.5: what half of the gap would do")
+    if dataset.path and dataset.path.is_dir() and any(record.role == "validate" for record in dataset.records):
+        print(f"next: clearance-mj study {dataset.path}: how well records that were kept back are predicted")
     return {"out": str(out), "law": found.law.to_dict()} | found.to_dict()
 
 
@@ -88,16 +91,19 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
 
 
 def _print(found: Identified, out: Path) -> None:
+    from ..identify.structure.priors import parameter_words
+
     if found.estimates:
         print(f"{'parameter':48s} {'before':>11s} {'found':>11s}   std  (over that of before)")
         for row in found.estimates.beside_priors():
             words = "{name:48s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})"
-            print(words.format(**row))
+            print(words.format(**row | {"name": parameter_words(row["name"])}))
     families = found.pages.get("families", ())
     if families:
         print(f"{'family':58s} weight  misfit  held out")
     for family in families:
         print(f"{family.name:58s} {family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}")
+    print(found.model)
     print(f"rig and law: {out / 'rig.toml'}, {out / 'law.json'}")
 
 

@@ -38,8 +38,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if out.suffix != ".toml":
         raise ClearanceError(f"--out {out}: give a name that ends in .toml")
     rig = Rig.load(options.rig)
-    files = [read_channels(path, fs=options.fs) for path in options.files]
-    names = {channel.name for channel in files[0]}
+    files = {str(path): read_channels(path, fs=options.fs) for path in options.files}
+    names = {channel.name for channels in files.values() for channel in channels}
     if unknown := sorted(decided.keys() - names):
         raise ClearanceError(f'--column: {options.files[0]} has no channel "{unknown[0]}"')
     band = tuple(options.band) if options.band else None

@@ -111,6 +111,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for path, text in files.items():
         write_text(path, text)
         print(f"written: {path}")
+    if rigs := [path for path in files if path.suffix == ".toml"]:
+        print(f"next: clearance-mj map FILE... --rig {rigs[0]}: which channel of your records is which sensor")
     return {"files": [str(path) for path in files]}
 
 

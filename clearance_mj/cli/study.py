@@ -31,7 +31,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
 
     load_plugin(options.plugin)
-    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods else None
+    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods is not None else None
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "left_out": study.left_out, "results": study.rows()}

@@ -23,6 +23,7 @@ from ..core.errors import RecordError
 from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..signals.frf import FRF, join_references
+from ..signals.quantities import require_quantity
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
@@ -256,18 +257,24 @@ def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarra
     return headers, np.stack([c.value for c in channels], axis=1)
 
 
-def _header(channel: Channel) -> str:
-    if channel.placed and channel.quantity != UNKNOWN:
-        return f"{channel_name(channel.label, channel.quantity)} [{next(iter(UNITS[channel.quantity]))}]"
+def raw_header(channel: Channel) -> tuple[str, str]:
+    """Return name and unit under which a channel is written: ours where it is placed, otherwise its own."""
     unit = channel.unit if channel.quantity == UNKNOWN else next(iter(UNITS[channel.quantity]))
-    header = f"{channel.name} [{unit}]" if unit or split_header(channel.name)[1] else channel.name
-    if _is_name(_name(header)) or is_time(channel.name):
+    if channel.placed and channel.quantity != UNKNOWN:
+        return channel_name(channel.label, channel.quantity), unit
+    if _is_name(_name(channel.name)) or is_time(channel.name):
         raise RecordError(f'channel "{channel.name}" would be read as another from a table; rename it, or write .uff')
-    return header
+    return channel.name, unit
+
+
+def _header(channel: Channel) -> str:
+    name, unit = raw_header(channel)
+    return f"{name} [{unit}]" if unit or split_header(name)[1] else name
 
 
 def frf_names(frf: FRF) -> tuple[list[str], str]:
     """Return the headers of FRFs without a part, such as "acc:3/base", and their unit."""
+    require_quantity(frf)
     above, _, below = frf.quantity.partition("/")
     if not {above, below} <= set(_PREFIX):
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')

@@ -55,6 +55,14 @@ class FileContents(Shown):
             found |= dict(zip(numbered, things))
         return found | ({} if self.geometry is None else {"geometry": self.geometry})
 
+    @property
+    def unplaced(self) -> tuple[str, ...]:
+        """Responses of the FRFs and modes whose node the geometry does not have; none without a geometry."""
+        if self.geometry is None:
+            return ()
+        responses = [f.responses for f in self.frfs] + [m.responses for m in self.mode_sets]
+        return self.geometry.missing(dict.fromkeys(label for labels in responses for label in labels))
+
     def pick(self, what: str) -> Any:
         """Return one thing that the file holds.
 
@@ -80,7 +88,8 @@ class FileContents(Shown):
         parts = self.parts
         rows = [("what", "holds"), *((f'"{name}"', _words(part)) for name, part in parts.items())]
         choose = f'cm.read(path, what="{next(iter(parts), "frf")}"), or .pick("{next(iter(parts), "frf")}") of this'
-        return Overview(f"File with {len(parts)} kinds of things", {"choose": choose}, rows)
+        facts = {"choose": choose, "without a place": few(self.unplaced)}
+        return Overview(f"File with {len(parts)} kinds of things", facts, rows)
 
 
 def _words(part: Any) -> str:

@@ -28,11 +28,9 @@ from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
 from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
 from .tables.times import Times, time_of
+from .waveforms import GAPS
 
 __all__ = ["read_csv", "write_csv"]
-
-GAPS = 0.1
-"""Share of a raw column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
@@ -67,8 +65,8 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
 
 
 def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: list[str]) -> Contents:
-    if b"\n" not in data:
-        data = data.replace(b"\r", b"\n")
+    if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
     layout = find_layout(head)
     above = [line.decode().rstrip() for line in head[: layout.first]]

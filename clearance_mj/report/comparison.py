@@ -10,7 +10,7 @@ import matplotlib
 import numpy as np
 from markupsafe import escape
 
-from ..core.drawing import COLOURS, FONT, TEST, canvas, key, of_curves, tidy
+from ..core.drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, of_curves, tidy
 from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
@@ -23,26 +23,33 @@ from ..signals.figures import (
     draw_measures,
     measures_height,
 )
+from ..signals.frf import FRF
 from . import html
 from .style import Drawing
 from .tables import Column, Table
 
 __all__ = ["draw", "write_page"]
 
-LOOKS: dict[str, dict[str, Any]] = {"test": {"color": TEST, "lw": 2.0}, "model": {"color": COLOURS[1], "lw": 1.1}}
+LOOKS: dict[str, dict[str, Any]] = {
+    "test": {"color": TEST, "lw": 2.0}, "model": {"color": COLOURS[1], "lw": 1.1},
+    "repeat": {"color": REPEAT, "lw": 0.9},
+}  # fmt: skip
+BESIDE = {"random_db": "random error of the test alone", "random_both_db": "of test and model",
+          "repeat_db": "repeat of the test"}  # fmt: skip
 PER_PAGE = 6  # sensors on one figure
 
 
 def draw(
-    aligned: Alignment, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix: np.ndarray
-) -> list[Drawing]:
-    """Draw a comparison, with the MAC ``matrix`` (n_test, n_model) of the modes of both.
+    aligned: Alignment, comparison: Comparison, test_modes: Modes, model_modes: Modes, matrix: np.ndarray,
+    repeat: FRF | None = None,
+) -> list[Drawing]:  # fmt: skip
+    """Draw a comparison, with the MAC ``matrix`` (n_test, n_model) of the modes of both, and a repeat of the test.
 
     Drawings: "frf_1" and so on, six sensors each; "correlation"; "sensors"; "mac" if both have modes and it is defined.
     """
     rows = np.arange(len(aligned.test.labels))
     pages = np.array_split(rows, -(-rows.size // PER_PAGE))
-    drawings = [_frfs(aligned, page, number) for number, page in enumerate(pages, 1)]
+    drawings = [_frfs(aligned, comparison, repeat, page, number) for number, page in enumerate(pages, 1)]
     drawings += [_correlation(comparison), _sensors(comparison)]
     if np.isfinite(matrix).any():
         drawings.append(_mac(test_modes, model_modes, matrix))
@@ -53,31 +60,49 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
     """Write ``comparison.html`` with the figures, the measures of sensors and modes, and notes; return its path."""
     figures = "".join(html.figure(drawing, number, drawing.svg()) for number, drawing in enumerate(drawings, 1))
     sensors = Table.of("sensors", "Measures by sensor", comparison.per_sensor, {
-        "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"), "mre": Column("MRE", "", ".3f"),
+        "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"), **_beside(comparison),
+        "mre": Column("MRE", "", ".3f"),
         **{name: Column(name.upper(), "", ".3f") for name in UNIT_MEASURES},
     })  # fmt: skip
-    modes = Table.of("modes", "Modes", comparison.per_mode, {
+    modes = Table.of("modes", "Modes", comparison.per_mode[_found(comparison)], {
         "mode": Column("Mode"), "test_hz": Column("Test", "Hz", ".3f"), "model_hz": Column("Model", "Hz", ".3f"),
         "mac": Column("MAC", "", ".3f"), "test_damping": Column("Damping, test", "", ".4f"),
-        "model_damping": Column("Damping, model", "", ".4f"),
+        "model_damping": Column("Damping, model", "", ".4f"), "why": Column("Not compared"),
     })  # fmt: skip
     said = "".join(html.paragraph(str(escape(note)), "note") for note in notes)
-    tables = html.table(sensors) + (html.table(modes) if len(comparison.per_mode) else "")
+    beside = html.paragraph(str(escape(f"RMSE {comparison.summary()['rmse_db']:.2f} dB; {comparison.beside()}.")))
+    tables = beside + html.table(sensors) + (html.table(modes) if _found(comparison).any() else "")
     sections = (html.Section("measures", "Measures", said + tables), html.Section("figures", "Figures", figures))
     path = folder / "comparison.html"
     write_text(path, html.page("FRFs of test and model", sections))
     return path
 
 
-def _frfs(aligned: Alignment, rows: np.ndarray, number: int) -> Drawing:
+def _beside(comparison: Comparison) -> dict[str, Column]:
+    """Columns of what the RMSE stands beside, those that are known."""
+    known = comparison.per_sensor.notna().any()
+    return {name: Column(words, "dB", ".2f") for name, words in BESIDE.items() if known[name]}
+
+
+def _found(comparison: Comparison) -> np.ndarray:
+    """(n_modes,) rows that hold a mode."""
+    return np.isfinite(comparison.per_mode[["test_hz", "model_hz"]].to_numpy(float)).any(axis=1)
+
+
+def _frfs(
+    aligned: Alignment, comparison: Comparison, repeat: FRF | None, rows: np.ndarray, number: int
+) -> Drawing:  # fmt: skip
     figure = canvas(0.35 + ROW_HEIGHT * -(-rows.size // 2))
-    key(figure, of_curves(LOOKS), 2)
-    frfs = {"test": aligned.test, "model": aligned.model}
-    draw_functions(figure, [(frf, LOOKS[name] | {"label": name}) for name, frf in frfs.items()], rows.tolist())
+    frfs = {"test": aligned.test, "model": aligned.model} | ({"repeat": repeat} if repeat else {})
+    key(figure, of_curves({name: LOOKS[name] for name in frfs}), len(frfs))
+    curves = [(frf, LOOKS[name] | {"label": name}) for name, frf in frfs.items()]
+    draw_functions(figure, curves, rows.tolist(), comparison.random_db)
     labels = ", ".join(aligned.test.labels[i] for i in rows)
     caption = (
         f"{aligned.test.quantity} to {', '.join(aligned.test.references)} at {labels}: magnitude, phase, coherence."
     )
+    if comparison.random_db is not None:
+        caption += " Band: the test’s magnitude ± the RMS of its random error."
     return Drawing(f"frf_{number}", figure, caption, f"FRFs of test and model at {labels}.", chart=True)
 
 

@@ -12,6 +12,7 @@ import pandas as pd
 from ..core.errors import ClearanceError
 from ..core.plain_numbers import find_numbers, get_number
 from ..engines import get_engine
+from ..identify.structure.priors import parameter_words
 from ..io.dataset import Record
 from ..rig import Rig
 from ..signals.comparison import Comparison
@@ -34,14 +35,14 @@ IMPROVED = {
     "CSAC": "csac_per_sensor",
     "CSF": "csf_per_sensor",
 }  # Quantities that a better law improves, and their names in `Study.rows`
-_MODE = ["mode", "test_hz", "model_hz", "relative_error_pct", "mac", "test_damping", "model_damping"]
+_MODE = ["mode", "test_hz", "model_hz", "relative_error_pct", "mac", "test_damping", "model_damping", "why"]
 _KEYS = [m.key for m in MEASURES]
 
 
 def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
     """Return a measure of a row of `Study.rows` or `sensor_means` with its interval, times the factor of its unit."""
     found = repeatability.interval_of(row, key)
-    return Interval(factor * found.value, factor * found.low, factor * found.high, found.doubtful)
+    return Interval(factor * found.value, factor * found.low, factor * found.high, found.doubtful, found.missing)
 
 
 def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
@@ -133,8 +134,9 @@ def improvements(study: Study) -> pd.DataFrame:
             change = ratio(interval(row, key), interval(found[level, study.base_law], key))
             low, value, high = (100 * (x - 1) for x in (change.low, change.value, change.high))
             head = {"level": level, "law": law, "over": study.base_law, "quantity": quantity}
-            rows.append(head | {"change_pct": value, "change_pct_low": low, "change_pct_high": high})
-    columns = ["level", "law", "over", "quantity", "change_pct", "change_pct_low", "change_pct_high"]
+            limits = {"change_pct": value, "change_pct_low": low, "change_pct_high": high}
+            rows.append(head | limits | {"no_interval": change.missing})
+    columns = ["level", "law", "over", "quantity", "change_pct", "change_pct_low", "change_pct_high", "no_interval"]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -146,7 +148,7 @@ def parameters(study: Study) -> pd.DataFrame:
     data = study.dataset.rig.to_dict()
     rows = [
         {
-            "law": law.name, "parameter": p["name"], "unit": p["unit"], "value": p["value"],
+            "law": law.name, "parameter": parameter_words(p["name"]), "unit": p["unit"], "value": p["value"],
             "standard_deviation": std, "relative_std_pct": 100 * std / abs(p["value"]) if p["value"] else np.nan,
             "rig_file": _in_rig_file(data, p["name"]),
         }

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import escape
 
 from ..core.files import write_text
 from ..estimate.estimates import Estimates
@@ -14,6 +15,7 @@ from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.comparison import FamilyFit
 from ..identify.laws.law_misfit import LawMisfit
 from ..identify.registry import Identified
+from ..identify.structure.priors import parameter_words, unsaid_words
 from ..identify.structure.rig_update import RigUpdate
 from ..io.dataset import Dataset, Record
 from ..statistics.intervals import Interval
@@ -28,6 +30,7 @@ from .writer import ReportWriter
 __all__ = ["write_identification"]
 
 LISTED = 12  # strongest correlations that are listed
+BEFORE = "of the rig file, within its tolerance, or usual of the law’s family"
 CORRELATED = 0.5  # size of a correlation from which on it is listed
 
 
@@ -73,8 +76,18 @@ def _summary(found: Identified, dataset: Dataset, shown: Path) -> str:
     return html.render(
         "identification.html.j2", warnings=found.warnings, folder=shown, gaps=_gaps(found, dataset),
         synthetic=dataset.is_synthetic, source="; ".join(sources) or "the dataset does not say",
-        records=[r.name for r in dataset.identify], law=found.law,
+        records=[r.name for r in dataset.identify], model=_model(found),
     )  # fmt: skip
+
+
+def _model(found: Identified) -> Table:
+    """The law that was found, bushing by bushing."""
+    shown = found.model._overview()
+    head, *rows = shown.table
+    kept = [i for i, name in enumerate(head) if not name.startswith(("gap", "offset"))]
+    columns = tuple(Column(head[i][:1].upper() + head[i][1:]) for i in kept)
+    caption = f"The law that was found ({shown.facts['law']}). Contact and filling in rig.toml are the datasheet’s."
+    return Table("law", caption, columns, tuple(tuple(row[i] for i in kept) for row in rows))
 
 
 def _gaps(found: Identified, dataset: Dataset) -> Table:
@@ -125,7 +138,13 @@ def _parameters(found: Identified, writer: ReportWriter) -> str:
     table_rows = found.estimates.beside_priors()
     writer.csv("parameters", table_rows)
     rows = tuple(
-        (r["name"], r["unit"], r["before"], Interval(r["value"], r["low"], r["high"]), r["posterior_over_prior"])
+        (
+            parameter_words(r["name"]),
+            r["unit"],
+            r["before"],
+            Interval(r["value"], r["low"], r["high"]),
+            r["posterior_over_prior"],
+        )
         for r in table_rows
     )
     columns = (
@@ -134,11 +153,11 @@ def _parameters(found: Identified, writer: ReportWriter) -> str:
     )  # fmt: skip
     caption = "Parameters of the rig, then of every bushing’s law, SI units."
     only = found.estimates.only_prior
-    held = f"Only the prior holds {', '.join(only)}." if only else "The records add to the prior of every parameter."
+    held = f"{unsaid_words(only, BEFORE)}." if only else "the records say something about every parameter."
     table = html.table(Table("parameters", caption, columns, rows))
     return (
         writer.figure(draw_parameters(found.estimates))
-        + html.paragraph(html.formula(held))
+        + html.paragraph(str(escape(held[0].upper() + held[1:])))
         + f'<details id="values"><summary>All {len(rows)} parameters</summary>\n{table}</details>\n'
         + _correlations(found.estimates)
     )
@@ -150,7 +169,7 @@ def _correlations(found: Estimates) -> str:
     pairs.sort(key=lambda pair: -abs(matrix[pair]))
     if not pairs:
         return ""
-    rows = tuple((names[j], names[i], float(matrix[i, j])) for i, j in pairs[:LISTED])
+    rows = tuple((parameter_words(names[j]), parameter_words(names[i]), float(matrix[i, j])) for i, j in pairs[:LISTED])
     caption = (
         f"The strongest correlations, of {len(pairs)} beyond ±{CORRELATED:g}: the records identify combinations of "
         "such pairs."

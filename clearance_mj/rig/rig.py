@@ -264,7 +264,7 @@ class Rig(Shown):
             "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
         }
-        head = ("bushing", "at", "gap (mm)", "contact (N/m, N s/m)", "grease (N/m, N s/m)")
+        head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
         rows = [
             (
                 label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",

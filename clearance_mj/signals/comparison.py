@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-import functools
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.optimize
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only
-from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mac, mre, relative_error, rmse_db
-from .ema import NO_MODES, Modes, extract_modes
+from .compared_modes import mode_table, paired_modes
+from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
+from .ema import NO_MODES, Modes
 from .frf import FRF
+from .frf_error import random_db, why_unknown
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Comparison", "compare", "compare_modes", "mac_of_modes"]
+__all__ = ["Comparison", "compare", "compare_modes"]
 
-FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
-MIN_AFFINITY = 0.05
+BESIDE = ("random_db", "random_both_db", "repeat_db")
+"""Columns by sensor that the RMSE stands beside: what random errors alone, or a repeat of the test, make of it."""
 SENSOR_MEASURES = ("csac_per_sensor", "csf_per_sensor")  # measures by sensor and line
 TABLES = (("per_sensor", "response", "sensor"), ("per_mode", "mode", "mode"))
 """Field, its dimension, and the column that labels it."""
@@ -51,30 +52,58 @@ class Comparison(Shown, ArrayData):
     """(n_sensors, n_f) windowed variant"""
     per_sensor: pd.DataFrame
     """n_sensors rows of sensor (its label), mre, rmse_db, frac; csac and csf: means over the lines of the variant;
-    nan for frac and csac where there is one line"""
+    nan for frac and csac where there is one line; random_db: RMSE by the random error of the test alone,
+    random_both_db: by those of test and model under independent excitations, repeat_db: of a repeat of the test; nan
+    where that is not known"""
     per_mode: pd.DataFrame
-    """n_modes rows of mode (from 1), test_hz, model_hz, relative_error, mac, test_damping, model_damping; a mode
-    without a partner has nan in place of what is not there, and so have rows for which no mode was found; the MAC of
-    one response is nan"""
+    """n_modes rows of mode (from 1), test_hz, model_hz, relative_error, mac, test_damping, model_damping and why; a
+    mode without a partner, or hardly extracted, has nan in place of what is not there or not compared, and the reason
+    in words; rows for which no mode was found are nan; the MAC of one response is nan"""
+    random_db: np.ndarray | None = None
+    """(n_sensors, n_f) RMS of 20 lg of the test's estimated over its true magnitude that its random error alone makes;
+    None: not known"""
+    random_words: str = ""
+    """what the random error is known from, or why it is not"""
 
     def __post_init__(self) -> None:
         self._set(**{name: read_only(getattr(self, name)) for name in ("frequency", "csac", "csf", *SENSOR_MEASURES)})
-        self._set(per_sensor=_frame(self.per_sensor), per_mode=_frame(self.per_mode))
+        self._set(random_db=None if self.random_db is None else read_only(self.random_db))
+        by_sensor, by_mode = _frame(self.per_sensor), _frame(self.per_mode)
+        unknown = {name: np.nan for name in BESIDE if name not in by_sensor}
+        words = {} if "why" in by_mode else {"why": ""}
+        self._set(per_sensor=by_sensor.assign(**unknown), per_mode=by_mode.assign(**words))
 
     def summary(self) -> dict[str, float]:
         """Return the means and modes in one flat dict.
 
-        mre, rmse_db, frac: means over the sensors; csac, csf: over the lines; csac_per_sensor, csf_per_sensor: over
-        both; relative_error, mac: over the modes that have a partner; mode_1_test_hz and so on for each mode.
+        mre, rmse_db, frac, random_db, random_both_db, repeat_db: means over the sensors; csac, csf: over the lines;
+        csac_per_sensor, csf_per_sensor: over both; relative_error, mac: over the modes that have a partner;
+        mode_1_test_hz and so on for each mode.
         """
-        found = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac")}
+        found = {name: np.mean(self.per_sensor[name].to_numpy()) for name in ("mre", "rmse_db", "frac", *BESIDE)}
         found |= {name: np.mean(getattr(self, name)) for name in ("csac", "csf", *SENSOR_MEASURES)}
         paired = self.per_mode[np.isfinite(self.per_mode["relative_error"])]
         for name in ("relative_error", "mac"):
             found[name] = np.mean(paired[name].to_numpy()) if len(paired) else np.nan
-        for name in self.per_mode.columns.drop("mode"):
+        for name in self.per_mode.columns.drop(["mode", "why"]):
             found |= {f"mode_{mode}_{name}": v for mode, v in zip(self.per_mode["mode"], self.per_mode[name])}
         return {name: float(value) for name, value in found.items()}
+
+    def beside(self) -> str:
+        """Return in words what the RMSE stands beside: that of a repeat of the test, and of random errors alone."""
+        mean, said = self.summary(), list[str]()
+        if np.isfinite(mean["repeat_db"]):
+            said.append(f"a repeat of the test misses it by {mean['repeat_db']:.3g} dB")
+        if np.isfinite(mean["random_db"]):
+            both = f", those of test and model {mean['random_both_db']:.3g} dB if their excitations are independent"
+            known = np.isfinite(mean["random_both_db"])
+            said.append(
+                f"the random error of the test's FRFs alone would be {mean['random_db']:.3g} dB{both if known else ''} "
+                f"({self.random_words})"
+            )
+        else:
+            said.append(f"the random error of the test's FRFs is {self.random_words or 'not known'}")
+        return "; ".join(said)
 
     def _overview(self) -> Overview:
         mean = self.summary()
@@ -84,6 +113,7 @@ class Comparison(Shown, ArrayData):
             "sensors": few(sensors),
             "by sensor": f"RMSE {mean['rmse_db']:.3g} dB, MRE {mean['mre']:.3g}, FRAC {mean['frac']:.3f} (means)",
             "by line": f"CSAC {mean['csac']:.3f}, CSF {mean['csf']:.3f} (means)",
+            "beside RMSE": self.beside(),
         }
         head = ("mode", "test (Hz)", "model (Hz)", "difference (%)", "MAC", "test damping (%)", "model damping (%)")
         forms = (("test_hz", 1, ".2f"), ("model_hz", 1, ".2f"), ("relative_error", 100, ".2f"), ("mac", 1, ".3f"),
@@ -110,10 +140,11 @@ class Comparison(Shown, ArrayData):
         variables |= {name: (("response", "frequency"), getattr(self, name), "1") for name in SENSOR_MEASURES}
         for table, axis, head in TABLES:
             for name, column in getattr(self, table).drop(columns=head).items():
-                units = "Hz" if name.endswith("_hz") else "dB" if name.endswith("_db") else "1"
+                units = "" if name == "why" else "Hz" if name.endswith("_hz") else "dB" if name.endswith("_db") else "1"
                 variables[f"{table}_{name}"] = (axis, column.to_numpy(), units)
-        labels = {"response": self.per_sensor["sensor"], "mode": self.per_mode["mode"]}
-        return labelled.dataset("comparison", variables, labels | {"frequency": self.frequency})
+        variables["random_db"] = (("response", "frequency"), self.random_db, "dB")
+        labels = {"response": self.per_sensor["sensor"], "mode": self.per_mode["mode"], "frequency": self.frequency}
+        return labelled.dataset("comparison", variables, labels, {"random_words": self.random_words})
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Comparison:
@@ -131,14 +162,20 @@ class Comparison(Shown, ArrayData):
             first = labelled.labels(ds, axis) if axis == "response" else ds.get("mode", np.empty(0, dtype=int))
             columns = {str(name): ds[name].values for name in ds.data_vars if str(name).startswith(f"{table}_")}
             found[table] = _frame({head: first} | {name[len(table) + 1 :]: v for name, v in columns.items()})
-        return cls(**found)
+        if "random_db" in ds:
+            found["random_db"] = labelled.values(ds, "random_db", "response", "frequency")
+        return cls(**found, random_words=str(ds.attrs.get("random_words", "")))
 
 
 @checks_kinds
-def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None) -> Comparison:
+def compare(
+    test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None, repeat: FRF | None = None
+) -> Comparison:  # fmt: skip
     """Compare the FRFs of a model with those of a test on the same lines and responses, over frequency and by sensor.
 
-    Measures that are 1 by definition come out as nan: CSAC and MAC of one response, FRAC of one line.
+    Measures that are 1 by definition come out as nan: CSAC and MAC of one response, FRAC of one line. FRFs that were
+    estimated from noise miss each other by their random errors even where rig and model are the same: the RMSE stands
+    beside what these alone would make of it, if coherence and averages are known, and beside a repeat of the test.
 
     Parameters
     ----------
@@ -146,6 +183,8 @@ def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None)
         Estimated in the same way; nothing is interpolated.
     per_mode : DataFrame, optional
         Table of modes, as `compare_modes` returns, to go into the comparison; without, it has no modes.
+    repeat : FRF, optional
+        The test's FRFs once more, from another record of the same level.
 
     Raises
     ------
@@ -153,7 +192,7 @@ def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None)
         If the lines, the responses or the quantities differ.
     """
     _require_same(test_frf, model_frf)
-    per_mode = _mode_table(NO_MODES, NO_MODES, [], 0) if per_mode is None else per_mode
+    per_mode = mode_table(test_frf, model_frf, (NO_MODES, NO_MODES, []), 0) if per_mode is None else per_mode
     test, model = test_frf.functions, model_frf.functions
     n_sensors, n_f = test.shape
     # What is 1 by definition says nothing.
@@ -168,13 +207,38 @@ def compare(test_frf: FRF, model_frf: FRF, per_mode: pd.DataFrame | None = None)
         "csac": variant_csac.mean(axis=1),
         "csf": variant_csf.mean(axis=1),
     }
-    by_sensor = _frame(per_sensor)
-    return Comparison(test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, by_sensor, per_mode)
+    by_line_db, words = _random(test_frf)
+    of_model, _ = _random(model_frf)
+    if by_line_db is not None:
+        per_sensor["random_db"] = _rms(by_line_db)
+    if by_line_db is not None and of_model is not None:
+        per_sensor["random_both_db"] = _rms(np.hypot(by_line_db, of_model))
+    if repeat is not None:
+        _require_same(test_frf, repeat)
+        per_sensor["repeat_db"] = rmse_db(test, repeat.functions)
+    return Comparison(
+        test_frf.frequency, by_line, csf(test, model), variant_csac, variant_csf, _frame(per_sensor), per_mode,
+        by_line_db, words,
+    )  # fmt: skip
+
+
+def _random(frf: FRF) -> tuple[np.ndarray | None, str]:
+    """What the random error alone makes of each function (n_functions, n_f), dB, and what it is known from."""
+    if unknown := why_unknown(frf):
+        return None, f"not known: there is {unknown}"
+    found = dataclasses.replace(frf, value=random_db(frf), coherence=None).functions.real
+    return found, f"from coherence and {frf.averages:.3g} averages"
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sqrt(np.mean(values**2, axis=-1)))
 
 
 @checks_kinds
-def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> pd.DataFrame:
+def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4, test_modes: Modes | None = None) -> pd.DataFrame:
     """Extract the modes of a test's and of a model's FRFs, and pair them one to one by MAC and frequency.
+
+    Poles of one peak are joined (`mode_quality.distinct_modes`). A mode that is hardly extracted is not compared.
 
     Parameters
     ----------
@@ -182,6 +246,8 @@ def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> pd.DataFra
         FRFs of the same lines and responses.
     n_modes : int
         Number of rows; where fewer modes are found, the rest is nan. 0: none are looked for.
+    test_modes : Modes, optional
+        The test's, of which there is a row each and no other; by default they are extracted.
 
     Returns
     -------
@@ -195,8 +261,8 @@ def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4) -> pd.DataFra
         too few lines).
     """
     _require_same(test_frf, model_frf)
-    modes = _paired_modes(test_frf, model_frf, n_modes) if n_modes else (NO_MODES, NO_MODES, [])
-    return _mode_table(*modes, n_modes)
+    modes = paired_modes(test_frf, model_frf, n_modes, test_modes) if n_modes else (NO_MODES, NO_MODES, [])
+    return mode_table(test_frf, model_frf, modes, n_modes, only_test=test_modes is not None)
 
 
 def _frame(data: dict[str, Any] | pd.DataFrame) -> pd.DataFrame:
@@ -204,13 +270,6 @@ def _frame(data: dict[str, Any] | pd.DataFrame) -> pd.DataFrame:
     import pandas as pd
 
     return pd.DataFrame(data)
-
-
-def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
-    """MAC (n_a, n_b) of each mode of one set with each of another; nan for one response, whose MAC is always 1."""
-    if a.shape.shape[0] < 2:
-        return np.full((a.frequency.size, b.frequency.size), np.nan)
-    return mac(a.shape, b.shape)
 
 
 def _require_same(test_frf: FRF, model_frf: FRF) -> None:
@@ -226,60 +285,3 @@ def _require_same(test_frf: FRF, model_frf: FRF) -> None:
 
 def _grid(frequency: np.ndarray) -> str:
     return f"{frequency.size} lines from {frequency[0]:.9g} to {frequency[-1]:.9g} Hz"
-
-
-Pairs = list[tuple[int, int]]  # numbers of the modes of test and model that are one
-
-
-def _paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int) -> tuple[Modes, Modes, Pairs]:
-    """Modes of test and model, and the pairs of their numbers.
-
-    Where a strong mode of the test has no partner among as many of the model, twice as many are looked at: it may be
-    a weaker one there.
-    """
-    test, model = _modes_once(test_frf, n_modes), extract_modes(model_frf, n_modes)
-    pairs = _pairs(test, model)
-    if len(pairs) == test.frequency.size:
-        return test, model, pairs
-    more = extract_modes(model_frf, 2 * n_modes)
-    more_pairs = _pairs(test, more)
-    return (test, more, more_pairs) if len(more_pairs) > len(pairs) else (test, model, pairs)
-
-
-@functools.lru_cache(maxsize=32)
-def _modes_once(frf: FRF, n_modes: int) -> Modes:
-    """Modes of a test, which is compared with many models; equal FRFs have equal modes."""
-    return extract_modes(frf, n_modes)
-
-
-def _pairs(test: Modes, model: Modes) -> Pairs:
-    """One-to-one pairs with the largest sum of √MAC times a Gaussian of the frequency ratio's logarithm.
-
-    Frequency keeps modes apart whose shapes the few sensors cannot, MAC those that are close.
-    """
-    ratio = np.log(model.frequency / test.frequency[:, None])
-    affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / FREQUENCY_SCALE) ** 2)
-    rows, columns = scipy.optimize.linear_sum_assignment(affinity, maximize=True)
-    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= MIN_AFFINITY]
-
-
-def _mode_table(test: Modes, model: Modes, pairs: Pairs, n_modes: int) -> pd.DataFrame:
-    """n_modes rows: the test's modes, then the model's that have no partner, by frequency; then nan."""
-    partner = dict(pairs)
-    rows = [(i, partner.get(i, -1)) for i in range(test.frequency.size)]
-    rows += [(-1, j) for j in range(model.frequency.size) if j not in partner.values()]
-    rows += [(-1, -1)] * n_modes
-    of_test, of_model = np.array(rows[:n_modes], dtype=int).reshape(-1, 2).T
-    test_hz, model_hz = np.append(test.frequency, np.nan)[of_test], np.append(model.frequency, np.nan)[of_model]
-    table = _frame(
-        {
-            "test_hz": test_hz,
-            "model_hz": model_hz,
-            "relative_error": relative_error(test_hz, model_hz),
-            "mac": np.pad(mac_of_modes(test, model), (0, 1), constant_values=np.nan)[of_test, of_model],
-            "test_damping": np.append(test.damping, np.nan)[of_test],
-            "model_damping": np.append(model.damping, np.nan)[of_model],
-        }
-    )
-    order = np.argsort(np.where(np.isnan(test_hz), model_hz, test_hz))
-    return table.iloc[order].reset_index(drop=True).assign(mode=np.arange(1, n_modes + 1))[["mode", *table]]

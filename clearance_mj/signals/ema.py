@@ -31,7 +31,7 @@ from .quantities import require_quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Modes", "extract_modes"]
+__all__ = ["Modes", "extract_modes", "refitted_modes"]
 
 MIN_ORDER = 5
 LINES_PER_ORDER = 3
@@ -132,8 +132,27 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
 
     candidates, persistence = _cluster(_stable_poles(frf.frequency, value, max_order), max_order - MIN_ORDER)
     poles = _refine(fit, _strongest(fit, candidates, persistence, n_modes))
-    poles = _with_noisy(fit, poles, n_modes)
+    return _modes(frf, fit, _with_noisy(fit, poles, n_modes))
 
+
+def refitted_modes(frf: FRF, modes: Modes) -> Modes:
+    """Return modes whose poles and shapes fit FRFs best, near those that are given.
+
+    Parameters
+    ----------
+    frf : FRF
+        Their FRFs.
+    modes : Modes
+        Where to begin.
+    """
+    value = frf.functions
+    fit = ModalFit(frf.frequency, value, line_weight(value))
+    poles = poles_of(np.log(np.concatenate((modes.frequency / frf.frequency[-1], modes.damping))))
+    return _modes(frf, fit, _refine(fit, poles))
+
+
+def _modes(frf: FRF, fit: ModalFit, poles: np.ndarray) -> Modes:
+    """Modes of poles, with the shapes that fit best."""
     poles = poles[np.argsort(np.abs(poles))]
     shape = fit.residues(poles).T
     largest = np.argmax(np.abs(shape), axis=0)

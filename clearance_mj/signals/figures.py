@@ -90,12 +90,22 @@ def frf_figure(frfs: Mapping[str, Functions], rows: Sequence[int]) -> Figure:
     return figure
 
 
-def draw_functions(figure: Figure, curves: Sequence[tuple[Functions, Look]], rows: Sequence[int]) -> None:
-    """Draw magnitude, phase and coherence of functions of like FRFs, two functions in a line."""
+def draw_functions(
+    figure: Figure, curves: Sequence[tuple[Functions, Look]], rows: Sequence[int], error: np.ndarray | None = None
+) -> None:
+    """Draw magnitude, phase and coherence of functions of like FRFs, two functions in a line.
+
+    ``error`` (n_functions, n_f), dB: half the width of a band about the magnitudes of the first.
+    """
     columns = min(2, len(rows))
     cells = figure.subfigures(-(-len(rows) // columns), columns, squeeze=False)
     for cell, row in zip(cells.flat, rows):
         _draw_function(cell, curves, row)
+        if error is not None:
+            first = curves[0][0]
+            middle = decibel(first.functions[row])
+            limits = middle - error[row], middle + error[row]
+            cell.axes[0].fill_between(first.frequency, *limits, color=REPEAT, alpha=0.4, lw=0)
 
 
 def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], row: int) -> None:

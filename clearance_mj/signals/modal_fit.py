@@ -69,6 +69,14 @@ class ModalFit:
         pairs = self.coefficients(poles, triangle, part)
         return -poles.real[:, None] * (pairs[:, 0] + 1j * pairs[:, 1])
 
+    def shape_errors(self, poles: np.ndarray, left: np.ndarray) -> np.ndarray:
+        """(n,) root of the total variance of each pole's residues over their length, where the fit leaves so much."""
+        basis, triangle, part = self.project(poles)
+        pairs = self.coefficients(poles, triangle, part)
+        inverse = (np.linalg.pinv(triangle, rcond=1e-12)[: 2 * poles.size] @ basis.T).reshape(poles.size, 2, -1)
+        variance = np.sum(inverse**2 @ left**2, axis=(1, 2))
+        return np.asarray(np.sqrt(variance / np.sum(pairs**2, axis=(1, 2))))
+
     def explained(self, poles: np.ndarray) -> tuple[np.ndarray, float]:
         """What each pole takes out of the residual that no other does (n,), and the residual, as sums of squares."""
         _, triangle, part = self.project(poles)

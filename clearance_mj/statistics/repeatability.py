@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -31,29 +33,36 @@ def has_interval(key: str) -> bool:
 def pooled(by_level: Repeated, key: str) -> Pooled:
     """Return the mean error of one measure over the seeds of each level, with intervals."""
     perfect = PERFECT[_measure(key)]
-    return over_seeds({level: [abs(perfect - s[key]) for s in seeds] for level, seeds in by_level.items()})
+    errors = {level: [abs(perfect - s[key]) for s in seeds] for level, seeds in by_level.items()}
+    return over_seeds(errors, largest=_largest(key))
 
 
-def mean_rows(by_level: Repeated) -> dict[float, dict[str, float]]:
+def _largest(key: str) -> float:
+    """What an error cannot exceed: criteria are 0 to 1."""
+    return 1.0 if PERFECT[_measure(key)] == 1 else math.inf
+
+
+def mean_rows(by_level: Repeated) -> dict[float, dict[str, Any]]:
     """Means over the seeds of each level; errors and criteria with ``_low`` and ``_high``, their 95 % interval,
-    and ``_doubtful`` where Cochran's test refuses what it assumes.
+    ``_doubtful`` where Cochran's test refuses what it assumes, and ``_no_interval``: why there is none.
     """
     means = {level: _means(seeds) for level, seeds in by_level.items()}
     return _rows(means, lambda key: pooled(by_level, key).means)
 
 
-def repeat_rows(by_level: Rows) -> dict[float, dict[str, float]]:
+def repeat_rows(by_level: Rows) -> dict[float, dict[str, Any]]:
     """Return the measures of the repeatability, one pair of seeds for each level; intervals by `on_power_law`."""
 
     def intervals(key: str) -> Mapping[float, Interval]:
-        return on_power_law({level: abs(PERFECT[_measure(key)] - row[key]) for level, row in by_level.items()})
+        errors = {level: abs(PERFECT[_measure(key)] - row[key]) for level, row in by_level.items()}
+        return on_power_law(errors, largest=_largest(key))
 
     return _rows(by_level, intervals)
 
 
-def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> dict[float, dict[str, float]]:
+def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> dict[float, dict[str, Any]]:
     """Limits beside the means; those of a criterion are its error's, the other way round."""
-    rows: dict[float, dict[str, float]] = {level: {} for level in means}
+    rows: dict[float, dict[str, Any]] = {level: {} for level in means}
     for key in next(iter(means.values()), ()):
         found = intervals(key) if has_interval(key) else {}
         for level, row in rows.items():
@@ -63,7 +72,7 @@ def _rows(means: Rows, intervals: Callable[[str], Mapping[float, Interval]]) -> 
                 is_error = PERFECT[_measure(key)] == 0
                 limits = (error.low, error.high) if is_error else (1 - error.high, 1 - error.low)
                 row[f"{key}_low"], row[f"{key}_high"] = limits
-                row[f"{key}_doubtful"] = error.doubtful
+                row[f"{key}_doubtful"], row[f"{key}_no_interval"] = error.doubtful, error.missing
     return rows
 
 
@@ -76,6 +85,7 @@ def _means(seeds: Sequence[Mapping[str, float]]) -> dict[str, float]:
     return means
 
 
-def interval_of(row: Mapping[str, float], key: str) -> Interval:
+def interval_of(row: Mapping[str, Any], key: str) -> Interval:
     """Return a measure of a row of `mean_rows` or `repeat_rows` with its limits."""
-    return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"], bool(row[f"{key}_doubtful"]))
+    doubtful, missing = bool(row[f"{key}_doubtful"]), str(row[f"{key}_no_interval"])
+    return Interval(row[key], row[f"{key}_low"], row[f"{key}_high"], doubtful, missing)

@@ -79,6 +79,7 @@ class Geometry(Shown, ArrayData):
     lines: tuple[tuple[int, ...], ...] = ()
     """nodes along each trace line; 0 between parts that are not joined"""
     elements: tuple[Element, ...] = ()
+    """of a mesh, by nodes that may lack a place"""
     systems: tuple[CoordinateSystem, ...] = ()
     """local coordinate systems"""
     displacement_systems: tuple[int, ...] = ()

@@ -1,14 +1,15 @@
-"""A case of a study: one law on one engine against one validation record."""
+"""A case of a study, one law on one engine against one validation record, and what a dataset needs to have any."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..io.dataset import Record
+from ..core.errors import RecordError
+from ..io.dataset import Dataset, Record
 from ..signals.comparison import Comparison
 from ..signals.frf import FRF
 
-__all__ = ["Case"]
+__all__ = ["Case", "require_comparable"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,3 +28,20 @@ class Case:
     """of the test's FRFs with the model's"""
     statistics: dict
     """as `contact_statistics`"""
+
+
+def require_comparable(dataset: Dataset) -> None:
+    """Refuse a dataset without bushings or validation records, or with one of these without level.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Rig and records.
+    """
+    if not dataset.validate:
+        raise RecordError(f'{dataset.path}: no record has role "validate", so there is nothing to compare with')
+    if not dataset.rig.bushings:
+        raise RecordError(f"{dataset.path}: the rig has no bushings, so there is no clearance to study")
+    for record in dataset.validate:
+        if record.level is None:
+            raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')

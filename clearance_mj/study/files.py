@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -40,10 +41,13 @@ def write_results(study: Study, folder: Path) -> None:
             law.rig.copied(folder / "laws" / "structure").save(folder / "laws" / f"{law.name}_rig.toml")
     models = [_arrays(c.frf).expand_dims(law=[c.law], engine=[c.engine], record=[c.record.name]) for c in study.cases]
     tests = [_arrays(frf).expand_dims(record=[name]) for name, frf in study.tests.items()]
-    combined = xr.combine_by_coords(models, combine_attrs="override").rename(value="model", coherence="model_coherence")
-    measured = xr.concat(tests, "record", combine_attrs="override").rename(value="test", coherence="test_coherence")
+    # Records may have bands of their own: what another has not is nan.
+    together: dict[str, Any] = {"join": "outer", "compat": "no_conflicts", "combine_attrs": "override"}
+    every = together | {"data_vars": "all", "coords": "different"}
+    combined = xr.combine_by_coords(models, **every).rename(value="model", coherence="model_coherence")
+    measured = xr.concat(tests, "record", **every).rename(value="test", coherence="test_coherence")
     rig = json.dumps(study.dataset.rig.to_dict())
-    combined = xr.merge((combined, measured), combine_attrs="override").assign_attrs(
+    combined = xr.merge((combined, measured), **together).assign_attrs(
         rig=rig, version=__version__, provenance=json.dumps(made)
     )
     with replacing(folder / "results.nc") as temporary:
@@ -85,6 +89,9 @@ def study_summary(study: Study) -> dict:
             for k in study.laws
         ],
         "left_out": [{"method": name, "why": why} for name, why in study.left_out.items()],
+        "modes_left_out": [
+            {"level": level, "why": why} for level, modes in study.level_modes.items() for why in modes.left_out
+        ],
         "best_law": study.best_law,
         "identified_from": [r.name for r in study.dataset.identify],
         "validated_on": [r.name for r in study.dataset.validate],

@@ -2,14 +2,38 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from ..signals.comparison import Comparison
 from ..statistics import repeatability
 
-__all__ = ["Summaries", "agreement_rows", "scatter_rows"]
+__all__ = ["Summaries", "agreement_rows", "level_summaries", "scatter_rows"]
 
 Summaries = dict[float, list[dict[str, float]]]
 """By level, the summary of each record's comparison."""
+
+
+def level_summaries(found: Sequence[Comparison]) -> list[dict[str, float]]:
+    """Return the summaries of the records of a level, of the modes that are compared in all of them.
+
+    A mean over records of which one has another mode, or none, would be no mean of anything.
+
+    Parameters
+    ----------
+    found : sequence of Comparison
+        One for each record, modes in one order.
+    """
+    compared = np.all([np.isfinite(c.per_mode["relative_error"]) for c in found], axis=0)
+    columns = ["model_hz", "relative_error", "mac", "model_damping"]
+    summaries = []
+    for comparison in found:
+        modes = comparison.per_mode
+        modes = modes.assign(**{name: np.where(compared, modes[name], np.nan) for name in columns})
+        summaries.append(dataclasses.replace(comparison, per_mode=modes).summary())
+    return summaries
 
 
 def agreement_rows(

@@ -26,10 +26,11 @@ from ..signals.stepped_sines import SineSteps, sine_steps
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band, frf_band, paired_error
 from . import stored
-from .case import Case
+from .case import Case, require_comparable
 from .identified import IdentifiedModel
+from .level_modes import LevelModes
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
-from .rows import Summaries, agreement_rows, scatter_rows
+from .rows import Summaries, agreement_rows, level_summaries, scatter_rows
 
 __all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Study"]
 
@@ -79,7 +80,7 @@ class Study:
             get_engine(engine)
         for method in methods or ():
             get_method(method)
-        _check(dataset)
+        require_comparable(dataset)
         for method in methods or ():
             require(method, dataset)
         self.dataset, self.engines = dataset, tuple(engines)
@@ -159,6 +160,20 @@ class Study:
         """Measured FRFs by the record's name."""
         return {record.name: self.test(record) for record in self.dataset.validate}
 
+    @functools.cached_property
+    def level_modes(self) -> dict[float, LevelModes]:
+        """By level: the modes that all its records show well, which are compared, and why others are not."""
+        found = {}
+        for level in self.levels:
+            records = self.records(level)
+            found[level] = LevelModes.of([r.name for r in records], [self.test(r) for r in records], N_MODES)
+        return found
+
+    def _compared(self, record: Record, model: FRF) -> Comparison:
+        """The test's FRFs of a validation record, compared with others."""
+        test, modes = self.test(record), self.level_modes[record.level or 0.0].of_record[record.name]
+        return compare(test, model, compare_modes(test, model, N_MODES, modes))
+
     def simulated(
         self, laws: Sequence[str] | None = None, engines: Sequence[str] | None = None,
         records: Sequence[Record] | None = None,
@@ -180,6 +195,8 @@ class Study:
         missing = [i for i, key in enumerate(keys) if key not in self._cases]
         for law, _, record in (wanted[i] for i in missing):
             self.law(law), self.test(record)
+        if missing:
+            _ = self.level_modes  # before threads want it
         words = "simulating" if self._progress else ""
         for i, case in run_tasks(lambda i: self._case(*wanted[i]), missing, self._workers, progress=words):
             self._cases[keys[i]] = case
@@ -196,11 +213,14 @@ class Study:
         def compute() -> stored.CaseResult:
             response = simulate(model, record.excitation(), None, engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
-            return stored.CaseResult(frf, _compared(test, frf), contact_statistics(response), response.provenance)
+            return stored.CaseResult(
+                frf, self._compared(record, frf), contact_statistics(response), response.provenance
+            )
 
         engine_used = get_engine(engine)
         settings = dataclasses.asdict(engine_used)
         inputs = [*_content(model), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
+        inputs += [self.level_modes[record.level or 0.0].of_record[record.name].frequency.tolist()]
         inputs += code_outside(engine_used, *_models(model.law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return Case(name, engine, record, found.frf, found.comparison, found.statistics)
@@ -209,9 +229,7 @@ class Study:
     def repeatability(self) -> dict[float, Comparison]:
         """By level: the second seed's record compared with the first's."""
         pairs = {level: self.records(level)[:2] for level in self.levels}
-        return {
-            level: _compared(self.test(pair[0]), self.test(pair[1])) for level, pair in pairs.items() if len(pair) == 2
-        }
+        return {level: self._compared(pair[0], self.test(pair[1])) for level, pair in pairs.items() if len(pair) == 2}
 
     @functools.cached_property
     def bands(self) -> dict[str, tuple[Band, np.ndarray]]:
@@ -366,21 +384,7 @@ class Study:
         return scatter_rows({key: self._summaries(*key) for key in self.combinations})
 
     def _summaries(self, law: str, engine: str) -> Summaries:
-        return {level: [c.summary() for c in found] for level, found in self.of_law(law, engine).items()}
-
-
-def _check(dataset: Dataset) -> None:
-    if not dataset.validate:
-        raise RecordError(f'{dataset.path}: no record has role "validate", so there is nothing to compare with')
-    if not dataset.rig.bushings:
-        raise RecordError(f"{dataset.path}: the rig has no bushings, so there is no clearance to study")
-    for record in dataset.validate:
-        if record.level is None:
-            raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')
-
-
-def _compared(test: FRF, model: FRF) -> Comparison:
-    return compare(test, model, compare_modes(test, model, N_MODES))
+        return {level: level_summaries(found) for level, found in self.of_law(law, engine).items()}
 
 
 def _content(model: Model) -> list[object]:

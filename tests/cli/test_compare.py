@@ -10,7 +10,8 @@ from clearance_mj.cli import main
 from clearance_mj.core.output_folder import WORK
 from clearance_mj.io import formats
 from clearance_mj.signals.alignment import convert_quantity
-from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.signals.response import Response
 
 POLES_HZ, DAMPING = np.array([12.5, 40.0, 90.0]), 0.02
 SHAPE = np.array([[1.0, 0.8, 1.0], [0.7, -0.4, -1.2], [0.3, -1.1, 0.8]])
@@ -228,3 +229,46 @@ def test_references_that_differ(tmp_path, refused):
     formats.write(tmp_path / "test.uff", matrix((1, 2), NODES, MODES))
     formats.write(tmp_path / "model.uff", matrix((3,), NODES, MODES))
     assert "no reference is common" in refused("compare", tmp_path / "test.uff", tmp_path / "model.uff")
+
+
+def estimated(rng, seconds=40.0, coherence=0.8):
+    """FRFs of a gain of 2 with noise behind it."""
+    x, noise = rng.standard_normal((2, int(256 * seconds)))
+    response = Response(256.0, x, np.array([2.0 * (x + np.sqrt(1 / coherence - 1) * noise)] * 2), band=(5, 100))
+    return estimate_frf(response, resolution=1.0)
+
+
+def test_an_rmse_stands_beside_what_random_errors_and_a_repeat_make(rng, tmp_path, answer, capsys):
+    """Test, model and repeat are one system: all of the RMSE is random error, and it is said by how much."""
+    for name in ("test", "model", "repeat"):
+        formats.write(tmp_path / f"{name}.nc", estimated(rng))
+    files = [tmp_path / f"{name}.nc" for name in ("test", "model")]
+    got = answer("compare", *files, "--repeat", tmp_path / "repeat.nc")
+    assert got["rmse_db"] == pytest.approx(got["random_both_db"], rel=0.15)
+    assert got["repeat_db"] == pytest.approx(got["random_both_db"], rel=0.15)
+    assert got["random_both_db"] == pytest.approx(np.sqrt(2) * got["random_db"], rel=0.1)
+    assert main([*map(str, ("compare", *files, "--repeat", tmp_path / "repeat.nc"))]) == 0
+    said = (
+        f"RMSE {got['rmse_db']:.4g} dB; a repeat of the test misses it by {got['repeat_db']:.3g} dB; the random error"
+    )
+    assert said in capsys.readouterr().out
+
+
+def test_a_random_error_that_is_not_known_is_said_and_not_invented(rng, tmp_path, answer):
+    """Universal files have no place for the number of averages."""
+    formats.write(tmp_path / "test.uff", estimated(rng))
+    got = answer("compare", tmp_path / "test.uff", tmp_path / "test.uff")
+    assert got["random_db"] is None and got["random_both_db"] is None
+    assert got["beside"] == "the random error of the test's FRFs is not known: there is no number of averages"
+
+
+def test_a_mode_that_the_model_lacks_is_said_in_words(tmp_path, measured, capsys):
+    """The third mode of the test, at 90 Hz."""
+    frf = structure(np.arange(5.0, 120.0, 0.5))
+    omega, pole = 2 * np.pi * frf.frequency, 2 * np.pi * POLES_HZ[2]
+    third = -np.outer(SHAPE[:, 2] * SHAPE[0, 2], omega**2 / (pole**2 - omega**2 + 2j * DAMPING * pole * omega))
+    formats.write(tmp_path / "model.uff", dataclasses.replace(frf, value=frf.value - third[:, None]))
+    assert main(["compare", str(measured), str(tmp_path / "model.uff"), "--modes", "3"]) == 0
+    said = capsys.readouterr().out
+    assert "mode 3: 90 Hz; not compared: not found in the model's FRFs between 62.3 and 120 Hz" in said
+    assert "nan" not in said

@@ -144,13 +144,15 @@ def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, ri
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
     out = ["--out", tmp_path / "found"]
     assert "which needs its rig too: --rig rig.toml" in refused("identify", csv_file, *out)
-    assert "--rig, --column and --fs are for the file of" in refused("identify", small_dataset, "--rig", RIG, *out)
+    assert "--rig, --column, --map and --fs are for the file of" in refused(
+        "identify", small_dataset, "--rig", RIG, *out
+    )
     assert 'no column "Acel"' in refused("identify", csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)
     assert "needs HEADER=CHANNEL" in refused("identify", csv_file, "--rig", RIG, "--column", "acc:1", *out)
     assert "does not exist; a dataset is" in refused("identify", tmp_path / "no.csv.zip", *out)
     assert "no.csv" in refused("identify", tmp_path / "no.csv", "--rig", RIG, *out)
     write_uff(tmp_path / "a.uff", ramp)
-    assert "a sampling rate is for CSV, MATLAB files" in refused(
+    assert "a sampling rate is for CSV, LVM, MATLAB, MDF, TDMS files" in refused(
         "identify", tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
     )
     assert 'method "guess" is unknown' in refused("identify", small_dataset, "--method", "guess", *out)

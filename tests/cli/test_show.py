@@ -105,3 +105,11 @@ def test_warning_names_the_file(tmp_path, capsys):
     assert said.count("\n") == 1
     assert main(["show", str(tmp_path / "zero.unv"), "--units", "SI"]) == 0
     assert not capsys.readouterr().err
+
+
+def test_with_a_map(several, tmp_path, capsys):
+    """Places and units of a map of channels; what is skipped is not shown."""
+    (tmp_path / "map.toml").write_text('[channels]\ntip = "acc:4:-Z"\nmic = "skip"\n')
+    assert main(["show", str(several), "--map", str(tmp_path / "map.toml"), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["files"].values()
+    assert [(one["name"], one["place"]) for one in found["functions"]] == [("tip", "4:-Z")]

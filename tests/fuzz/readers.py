@@ -28,7 +28,7 @@ from clearance_mj.sweep.store import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
-from . import absurd, command_lines, samples, samples_uff
+from . import absurd, command_lines, loggers, samples, samples_uff
 from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml
 
 
@@ -123,8 +123,11 @@ _RATES = (*17 * [None], 64.0, 0.0, float("nan"))
 
 
 def make_csv(rng, whole):
-    if rng.random() < 0.6:
+    kind = rng.random()
+    if kind < 0.4:
         return packed(rng, damaged(rng, rng.choice(whole), whole, text=True))
+    if kind < 0.7:
+        return packed(rng, loggers.table(rng))
     heads = rng.sample(_HEADS, rng.choice((1, 2, 2, 3, 3, 4, 5)))
     if rng.random() < 0.7:  # of one kind, as a file has them
         heads = [rng.choice(_HEADS[:2]), *rng.sample(_HEADS[2:7], rng.choice((1, 2, 3, 4)))]
@@ -305,7 +308,8 @@ def plainly(function):
 
 
 MAKERS = {"UFF": (make_uff, 40_000), "CSV": (make_csv, 20_000), "LVM": (make_lvm, 20_000), "MATLAB": (make_mat, 15_000),
-          "NetCDF": (make_bytes, 6_000), "HDF5": (make_hdf5, 3_000)}  # fmt: skip
+          "NetCDF": (make_bytes, 6_000), "HDF5": (make_hdf5, 3_000), "TDMS": (make_bytes, 6_000),
+          "MDF": (make_bytes, 3_000)}  # fmt: skip
 READERS = {"UFF": read_any_uff, "LVM": read_lvm}
 
 

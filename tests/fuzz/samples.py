@@ -33,11 +33,11 @@ from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure import ModalStructure
 from clearance_mj.structure.geometry import Geometry
 from clearance_mj.sweep.store import Table
-from tests.io.test_lvm import BODY
+from tests.io.test_lvm import AS_LABVIEW, BODY, restarted
 from tests.io.test_lvm import text as lvm_text
 from tests.structures import chain, stepped, two_shafts
 
-from . import samples_uff
+from . import loggers, samples_uff
 
 N = 6
 T = np.arange(N) / 64
@@ -141,7 +141,8 @@ def csv() -> list[bytes]:
 
 
 def lvm() -> list[bytes]:
-    texts = [*map(lvm_text, BODY), lvm_text(segments=2), lvm_text(point=",")]
+    texts = [*map(lvm_text, BODY), lvm_text(segments=2), lvm_text(point=","), *AS_LABVIEW.values()]
+    texts.append(restarted("23:59:59.75", (0.0, 0.25)))
     return [text.encode() for text in texts]
 
 
@@ -156,7 +157,7 @@ def mat() -> list[bytes]:
     return found
 
 
-BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat}
+BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS": loggers.tdms, "MDF": loggers.mdf}
 
 
 @functools.cache

@@ -213,3 +213,13 @@ def rounded(value):
 def test_likeliest_cause_of_a_channel_that_no_factor_explains(sound, damage, words):
     damaged = Dataset(RIG, (with_channel(sound.records[0], 3, "acceleration", damage),))
     assert describe_signal_fault(Assessment(update_rig(damaged))).startswith(words)
+
+
+def test_a_base_channel_of_the_wrong_sign_is_named_as_such_where_accelerometers_are_few(sound):
+    """Four of them and no probe: no noise and no other signal, though no correction of a single channel is sure."""
+    few = RIG.replace(sensors=RIG.sensors[:4])
+    kept = [c for c in sound.records[0].channels if c.quantity == "acceleration"]
+    record = dataclasses.replace(sound.records[0], rig=few, channels=kept)
+    turned = Dataset(few, (with_channel(record, 100, "acceleration", np.negative),))
+    assessment = Assessment(update_rig(turned))
+    assert describe_signal_fault(assessment).startswith("excitation has the wrong sign (likeness -")

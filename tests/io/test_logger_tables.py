@@ -294,6 +294,14 @@ REFUSED = {
         'column 2 "acx:1": not the name of a channel (did you mean "acc:1"?)',
     ),
     "a unit that is none": (lines(TIME, A, B, head=["time,acc:3 [gg],B"]), 'unit "gg" of acceleration is unknown; use'),
+    "a line of tabs": (
+        lines([*TIME[:5], "", *TIME[6:]], [*A[:5], "", *A[6:]], separator="\t", head=["Time\tA"]),
+        'line 7, column 1 "Time": an empty cell is not a number or a time',
+    ),
+    "a line that ends otherwise": (
+        lines(TIME, A, head=["Time,A"]).replace(f"{A[4]}\n", f"{A[4]}\r").replace(A[7], "OVL"),
+        'line 9, column 2 "A": "OVL" is not a number',
+    ),
     "two times": (
         lines(TIME, A, A, B, head=["Time 1,A,Time 2,B"]),
         'needs just one, and then no sampling rate beside it ("Time 2=skip" leaves it out)',

@@ -1,14 +1,19 @@
 """LabVIEW measurement files: the three layouts of the abscissa, and damage named by file and line."""
 
 import gzip
+import os
+from pathlib import Path
 
+import lvm_read
 import numpy as np
 import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
 from clearance_mj.core.errors import RecordError
-from clearance_mj.io.lvm import read_lvm
+from clearance_mj.core.notes import RecordNote
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.lvm import read_lvm, write_lvm
 
 END = "***End_of_Header***\t\n"
 HEAD = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t{point}\nX_Columns\t{layout}\n" + END + "\t\n"
@@ -94,7 +99,6 @@ def test_time_records(tmp_path):
 @pytest.mark.parametrize(
     ("segments", "columns", "part"),
     [
-        (2, {"Force": "skip", "Acc": "acc:3"}, "holds 2 segments, time records need one"),
         (1, {"Force": "force:5"}, 'variable "Force \\[lb\\]": unit "lb" of force is unknown'),
         (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
     ],
@@ -102,3 +106,146 @@ def test_time_records(tmp_path):
 def test_no_time_records(tmp_path, segments, columns, part):
     with pytest.raises(RecordError, match=f"a.lvm: .*{part}"):
         cm.read(write(tmp_path, text(segments=segments)), columns)
+
+
+# Channels under their own names. Each file is laid out as one of those that LabVIEW wrote and lvm_read is tested with.
+
+
+def laid_out(head, entries, titles, rows):
+    """A file of one segment: entries {name: [values]} and rows of cells, tabs between them."""
+    top = ["LabVIEW Measurement\t", "Separator\tTab", *head, END.strip() + "\t", "\t"]
+    segment = ["\t".join([name, *values]) for name, values in entries.items()]
+    return "\n".join([*top, *segment, END.strip() + "\t\t", titles, *("\t".join(row) for row in rows)]) + "\n"
+
+
+NUMBERS = [("0.914018", "1.204792"), ("0.537321", "1.208403"), ("-8.954490E-1", "1.212205"), ("0.57446", "1.222088")]
+TWO = {"Channels": ["2", "", ""], "Samples": ["4", "4", ""]}
+UNITS = {"Y_Unit_Label": ["Newtons", "m/s^2", ""]}
+STEP = {"X_Dimension": ["Time", "Time", ""], "X0": ["0.0E+0"] * 2 + [""], "Delta_X": ["3.906250E-5"] * 2 + [""]}
+NO_X0 = {name: values for name, values in STEP.items() if name != "X0"}
+EVERY = [f"{i * 0.00025:.6f}" for i in range(4)]
+MULTI_UNITS = {"Y_Unit_Label": ["g", "", "g", ""], "Delta_X": ["0.000250", "", "0.000250", ""]}
+SEVERAL = {"Channels": ["3"], "Delta_X": ["0.001", "0.001", "0.002"]}
+AS_LABVIEW = {
+    "no column of time": laid_out(["Decimal_Separator\t.", "X_Columns\tNo"], TWO | UNITS | STEP,
+        "X_Value\tExcitation (Trigger)\tResponse (Trigger)\tComment", [("", *row) for row in NUMBERS]),
+    "no X0": laid_out(["X_Columns\tNo"], TWO | UNITS | NO_X0,
+        "X_Value\tExcitation (Trigger)\tResponse (Trigger)\tComment", [("", *row) for row in NUMBERS]),
+    "several columns of time": laid_out(["X_Columns\tMulti"], TWO | MULTI_UNITS, "X_Value\tax\tX_Value\tay\tComment",
+        [(t, a, t, b) for t, (a, b) in zip(EVERY, NUMBERS)]),
+    "comments": laid_out(["X_Columns\tOne"], TWO | UNITS, "X_Value\tPress (N)\tb\tComment",
+        [(t, *row, *(["knocked"] if i % 2 else [])) for i, (t, row) in enumerate(zip(EVERY, NUMBERS))]),
+    "empty and slow columns": laid_out(["X_Columns\tOne"], SEVERAL, "X_Value\tDev0/Ai0\tUntitled\tslow\tComment",
+        [(f"{i * 0.001:.6f}", NUMBERS[i][0], "", NUMBERS[i][1] if i % 2 == 0 else "") for i in range(4)]),
+}  # fmt: skip
+AS_LABVIEW["decimal commas"] = AS_LABVIEW["no column of time"].replace(".", ",")
+AS_LABVIEW["an empty line at the end"] = AS_LABVIEW["no column of time"] + "\n"
+FIRST, SECOND = np.array(NUMBERS, float).T
+
+
+@pytest.mark.parametrize("name", AS_LABVIEW)
+def test_numbers_are_those_of_lvm_read(tmp_path, name):
+    """To the last bit; lvm_read keeps the column of time and that of comments (nan) among the numbers."""
+    path = write(tmp_path, AS_LABVIEW[name])
+    theirs = lvm_read.read(str(path), read_from_pickle=False, dump_file=False)
+    [ours] = read_lvm(path)
+    table = theirs[0]["data"]
+    columns = range(1, table.shape[1], 2) if name == "several columns of time" else range(len(ours.names))
+    first = 0 if "X_Columns\tNo" in AS_LABVIEW[name] or name == "several columns of time" else 1
+    np.testing.assert_array_equal(ours.value, [table[:, i + first] for i in columns])
+
+
+def test_names_units_and_rates(tmp_path):
+    for name in ("no column of time", "no X0", "decimal commas", "an empty line at the end"):
+        force, response = cm.read(write(tmp_path, AS_LABVIEW[name]))
+        assert (force.name, force.quantity, force.fs) == ("Excitation (Trigger)", "force", 25600.0)
+        assert (response.name, response.quantity, response.start) == ("Response (Trigger)", "acceleration", 0.0)
+        np.testing.assert_array_equal([force.value, response.value], [FIRST, SECOND])
+    ax, ay = cm.read(write(tmp_path, AS_LABVIEW["several columns of time"]))
+    assert (ax.name, ay.name, ax.quantity, ax.fs, ay.fs) == ("ax", "ay", "acceleration", 4000.0, 4000.0)
+    np.testing.assert_allclose([ax.value, ay.value], 9.80665 * np.array([FIRST, SECOND]), rtol=1e-15)
+    press, b = cm.read(write(tmp_path, AS_LABVIEW["comments"]))
+    assert (press.name, press.quantity, b.quantity, b.fs) == ("Press (N)", "force", "acceleration", 4000.0)
+
+
+def test_empty_columns_are_left_out_and_slow_ones_have_their_own_rate(tmp_path):
+    path = write(tmp_path, AS_LABVIEW["empty and slow columns"])
+    with pytest.warns(RecordNote) as said:
+        fast, slow = cm.read(path)
+    assert [(c.name, c.fs, c.size) for c in (fast, slow)] == [("Dev0/Ai0", 1000.0, 4), ("slow", 500.0, 2)]
+    np.testing.assert_array_equal(slow.value, SECOND[::2])
+    assert str(said[0].message) == (
+        f'{path}: left out "Untitled", which is empty; channels of several rates or lengths: 1 at 500 Hz, 1 at 1000 Hz'
+    )
+
+
+SECONDS = "Channels\t1\t\nTime\t{clock}\t\nX0\t0\t\nDelta_X\t0.25\t\n" + END + "X_Value\tA\tComment\n"
+
+
+def restarted(clock, times):
+    head = HEAD.format(point=".", layout="One")
+    first = SECONDS.format(clock="23:59:59.0") + "0.0\t1\n0.25\t2\n0.5\t3\n"
+    return head + first + "\n" + SECONDS.format(clock=clock) + "".join(f"{t}\t{i}\n" for i, t in enumerate(times, 4))
+
+
+@pytest.mark.parametrize(("clock", "times"), [("10:00:00", (0.75, 1.0)), ("23:59:59.75", (0.0, 0.25))])
+def test_segments_that_go_on_are_one_record(tmp_path, clock, times):
+    """By their abscissa, or by the clock time at which one begins that starts anew."""
+    with pytest.warns(RecordNote, match="2 segments are one record"):
+        [channel] = cm.read(write(tmp_path, restarted(clock, times)))
+    np.testing.assert_array_equal(channel.value, [1, 2, 3, 4, 5])
+    assert (channel.fs, channel.start) == (4.0, 0.0)
+
+
+def test_other_segments_are_channels_of_their_own(tmp_path):
+    path = write(tmp_path, restarted("10:00:00", (0.0, 0.25)))
+    with pytest.warns(RecordNote, match="2 segments are 2 records, which do not go on from each other; channels of "):
+        first, second = cm.read(path)
+    assert (first.name, first.size, second.name, second.size) == ("A", 3, "A, segment 2", 2)
+    with pytest.warns(RecordNote):
+        [only] = cm.read(path, {"A": "acc:1", "A, segment 2": "skip"})
+    assert only.label == "1:+Z"
+
+
+def test_uneven_times_need_a_rate(tmp_path):
+    path = write(tmp_path, text().replace("0.75", "0.6"))
+    with pytest.raises(RecordError, match=r'"Force": its times are uneven at sample 1 .* the sampling rate .*\(--fs\)'):
+        cm.read(path)
+    assert [c.fs for c in cm.read(path, fs=4.0)] == [4.0, 4.0]
+
+
+def test_a_missing_number(tmp_path):
+    """One of twelve: no slower channel."""
+    rows = "".join(f"{i / 4}\t{'' if i == 5 else i}\n" for i in range(12))
+    path = write(tmp_path, HEAD.format(point=".", layout="One") + SECONDS.format(clock="10:00:00") + rows)
+    with pytest.raises(RecordError, match=r'"A" has no number at sample 5; mend it, .*\("A=skip"\)'):
+        cm.read(path)
+    spectrum = text().replace("Samples", "X_Dimension\tFrequency\nSamples")
+    with pytest.raises(RecordError, match="is over Frequency, not over time; read_lvm reads it"):
+        cm.read(write(tmp_path, spectrum))
+
+
+def test_lvm_read_reads_ours(tmp_path, rng):
+    channels = [Channel(n, 0, "S", q, rng.standard_normal(50), 2048.0, 0.5, u)
+                for n, q, u in (("Accel 3", "acceleration", ""), ("U", "unknown", "mV"))]  # fmt: skip
+    write_lvm(tmp_path / "a.lvm", channels)
+    theirs = lvm_read.read(str(tmp_path / "a.lvm"), read_from_pickle=False, dump_file=False)[0]
+    np.testing.assert_array_equal(
+        theirs["data"][:, :3], np.column_stack((channels[0].time, *(c.value for c in channels)))
+    )
+    assert theirs["Channel names"][:3] == ["X_Value", "Accel 3", "U"]
+    assert (theirs["Y_Unit_Label"][:2], theirs["Delta_X"][0]) == (["m/s2", "mV"], 1 / 2048)
+
+
+@pytest.mark.skipif("CLEARANCE_FOREIGN_FILES" not in os.environ, reason="CLEARANCE_FOREIGN_FILES names no folder")
+def test_files_of_labview():
+    """Those that lvm_read is tested with; one is sampled by an operator, at uneven times."""
+    paths = sorted(Path(os.environ["CLEARANCE_FOREIGN_FILES"]).glob("**/*.lvm"))
+    assert paths
+    for path in paths:
+        theirs = lvm_read.read(str(path), read_from_pickle=False, dump_file=False)[0]["data"]
+        [ours] = read_lvm(path)
+        for value in ours.value:
+            assert any(np.array_equal(value, column, equal_nan=True) for column in theirs.T)
+        if "with_comments" not in path.name:
+            assert cm.read(path)

@@ -4,6 +4,7 @@ Data sets are laid out by hand from the published format (`uff_by_hand`); the de
 Simcenter, Artemis, Oros, catman, VibControl, OROS and the UFF libraries.
 """
 
+import dataclasses
 import struct
 
 import numpy as np
@@ -260,6 +261,9 @@ def test_what_a_file_holds_and_how_to_choose(tmp_path, write):
     cm.write(tmp_path / "all.uff", found)
     again = cm.read(tmp_path / "all.uff")
     assert [*again.parts] == [*found.parts] and again.frf == found.frf
+    nodes = cm.Geometry((7,), [(0.0, 0.0, 0.0)])
+    placed = dataclasses.replace(found, geometry=nodes)
+    assert placed.unplaced == ("8:+Z",) and "without a place  8:+Z" in repr(placed) and not found.unplaced
     np.testing.assert_allclose(again.spectra[0].value, found.spectra[0].value, rtol=1e-15)
     cm.write(tmp_path / "channels.mat", found.channels)
     with pytest.raises(

@@ -15,6 +15,7 @@ from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sen
 from clearance_mj.signals.comparison import Comparison
 from clearance_mj.signals.correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.frf_error import random_db
 from clearance_mj.study import Case, IdentifiedModel
 from clearance_mj.study.periodic import PeriodicVibrations
 from tests.studies import study_of
@@ -39,7 +40,7 @@ def frf(shift=1.0, scale=1.0) -> FRF:
         np.outer(shape, FREQUENCY**2 / ((f * shift) ** 2 - FREQUENCY**2 + 2j * DAMPING * f * shift * FREQUENCY))
         for f, shape in zip(MODES, SHAPES)
     ]
-    return FRF(FREQUENCY, scale * (1 + sum(terms)), np.full((3, FREQUENCY.size), 0.9))
+    return FRF(FREQUENCY, scale * (1 + sum(terms)), np.full((3, FREQUENCY.size), 0.9), averages=20.0)
 
 
 def compared(test, model, test_shift, model_shift) -> Comparison:
@@ -48,6 +49,7 @@ def compared(test, model, test_shift, model_shift) -> Comparison:
     variants = csac_per_sensor(t, m), csf_per_sensor(t, m)
     per_sensor = {"sensor": test.responses, "mre": mre(t, m), "rmse_db": rmse_db(t, m), "frac": frac(t, m)}
     per_sensor |= {"csac": variants[0].mean(axis=1), "csf": variants[1].mean(axis=1)}
+    per_sensor["random_db"] = np.sqrt(np.mean(random_db(test)[:, 0] ** 2, axis=1))
     per_mode = {
         "mode": np.arange(1, 5),
         "test_hz": MODES * test_shift,

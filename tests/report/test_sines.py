@@ -44,11 +44,24 @@ def test_tables_hold_branches_and_map(study, folder):
 
 def test_folds_are_told_with_their_jumps():
     table = special_points(under_sines().branches)
-    rows = {row[3]: row for row in table.rows}
+    rows = {row[4]: row for row in table.rows}
     up, down = rows["upwards"], rows["downwards"]
     folds = sorted(point.frequency for point in under_sines().branches[1].special)
-    assert (down[2], up[2]) == tuple(folds)
-    assert up[5] > up[6] and down[5] < down[6], "a hardening curve: down upwards, up downwards"
+    assert (down[3], up[3]) == tuple(folds) and down[2] == up[2] == 1
+    assert up[6] > up[7] and down[6] < down[7], "a hardening curve: down upwards, up downwards"
+
+
+def test_folds_that_are_one_within_the_resolution_are_one_row_that_says_how_many():
+    """Five loops around each of the two folds, within 0.1 %: two rows of six, with the folds' own jumps."""
+    branch = under_sines().branches[1]
+    loops = [
+        dataclasses.replace(point, frequency=point.frequency * (1 + 1e-4 * i))
+        for point in branch.special for i in range(1, 6)
+    ]  # fmt: skip
+    wound = special_points((dataclasses.replace(branch, special=(*branch.special, *loops)),))
+    plain = special_points((branch,))
+    assert [row[2] for row in wound.rows] == [6, 6]
+    assert [(*row[:2], 1, *row[3:]) for row in wound.rows] == list(plain.rows)
 
 
 def test_stability_by_folds_is_that_of_the_multipliers():

@@ -33,23 +33,34 @@ def test_the_agreement_table_is_the_study_rows(study):
         cells = column(shown, measure.label)
         assert values(cells) == [r[measure.key] for r in rows]
         assert [c.high for c in cells[1:3]] == [r[f"{measure.key}_high"] for r in rows[1:3]]
+    assert [row[-2] for row in shown.rows] == pytest.approx(
+        [20 / math.log(10) * math.sqrt(0.1 / 0.9 / 40)] * 6, rel=0.01
+    )
     floor = rows[0]["rmse_db"]
     assert shown.rows[1][-1] == pytest.approx(rows[1]["rmse_db"] / floor)
     assert shown.rows[0][-1] == 1
 
 
 def test_limits_of_a_criterion_are_those_of_its_distance_from_one(study):
-    """Two levels of two seeds: ν = 2, t = 4.302653; the interval of a lognormal mean by hand, then turned round."""
+    """Two levels of two seeds: ν = 2, t = 4.302653; the interval of a mean of normal logits by hand, turned round."""
+
+    def distance(logit):
+        return 1 / (1 + np.exp(-logit))
+
     found = [c for c in study.cases if (c.law, c.engine) == ("nominal", "links")]
     logarithms = {
-        v: np.log([1 - c.comparison.summary()["frac"] for c in found if c.record.level == v]) for v in (1.0, LEVEL)
+        v: -np.log([1 / (1 - c.comparison.summary()["frac"]) - 1 for c in found if c.record.level == v])
+        for v in (1.0, LEVEL)
     }
     variance = np.mean([np.var(x, ddof=1) for x in logarithms.values()])
-    middle = logarithms[LEVEL].mean() + variance / 2
+    z = np.linspace(-8, 8, 4001)
+    weight = np.exp(-(z**2) / 2) / np.exp(-(z**2) / 2).sum()
+    expected = np.sum(weight * distance(logarithms[LEVEL].mean() + np.sqrt(variance) * z))
+    middle = np.log(expected / (1 - expected))
     half = 4.302653 * np.sqrt(variance / 2 + variance**2 / 4)
     row = next(r for r in study.rows() if (r["level"], r["law"], r["engine"]) == (LEVEL, "nominal", "links"))
-    assert row["frac_low"] == pytest.approx(1 - np.exp(middle + half))
-    assert row["frac_high"] == pytest.approx(1 - np.exp(middle - half))
+    assert row["frac_low"] == pytest.approx(1 - distance(middle + half))
+    assert row["frac_high"] == pytest.approx(1 - distance(middle - half))
 
 
 def test_improvements_are_changes_of_the_means(study):
@@ -136,7 +147,8 @@ def test_the_summary_says_what_the_numbers_say(study):
     first, over_levels, least, engines = summary.sentences(study)
     assert first == (
         f"At 4 m/s² RMS, law “constant” misses the rig by {rmse:.2f} dB RMS on engine links, "
-        f"{rmse / floor:.2g} times what the rig repeats itself ({floor:.2f} dB)."
+        f"{rmse / floor:.2g} times what the rig repeats itself ({floor:.2f} dB); "
+        "the random error of the test’s FRFs alone would be 0.46 dB."
     )
     low, high = sorted(rows[level, "nominal", "links"] for level in (1.0, LEVEL))
     assert f"“nominal” misses by {low:.2f} to {high:.2f} dB" in over_levels
@@ -158,7 +170,10 @@ def test_the_summary_changes_with_the_numbers(study, build):
 
 def test_without_a_second_record_there_is_no_repeatability(build):
     single = build(floors=())
-    assert summary.sentences(single)[0].endswith("no second record shows how closely the rig repeats itself.")
+    assert summary.sentences(single)[0].endswith(
+        "no second record shows how closely the rig repeats itself, but the random error of the test’s FRFs alone "
+        "would be 0.46 dB."
+    )
     assert all(math.isnan(row[-1]) for row in summary.agreement_table(single, "links").rows)
     assert [row[0] for row in modes_and_sensors.mode_table(single, LEVEL).rows] == ["test", "nominal", "constant"]
 

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from clearance_mj.statistics.intervals import Interval, on_power_law, over_seeds, ratio
 
@@ -11,11 +13,16 @@ LEVELS = {0.5: 0.1, 1.0: 0.2, 2.0: 0.7, 5.0: 1.9, 8.0: 2.2}  # Median error by l
 
 
 def held(draw, expected, repeats=2000):
-    """Share of the intervals of drawn errors that hold the expected one, a multiple of the median of each level."""
+    """Share of the intervals of drawn errors that hold the expected one, a multiple of the median of each level.
+
+    Of those that are given: nearly all must be.
+    """
     hits = []
     for _ in range(repeats):
         means = over_seeds({level: median * draw() for level, median in LEVELS.items()}).means
-        hits += [means[v].low <= median * expected <= means[v].high for v, median in LEVELS.items()]
+        given = {v: median for v, median in LEVELS.items() if not means[v].missing}
+        hits += [means[v].low <= median * expected <= means[v].high for v, median in given.items()]
+    assert len(hits) > 0.95 * repeats * len(LEVELS)
     return np.mean(hits)
 
 
@@ -65,14 +72,59 @@ def test_intervals_are_doubtful_where_one_level_scatters_far_more():
 
 
 def test_a_lost_value_and_a_single_seed_are_borne():
-    found = over_seeds({1.0: [1.0, 2.0], 2.0: [math.nan, 3.0], 4.0: [math.nan, math.nan]})
+    found = over_seeds({1.0: [1.0, 2.0], 2.0: [math.nan, 3.0], 4.0: [math.nan, math.nan], 8.0: [2.0, 3.0]})
     assert found.means[2.0].value == 3 and found.means[2.0].low < 3 < found.means[2.0].high
     assert math.isnan(found.means[4.0].value) and math.isnan(found.means[4.0].low)
 
 
-def test_without_a_second_seed_there_is_no_interval():
-    found = over_seeds({1.0: [1.0], 2.0: [3.0]})
-    assert found.freedom == 0 and found.means[2.0].value == 3 and math.isnan(found.means[2.0].high)
+@pytest.mark.parametrize("errors", [{1.0: [1.0], 2.0: [3.0]}, {2.0: [3.0, 3.1]}])
+def test_with_one_degree_of_freedom_or_none_there_is_no_interval_and_it_is_said(errors):
+    """Student's quantile would be 12.7."""
+    mean = over_seeds(errors).means[2.0]
+    assert mean.value == np.mean(errors[2.0]) and math.isnan(mean.low) and math.isnan(mean.high)
+    assert mean.missing.startswith("too few records of a level: ") and not mean.doubtful
+
+
+def test_an_interval_that_would_say_nothing_is_not_given():
+    """Modes that were hardly extracted: errors of 1e-9 in one record and 0.3 in the other."""
+    found = over_seeds({1.0: [1e-9, 0.3], 2.0: [0.01, 0.012]}).means[2.0]
+    assert math.isnan(found.low) and "scatters too much from record to record" in found.missing
+
+
+def test_three_seeds_at_one_level_are_enough():
+    found = over_seeds({2.0: [3.0, 3.1, 3.2]}).means[2.0]
+    assert not found.missing and 2.5 < found.low < 3.0 < 3.2 < found.high < 3.7
+
+
+LOGITS = st.lists(st.floats(1e-15, 1.0), min_size=2, max_size=3)
+
+
+@given(st.dictionaries(st.floats(0.1, 100.0), LOGITS, min_size=2, max_size=5))
+def test_the_interval_of_an_error_that_cannot_exceed_1_stays_within_0_and_1(errors):
+    for found in over_seeds(errors, largest=1.0).means.values():
+        assert found.missing or 0 <= found.low <= found.high <= 1
+    for found in on_power_law({level: values[0] for level, values in errors.items()}, largest=1.0).values():
+        assert found.missing or 0 <= found.low <= found.value <= found.high <= 1
+
+
+@pytest.mark.parametrize("scatter", [0.1, 0.5, 1.0])
+def test_intervals_of_an_error_that_cannot_exceed_1_hold_the_expected_one_95_times_in_100(rng, scatter):
+    """Errors whose logits are normal about those of 0.02 to 0.6; the expected errors by a million draws."""
+    middle = {level: math.log(p / (1 - p)) for level, p in zip(LEVELS, (0.02, 0.1, 0.3, 0.5, 0.6))}
+    many = scatter * rng.standard_normal(1_000_000)
+    expected = {level: float(np.mean(1 / (1 + np.exp(-m - many)))) for level, m in middle.items()}
+    hits = []
+    for _ in range(2000):
+        drawn = {v: 1 / (1 + np.exp(-m - scatter * rng.standard_normal(2))) for v, m in middle.items()}
+        means = over_seeds(drawn, largest=1.0).means
+        hits += [means[v].low <= expected[v] <= means[v].high for v in LEVELS]
+    assert 0.93 < np.mean(hits) < 0.975
+
+
+def test_small_errors_have_the_same_interval_whether_they_can_exceed_1_or_not():
+    errors = {1.0: [1e-4, 1.2e-4], 2.0: [3e-4, 2.5e-4]}
+    free, bound = (over_seeds(errors, largest=largest).means[2.0] for largest in (math.inf, 1.0))
+    assert (bound.low, bound.high) == pytest.approx((free.low, free.high), rel=1e-3)
 
 
 def test_one_value_a_level_on_a_power_law_is_held_at_least_95_times_in_100(rng):

@@ -238,44 +238,19 @@ def test_one_record_of_one_segment(small_dataset, tmp_path, quick):
     assert str(tmp_path / "data" / "short.uff") in made["inputs"]
 
 
-def without_probes(path, folder):
-    dataset = Dataset.load(path)
-    bare = [
-        dataclasses.replace(r, channels=[c for c in r.channels if c.quantity == "acceleration"])
-        for r in dataset.records
-    ]
-    write_dataset(folder, dataset.rig, bare)
-    return folder
-
-
-def test_methods_that_the_records_do_not_allow_are_left_out_before_anything_is_computed(
-    small_dataset, tmp_path, monkeypatch, quick
-):
-    """Where none is named: no law over amplitude without probes; what fails later is left out and said too."""
-
-    def fails(*_):
-        raise RecordError("its channels do not fit")
-
-    monkeypatch.setitem(METHODS_BY_NAME, "bench", Method("both", fails, finds_rig=True))
-    data = without_probes(small_dataset, tmp_path / "data")
-    with pytest.warns(IdentifiabilityWarning, match='method "amplitude" is left out of the study: it needs a displ'):
-        study = study_module.Study(Dataset.load(data), engines=("modal",))
-    assert list(study.left_out) == ["amplitude"]
-    with pytest.warns(IdentifiabilityWarning, match='method "bench" is left out of the study: its channels do not'):
-        report_study(data, tmp_path / "out", ("modal",), progress=False)
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert [law["name"] for law in summary["laws"]] == ["nominal", "constant"]
-    assert [each["method"] for each in summary["left_out"]] == ["amplitude", "bench"]
-    assert summary["left_out"][0]["why"].endswith("none at bushings[0] (displacement at node 6), "
-                                                  "bushings[1] (displacement at node 7)")  # fmt: skip
-
-
-def test_a_method_that_was_named_and_cannot_be_had_is_refused_at_once(small_dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr(study_module, "simulate", not_again)
-    data = without_probes(small_dataset, tmp_path / "data")
-    with pytest.raises(RecordError, match=r'method "ridge": it needs a displ.*; these records allow nominal, const'):
-        report_study(data, tmp_path / "out", ("modal",), ("nominal", "ridge"), progress=False)
-    assert not (tmp_path / "out").exists()
+@pytest.mark.filterwarnings("error::FutureWarning")
+def test_records_of_several_bands_go_into_one_file(small_dataset, tmp_path, quick):
+    """Lines that a record does not have are nan."""
+    dataset = Dataset.load(small_dataset)
+    records = [dataclasses.replace(r, band=(5.0, 150.0)) if r.level == 4 else r for r in dataset.records]
+    write_dataset(tmp_path / "data", dataset.rig, records)
+    report_study(tmp_path / "data", tmp_path / "out", ("modal",), ("nominal",), progress=False)
+    with xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy") as found:
+        finite = np.isfinite(found["test"]).all(["response", "reference", "part"])
+        levels = {r.name: r.level for r in dataset.validate}
+        for name in levels:
+            last = found["frequency"].values[finite.sel(record=name).values][-1]
+            assert last == (150.0 if levels[name] == 4 else 220.0)
 
 
 def test_unknown_engine_is_refused_before_any_work(small_dataset, tmp_path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -40,7 +40,7 @@ STRETCHES = {0.5: "half", 2.0: "twice", 1e3: "a thousand times", 1e-3: "a thousa
 BETTER = 0.1  # more likeness by which another sampling rate is named
 _TURNED = str.maketrans("+-", "-+")
 
-Files = Sequence[str | PathLike[str]] | Sequence[Sequence[Channel]]
+Files = Sequence[str | PathLike[str]] | Sequence[Sequence[Channel]] | Mapping[str, Sequence[Channel]]
 
 
 def map_channels(
@@ -54,8 +54,8 @@ def map_channels(
 
     Parameters
     ----------
-    files : sequence of path, or sequence of sequence of Channel
-        Records of one set-up: channels have the same names in all of them.
+    files : sequence of path, sequence of sequence of Channel, or mapping of str to sequence of Channel
+        Records of one set-up, perhaps by name: channels have the same names in all of them.
     rig : Rig
         What was measured. Its numbers may be as wrong as their tolerances say.
     kind : str, optional
@@ -77,7 +77,8 @@ def map_channels(
         If a file cannot be read or is too short, channels differ between files, or nothing in them moves as the rig.
     """
     with tqdm(total=4, desc="map", disable=not progress) as bar:
-        signals = gather([_read(file, number) for number, file in enumerate(files, 1)])
+        named = [*files.items()] if isinstance(files, Mapping) else [_read(f, n) for n, f in enumerate(files, 1)]
+        signals = gather(named)
         bar.update()
         band = band or signals.band()
         signals = signals.without(signals.unrelated(band))

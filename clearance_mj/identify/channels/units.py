@@ -33,10 +33,9 @@ UNUSUAL = {
     "MN": 4.0,
 }
 """ln of the odds against a unit where files say none"""
-MOST_MOTION, LEAST_MOTION = 2.2, 0.17
-"""RMS motion in a clearance over its gap: at most, and at least where impacts are seen; of drawn benches that touch
-their walls 0.3 to 1.3"""
-IMPOSSIBLE = 8.0  # ln of the odds against more motion than that, or impacts with less
+USUAL_MOTION, MOTION_SPREAD = 0.8, 0.5
+"""RMS motion in a clearance over its gap, of benches that touch their walls, and the standard deviation of its
+logarithm; of drawn benches 0.3 to 1.6"""
 SURE = 3.0  # by which the best units must be better than others
 
 
@@ -85,8 +84,7 @@ def decide_units(
         cost += sum(NO_UNIT for unit in found if not unit.exists)
         wrong = [(q, unit.factor) for unit, q, s in zip(found, quantities, said) if s and unit.label and unit.exists]
         cost += SAID_WRONGLY * len(set(wrong)) + ALSO * len(wrong) / len(said)
-        if motion * driven.factor > MOST_MOTION or (impacts and motion * driven.factor < LEAST_MOTION):
-            cost += IMPOSSIBLE
+        cost += _odds_against_motion(motion * driven.factor, impacts)
         tried.append((cost, found))
     tried.sort(key=lambda one: one[0])
     best = tried[0][1]
@@ -110,6 +108,13 @@ def _candidates(quantity: str, said: bool) -> list[Unit]:
     for a, b in itertools.permutations(units.values(), 2):
         found.setdefault(_rounded(a / b), Unit(a / b, f"{a / b:.5g} {first}"))
     return list({**found, 0.0: Unit(1.0, "")}.values())
+
+
+def _odds_against_motion(motion: float, impacts: bool) -> float:
+    """Ln of the odds against a motion in the clearances: small ones are usual where there are no impacts."""
+    if motion <= 0 or (motion < USUAL_MOTION and not impacts):
+        return 0.0
+    return 0.5 * (math.log(motion / USUAL_MOTION) / MOTION_SPREAD) ** 2
 
 
 def _rounded(factor: float) -> float:

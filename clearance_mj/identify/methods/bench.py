@@ -23,6 +23,7 @@ from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare
 from ..registry import Identified, register
 from ..structure.faults.diagnosis import diagnose
+from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_from
 
@@ -98,7 +99,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families[0], misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
-    held = (f"only the prior holds, of the law, {', '.join(of_law)}",) if of_law else ()
+    held = (unsaid_words(of_law, "usual of its family"),) if of_law else ()
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),

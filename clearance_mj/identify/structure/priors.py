@@ -26,7 +26,7 @@ from ...structure import Beam, Shaft
 from ...structure.base import parse_place
 from ...structure.beam import Clamp
 
-__all__ = ["CRITICAL", "priors", "rig_with"]
+__all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words"]
 
 DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
@@ -43,6 +43,31 @@ CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 MAX_OFFSET = 0.9  # of the gap: the largest offset
 LEFT_OUT = {"gain": 1.0, "offset": 0.0}  # values of fields that plain data leave out
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
+
+
+def parameter_words(name: str) -> str:
+    """Return what a parameter is called where people read: its path in the rig file, or the compliance of a clamp.
+
+    Parameters
+    ----------
+    name : str
+        Such as "1/beam.clamp.rotation".
+    """
+    return f"compliance of the clamp's {name.rpartition('.')[2]}" if name in CLAMP_UNITS else name
+
+
+def unsaid_words(names: Sequence[str], before: str = "of the rig file, within its tolerance") -> str:
+    """Return in words that records say nothing about parameters, and what their values are then.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the parameters.
+    before : str
+        Whose values they keep.
+    """
+    said, kept = ", ".join(map(parameter_words, names)), "its value is that" if len(names) == 1 else "values are those"
+    return f"the records say nothing about {said}: {kept} {before}"
 
 
 @checks_kinds

@@ -11,7 +11,7 @@ from ...estimate.estimates import Estimates
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .priors import CRITICAL, rig_with
+from .priors import CRITICAL, rig_with, unsaid_words
 from .spectra import complex_frequency, rms
 
 __all__ = ["RecordMisfit", "RigUpdate"]
@@ -81,7 +81,7 @@ class RigUpdate:
         if not self.probes:
             words.append("without probes: the motion in the clearances is known by the accelerometers alone")
         if self.only_prior:
-            words.append(f"only the prior holds {', '.join(self.only_prior)}")
+            words.append(unsaid_words(self.only_prior))
         for name, value in self.values.items():
             if "damping_ratios" in name and value > NEARLY_CRITICAL * CRITICAL:
                 words.append(

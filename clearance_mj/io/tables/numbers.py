@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import io
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
@@ -37,7 +38,8 @@ class Body:
     def lines(self) -> list[tuple[int, bytes]]:
         """Number in the file, from 1, and text of each line of numbers."""
         lines = self.data[self.begin : self.end].splitlines()
-        return [(i, line) for i, line in enumerate(lines, self.layout.first + 1) if _is_filled(line)]
+        filled = _filled(self.layout)
+        return [(i, line) for i, line in enumerate(lines, self.layout.first + 1) if filled(line)]
 
     def cells(self, row: int) -> list[str]:
         """Return the cells of a row as they are in the file."""
@@ -83,8 +85,10 @@ def _number(text: str) -> float:
         return np.nan
 
 
-def _is_filled(line: bytes) -> bool:
-    return bool(line.strip()) and not line.startswith(b"#")
+def _filled(layout: Layout) -> Callable[[bytes], bool]:
+    """Return whether a line is a row to pandas: none of blanks alone, which tabs are not if they separate columns."""
+    blanks = b" \r\n" if layout.style.separator == "\t" else b" \t\r\n"
+    return lambda line: bool(line.strip(blanks)) and not line.startswith(b"#")
 
 
 def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body:
@@ -96,7 +100,7 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
     plain.seek(begin)
     # Comments are rare, and pandas would take what follows a mark within a line for one.
     if b"#" in data and b"\n#" in data[begin:end]:
-        plain = io.BytesIO(b"\n".join(line for line in data[begin:end].splitlines() if _is_filled(line)))
+        plain = io.BytesIO(b"\n".join(line for line in data[begin:end].splitlines() if _filled(layout)(line)))
     style = layout.style
     options: dict[str, Any] = {"sep": r"\s+" if style.separator == BLANKS else style.separator}
     if style.thousands:
@@ -117,7 +121,7 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
 def _refusal(words: str, body: bytes, layout: Layout) -> RecordError:
     first = layout.first + 1
     for number, line in enumerate(body.splitlines(), first):
-        if not _is_filled(line):
+        if not _filled(layout)(line):
             continue
         if line.count(b'"') % 2:
             return RecordError(f"line {number}: has a quotation mark that is not closed")
@@ -137,7 +141,7 @@ def _end_of_numbers(data: bytes, first: int, layout: Layout, notes: list[str]) -
     kept = len(lines)
     while kept > 1 and not _is_row(lines[kept - 1], layout):
         kept -= 1
-    if kept <= 1 or not any(map(_is_filled, lines[kept:])):
+    if kept <= 1 or not any(map(_filled(layout), lines[kept:])):
         return len(data)
     end = begin + sum(map(len, lines[:kept]))
     number = layout.first + 1 + data.count(b"\n", first, end)
@@ -146,5 +150,5 @@ def _end_of_numbers(data: bytes, first: int, layout: Layout, notes: list[str]) -
 
 
 def _is_row(line: bytes, layout: Layout) -> bool:
-    cells = layout.style.split(line.decode(errors="replace")) if _is_filled(line) else []
+    cells = layout.style.split(line.decode(errors="replace")) if _filled(layout)(line) else []
     return len(cells) >= layout.width and layout.style.kind(cells[0]) in "nde"

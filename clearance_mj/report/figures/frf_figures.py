@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from ...signals.frf_error import random_db, why_unknown
 from ...study import Study
 from ..style import (
     COLOURS,
@@ -31,7 +32,10 @@ from .looks import Looks
 
 _PAIR: tuple[dict[str, Any], ...] = ({"color": TEST, "lw": 2.0}, {"color": COLOURS[1], "lw": 0.9})
 SECOND = "test, other seed"
-CUT = "the coherence γ² of the test. Dips of a model far below the test are cut."
+CUT = (
+    "the coherence γ² of the test. Band: the test’s magnitude ± the RMS of its random error. Dips of a model far below "
+    "the test are cut."
+)
 
 
 def frf_bushings(study: Study, level: float) -> Drawing | None:
@@ -109,6 +113,9 @@ class _Panels:
 
     def magnitude(self, ax: Axes, row: int, letter: str, ylabel: str = "") -> None:
         """Fit the axis to the test; lines where a model is nearly zero are cut, not to squeeze the rest."""
+        if not why_unknown(self.tests[0]):
+            middle, error = decibel(self.tests[0].functions[row]), random_db(self.tests[0])[row, 0]
+            ax.fill_between(self.tests[0].frequency, middle - error, middle + error, color=REPEAT, alpha=0.4, lw=0)
         self.overlay(ax, row, decibel)
         test = finite(decibel(self.tests[0].functions[row]))
         models = [finite(decibel(frf.functions[row])) for frf, _ in self.models]

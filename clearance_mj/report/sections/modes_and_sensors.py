@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...statistics.intervals import Interval
 from ...study import N_MODES, Study
 from .. import frames
@@ -20,10 +22,11 @@ def modes_and_sensors(study: Study, writer: ReportWriter) -> str:
     writer.csv("sensor_means", frames.sensor_means(study))
     writer.csv("seeds", frames.seeds(study))
     writer.csv("improvements", frames.improvements(study))
+    shown = dict.fromkeys((study.main_level, study.levels[0]))
     return render(
         "modes_and_sensors.html.j2", study=study,
         gained=improvement_table(study, study.main_level) if study.base_law != study.methods[-1] else None,
-        modes=[mode_table(study, level) for level in dict.fromkeys((study.main_level, study.levels[0]))],
+        modes=[(mode_table(study, level), not_compared(study, level)) for level in shown],
         sensors=sensor_tables(study, study.main_level),
     )  # fmt: skip
 
@@ -32,18 +35,39 @@ def improvement_table(study: Study, level: float) -> Table:
     """Return the improvement of the laws that follow the base law over it."""
     laws = study.methods[study.methods.index(study.base_law) + 1 :]
     found = frames.improvements(study)
-    found = found[found["level"] == level].set_index(["law", "quantity"])
+    rows = {(row["law"], row["quantity"]): row for row in found[found["level"] == level].to_dict("records")}
     columns = (Column("Quantity"), *(Column(law, "%", "+.1f", f"over {study.base_law}") for law in laws))
-    limits = ["change_pct", "change_pct_low", "change_pct_high"]
-    body = tuple(
-        (quantity, *(Interval(*found.loc[(law, quantity), limits]) for law in laws)) for quantity in frames.IMPROVED
-    )
+    body = tuple((quantity, *(_change(rows[law, quantity]) for law in laws)) for quantity in frames.IMPROVED)
     caption = (
         f"Change from law “{study.base_law}” to those that follow it, in percent of its value, at {level:g} "
         f"{study.unit} RMS, engine {study.main_engine}. Less is better for errors, more for MAC, FRAC, CSAC and CSF. "
         "Other levels: tables/improvements.csv."
     )
     return Table(f"improvements_level_{level:g}", caption, columns, body)
+
+
+def _change(row: dict) -> Interval:
+    value, low, high = (float(row[f"change_pct{end}"]) for end in ("", "_low", "_high"))
+    return Interval(value, low, high, missing=str(row["no_interval"]))
+
+
+def not_compared(study: Study, level: float) -> list[str]:
+    """Return in words which modes of a level are not compared and why: of the test, then of the laws.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    level : float
+        m/s², or N.
+    """
+    said = list(study.level_modes[level].left_out)
+    for case in study.simulated(engines=[study.main_engine], records=study.records(level)):
+        for _, row in case.comparison.per_mode.iterrows():
+            if row["why"]:
+                hz = row["test_hz"] if np.isfinite(row["test_hz"]) else row["model_hz"]
+                said.append(f"law “{case.law}”, record {case.record.name}, mode near {hz:.4g} Hz: {row['why']}")
+    return said
 
 
 def mode_table(study: Study, level: float) -> Table:

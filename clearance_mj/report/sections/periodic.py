@@ -17,8 +17,11 @@ from ..tables import Column, Table
 from ..writer import ReportWriter
 from . import section
 
+ONE_POINT = 1e-3
+"""of a frequency, within which special points of a kind are one on the page: so few harmonics tell no more apart"""
 CAPTION = (
-    "Where the branches fold or their stability changes. A sweep in the direction named jumps at a fold, from the one "
+    "Where the branches fold or their stability changes; points within 0.1 % of each other are one row, which says how "
+    "many they are. A sweep in the direction named jumps at a fold, from the one "
     "amplitude to the other, those of the clearance that moves most there."
 )
 
@@ -65,8 +68,11 @@ def unknown(branches: tuple[Branch, ...]) -> list[str]:
 
 
 def special_points(branches: tuple[Branch, ...]) -> Table:
-    """Return every special point of branches, with the jumps of their folds."""
-    body = []
+    """Return the special points of branches, with the jumps of their folds; those within `ONE_POINT` are a row.
+
+    Few harmonics wind a branch into loops where contact begins: their folds are thousandths of a hertz apart.
+    """
+    body = list[_Row]()
     for branch in branches:
         leaves = {jump.at: jump for jump in jumps(branch)}
         for point in branch.special:
@@ -74,10 +80,35 @@ def special_points(branches: tuple[Branch, ...]) -> Table:
             after = 1e3 * jump.after[0] if jump and jump.after else None
             way = ("upwards" if jump.upwards else "downwards") if jump else ""
             at = branch.clearances[jump.clearance] if jump else ""
-            body.append((point.level, point.kind, point.frequency, way, at, 1e3 * jump.before if jump else None, after))
+            before = 1e3 * jump.before if jump else None
+            body.append((point.level, point.kind, 1, point.frequency, way, at, before, after))
     columns = (
-        Column("Level", unit(branches[0]), "g"), Column("Point"), Column("Frequency", "Hz", ".3f"),
+        Column("Level", unit(branches[0]), "g"), Column("Point"), Column("Number", "", "d"),
+        Column("Frequency", "Hz", ".3f"),
         Column("Direction", "", "", "Jump of a sweep"), Column("Clearance", "", "", "Jump of a sweep"),
         Column("from", "mm", ".3f", "Jump of a sweep"), Column("to", "mm", ".3f", "Jump of a sweep"),
     )  # fmt: skip
-    return Table("special_points", CAPTION, columns, tuple(sorted(body, key=lambda row: (row[0], row[2]))))
+    return Table("special_points", CAPTION, columns, tuple(_merged(body)))
+
+
+_Row = tuple[float, str, int, float, str, str, float | None, float | None]
+"""Level, kind, number of points, frequency, and a jump's direction, clearance and amplitudes."""
+
+
+def _merged(rows: list[_Row]) -> list[_Row]:
+    """Rows of one level and kind that are within the resolution as one, with the largest of their jumps."""
+    found = list[_Row]()
+    last = 0.0
+    for row in sorted(rows, key=lambda row: (row[0], row[1], row[3])):
+        if found and found[-1][:2] == row[:2] and row[3] - last <= ONE_POINT * row[3]:
+            larger = max(found[-1], row, key=_size)
+            found[-1] = (*row[:2], found[-1][2] + 1, *larger[3:])
+        else:
+            found.append(row)
+        last = row[3]
+    return sorted(found, key=lambda row: (row[0], row[3]))
+
+
+def _size(row: _Row) -> float:
+    """By how much a jump changes the amplitude, mm."""
+    return abs(row[7] - row[6]) if row[6] is not None and row[7] is not None else -1.0

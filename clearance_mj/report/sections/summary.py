@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ...study import Study
+from .. import frames
 from ..figures import agreement
 from ..frames import interval
 from ..html import render
@@ -29,7 +30,20 @@ def summary(study: Study, writer: ReportWriter) -> str:
         others={engine: agreement_table(study, engine) for engine in others},
         uneven=sum(r["cochran"] > r["cochran_limit"] for r in tested),
         freedom=max((r["degrees_of_freedom"] for r in tested), default=0),
+        repeated=bool(study.repeatability), missing=missing_intervals(study),
     )  # fmt: skip
+
+
+def missing_intervals(study: Study) -> list[str]:
+    """Return why some values have no interval, each reason once, those of sensors' measures too.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    """
+    rows = [*study.rows(), *frames.sensor_means(study).to_dict("records")]
+    return sorted({str(v) for row in rows for key, v in row.items() if str(key).endswith("_no_interval") and v})
 
 
 def agreement_table(study: Study, engine: str) -> Table:
@@ -37,12 +51,12 @@ def agreement_table(study: Study, engine: str) -> Table:
     rows = [r for r in study.rows() if r["engine"] in (engine, REPEAT[1])]
     repeat = {r["level"]: r["rmse_db"] for r in rows if r["law"] == REPEAT[0]}
     columns = [Column("Level", study.unit, "g"), Column("Law"), *(Column(m.label, m.unit, m.form) for m in OVERALL)]
-    columns.append(Column("RMSE / repeat", "", ".2f"))
+    columns += [Column("RMSE by random error", "dB", ".2f"), Column("RMSE / repeat", "", ".2f")]
     body = []
     for r in rows:
         within = repeat.get(r["level"], np.nan)
         share = r["rmse_db"] / within if within > 0 else np.nan
-        body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), share))
+        body.append((r["level"], r["law"], *(interval(r, m.key) for m in OVERALL), r["random_db"], share))
     caption = (
         f"Agreement with the validation records, engine {engine}: means over all sensors (modes) and over the records "
         f"of a level; below each, its 95 % interval over seeds. {_rigs(study)}"
@@ -82,9 +96,13 @@ def _at_main_level(study: Study, rmse: pd.DataFrame) -> str:
     if not np.isfinite(least):
         return f"{level}, law “{study.best_law}” has no RMSE on engine {study.main_engine}."
     sentence = f"{level}, law “{study.best_law}” misses the rig by {least:.2f} dB RMS on engine {study.main_engine}"
+    chance = study.case(study.best_law, study.main_engine, study.main_level).comparison.summary()["random_db"]
+    alone = f"the random error of the test’s FRFs alone would be {chance:.2f} dB" if np.isfinite(chance) else ""
     if not repeat > 0:
-        return f"{sentence}; no second record shows how closely the rig repeats itself."
-    return f"{sentence}, {least / repeat:.2g} times what the rig repeats itself ({repeat:.2f} dB)."
+        end = f", but {alone}" if alone else ""
+        return f"{sentence}; no second record shows how closely the rig repeats itself{end}."
+    end = f"; {alone}" if alone else ""
+    return f"{sentence}, {least / repeat:.2g} times what the rig repeats itself ({repeat:.2f} dB){end}."
 
 
 def _over_levels(study: Study, rmse: pd.DataFrame) -> list[str]:

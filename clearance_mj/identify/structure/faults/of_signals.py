@@ -58,6 +58,8 @@ def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) ->
     product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
     likeness = (np.exp(2j * np.pi * np.outer(delays, frequency)) @ product).real / product.size
     best, now = float(likeness.max()), float(likeness[DELAYS // 2])
+    if -now > DELAYED or (-now > PARTLY_DELAYED and -now > best + PARTLY_DELAYED_GAIN):
+        return f"has the wrong sign (likeness {now:.2f}): turn it round in the dataset, as -Z for +Z"
     if (best > DELAYED and best > now + DELAY_GAIN) or (best > PARTLY_DELAYED and best > now + PARTLY_DELAYED_GAIN):
         late = 1e3 * float(delays[np.argmax(likeness)])
         return f"is {'late' if late > 0 else 'early'} by {abs(late):.3g} ms, as of another filter or converter"

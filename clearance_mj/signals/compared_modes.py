@@ -1,0 +1,163 @@
+"""Modes of the FRFs of a test and of a model, paired one to one, and in words why a mode is not compared."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.optimize
+
+from .correlation import mac, relative_error
+from .ema import Modes
+from .frf import FRF
+from .mode_quality import HARDLY, distinct_modes, mode_errors
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["common_modes", "mac_of_modes", "mode_table", "modes_once", "paired_modes"]
+
+FREQUENCY_SCALE = 0.15  # relative difference in frequency at which two modes are e^-½ times as likely to be one
+MIN_AFFINITY = 0.05
+REACH = float(np.exp(FREQUENCY_SCALE * np.sqrt(-2 * np.log(MIN_AFFINITY))))
+"""Ratio of the frequencies of two modes of one shape beyond which they are no pair."""
+SAME_MODE = 0.8  # affinity from which on modes of two records of one level are the same
+Pairs = list[tuple[int, int]]  # numbers of the modes of test and model that are one
+
+
+def mac_of_modes(a: Modes, b: Modes) -> np.ndarray:
+    """MAC (n_a, n_b) of each mode of one set with each of another; nan for one response, whose MAC is always 1."""
+    if a.shape.shape[0] < 2:
+        return np.full((a.frequency.size, b.frequency.size), np.nan)
+    return mac(a.shape, b.shape)
+
+
+@functools.lru_cache(maxsize=64)
+def modes_once(frf: FRF, n_modes: int) -> Modes:
+    """Modes of a test, which is compared with many models; equal FRFs have equal modes."""
+    return distinct_modes(frf, n_modes)
+
+
+def common_modes(frfs: Sequence[FRF], names: Sequence[str], n_modes: int) -> tuple[list[Modes], list[str]]:
+    """Return the modes that all records of a level show well, in one order, and in words which are left out and why.
+
+    Parameters
+    ----------
+    frfs : sequence of FRF
+        FRFs of the same lines and responses, one for each record.
+    names : sequence of str
+        Of the records.
+    n_modes : int
+        Largest number of modes of each.
+    """
+    found = [modes_once(frf, n_modes) for frf in frfs]
+    first, columns, left_out = found[0], [], list[str]()
+    partners = [dict(_pairs(first, other, SAME_MODE)) for other in found[1:]]
+    hardly = [mode_errors(frf, modes).hardly for frf, modes in zip(frfs, found)]
+    for i, hz in enumerate(first.frequency.tolist()):
+        numbers = [i, *(partner.get(i, -1) for partner in partners)]
+        lacking = [name for name, number in zip(names, numbers) if number < 0]
+        weak = [name for name, number, of in zip(names, numbers, hardly) if number >= 0 and of[number]]
+        if lacking:
+            left_out.append(f"the mode near {hz:.4g} Hz of record {names[0]} is not found in {', '.join(lacking)}")
+        elif weak:
+            left_out.append(f"the mode near {hz:.4g} Hz is hardly extracted from {', '.join(weak)}")
+        else:
+            columns.append(numbers)
+    for name, modes, partner in zip(names[1:], found[1:], partners):
+        others = np.delete(modes.frequency, [*partner.values()]).tolist()
+        left_out += [f"the mode near {hz:.4g} Hz of record {name} is not found in {names[0]}" for hz in others]
+    return [_picked(modes, [row[k] for row in columns]) for k, modes in enumerate(found)], left_out
+
+
+def _picked(modes: Modes, columns: Sequence[int]) -> Modes:
+    kept = np.array(columns, dtype=int)
+    return Modes(modes.frequency[kept], modes.damping[kept], modes.shape[:, kept], modes.responses)
+
+
+def paired_modes(test_frf: FRF, model_frf: FRF, n_modes: int, of_test: Modes | None) -> tuple[Modes, Modes, Pairs]:
+    """Modes of test and model, and the pairs of their numbers.
+
+    Where a strong mode of the test has no partner among as many of the model, twice as many are looked at: it may be
+    a weaker one there.
+    """
+    test = modes_once(test_frf, n_modes) if of_test is None else of_test
+    model = distinct_modes(model_frf, n_modes)
+    pairs = _pairs(test, model)
+    if len(pairs) == test.frequency.size:
+        return test, model, pairs
+    more = distinct_modes(model_frf, 2 * n_modes)
+    more_pairs = _pairs(test, more)
+    return (test, more, more_pairs) if len(more_pairs) > len(pairs) else (test, model, pairs)
+
+
+def _pairs(test: Modes, model: Modes, least: float = MIN_AFFINITY) -> Pairs:
+    """One-to-one pairs with the largest sum of √MAC times a Gaussian of the frequency ratio's logarithm.
+
+    Frequency keeps modes apart whose shapes the few sensors cannot, MAC those that are close.
+    """
+    ratio = np.log(model.frequency / test.frequency[:, None])
+    affinity = np.sqrt(mac(test.shape, model.shape)) * np.exp(-0.5 * (ratio / FREQUENCY_SCALE) ** 2)
+    rows, columns = scipy.optimize.linear_sum_assignment(affinity, maximize=True)
+    return [(int(i), int(j)) for i, j in zip(rows, columns) if affinity[i, j] >= least]
+
+
+def mode_table(
+    test_frf: FRF, model_frf: FRF, modes: tuple[Modes, Modes, Pairs], n_modes: int, only_test: bool = False
+) -> pd.DataFrame:
+    """n_modes rows: the test's modes, then the model's that have no partner, by frequency; then nan.
+
+    A mode that one of the two lacks, or that is hardly extracted from one of them, has no relative error and no MAC,
+    and the reason in column ``why``. With ``only_test`` the model's without partner are left out.
+    """
+    import pandas as pd
+
+    test, model, pairs = modes
+    partner = dict(pairs)
+    rows = [(i, partner.get(i, -1)) for i in range(test.frequency.size)]
+    if not only_test:
+        rows += [(-1, j) for j in range(model.frequency.size) if j not in partner.values()]
+    rows += [(-1, -1)] * n_modes
+    of_test, of_model = np.array(rows[:n_modes], dtype=int).reshape(-1, 2).T
+    test_hz, model_hz = np.append(test.frequency, np.nan)[of_test], np.append(model.frequency, np.nan)[of_model]
+    why = _reasons(test_frf, model_frf, (test, model), list(zip(of_test.tolist(), of_model.tolist())))
+    compared = np.array([not words for words in why], dtype=bool)
+    of_pairs = np.pad(mac_of_modes(test, model), (0, 1), constant_values=np.nan)[of_test, of_model]
+    order = np.argsort(np.where(np.isnan(test_hz), model_hz, test_hz))
+    table = pd.DataFrame(
+        {
+            "test_hz": test_hz,
+            "model_hz": model_hz,
+            "relative_error": np.where(compared, relative_error(test_hz, model_hz), np.nan),
+            "mac": np.where(compared, of_pairs, np.nan),
+            "test_damping": np.append(test.damping, np.nan)[of_test],
+            "model_damping": np.append(model.damping, np.nan)[of_model],
+            "why": why,
+        }
+    )
+    return table.iloc[order].reset_index(drop=True).assign(mode=np.arange(1, n_modes + 1))[["mode", *table]]
+
+
+def _reasons(test_frf: FRF, model_frf: FRF, modes: tuple[Modes, Modes], rows: Pairs) -> list[str]:
+    """Why each row is not compared; "" of those that are, and of empty ones."""
+    frfs, names = (test_frf, model_frf), ("test", "model")
+    errors = [mode_errors(frf, own) if own.frequency.size else None for frf, own in zip(frfs, modes)]
+    said = []
+    for row in rows:
+        words = ""
+        for own, other in ((0, 1), (1, 0)):
+            if row[own] >= 0 and row[other] < 0:
+                hz, lines = modes[own].frequency[row[own]], frfs[other].frequency
+                low, high = max(hz / REACH, lines[0]), min(hz * REACH, lines[-1])
+                words = f"not found in the {names[other]}'s FRFs between {low:.3g} and {high:.3g} Hz"
+        weak = [i for i in (0, 1) if row[i] >= 0 and (found := errors[i]) is not None and found.hardly[row[i]]]
+        for i in weak if not words else ():
+            found = errors[i]
+            assert found is not None
+            off, bent = found.frequency[row[i]], found.shape[row[i]]
+            loose = f"frequency ± {100 * off:.2g} %" if not off < HARDLY[0] else f"shape ± {100 * bent:.2g} %"
+            words = f"hardly extracted from the {names[i]}'s FRFs ({loose})"
+        said.append(words)
+    return said

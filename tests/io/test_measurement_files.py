@@ -1,0 +1,292 @@
+"""TDMS and MDF files: what npTDMS and asammdf write is read, and what we write they read."""
+
+import csv
+import importlib.util
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+import scipy.io
+from asammdf import MDF, Signal
+from nptdms import ChannelObject, TdmsFile, TdmsWriter
+
+import clearance_mj as cm
+from clearance_mj.core.errors import RecordError
+from clearance_mj.core.notes import RecordNote
+from clearance_mj.io import formats
+from clearance_mj.io.channels import NOWHERE, Channel
+
+N = 200
+VALUE = np.sin(np.arange(N))
+WAVE = {"wf_increment": 1 / 2048, "wf_start_offset": 0.25, "unit_string": "g"}
+
+
+def tdms(folder, *objects):
+    with TdmsWriter(folder / "a.tdms") as writer:
+        writer.write_segment([*objects])
+    return folder / "a.tdms"
+
+
+def mdf(folder, *groups, version="4.10"):
+    path = folder / ("a.mf4" if version >= "4" else "a.mdf")
+    with MDF(version=version) as file:
+        for group in groups:
+            file.append(group, common_timebase=True)
+        file.save(path, overwrite=True)
+    return path
+
+
+def told(channels):
+    return [(c.name, c.quantity, c.unit, c.fs, c.start, c.size) for c in channels]
+
+
+def test_waveforms_of_a_tdms_file(tmp_path):
+    path = tdms(tmp_path, ChannelObject("bench", "Accel 3", VALUE, WAVE),
+                ChannelObject("bench", "U", VALUE.astype("f4"), WAVE | {"unit_string": "mV"}))  # fmt: skip
+    accel, voltage = cm.read(path)
+    assert told((accel, voltage)) == [
+        ("Accel 3", "acceleration", "", 2048.0, 0.25, N), ("U", "unknown", "mV", 2048.0, 0.25, N),
+    ]  # fmt: skip
+    assert (accel.node, accel.direction) == NOWHERE
+    np.testing.assert_array_equal(accel.value, 9.80665 * VALUE)
+    np.testing.assert_array_equal(voltage.value, VALUE.astype("f4"))
+    (mapped,) = cm.read(path, {"Accel 3": "acc:3:-Z", "U": "skip"})
+    assert (mapped.label, mapped.quantity) == ("3:-Z", "acceleration")
+
+
+def test_raw_integers_of_a_tdms_file_are_scaled(tmp_path):
+    """0.5 x + 1, as "NI_Scale" properties say."""
+    scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": 0.5,
+             "NI_Scale[0]_Linear_Y_Intercept": 1.0}  # fmt: skip
+    (channel,) = cm.read(tdms(tmp_path, ChannelObject("g", "U", np.arange(9, dtype="i2"), WAVE | scale)))
+    np.testing.assert_array_equal(channel.value, 9.80665 * (0.5 * np.arange(9) + 1))
+
+
+def test_groups_of_other_rates_and_a_channel_of_time(tmp_path):
+    slow = WAVE | {"wf_increment": 0.1, "unit_string": "N"}
+    path = tdms(tmp_path, ChannelObject("fast", "A", VALUE, WAVE), ChannelObject("slow", "A", VALUE[:5], slow),
+                ChannelObject("timed", "Time", np.arange(4) / 8), ChannelObject("timed", "B", VALUE[:4]),
+                ChannelObject("timed", "words", ["one", "two"]))  # fmt: skip
+    with pytest.warns(RecordNote) as said:
+        channels = cm.read(path)
+    assert told(channels) == [
+        ("fast/A", "acceleration", "", 2048.0, 0.25, N), ("slow/A", "force", "", 10.0, 0.25, 5),
+        ("B", "unknown", "", 8.0, 0.0, 4),
+    ]  # fmt: skip
+    assert str(said[0].message) == (
+        f'{path}: left out "words", which holds no numbers; channels of several rates or lengths: 1 at 8 Hz, 1 at '
+        "10 Hz, 1 at 2048 Hz"
+    )
+
+
+def test_tdms_without_a_rate(tmp_path):
+    path = tdms(tmp_path, ChannelObject("g", "A", VALUE))
+    with pytest.raises(RecordError, match=r'a\.tdms: "A" does not say its time step .* \(--fs\), .*\("A=skip"\)'):
+        cm.read(path)
+    assert cm.read(path, fs=100.0)[0].fs == 100.0
+
+
+def test_groups_and_conversions_of_an_mdf_file(tmp_path):
+    time, slow = 0.25 + np.arange(N) / 2048, np.arange(5) / 10
+    fast = [Signal(VALUE, time, "g", "Accel 3"),
+            Signal(np.arange(N, dtype="i2"), time, "N", "F", conversion={"a": 0.5, "b": 1.0})]  # fmt: skip
+    path = mdf(tmp_path, fast, [Signal(VALUE[:5], slow, "°C", "Oil")])
+    with pytest.warns(RecordNote, match="channels of several rates or lengths: 1 at 10 Hz, 2 at 2048 Hz"):
+        accel, force, oil = cm.read(path)
+    assert told((accel, force, oil)) == [
+        ("Accel 3", "acceleration", "", 2048.0, 0.25, N), ("F", "force", "", 2048.0, 0.25, N),
+        ("Oil", "unknown", "°C", 10.0, 0.0, 5),
+    ]  # fmt: skip
+    np.testing.assert_array_equal(accel.value, 9.80665 * VALUE)
+    np.testing.assert_array_equal(force.value, 0.5 * np.arange(N) + 1)
+
+
+def test_mdf_at_uneven_times(tmp_path):
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) ** 2 / 64, "g", "A")])
+    with pytest.raises(
+        RecordError, match=r'"A": its times are uneven .* \(--fs\), or the channel left out \("A=skip"\)'
+    ):
+        cm.read(path)
+    assert cm.read(path, fs=64.0)[0].fs == 64.0
+
+
+def test_other_versions_of_mdf(tmp_path):
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")], version="3.30")
+    with pytest.raises(RecordError, match=r"is MDF 3\.30; version 4 is read: convert it with asammdf"):
+        cm.read(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        (lambda data: b"", "not an MDF file"),
+        (lambda data: data[:300], "behind its end|ends behind the file"),
+        (lambda data: data[:64] + b"xx" + data[66:], "no block begins at byte 64"),
+    ],
+)
+def test_damaged_mdf(tmp_path, change, part):
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(RecordError, match=rf"a\.mf4: .*({part})"):
+        cm.read(path)
+
+
+def test_a_list_of_blocks_that_goes_round(tmp_path):
+    """asammdf follows it for ever."""
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
+    data = bytearray(path.read_bytes())
+    at = data.index(b"##CG")
+    data[at + 24 : at + 32] = at.to_bytes(8, "little")  # its first link is the next group
+    path.write_bytes(data)
+    with pytest.raises(RecordError, match=f"its list of blocks at byte {at} leads back to itself"):
+        cm.read(path)
+
+
+def test_mdf_that_declares_more_than_it_holds(tmp_path):
+    """asammdf makes room for the bytes of one sample, 1.7 GB here, before it reads."""
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
+    data = bytearray(path.read_bytes())
+    block = data.index(b"##CG")
+    of_sample = block + 24 + 8 * int.from_bytes(data[block + 16 : block + 24], "little") + 24
+    assert int.from_bytes(data[of_sample : of_sample + 4], "little") == 16
+    data[of_sample : of_sample + 4] = (1_684_889_888).to_bytes(4, "little")
+    path.write_bytes(data)
+    with pytest.raises(RecordError, match="group 1 declares more samples than it holds"):
+        cm.read(path)
+
+
+def test_mdf_channel_behind_the_samples(tmp_path):
+    """asammdf ends the process."""
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
+    data = bytearray(path.read_bytes())
+    blocks = [i for i in range(len(data)) if data[i : i + 4] == b"##CN"]
+    places = [i + 24 + 8 * int.from_bytes(data[i + 16 : i + 24], "little") + 4 for i in blocks]
+    at = next(i for i in places if int.from_bytes(data[i : i + 4], "little") == 8)
+    data[at : at + 4] = (49).to_bytes(4, "little")
+    path.write_bytes(data)
+    with pytest.raises(RecordError, match='"A" lies behind the samples of its group'):
+        cm.read(path)
+
+
+def test_damaged_tdms(tmp_path):
+    whole = tdms(tmp_path, ChannelObject("g", "A", VALUE, WAVE)).read_bytes()
+    for data in (b"x" * 100, whole[:60]):
+        (tmp_path / "b.tdms").write_bytes(data)
+        with pytest.raises(RecordError, match=r"b\.tdms: (not a whole TDMS file|holds no time records)"):
+            cm.read(tmp_path / "b.tdms")
+    with pytest.raises(RecordError, match=r"absent\.tdms: No such file"):
+        cm.read(tmp_path / "absent.tdms")
+
+
+@pytest.mark.parametrize(("suffix", "package", "extra"), [("tdms", "npTDMS", "tdms"), ("mf4", "asammdf", "mdf")])
+def test_without_the_package(tmp_path, monkeypatch, suffix, package, extra):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == package.lower() else find(name))
+    part = rf'needs the package {package}: pip install "clearance-mj\[{extra}\]"'
+    with pytest.raises(RecordError, match=part):
+        cm.read(tmp_path / f"a.{suffix}")
+    with pytest.raises(RecordError, match=part):
+        cm.write(tmp_path / f"a.{suffix}", [Channel("a", 1, "+Z", "force", VALUE, 64.0)])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", ["tdms", "mf4"])
+def test_what_cannot_be_written(tmp_path, suffix):
+    same = Channel("a", 1, "+Z", "force", VALUE, 64.0)
+    with pytest.raises(RecordError, match='two channels would be "force:1"; give each its own node'):
+        cm.write(tmp_path / f"a.{suffix}", [same, same])
+    with pytest.raises(RecordError, match="there is no channel"):
+        cm.write(tmp_path / f"a.{suffix}", [])
+
+
+# What we write, others read: twelve files of each format, their rates, lengths, places and units drawn.
+
+UNITS = {"acceleration": "m/s2", "force": "N", "displacement": "m", "unknown": "mV"}
+
+
+def drawn(seed):
+    rng = np.random.default_rng(seed)
+    fs, start, size = (
+        rng.choice([1.0, 512.0, 1000 / 3, 2048.0, 51200.0]),
+        rng.choice([0.0, 0.25, 1e4]),
+        rng.integers(4, 500),
+    )
+    found = []
+    for i in range(rng.integers(1, 6)):
+        quantity = str(rng.choice([*UNITS]))
+        place = (i + 1, "+Z") if quantity != "unknown" and rng.random() < 0.5 else NOWHERE
+        value = rng.standard_normal(size) * 10.0 ** rng.uniform(-12, 12)
+        unit = "mV" if quantity == "unknown" else ""
+        found.append(Channel(f"Sensor {i}, ä", *place, quantity, value, float(fs), float(start), unit))
+    return found
+
+
+def of_csv(path):
+    frame = pd.read_csv(path, float_precision="round_trip") if pd.__version__ < "3.1" else pd.read_csv(path)
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [*csv.reader(file)]
+    np.testing.assert_array_equal(frame.to_numpy(), np.array(rows[1:], float))
+    return [*frame.to_numpy().T[1:]], frame.to_numpy()[:, 0]
+
+
+def of_mat(path):
+    held = scipy.io.loadmat(path)
+    return [*held["data"].T], held["time"].ravel()
+
+
+def of_netcdf(path):
+    with scipy.io.netcdf_file(path, mmap=False) as file:
+        return [*file.variables["value"][:].astype(float)], file.variables["time"][:].astype(float)
+
+
+def of_hdf5(path):
+    with h5py.File(path) as file:
+        return [*file["value"][:]], file["time"][:]
+
+
+def of_tdms(path):
+    found = TdmsFile.read(path).groups()[0].channels()
+    return [c[:] for c in found], found[0].time_track()
+
+
+def of_mdf(path):
+    with MDF(path) as file:
+        found = [*file.iter_channels()]
+        return [signal.samples.copy() for signal in found], found[0].timestamps.copy()
+
+
+OTHERS = {"csv": of_csv, "mat": of_mat, "nc": of_netcdf, "h5": of_hdf5, "tdms": of_tdms, "mf4": of_mdf}
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("suffix", OTHERS)
+def test_others_read_what_we_write(tmp_path, suffix, seed):
+    """Numbers to the last bit; times too, save those that npTDMS computes from the step."""
+    channels = drawn(seed)
+    formats.write(tmp_path / f"a.{suffix}", channels)
+    values, time = OTHERS[suffix](tmp_path / f"a.{suffix}")
+    np.testing.assert_array_equal(values, [c.value for c in channels])
+    if suffix == "tdms":
+        np.testing.assert_allclose(time, channels[0].time, rtol=1e-14)
+    else:
+        np.testing.assert_array_equal(time, channels[0].time)
+    again = formats.read(tmp_path / f"a.{suffix}")
+    np.testing.assert_array_equal([c.value for c in again], [c.value for c in channels])
+    assert [(c.label, c.quantity, c.unit) for c in again] == [(c.label, c.quantity, c.unit) for c in channels]
+    assert [c.fs for c in again] == pytest.approx([c.fs for c in channels], rel=1e-6)
+
+
+def test_units_are_where_others_look_for_them(tmp_path):
+    channels = [
+        Channel("A", *NOWHERE, "acceleration", VALUE, 64.0),
+        Channel("U", *NOWHERE, "unknown", VALUE, 64.0, 0, "mV"),
+    ]
+    for suffix in ("tdms", "mf4"):
+        formats.write(tmp_path / f"a.{suffix}", channels)
+    found = TdmsFile.read(tmp_path / "a.tdms").groups()[0].channels()
+    assert [(c.name, c.properties["unit_string"], c.properties["wf_increment"]) for c in found] == [
+        ("A", "m/s2", 1 / 64), ("U", "mV", 1 / 64),
+    ]  # fmt: skip
+    with MDF(tmp_path / "a.mf4") as file:
+        assert [(s.name, s.unit) for s in file.iter_channels()] == [("A", "m/s2"), ("U", "mV")]
