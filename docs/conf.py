@@ -39,7 +39,7 @@ numpydoc_show_class_members = False
 html_theme = "furo"
 html_title = f"clearance_mj {version}"
 html_static_path = ["_static"]
-html_css_files = ["gallery.css"]
+html_css_files = ["gallery.css", "wide.css"]
 html_show_sourcelink = False
 
 

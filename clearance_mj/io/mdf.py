@@ -26,6 +26,7 @@ from .waveforms import Waveform, named_channels
 
 __all__ = ["read_mdf", "write_mdf"]
 
+VIRTUAL = (3, 6)  # types of channels that have no bytes: they count the samples
 DIGIT = 1e-9  # s, of the times of loggers, which count nanoseconds
 
 
@@ -66,6 +67,10 @@ def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform
             known = group.channel_group
             if max(known.samples_byte_nr, known.samples_byte_nr * known.cycles_nr) > most_unpacked(len(data)):
                 raise RecordError(f"not a whole MDF file: group {number + 1} declares more samples than it holds")
+            for channel in group.channels:  # asammdf reads beyond the sample, which may end the process
+                last = 8 * channel.byte_offset + channel.bit_offset + channel.bit_count
+                if channel.channel_type not in VIRTUAL and last > 8 * known.samples_byte_nr:
+                    raise RecordError(f'not a whole MDF file: "{channel.name}" lies behind the samples of its group')
             master = file.masters_db.get(number)
             label = str(getattr(known, "acq_name", "") or f"group {number + 1}")
             for index, channel in enumerate(group.channels):

@@ -156,6 +156,19 @@ def test_mdf_that_declares_more_than_it_holds(tmp_path):
         cm.read(path)
 
 
+def test_mdf_channel_behind_the_samples(tmp_path):
+    """asammdf ends the process."""
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")])
+    data = bytearray(path.read_bytes())
+    blocks = [i for i in range(len(data)) if data[i : i + 4] == b"##CN"]
+    places = [i + 24 + 8 * int.from_bytes(data[i + 16 : i + 24], "little") + 4 for i in blocks]
+    at = next(i for i in places if int.from_bytes(data[i : i + 4], "little") == 8)
+    data[at : at + 4] = (49).to_bytes(4, "little")
+    path.write_bytes(data)
+    with pytest.raises(RecordError, match='"A" lies behind the samples of its group'):
+        cm.read(path)
+
+
 def test_damaged_tdms(tmp_path):
     whole = tdms(tmp_path, ChannelObject("g", "A", VALUE, WAVE)).read_bytes()
     for data in (b"x" * 100, whole[:60]):
