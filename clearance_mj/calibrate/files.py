@@ -9,7 +9,6 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.files import plain_file
-from ..io.contents import FileContents
 from ..io.uff import read_uff
 from ..signals.frf import FRF
 from ..structure.base import parse_dof
@@ -76,8 +75,6 @@ def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None)
         If the file holds no FRFs, or one that is zero or not finite at a line.
     """
     frf = read_uff(path)
-    if isinstance(frf, FileContents):
-        frf = read_uff(path, what="frf")
     if not isinstance(frf, FRF) or len(frf.references) > 1:
         found = f"FRFs to {', '.join(frf.references)}" if isinstance(frf, FRF) else "no FRFs"
         raise RecordError(f"{path}: holds {found}, calibration needs FRFs to one reference")

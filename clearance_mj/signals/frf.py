@@ -161,7 +161,7 @@ class FRF(Shown, ArrayData):
             "references": few(self.references) if len(self.references) > 1 else "",
             "largest": "" if size.max() < 0 else peak + ("" if len(self.references) == 1 else f"/{self.references[j]}"),
             "coherence": f"median {np.median(known):.3f}" if known.size else "unknown",
-            "averages": f"{self.averages:.3g}" if self.averages else "unknown",
+            "averages": f"{self.averages:.3g}" if self.averages else "",
         }
         return Overview(f"FRF of {len(self.responses)} responses to {to}", facts)
 

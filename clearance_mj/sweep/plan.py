@@ -20,7 +20,6 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.plain_numbers import find_numbers, get_number, with_numbers
 from ..core.validation import from_plain, read_plain, to_plain
 from ..engines import Engine, get_engine
-from ..io.contents import FileContents
 from ..io.dataset import Record
 from ..io.uff import read_uff
 from ..model import LAW_FILE, Model
@@ -326,8 +325,6 @@ def _engine(given: str | dict) -> Engine:
 def _reference(path: Path, rig: Rig, outputs: Outputs) -> tuple[FRF, Excitation | None]:
     """FRFs to compare with; of a record also its excitation."""
     found = read_uff(path)
-    if isinstance(found, FileContents):
-        found = read_uff(path, what="frf" if found.frfs else "channels")
     if isinstance(found, FRF):
         if len(found.references) > 1:
             references = ", ".join(found.references)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from clearance_mj.io.formats import read
 from clearance_mj.io.uff import DIRECTIONS, Channel, read_uff, write_uff
 from clearance_mj.signals.frf import FRF
 
@@ -85,7 +86,9 @@ def test_other_data_sets_are_passed_over(write):
     others = b"    -1\n  1858\n         0\n    -1\n    -1\n   250\n         0\n    -1\n"
     (tip,) = read_uff(write(others + b"\n" + by_hand(ROWS)))
     assert tip.label == "3:+Z"
-    found = read_uff(write(others + nodes + by_hand(ROWS, kind=2, axis=18) + by_hand(ROWS)))
+    path = write(others + nodes + by_hand(ROWS, kind=2, axis=18) + by_hand(ROWS))
+    (tip,) = read_uff(path)
+    found = read(path)
     assert [*found.parts] == ["channels", "spectra", "geometry"] and found.channels[0].label == "3:+Z"
 
 
@@ -208,7 +211,7 @@ def test_reference_of_a_coherence(write):
     """Beside FRFs to one reference it need not be told; beside several it stands alone if it is none of theirs."""
     one = frf_by_hand() + coherence_by_hand(8, 0)
     assert read_uff(write(one)).coherence.shape == (1, 1, 2)
-    found = read_uff(write(one + frf_by_hand(dof=(8, 3, 6, 3))))
+    found = read(write(one + frf_by_hand(dof=(8, 3, 6, 3))))
     assert found.frf.coherence is None and found.frf.references == ("5:+Z", "6:+Z")
     assert (found.spectra[0].kind, found.spectra[0].labels) == ("coherence", ("8:+Z",))
 

@@ -14,6 +14,7 @@ import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io import formats
 from clearance_mj.io.channels import UNKNOWN
+from clearance_mj.io.formats import read
 from clearance_mj.io.uff import FileWarning, read_uff, write_uff
 from clearance_mj.signals import extract_modes, with_quantity
 from clearance_mj.signals.alignment import accelerance, align
@@ -163,7 +164,7 @@ def test_lines_of_a_sweep_down(write):
     frf = by_hand(rows, kind=4, ordinate=6, **layout)
     coherence = by_hand(["".join(f"{f:13.5E}{f / 10:13.5E}" for f in (9.0, 4.0, 1.0))], kind=6, **layout)
     spectrum = by_hand(rows, kind=12, ordinate=6, **layout)
-    found = read_uff(write(frf + coherence + spectrum))
+    found = read(write(frf + coherence + spectrum))
     np.testing.assert_array_equal(found.frf.frequency, [1.0, 4.0, 9.0])
     np.testing.assert_array_equal(found.frf.functions, [[1 - 1j, 4 - 4j, 9 - 9j]])
     np.testing.assert_array_equal(found.frf.coherence[0], [[0.1, 0.4, 0.9]])

@@ -11,6 +11,7 @@ import pyuff
 
 from clearance_mj.beam import linear_frf
 from clearance_mj.core.errors import RecordError
+from clearance_mj.io.formats import read
 from clearance_mj.io.uff import FileWarning, Geometry, read_geometry, read_uff, write_uff
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Shaker
 from clearance_mj.signals.ema import Modes, extract_modes
@@ -94,7 +95,8 @@ def test_nodes_and_lines_of_a_rig(tmp_path, rig):
     (line,) = got.lines
     along = [got.nodes[node][0] for node in line]
     assert along == sorted(along) and set(line) == set(got.nodes)
-    both = read_uff(tmp_path / "h.uff")
+    np.testing.assert_array_equal(read_uff(tmp_path / "h.uff").value, modal_frf().value)
+    both = read(tmp_path / "h.uff")
     assert both.geometry == got
     np.testing.assert_array_equal(both.frf.value, modal_frf().value)
 

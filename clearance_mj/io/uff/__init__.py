@@ -56,7 +56,7 @@ class FileWarning(UserWarning):
 def read_uff(
     path: str | PathLike[str], reference: str | None = None, units: str | None = None, what: str | None = None
 ) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
-    """Read what a universal file holds: time records, FRFs, spectra, modes, geometry.
+    """Read the time records or the FRFs of a universal file, or what else it holds.
 
     Parameters
     ----------
@@ -74,21 +74,42 @@ def read_uff(
     Returns
     -------
     list of Channel, FRF, Spectra, Modes, Geometry or FileContents
-        The one thing that the file holds, or all of several. A quantity that is neither displacement, velocity,
-        acceleration nor force is "unknown", its values as in the file.
+        The time records or the FRFs if it holds one of them, whatever stands beside; otherwise the one thing that it
+        holds, or all of several; `clearance_mj.read` returns all in any case. A quantity that is neither displacement,
+        velocity, acceleration nor force is "unknown", its values as in the file.
 
     Raises
     ------
     RecordError
         If the file is missing, damaged, or holds none of these; the message names the file and the data set.
     """
+    found = _everything(path, reference, units)
+    with naming(path):
+        if what:
+            return found.pick(what)
+        if bool(found.channels) != (len(found.frfs) == 1) and not len(found.frfs) > 1:
+            return found.pick("channels" if found.channels else "frf")
+    return _one_or_all(found)
+
+
+def _everything(path: str | PathLike[str], reference: str | None, units: str | None) -> FileContents:
     data = contents(path)
     with naming(path):
         found, notes = _read(data, reference, units)
-        parts = list(found.parts.values())
-        chosen = found.pick(what) if what else parts[0] if len(parts) == 1 else found
     _warn(path, notes)
-    return chosen
+    return found
+
+
+def _one_or_all(found: FileContents) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
+    parts = [*found.parts.values()]
+    return parts[0] if len(parts) == 1 else found
+
+
+def _read_all(
+    path: str | PathLike[str], reference: str | None = None, units: str | None = None
+) -> list[Channel] | FRF | Spectra | Modes | Geometry | FileContents:
+    """Everything that a universal file holds."""
+    return _one_or_all(_everything(path, reference, units))
 
 
 def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileContents, list[str]]:
@@ -122,9 +143,9 @@ def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileCo
 def _warn(path: str | PathLike[str], notes: Sequence[str]) -> None:
     """Say what was taken for granted; of many alike the first ones."""
     for note in notes[:MOST_NOTES]:
-        warnings.warn(f"{path}: {note}", FileWarning, stacklevel=3)
+        warnings.warn(f"{path}: {note}", FileWarning, stacklevel=4)
     if len(notes) > MOST_NOTES:
-        warnings.warn(f"{path}: and {len(notes) - MOST_NOTES} more notes like these", FileWarning, stacklevel=3)
+        warnings.warn(f"{path}: and {len(notes) - MOST_NOTES} more notes like these", FileWarning, stacklevel=4)
 
 
 MOST_NOTES = 5
@@ -228,7 +249,7 @@ def _channels(obj: object) -> list[Channel]:
 
 
 register(Format(
-    "UFF", (".uff", ".unv", ".uf", ".bunv", ".ufb"), (Channel, FRF, Spectra, Modes, Geometry), read_uff, write_uff,
+    "UFF", (".uff", ".unv", ".uf", ".bunv", ".ufb"), (Channel, FRF, Spectra, Modes, Geometry), _read_all, write_uff,
     options=("reference", "units"), geometry=True,
     note="universal files, text or binary (58b); with `--rig` also nodes and trace lines",
 ))  # fmt: skip
