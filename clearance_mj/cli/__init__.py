@@ -16,6 +16,7 @@ from ..core.errors import ClearanceError
 from ..core.files import to_json
 from ..core.notes import RecordNote
 from ..core.provenance import stale
+from ..rig.plausible import ImplausibleRig
 from ..version import __version__
 from .command import COMMANDS, Parser, inputs
 from .streams import prepare, silence
@@ -68,6 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f"clearance-mj: note: {words}", file=sys.stderr)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             warnings.showwarning = _say
+            warnings.simplefilter("error", ImplausibleRig)
             result = options.run(options)
         if options.json:
             print(to_json(result), end="")

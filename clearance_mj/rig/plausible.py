@@ -10,11 +10,15 @@ from ..structure.base import parse_place
 from ..structure.shaft import Shaft
 from .clearance import Bushing
 
-__all__ = ["check_units"]
+__all__ = ["ImplausibleRig", "check_units"]
 
 MAX_MASS = 1e7  # kg of a shaft: ten times the heaviest rotors and girders; mm for m makes 1e9 times of any mass
 MAX_THICKNESS = 5.0  # of a shaft's length; what is thicker is a disc
 MAX_SLENDERNESS = 3e4  # length over thickness: a wire of 0.1 mm may be 3 m long, a drill string 3 km
+
+
+class ImplausibleRig(RigError, UserWarning):
+    """A rig that nobody builds: a warning in Python, where odd rigs may be wanted; the command line refuses it."""
 
 
 def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
@@ -22,7 +26,7 @@ def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
 
     Raises
     ------
-    RigError
+    ImplausibleRig
         If a shaft's mass or proportions, or a gap, are those of a file in millimetres.
     """
     shafts = linear.shafts
@@ -42,7 +46,7 @@ def _check_shaft(shaft: Shaft) -> None:
     if absurd and max(length, thickness) > 1:  # what is smaller was not meant in mm
         weighs = f"{mass / 1e3:,.0f} t" if mass >= 1e4 else f"{mass:.3g} kg"
         large = max(length, thickness)
-        raise RigError(
+        raise ImplausibleRig(
             f"{name} {length:g} m long and {thickness:g} m thick weighs {weighs}: lengths are in metres, "
             f"and {large:g} mm is {large / 1e3:g}"
         )
@@ -52,7 +56,7 @@ def _check_gap(i: int, bushing: Bushing, shaft: Shaft, x: float) -> None:
     here = next((s for s, end in zip(shaft.sections, shaft.edges[1:]) if x <= end), shaft.sections[-1])
     radius = max(here.diameter) / 2 if here.diameter else None
     if radius is not None and bushing.gap > radius:
-        raise RigError(
+        raise ImplausibleRig(
             f"bushings[{i}].gap {bushing.gap:g} m is wider than the shaft's radius, {radius:g} m, at {bushing.where}: "
             f"gaps are radial, in metres, and {bushing.gap:g} mm is {bushing.gap / 1e3:g}"
         )

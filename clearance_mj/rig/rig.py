@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
+import warnings
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,7 +28,7 @@ from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
-from .plausible import check_units
+from .plausible import ImplausibleRig, check_units
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
@@ -324,15 +325,19 @@ class Rig(Shown):
         Raises
         ------
         RigError
-            If the file is missing, is not TOML, has unknown or missing keys or impossible values, or values in mm.
+            If the file is missing, is not TOML, has unknown or missing keys or impossible values. Numbers that are in
+            mm by all appearances are warned of; the command line refuses them.
         """
         data = read_plain(path, RigError)
         try:
             rig = cls.from_dict(data, Path(path).parent)
-            check_units(rig.linear, rig.bushings)
-            return rig
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
+        try:
+            check_units(rig.linear, rig.bushings)
+        except ImplausibleRig as error:
+            warnings.warn(ImplausibleRig(f"{path}: {error}"), stacklevel=2)
+        return rig
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], folder: str | Path = ".") -> Rig:

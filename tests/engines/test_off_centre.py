@@ -39,7 +39,8 @@ def steps(rig, engine, law, level=8.0, duration=0.3):
     time = np.arange(round(duration / step)) * step
     run = engine.start(rig, law, "base", step)
     output = run.advance(level * (np.sin(2 * np.pi * 9 * time) + np.sin(2 * np.pi * 37 * time)))
-    return *np.split(output[:, len(rig.sensors) :], 3, axis=1), step
+    displacement, contact, grease, _ = np.split(output[:, len(rig.sensors) :], 4, axis=1)
+    return displacement, contact, grease, step
 
 
 @pytest.mark.parametrize("stops", [("both", "both"), ("upper", "lower")])
