@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
+from os import PathLike
 
 from ..core.errors import RigError
 from ..structure import Structure
@@ -10,7 +12,7 @@ from ..structure.base import parse_place
 from ..structure.shaft import Shaft
 from .clearance import Bushing
 
-__all__ = ["ImplausibleRig", "check_units"]
+__all__ = ["ImplausibleRig", "check_units", "warn_of_units"]
 
 MAX_MASS = 1e7  # kg of a shaft: ten times the heaviest rotors and girders; mm for m makes 1e9 times of any mass
 MAX_THICKNESS = 5.0  # of a shaft's length; what is thicker is a disc
@@ -36,6 +38,14 @@ def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
         if parse_place(bushing.position):
             which, x = linear.place(bushing.position)
             _check_gap(i, bushing, shafts[which], x)
+
+
+def warn_of_units(path: str | PathLike[str], linear: Structure, bushings: Sequence[Bushing]) -> None:
+    """Warn of what `check_units` refuses, in a rig file."""
+    try:
+        check_units(linear, bushings)
+    except ImplausibleRig as error:
+        warnings.warn(ImplausibleRig(f"{path}: {error}"), stacklevel=3)
 
 
 def _check_shaft(shaft: Shaft) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
-import warnings
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,7 +27,7 @@ from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
-from .plausible import ImplausibleRig, check_units
+from .plausible import warn_of_units
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
@@ -333,10 +332,7 @@ class Rig(Shown):
             rig = cls.from_dict(data, Path(path).parent)
         except RigError as error:
             raise RigError(f"{path}: {error}") from None
-        try:
-            check_units(rig.linear, rig.bushings)
-        except ImplausibleRig as error:
-            warnings.warn(ImplausibleRig(f"{path}: {error}"), stacklevel=2)
+        warn_of_units(path, rig.linear, rig.bushings)
         return rig
 
     @classmethod
