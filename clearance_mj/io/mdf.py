@@ -6,7 +6,6 @@ conversions to physical values. Written is version 4.10.
 
 from __future__ import annotations
 
-import importlib.util
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
@@ -16,16 +15,15 @@ import numpy as np
 
 from ..core.checks import even_rate, naming
 from ..core.errors import RecordError
-from ..core.files import most_unpacked, plain_file, replacing
-from ..core.notes import note
+from ..core.files import most_unpacked, replacing
 from .channels import Channel
-from .columns import raw_header
 from .mdf_blocks import require_whole
 from .registry import Format, register
-from .waveforms import Waveform, named_channels
+from .waveforms import Program, Waveform
 
 __all__ = ["read_mdf", "write_mdf"]
 
+ASAMMDF = Program("asammdf", "asammdf", "MDF", "mdf")
 VIRTUAL = (3, 6)  # types of channels that have no bytes: they count the samples
 DIGIT = 1e-9  # s, of the times of loggers, which count nanoseconds
 
@@ -38,29 +36,13 @@ def read_mdf(
     ``columns`` gives the channel by its name, ``fs`` (Hz) takes the place of times that are uneven. What is no row of
     numbers is left out, and a note says so.
     """
-    notes: list[str] = []
-    with naming(path):
-        _require_asammdf()
-        try:
-            data = plain_file(path).read_bytes()
-        except OSError as error:
-            raise RecordError(error.strerror or str(error)) from None
-        require_whole(data)
-        try:
-            waves = list(_waves(data, fs, notes))
-        except RecordError:
-            raise
-        except Exception as error:  # asammdf raises whatever a damaged block leads to
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise RecordError(f"not a whole MDF file: {reason}") from None
-        found = named_channels(waves, columns or {}, notes)
-    note(path, notes)
-    return found
+    return ASAMMDF.read(path, lambda data, notes: _waves(data, fs, notes), columns)
 
 
 def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform]:
     from asammdf import MDF
 
+    require_whole(data)
     with MDF(io.BytesIO(data)) as file:
         groups: list[Any] = [*file.groups]
         for number, group in enumerate(groups):
@@ -99,14 +81,7 @@ def _timing(time: np.ndarray, name: str) -> tuple[float, float]:
 
 def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
     """Write time records as MDF 4.10, those of one rate, length and start as one group, as double precision."""
-    with naming(f"{path}: cannot be written"):
-        _require_asammdf()
-        if not channels:
-            raise RecordError("there is no channel")
-        headers = [raw_header(channel) for channel in channels]
-        names = [name for name, _ in headers]
-        if twice := next((name for name in names if names.count(name) > 1), None):
-            raise RecordError(f'two channels would be "{twice}"; give each its own node, or write .uff')
+    headers = ASAMMDF.headers(path, channels)
     from asammdf import MDF, Signal
 
     groups: dict[tuple[int, float, float], list[Signal]] = {}
@@ -120,11 +95,6 @@ def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
         file.save(stored)
     with replacing(path) as temporary:
         temporary.write_bytes(stored.getvalue())
-
-
-def _require_asammdf() -> None:
-    if importlib.util.find_spec("asammdf") is None:
-        raise RecordError('MDF needs the package asammdf: pip install "clearance-mj[mdf]"')
 
 
 register(Format(

@@ -7,7 +7,6 @@ channel without an increment gets the times of a channel of its group that is na
 
 from __future__ import annotations
 
-import importlib.util
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
@@ -17,19 +16,18 @@ import numpy as np
 
 from ..core.checks import even_rate, naming, simplest_rate
 from ..core.errors import RecordError
-from ..core.files import plain_file, replacing
-from ..core.notes import note
+from ..core.files import replacing
 from .channels import Channel
-from .columns import raw_header
 from .registry import Format, register
 from .tables.headers import is_time, split_header
-from .waveforms import Waveform, named_channels
+from .waveforms import Program, Waveform
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsGroup
 
 __all__ = ["read_tdms", "write_tdms"]
 
+NPTDMS = Program("npTDMS", "nptdms", "TDMS", "tdms")
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
@@ -41,25 +39,12 @@ def read_tdms(
     ``columns`` gives the channel by its name, ``fs`` (Hz) is of channels that do not say theirs. What is no row of
     numbers is left out, and a note says so.
     """
-    notes: list[str] = []
-    with naming(path):
-        _require_nptdms()
-        try:
-            waves = list(_waves(path, fs, notes))
-        except (RecordError, OSError) as error:
-            raise RecordError(getattr(error, "strerror", None) or str(error)) from None
-        except Exception as error:  # npTDMS raises whatever a damaged segment leads to
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise RecordError(f"not a whole TDMS file: {reason}") from None
-        found = named_channels(waves, columns or {}, notes)
-    note(path, notes)
-    return found
+    return NPTDMS.read(path, lambda data, notes: _waves(data, fs, notes), columns)
 
 
-def _waves(path: str | PathLike[str], fs: float | None, notes: list[str]) -> Iterator[Waveform]:
+def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform]:
     from nptdms import TdmsFile
 
-    data = plain_file(path).read_bytes()
     # From memory, where as much can be read as there is: a damaged length may be any.
     with TdmsFile.open(io.BytesIO(data)) as file:
         for group in file.groups():
@@ -119,14 +104,7 @@ def _number(value: object) -> float:
 
 def write_tdms(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
     """Write time records as waveforms of one group, in SI units or those of their file, as double precision."""
-    with naming(f"{path}: cannot be written"):
-        _require_nptdms()
-        if not channels:
-            raise RecordError("there is no channel")
-        headers = [raw_header(channel) for channel in channels]
-        names = [name for name, _ in headers]
-        if twice := next((name for name in names if names.count(name) > 1), None):
-            raise RecordError(f'two channels would be "{twice}"; give each its own node, or write .uff')
+    headers = NPTDMS.headers(path, channels)
     from nptdms import ChannelObject, TdmsWriter
 
     objects = []
@@ -136,11 +114,6 @@ def write_tdms(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
         objects.append(ChannelObject("records", name, c.value, properties | waveform))
     with replacing(path) as temporary, TdmsWriter(temporary) as writer:
         writer.write_segment(objects)
-
-
-def _require_nptdms() -> None:
-    if importlib.util.find_spec("nptdms") is None:
-        raise RecordError('TDMS needs the package npTDMS: pip install "clearance-mj[tdms]"')
 
 
 register(Format(

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import importlib.util
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
+from ..core.files import plain_file
+from ..core.notes import note
 from .channels import Channel
-from .columns import resolve
+from .columns import raw_header, resolve
 
-__all__ = ["GAPS", "Waveform", "named_channels"]
+__all__ = ["GAPS", "Program", "Waveform", "named_channels"]
 
 GAPS = 0.1
 """Share of a column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
@@ -27,6 +32,59 @@ class Waveform:
     fs: float  #: samples per second
     start: float  #: s, time of the first sample
     group: str = ""  #: of channels in the file
+
+
+@dataclass(frozen=True)
+class Program:
+    """A package that reads and writes a format of measurement programs."""
+
+    name: str  #: "npTDMS"
+    module: str  #: that is imported
+    format: str  #: "TDMS"
+    extra: str  #: of this package that brings it
+
+    def require(self) -> None:
+        """Refuse if it is not installed."""
+        if importlib.util.find_spec(self.module) is None:
+            raise RecordError(f'{self.format} needs the package {self.name}: pip install "clearance-mj[{self.extra}]"')
+
+    def read(
+        self,
+        path: str | PathLike[str],
+        waves: Callable[[bytes, list[str]], Iterable[Waveform]],
+        mapped: Mapping[str, str] | None,
+    ) -> list[Channel]:
+        """Return the channels of a file, whose waveforms ``waves`` finds in its bytes; notes say what is left out.
+
+        Whatever the package raises of a damaged file becomes one line.
+        """
+        notes: list[str] = []
+        with naming(path):
+            self.require()
+            try:
+                found = list(waves(plain_file(path).read_bytes(), notes))
+            except RecordError:
+                raise
+            except OSError as error:
+                raise RecordError(error.strerror or str(error)) from None
+            except Exception as error:
+                reason = " ".join(str(error).split()) or type(error).__name__
+                raise RecordError(f"not a whole {self.format} file: {reason}") from None
+            channels = named_channels(found, mapped or {}, notes)
+        note(path, notes)
+        return channels
+
+    def headers(self, path: str | PathLike[str], channels: Sequence[Channel]) -> list[tuple[str, str]]:
+        """Return name and unit under which each channel is written; refuses none, and two of one name."""
+        with naming(f"{path}: cannot be written"):
+            self.require()
+            if not channels:
+                raise RecordError("there is no channel")
+            headers = [raw_header(channel) for channel in channels]
+            names = [name for name, _ in headers]
+            if twice := next((name for name in names if names.count(name) > 1), None):
+                raise RecordError(f'two channels would be "{twice}"; give each its own node, or write .uff')
+        return headers
 
 
 def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], notes: list[str]) -> list[Channel]:
