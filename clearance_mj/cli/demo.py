@@ -124,8 +124,8 @@ def _steps(folder: Path, suffix: str) -> Iterator[str]:
     """Commands of a first hour, in order."""
     runs, checks = (" ".join(f"{folder}/{n}.{suffix}" for n in RECORDS if n.startswith(w)) for w in ("run", "check"))
     yield (
-        f"clearance-mj new bench --length 620mm --diameter 8.6mm --mass 0.62 0.2 --bushings 0.45 --gap 0.13mm "
-        f"--bushing-length 4mm --sensors 0.12 0.28 0.45 0.62 --out {folder}/rig.toml"
+        f'clearance-mj new "synthetic bench" --length 620mm --diameter 8.6mm --mass 0.62 0.2 --bushings 0.45 '
+        f"--gap 0.13mm --bushing-length 4mm --sensors 0.12 0.28 0.45 0.62 --out {folder}/rig.toml"
     )
     yield f"clearance-mj map {runs} --rig {folder}/rig.toml --out {folder}/map.toml"
     common = f"{folder}/bench --rig {folder}/rig.toml --map {folder}/map.toml --band 5 220"

@@ -38,6 +38,8 @@ def draw(found: RattleMap) -> Drawing:
         last_row = i >= count - 2
         tidy(ax, _gap(found, i), f"Amplitude of the excitation ({unit(found)})" if i % 2 == 0 else "")
         ax.grid(False)
+        if found.level.size > 2 and np.ptp(np.diff(np.log(found.level))) < 1e-6:  # each a multiple of the last
+            ax.set_yscale("log")
         if found.level.size > 1:
             ax.set_ylim(found.level[0], found.level[-1])
         ends = float(found.frequency[0]), float(found.frequency[-1])
