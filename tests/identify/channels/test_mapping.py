@@ -83,6 +83,7 @@ def test_what_no_unit_explains_is_asked_for():
     assert gain == pytest.approx(0.5, rel=0.05)
 
 
+@pytest.mark.slow
 def test_channels_that_are_no_vibration_of_the_rig_are_left_out():
     rig, records = bench()
     noise = np.random.default_rng(0).standard_normal(records[0][0].size)
@@ -99,6 +100,7 @@ def test_channels_that_are_no_vibration_of_the_rig_are_left_out():
     assert found.undecided == ()
 
 
+@pytest.mark.slow
 def test_without_the_excitation_everything_is_asked_for():
     rig, records = bench()
     without = [[c for c in channels if c.node != 100] for channels in records]
@@ -107,6 +109,7 @@ def test_without_the_excitation_everything_is_asked_for():
     assert "was its excitation recorded" in found.notes[0]
 
 
+@pytest.mark.slow
 def test_a_wrong_sampling_rate_is_named():
     rig, records = bench()
     slow = changed(records, lambda c: dataclasses.replace(c, fs=c.fs / 2))
@@ -115,6 +118,7 @@ def test_a_wrong_sampling_rate_is_named():
     assert "2048 Hz instead of 1024 Hz" in found.notes[0]
 
 
+@pytest.mark.slow
 def test_voltages_are_asked_for():
     rig, records = bench()
     volts = changed(records, lambda c: dataclasses.replace(c, quantity=UNKNOWN, unit="V", value=c.value * 0.0102))
