@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ModalModel", "linear_frf", "mode_shapes", "natural_frequencies", "ritz_model", "state_space"]
 
+WORST_POLES = 1e10  # condition of the poles' vectors beyond which they are not used
 MAX_MODES = 60  # Modes in a Ritz basis beyond which nothing is gained
 
 
@@ -76,12 +77,12 @@ class ModalModel:
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
         """(n_bushings, n) relative displacement in the middle of each clearance."""
-        return self._relative([b.joined for b in self.rig.bushings])
+        return self._relative(self.rig.clearance_points)
 
     @functools.cached_property
     def at_ends(self) -> np.ndarray:
         """(2 n_bushings, n) relative displacement at both ends of each clearance."""
-        return self._relative([points for b in self.rig.bushings for points in b.joined_ends])
+        return self._relative(self.rig.clearance_ends)
 
     @functools.cached_property
     def at_points(self) -> np.ndarray:
@@ -188,8 +189,13 @@ class ModalModel:
         seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at)
         seen[:, :sensors] *= -(omega[:, None, None] ** 2)
         seen[:, :sensors, -1] += self.sensors_on_base * float(kind == "base")
-        itself = np.zeros((omega.size, 1, seen.shape[2]))
+        itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
+        if delay := self.rig.shaker.delay:
+            itself *= np.exp(-1j * omega * delay)[:, None, None]
+        for i, sensor in enumerate(self.rig.sensors):
+            if sensor.delay:
+                seen[:, i] *= np.exp(-1j * omega * sensor.delay)[:, None]
         return np.concatenate((seen, itself), axis=1)
 
     def displacement_gains(
@@ -203,11 +209,37 @@ class ModalModel:
             As `channel_gains` takes them.
         """
         inputs = np.vstack((-(self.at_bushings if at is None else at), self.input(kind))).T
+        if self.coupling.size:
+            return self._coupled_gains(rows, inputs, omega)
         receptance = self.receptance(omega)
-        if receptance.ndim == 3:
-            return rows @ receptance @ inputs
         products = rows[:, None, :] * inputs.T[None]
         return (receptance @ products.reshape(-1, self.size).T).reshape(omega.size, len(rows), -1)
+
+    def _coupled_gains(self, rows: np.ndarray, inputs: np.ndarray, omega: np.ndarray) -> np.ndarray:
+        """Displacements (n_f, n_rows, n_inputs) where damping couples the modes, by the poles of the whole.
+
+        Poles that have no vectors of their own, as of a free body, leave the inverse at every frequency.
+        """
+        poles, motion, drive = self._poles
+        if motion is None or drive is None:
+            return np.asarray(rows @ self.receptance(omega) @ inputs)
+        products = (rows @ motion)[:, None, :] * (drive @ inputs).T[None]
+        gains = (1 / (1j * omega[:, None] - poles)) @ products.reshape(-1, poles.size).T
+        return gains.reshape(omega.size, len(rows), -1)
+
+    @functools.cached_property
+    def _poles(self) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
+        """Poles (2n,), the motion (n, 2n) of each, and what a force on each mode drives of it (2n, n)."""
+        n = self.size
+        state = np.block(
+            [[np.zeros((n, n)), np.eye(n)], [-np.diag(self.omega**2), -np.diag(self.damping) - self.coupling]]
+        )
+        scale = np.concatenate((np.ones(n), np.maximum(self.omega, 1.0)))  # rows of one size
+        poles, vectors = np.linalg.eig(state / scale[:, None] * scale)
+        if np.linalg.cond(vectors) > WORST_POLES:
+            return poles, None, None
+        inverse = np.linalg.inv(vectors)
+        return poles, vectors[:n], inverse[:, n:] / scale[n:]
 
     def static_deflection(self, points: Sequence[float | str] | np.ndarray, loads: np.ndarray) -> np.ndarray:
         """Return the deflection (n_points, n_loads), m/N, of points under unit static loads.
@@ -362,5 +394,6 @@ def linear_frf(rig: Rig, frequency: ArrayLike, n_modes: int = 16) -> np.ndarray:
     """
     import control
 
-    response = control.frequency_response(state_space(rig, n_modes), 2 * np.pi * np.asarray(frequency, dtype=float))
-    return np.asarray(response.frdata)[: len(rig.sensors), 0]
+    omega = 2 * np.pi * np.asarray(frequency, dtype=float)
+    response = control.frequency_response(state_space(rig, n_modes), omega)
+    return np.asarray(response.frdata)[: len(rig.sensors), 0] * np.exp(-1j * np.outer(rig.delays, omega))

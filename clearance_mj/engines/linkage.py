@@ -226,6 +226,11 @@ def linkage(rig: Rig, links: int) -> Linkage:
         raise RigError(
             f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
         )
+    for what, there in (
+        ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes)
+    ):  # fmt: skip
+        if there:
+            raise RigError(f"rig {rig.name!r}: links knows no {what}; use modal or modal-mj")
     masses = [list(of_discs(shaft)) for shaft in shafts]
     for mass in rig.point_masses:
         i, x = rig.linear.place(mass.position)
@@ -243,4 +248,4 @@ def linkage(rig: Rig, links: int) -> Linkage:
 
 
 def _joining(rig: Rig) -> tuple[Spring, ...]:
-    return rig.linear.springs if isinstance(rig.linear, Shafts) else ()
+    return (*(rig.linear.springs if isinstance(rig.linear, Shafts) else ()), *rig.springs)

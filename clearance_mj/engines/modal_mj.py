@@ -111,4 +111,5 @@ def _plant(rig: Rig, modes: int) -> Plant:
 
 def _mass(rig: Rig, modes: int) -> float:
     """Mass of every mode's body, kg: at least the sum of the effective masses, which is the rig's where it is known."""
-    return rig.total_mass or float(np.sum(ritz_model(rig, modes).participation ** 2)) or 1.0
+    shares = ritz_model(rig, modes).participation ** 2
+    return max(rig.total_mass or float(np.sum(shares)) or 1.0, float(shares.max(initial=0.0)))

@@ -10,6 +10,7 @@ from pydantic import Field
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Share, checked, seldom
 from ..structure import Point
+from ..structure.attached import Housing
 from ..structure.base import moved, parse_dof, parse_place
 
 __all__ = ["Bushing", "Contact", "Grease"]
@@ -91,12 +92,17 @@ class Bushing:
     """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there"""
     stops: Literal["both", "upper", "lower"] = seldom(default="both")
     """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
+    housing: Housing | None = seldom(default=None)
+    """what holds the bushing where it gives; None: it is fixed to the base"""
 
     def __post_init__(self) -> None:
         if abs(self.offset) >= self.gap:
             raise ValueError(
                 f"offset {self.offset:g} m lies beyond the gap {self.gap:g} m: at rest the shaft touches neither wall"
             )
+
+        if self.housing and self.to is not None:
+            raise ValueError('housing holds a bushing to the base, and "to" says that it is on another part')
 
     @property
     def walls(self) -> tuple[float, float]:

@@ -49,6 +49,8 @@ class Sensor:
     """kg, loads the structure like a point mass"""
     gain: Positive = seldom(default=1.0)
     """what it reads over the acceleration"""
+    delay: Number = seldom(default=0.0)
+    """s, by which its channel is late"""
 
     @property
     def label(self) -> str:
@@ -84,6 +86,8 @@ class Shaker:
     """(x, y, z) along which the base moves, of any length; None: along z, in which shafts vibrate"""
     also: tuple[AppliedForce, ...] | None = None
     """further points at which the force acts at the same time"""
+    delay: Number = seldom(default=0.0)
+    """s, by which the excitation's channel is late"""
 
     def __post_init__(self) -> None:
         if self.kind == "force" and self.position is None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,8 +16,9 @@ from ..core.errors import ClearanceError, RigError
 from ..core.files import replacing
 from ..core.overview import Overview, Shown, few
 from ..core.plain_numbers import find_numbers
-from ..core.validation import Positive, Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
-from ..structure import AnyStructure, Beam, Point, Structure
+from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
+from ..structure import AnyStructure, Beam, Spring, Structure
+from ..structure.attached import Attached, FixtureMode, Planes, PointMass, foot, housing_of
 from ..structure.base import StructureOfFiles, parse_place
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
@@ -28,24 +28,14 @@ from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .plausible import warn_of_units
+from .spans import check_bushings
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
 DRIVEN = {"base": "base acceleration", "force": "force"}
+ENDS = ("position", "to")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
-
-
-@checked(RigError)
-class PointMass:
-    """A mass fixed to the structure at one point; at a degree of freedom it acts in that direction alone."""
-
-    position: Point
-    """m along the shaft, or a degree of freedom such as "12:+Z" """
-    mass: Positive
-    """kg"""
-    name: Text = ""
-    """for people"""
 
 
 _ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
@@ -91,6 +81,12 @@ class Rig(Shown):
     """for people"""
     structure: AnyStructure | None = None
     """the structure, where it is not a ``beam``"""
+    springs: tuple[Spring, ...] = seldom(default=())
+    """springs and dampers from points of the structure to the base or to each other"""
+    fixture: tuple[FixtureMode, ...] = seldom(default=())
+    """modes of what carries the rig, between the base's accelerometer and the feet of clamp and bushings"""
+    planes: Planes | None = seldom(default=None)
+    """of a shaft whose two bending planes differ; None: they are alike"""
     tolerances: tuple[Tolerance, ...] = seldom(default=())
     """how well numbers are known; others have defaults, see `identify.priors`"""
 
@@ -105,6 +101,7 @@ class Rig(Shown):
             for kind in ("masses", "bushings", "sensors")
             for i, item in enumerate(getattr(self, kind))
         }
+        points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
         points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
         if self.shaker.position is not None:
             points["shaker.position"] = self.shaker.position
@@ -117,7 +114,10 @@ class Rig(Shown):
             if label in taken:
                 raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
             taken.add(label)
-        self._check_bushings()
+        for i, spring in enumerate(self.springs):
+            if any(set(spring.joined) == set(other.joined) for other in self.springs[:i]):
+                raise ValueError(f"springs[{i}] joins what another spring joins; add its numbers to that one")
+        check_bushings(self.bushings, self.linear.check)
         for i, tolerance in enumerate(self.tolerances):
             self._check_path(f"tolerances[{i}].of", tolerance.of)
 
@@ -134,39 +134,6 @@ class Rig(Shown):
             self.linear.check(point)
         except ValueError as error:
             raise ValueError(f"{name} {error}") from None
-
-    def _check_bushings(self) -> None:
-        on_shafts: dict[str, list[tuple[float, float, int]]] = {}
-        for i, b in enumerate(self.bushings):
-            if b.to == b.position:
-                raise ValueError(f"bushings[{i}].to is the bushing's own position; give another point")
-            place = parse_place(b.position)
-            if place is None:
-                if b.length:
-                    raise ValueError(f"bushings[{i}].length must be 0, as its position is a degree of freedom")
-                continue
-            for point in b.joined:
-                self._check_ends(i, point)
-            first, last = place[1] - b.length / 2, place[1] + b.length / 2
-            on_shafts.setdefault(place[0], []).append((first, last, i))
-        for spans in on_shafts.values():
-            for (_, end, i), (start, _, j) in pairwise(sorted(spans)):
-                if end >= start:
-                    raise ValueError(
-                        f"bushings[{j}] overlaps bushings[{i}]: it starts at {start:g} m, the other ends at {end:g} m"
-                    )
-
-    def _check_ends(self, i: int, point: float | str) -> None:
-        """Refuse a bushing that reaches past the shaft on which a point of it is."""
-        length, place = self.bushings[i].length, parse_place(point)
-        try:
-            for end in self.bushings[i].ends_of(point):
-                self.linear.check(end)
-        except ValueError as error:
-            middle = place[1] if place else 0.0
-            reach = f"from {middle - length / 2:g} to {middle + length / 2:g} m"
-            past = str(error).partition("lies outside ")[2] or str(error)
-            raise ValueError(f"bushings[{i}].length {length:g} m makes it reach {reach}, past {past}") from None
 
     @property
     def linear(self) -> Structure:
@@ -189,6 +156,11 @@ class Rig(Shown):
     def sensor_labels(self) -> list[str]:
         """Degree of freedom of each sensor, such as "7:+Z"."""
         return [s.label for s in self.sensors]
+
+    @property
+    def delays(self) -> np.ndarray:
+        """(n_sensors,) s, by which each sensor's channel is later than the excitation's."""
+        return np.array([s.delay for s in self.sensors]) - self.shaker.delay
 
     @property
     def probe_labels(self) -> list[str]:
@@ -230,6 +202,34 @@ class Rig(Shown):
         inside = [(parse_place(s.position), s.node) for s in self.sensors if bushing.holds(s.position)]
         return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]
 
+    @property
+    def clearance_points(self) -> tuple[tuple[float | str, ...], ...]:
+        """The points whose relative motion each clearance limits; the second is left out where it is the base.
+
+        It is the bushing's housing where that gives, and the base's foot below it where the base has modes of its own.
+        """
+        return tuple(self._joined(j, b.joined) for j, b in enumerate(self.bushings))
+
+    @property
+    def clearance_ends(self) -> tuple[tuple[float | str, ...], ...]:
+        """The same (2 n_bushings,) of both ends of each clearance."""
+        return tuple(self._joined(j, points) for j, b in enumerate(self.bushings) for points in b.joined_ends)
+
+    def _joined(self, j: int, points: tuple[float | str, ...]) -> tuple[float | str, ...]:
+        if len(points) > 1:
+            return points
+        if self.bushings[j].housing:
+            return (*points, housing_of(j))
+        return (*points, foot(points[0])) if self.fixture else points
+
+    @property
+    def attached(self) -> Attached:
+        """What the structure stands on and has beside it."""
+        return Attached(
+            tuple(b.housing for b in self.bushings), tuple(b.position for b in self.bushings), self.fixture,
+            self.springs, self.planes, tuple(self.shaker.unit_direction.tolist()),
+        )  # fmt: skip
+
     def reduction(self, modes: int, grease: bool = False) -> Reduction:
         """Return the structure with its point masses reduced to modes and static shapes; see `beam.ritz_model`.
 
@@ -249,7 +249,7 @@ class Rig(Shown):
         forces = self.shaker.forces if self.shaker.kind == "force" else ()
         springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
         with computable(self.name, self.to_dict):
-            return reduction(self.linear, tuple(b.joined for b in self.bushings), masses, forces, springs, modes)
+            return reduction(self.linear, self.clearance_points, masses, forces, springs, modes, self.attached)
 
     __repr__ = Shown.__repr__
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from ..core.errors import RigError
@@ -16,7 +17,8 @@ LENGTHS = (
 FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "stiffness": "N/m",
     "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "", "damping_ratios": "",
-    "poisson_ratio": "",
+    "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "", "rocking": "rad/m", "about": "m",
+    "difference": "", "angle": "rad", "rotation_damping": "N m s/rad", "translation_damping": "N s/m", "delay": "s",
 }  # fmt: skip
 """SI units of the fields that may be uncertain"""
 UNITS: dict[str, dict[str, float]] = {
@@ -28,6 +30,11 @@ UNITS: dict[str, dict[str, float]] = {
     "N/m": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
     "N s/m": {"N s/m": 1.0},
     "N m/rad": {"N m/rad": 1.0},
+    "N m s/rad": {"N m s/rad": 1.0},
+    "Hz": {"Hz": 1.0, "kHz": 1e3},
+    "rad": {"rad": 1.0, "deg": math.pi / 180},
+    "rad/m": {"rad/m": 1.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
 }  # in SI units
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")

@@ -149,6 +149,8 @@ class LinearModel:
     """damping ratios of the modes, the last one for all that follow"""
     viscous: Any = None
     """(n, n) further damping, N s/m"""
+    rocking: np.ndarray | None = None
+    """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where places are not known"""
     reduced: bool = False
     """whether the coordinates are few already: Ritz functions or modes"""
     reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"

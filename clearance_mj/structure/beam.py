@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
-from ..core.validation import NotNegative, Positive, Share, checked
+from ..core.validation import NotNegative, Positive, Share, checked, seldom
 from .base import LinearModel, Structure
 from .section import Material, Section, check_sizes
-from .shaft import Shaft, Support
+from .shaft import Disc, Shaft, Support
 
 __all__ = ["Beam", "Clamp"]
 
@@ -41,6 +41,19 @@ class Clamp:
     """N m/rad"""
     translation: Positive | None = None
     """N/m"""
+    rotation_damping: NotNegative = seldom(default=0.0)
+    """N m s/rad, beside ``rotation``"""
+    translation_damping: NotNegative = seldom(default=0.0)
+    """N s/m, beside ``translation``"""
+    mass: NotNegative = seldom(default=0.0)
+    """kg, that moves with the shaft's end on ``translation``"""
+
+    def __post_init__(self) -> None:
+        for field, spring in (("rotation_damping", "rotation"), ("translation_damping", "translation")):
+            if getattr(self, field) and not getattr(self, spring):
+                raise ValueError(f"{field} has no effect without {spring}: the clamp is rigid there")
+        if self.mass and not self.translation:
+            raise ValueError("mass has no effect without translation: the clamp does not move; give its spring, N/m")
 
 
 @checked(RigError, schema=_EITHER_SECTION)
@@ -115,9 +128,13 @@ class Beam(Structure):
             kind = "elastic" if clamp.translation else "pinned"
         elif clamp.translation:
             kind = "guided"
-        support = Support(0.0, kind, clamp.translation or 0.0, clamp.rotation or 0.0)
+        support = Support(
+            0.0, kind, clamp.translation or 0.0, clamp.rotation or 0.0, clamp.translation_damping,
+            clamp.rotation_damping,
+        )  # fmt: skip
+        block = (Disc(0.0, clamp.mass, name="clamp"),) if clamp.mass else ()
         damping = self.rayleigh, self.damping_ratios or ()
-        return (Shaft((Section(self.length, **size),), (support,), (), material, *damping, theory="euler"),)
+        return (Shaft((Section(self.length, **size),), (support,), block, material, *damping, theory="euler"),)
 
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
@@ -146,6 +163,7 @@ class Beam(Structure):
             lambda at: _functions(self, np.asarray(at, dtype=float), modes, forces),
             self.rayleigh,
             self.damping_ratios or (),
+            rocking=self.mass_per_length * (weight * x) @ y,
             reduced=True,
         )
 

@@ -58,6 +58,8 @@ class Mesh:
         Matrices in coordinates that leave the held nodes where they are.
     influence : ndarray, shape (n,)
         Inertia forces per unit acceleration of the base.
+    rocking : ndarray, shape (n,)
+        The same per unit angular acceleration of the base about x = 0.
     """
 
     def __init__(self, elements: Sequence[Element], shear: bool, held: Sequence[tuple[float, int]] = ()) -> None:
@@ -74,11 +76,12 @@ class Mesh:
         self._motion = motion @ self._free
         self.stiffness = self._free[2:].T @ self._free[2:]
         self.mass = np.zeros_like(self.stiffness)
-        self.influence = np.zeros(len(self.mass))
-        for start, own, part in zip(self._motion, self._own, parts):
+        self.influence, self.rocking = np.zeros((2, len(self.mass)))
+        for element, start, own, part in zip(elements, self._motion, self._own, parts):
             moves = np.vstack((start, self._free[own]))
             self.mass += moves.T @ part.mass @ moves
             self.influence += part.influence @ moves
+            self.rocking += part.mass[1] @ moves + element.start * (part.influence @ moves)
 
     def _motion_of_nodes(self, size: int) -> np.ndarray:
         """(n_nodes, 2, size) deflection and rotation; first two rigid motions, as large as what the strains add."""

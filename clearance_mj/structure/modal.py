@@ -7,12 +7,14 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from .attached import Attached, whole
 from .base import LinearModel, Rows, Structure, dof_vector, ratios_of_modes
-from .reduction import reduced
+from .reduction import reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
 
 COUPLING = 1e-12  # of the largest damping: damping between modes that rounding explains
+NOTHING = Attached()
 _Loads: TypeAlias = tuple[tuple[float | str, float], ...]  # points, each with a factor
 
 
@@ -35,8 +37,11 @@ def reduction(
     forces: _Loads,
     springs: tuple[float, ...],
     modes: int,
+    attached: Attached = NOTHING,
 ) -> Reduction:
     """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points."""
+    if attached:
+        return _with_attached(structure, joined, masses, forces, springs, modes, attached)
     points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces)]
     linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
     rows = linear.rows
@@ -48,12 +53,37 @@ def reduction(
         held.append((mass, at))
         influence += mass * np.outer(at, dof_vector(point))
     found = reduced(linear, held, [*zip(springs, clearances)], loads, modes)
-    transform = found.shapes
-    if structure.shafts:
-        last = structure.shafts[-1]
-        tip = rows([f"{last.name}@{last.end!r}" if last.name else last.end])[0] @ transform
-        transform = transform * np.where(tip < 0, -1.0, 1.0)
+    transform = _upwards(structure, rows, found.shapes)
     return Reduction(found.omega, *_damping(linear, found.omega, transform), influence, rows, transform)
+
+
+def _with_attached(
+    structure: Structure,
+    joined: tuple[tuple[float | str, ...], ...],
+    masses: _Loads,
+    forces: _Loads,
+    springs: tuple[float, ...],
+    modes: int,
+    attached: Attached,
+) -> Reduction:
+    """The same of a structure and what it has beside it."""
+    loads = [tuple(zip(pair, (1.0, -1.0))) for pair in joined] + [((point, factor),) for point, factor in forces]
+    found = whole(structure, attached, masses, loads, modes)
+    clearances = [np.array([1.0, -1.0])[: len(pair)] @ found.rows(pair) for pair in joined]
+    stiffness = found.stiffness + sum(k * np.outer(row, row) for k, row in zip(springs, clearances))
+    omega, shapes = vibration_modes(found.mass, stiffness)
+    transform = _upwards(structure, found.rows, shapes)
+    viscous = transform.T @ found.viscous @ transform
+    return Reduction(omega, *_coupled(viscous.diagonal(), viscous), found.influence, found.rows, transform)
+
+
+def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndarray:
+    """Shapes of a shaft that are positive at its last position."""
+    if not structure.shafts:
+        return transform
+    last = structure.shafts[-1]
+    tip = rows([f"{last.name}@{last.end!r}" if last.name else last.end])[0] @ transform
+    return np.asarray(transform * np.where(tip < 0, -1.0, 1.0))
 
 
 def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -64,6 +94,10 @@ def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tupl
     if linear.viscous is None:
         return damping, np.zeros((0, 0))
     viscous = shapes.T @ (linear.viscous @ shapes)
-    damping = damping + viscous.diagonal()
-    viscous = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
-    return damping, viscous if np.any(np.abs(viscous) > COUPLING * damping.max(initial=0.0)) else np.zeros((0, 0))
+    return _coupled(damping + viscous.diagonal(), viscous)
+
+
+def _coupled(damping: np.ndarray, viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Damping of each mode, and what of a damping matrix couples them."""
+    coupling = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
+    return damping, coupling if np.any(np.abs(coupling) > COUPLING * damping.max(initial=0.0)) else np.zeros((0, 0))

@@ -182,10 +182,12 @@ class Shaft(Structure):
         held = [(s.position, i) for s in self.supports for i in HELD[s.kind]]
         mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko", held)
         mass, stiffness, influence, viscous = mesh.mass, mesh.stiffness, mesh.influence, np.zeros_like(mesh.mass)
+        rocking = mesh.rocking.copy()
         for disc in self.discs:
             moves = mesh.motion(disc.position)
             mass += (moves.T * [disc.mass, disc.inertia]) @ moves
             influence += disc.mass * moves[0]
+            rocking += disc.mass * disc.position * moves[0] + disc.inertia * moves[1]
         for support in self.supports:
             moves = mesh.motion(support.position)
             stiffness += (moves.T * [support.translation, support.rotation]) @ moves
@@ -198,6 +200,7 @@ class Shaft(Structure):
             self.rayleigh,
             self.damping_ratios,
             viscous if viscous.any() else None,
+            rocking,
         )
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:

@@ -122,6 +122,7 @@ class Shafts(Structure):
             self.rayleigh,
             self.damping_ratios,
             viscous if viscous.any() else None,
+            np.concatenate([model.rocking for model in models if model.rocking is not None]),
         )
 
 

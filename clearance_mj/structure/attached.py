@@ -1,0 +1,290 @@
+"""What a structure stands on and has beside it: the fixture's modes, bushings' housings, springs, a second plane.
+
+A fixture moves the rig and is not moved by it. Its modes therefore are coordinates of a mass that is beyond all
+proportion to the rig's, so that every engine takes them for what they are: further linear degrees of freedom.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+import scipy.linalg
+from pydantic import Field
+
+from ..core.errors import RigError
+from ..core.validation import NotNegative, Number, Positive, Text, checked
+from .base import Point, Rows, Structure, dof_vector, parse_place, ratios_of_modes
+from .beam import Beam
+from .reduction import Modes, reduced
+from .section import Material
+from .shaft import Shaft
+from .shafts import Spring
+
+__all__ = ["Attached", "FixtureMode", "Housing", "Planes", "PointMass", "foot", "housing_of"]
+
+HEAVY = 1e8  # mass of a fixture's mode over that of the rig
+FOOT = "foot of "
+HOUSING = "housing of bushings"
+MAX_DAMPING = 3.0  # of critical, of a fixture's mode
+LARGEST_DIFFERENCE = 0.5  # of the mean stiffness, between a shaft's two planes
+
+
+@checked(RigError)
+class PointMass:
+    """A mass fixed to the structure at one point; at a degree of freedom it acts in that direction alone."""
+
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+Z" """
+    mass: Positive
+    """kg"""
+    name: Text = ""
+    """for people"""
+
+
+@checked(RigError)
+class Housing:
+    """What holds a bushing where it gives: a mass on a spring and a damper to the base."""
+
+    stiffness: Positive
+    """N/m"""
+    mass: Positive
+    """kg, with the bushing's"""
+    damping: NotNegative = 0.0
+    """N s/m"""
+    probe: Literal["housing", "base"] = "housing"
+    """what the bushing's displacement probe is fixed to"""
+
+
+@checked(RigError)
+class FixtureMode:
+    """A mode of what carries the rig, between the base's accelerometer and the feet of clamp and bushings.
+
+    η̈ + 2ζω η̇ + ω² η = -a under the base's acceleration a; the foot at x moves by
+    (participation + rocking (x - about)) η more than the base's accelerometer.
+    """
+
+    frequency: Positive
+    """Hz"""
+    damping_ratio: Annotated[Number, Field(ge=0, le=MAX_DAMPING)] = 0.01
+    """ζ, of critical damping"""
+    participation: Number = 1.0
+    """motion of the feet over that of the mode; 1: a rigid rig on one spring"""
+    rocking: Number = 0.0
+    """rad/m, rotation of the base over the mode's motion"""
+    about: Number = 0.0
+    """m along the shaft, of the foot that rocking does not move"""
+
+    def __post_init__(self) -> None:
+        if not self.participation and not self.rocking:
+            raise ValueError("participation and rocking are both 0: the mode moves no foot; give one of them")
+
+
+@checked(RigError)
+class Planes:
+    """Two bending planes of a shaft that differ in stiffness and are turned against the direction of vibration."""
+
+    difference: Annotated[Number, Field(gt=0, le=LARGEST_DIFFERENCE)]
+    """of the bending stiffnesses of both planes, over their mean"""
+    angle: Annotated[Number, Field(gt=0, lt=math.pi / 2)]
+    """rad, between the stiffer plane and the direction of vibration"""
+
+
+def foot(point: float | str) -> str:
+    """Return the name of the point of the base below a point of the structure."""
+    return f"{FOOT}{point!r}"
+
+
+def housing_of(number: int) -> str:
+    """Return the name of the housing of a bushing, as a point."""
+    return f"{HOUSING}[{number}]"
+
+
+class Attached(NamedTuple):
+    """What a structure has beside it."""
+
+    housings: tuple[Housing | None, ...] = ()  # of each clearance
+    places: tuple[Point, ...] = ()  # of the clearances
+    fixture: tuple[FixtureMode, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    planes: Planes | None = None
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)  # unit vector, along which the base moves
+
+    def __bool__(self) -> bool:
+        """Whether there is anything."""
+        return any(self.housings) or bool(self.fixture) or bool(self.springs) or self.planes is not None
+
+    def foot_motion(self, point: float | str) -> np.ndarray:
+        """Return how far (n_fixture_modes,) the base moves below a point, along the point's direction."""
+        along, place = float(dof_vector(point) @ self.direction), parse_place(point)
+        x = place[1] if place else 0.0
+        return np.array([m.participation * along + m.rocking * (x - m.about) for m in self.fixture])
+
+
+class Whole(NamedTuple):
+    """Matrices of a structure with what it has beside it, in few coordinates."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    viscous: np.ndarray
+    influence: np.ndarray  # (n, 3)
+    rows: Rows
+
+
+class _Plane(NamedTuple):
+    """A structure in one bending plane, reduced to modes and static shapes."""
+
+    found: Modes
+    damping: np.ndarray  # (n, n) of the modes
+    influence: np.ndarray  # (n, 3) of the modes
+    rocking: np.ndarray | None  # (n,) of the modes
+    rows: Rows
+    share: float  # of a motion along Z that is in this plane
+
+
+def whole(
+    structure: Structure,
+    attached: Attached,
+    masses: Sequence[tuple[float | str, float]],
+    loads: Sequence[tuple[tuple[float | str, float], ...]],
+    modes: int,
+) -> Whole:
+    """Return the matrices of a structure with point masses and what is attached to it.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure.
+    attached : Attached
+        What it has beside it.
+    masses : sequence of (Point, float)
+        Point masses, kg.
+    loads : sequence of tuple of (Point, float)
+        Points at which forces act together, with factors: the static shapes.
+    modes : int
+        Number of modes of the structure in each plane.
+    """
+    joined = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
+    planes = [_plane(s, share, masses, [*loads, *joined], modes) for s, share in _planes(structure, attached.planes)]
+    sizes = [plane.found.omega.size for plane in planes]
+    n, housed = sum(sizes), [j for j, housing in enumerate(attached.housings) if housing]
+    first = n + len(housed)
+    size = first + len(attached.fixture)
+    mass, stiffness, viscous = np.zeros((3, size, size))
+    influence = np.zeros((size, 3))
+    mass[:n, :n] = np.eye(n)
+    stiffness[:n, :n] = np.diag(np.concatenate([plane.found.omega**2 for plane in planes]))
+    viscous[:n, :n] = scipy.linalg.block_diag(*(plane.damping for plane in planes))
+    influence[:n] = np.vstack([plane.share * plane.influence for plane in planes])
+    for i, j in enumerate(housed, n):
+        housing = attached.housings[j]
+        assert housing
+        mass[i, i], stiffness[i, i], viscous[i, i] = housing.mass, housing.stiffness, housing.damping
+        influence[i] = housing.mass * dof_vector(attached.places[j])
+        mass[i, first:] = housing.mass * attached.foot_motion(attached.places[j])
+    heavy = HEAVY * float(structure.total_mass or np.sum(influence[:n] ** 2) or 1.0)
+    for i, mode in enumerate(attached.fixture, first):
+        omega = 2 * np.pi * mode.frequency
+        mass[i, i], stiffness[i, i], viscous[i, i] = heavy, heavy * omega**2, 2 * heavy * mode.damping_ratio * omega
+        influence[i] = heavy * np.array(attached.direction)
+        mass[:n, i] = mode.participation * influence[:n] @ attached.direction
+        if mode.rocking:
+            mass[:n, i] += mode.rocking * _rocking(planes, structure, mode.about)
+    mass[first:, :first] = mass[:first, first:].T
+
+    def rows(at: Sequence[float | str]) -> np.ndarray:
+        found = np.zeros((len(at), size))
+        for i, point in enumerate(at):
+            below = point
+            if isinstance(point, str) and point.startswith(HOUSING):
+                j = int(point[len(HOUSING) + 1 : -1])
+                found[i, n + housed.index(j)] = 1.0
+                below = attached.places[j]
+            elif isinstance(point, str) and point.startswith(FOOT):
+                below = _unquoted(point[len(FOOT) :])
+            else:
+                found[i, :n] = np.concatenate([p.share * p.rows([point])[0] @ p.found.shapes for p in planes])
+            found[i, first:] = attached.foot_motion(below)
+        return found
+
+    for spring in attached.springs:
+        ends = rows(spring.joined)
+        stretch = ends[0] - (ends[1] if len(ends) > 1 else rows([foot(spring.position)])[0])
+        stiffness += spring.stiffness * np.outer(stretch, stretch)
+        viscous += spring.damping * np.outer(stretch, stretch)
+    return Whole(mass, stiffness, viscous, influence, rows)
+
+
+def _unquoted(text: str) -> float | str:
+    return text[1:-1] if text[0] in "'\"" else float(text)
+
+
+def _planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:
+    """The structure in each bending plane, and the share of a motion along Z that is in it."""
+    if planes is None:
+        return [(structure, 1.0)]
+    half = planes.difference / 2
+    return [
+        (_stiffened(structure, 1 + half), math.cos(planes.angle)),
+        (_stiffened(structure, 1 - half), math.sin(planes.angle)),
+    ]
+
+
+def _stiffened(structure: Structure, factor: float) -> Structure:
+    """The same structure with other moduli; its supports stay as they are."""
+    if isinstance(structure, Beam):
+        return dataclasses.replace(structure, young_modulus=factor * structure.young_modulus)
+    if isinstance(structure, Shaft):
+        sections = tuple(dataclasses.replace(s, material=_harder(s.material, factor)) for s in structure.sections)
+        return dataclasses.replace(structure, sections=sections, material=_harder(structure.material, factor))
+    raise ValueError("planes: only a beam or one shaft has two bending planes here")
+
+
+def _harder(material: Material | None, factor: float) -> Material | None:
+    return material and dataclasses.replace(material, young_modulus=factor * material.young_modulus)
+
+
+def _plane(
+    structure: Structure,
+    share: float,
+    masses: Sequence[tuple[float | str, float]],
+    loads: Sequence[tuple[tuple[float | str, float], ...]],
+    modes: int,
+) -> _Plane:
+    points = [point for point, _ in masses] + [point for load in loads for point, _ in load]
+    own = [p for p in points if not (isinstance(p, str) and p.startswith((FOOT, HOUSING)))]
+    linear = structure.assemble(tuple(dict.fromkeys(own)), modes)
+    rows, influence = linear.rows, linear.influence.copy()
+    rocking = None if linear.rocking is None else linear.rocking.copy()
+    held = []
+    for point, mass in masses:
+        at = rows([point])[0]
+        held.append((mass, at))
+        influence += mass * np.outer(at, dof_vector(point))
+        if rocking is not None and (place := parse_place(point)):
+            rocking += mass * place[1] * at
+    kept = set(own)
+    acting = [[(p, s) for p, s in load if p in kept] for load in loads]
+    found = reduced(linear, held, [], [sum(s * rows([p])[0] for p, s in load) for load in acting if load], modes)
+    shapes = found.shapes
+    eta1, eta2 = linear.rayleigh
+    ratios = ratios_of_modes(linear.ratios, found.omega.size)
+    damping = np.diag(eta1 + eta2 * found.omega**2 + 2 * found.omega * ratios)
+    if linear.viscous is not None:
+        damping = damping + shapes.T @ (linear.viscous @ shapes)
+    turned = None if rocking is None else shapes.T @ rocking
+    return _Plane(found, damping, shapes.T @ influence, turned, rows, share)
+
+
+def _rocking(planes: Sequence[_Plane], structure: Structure, about: float) -> np.ndarray:
+    """(n,) inertia forces per unit angular acceleration about a position, m."""
+    found = []
+    for plane in planes:
+        if plane.rocking is None:
+            kind = getattr(structure, "kind", "structure")
+            raise ValueError(f"fixture: a base that rocks needs shafts, whose masses have positions, not {kind}")
+        found.append(plane.share * (plane.rocking - about * plane.influence[:, 2]))
+    return np.concatenate(found)
