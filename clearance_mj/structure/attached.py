@@ -24,7 +24,10 @@ from .section import Material
 from .shaft import Shaft
 from .shafts import Spring
 
-__all__ = ["Attached", "FixtureMode", "Housing", "Planes", "PointMass", "foot", "housing_of"]
+__all__ = [
+    "LARGEST_DIFFERENCE", "MAX_DAMPING", "Attached", "FixtureMode", "Housing", "Planes", "PointMass", "foot",
+    "housing_of", "whole",
+]  # fmt: skip
 
 HEAVY = 1e8  # mass of a fixture's mode over that of the rig
 FOOT = "foot of "

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..structure.faults.assessment import distance, predicted_spectra
 from ..structure.force_gains import force_gains
+from ..structure.rig_fit import channel_weights
 from ..structure.spectra import complex_frequency, complex_spectra, rms
-from ..structure.updating import channel_weights
 from .assignment import Assignment, Search
 
 __all__ = ["Judge", "Rival"]

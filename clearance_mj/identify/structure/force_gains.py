@@ -48,10 +48,13 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
     Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
     """
     whole, structural = rig_with(rig, values), {n: v for n, v in values.items() if _structural(n)}
+    if whole.attached:  # modes of the whole are not those that the damping ratios are of
+        return dataclasses.replace(ritz_model(rig_with(rig, structural), MODES), rig=whole)
     linear = whole.linear
     ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
     if isinstance(linear, Beam | Shaft):
         field = "beam" if whole.beam else "structure"
+        # Modes are damped by ratios of their own: these leave the reduction as it is.
         structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(ratios))}
     model = ritz_model(rig_with(rig, structural), MODES)
     damping = model.damping + 2 * model.omega * ratios_of_modes(ratios, model.size)
@@ -59,5 +62,5 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
 
 
 def _structural(name: str) -> bool:
-    """Whether a parameter is in the matrices of the structure; modes are damped by ratios of their own."""
-    return name.startswith(("beam", "1/", "structure", "masses")) and "damping_ratios" not in name
+    """Whether a parameter is in the matrices of the structure and what is attached to it."""
+    return name.startswith(("beam", "1/", "structure", "masses", "springs", "fixture", "planes")) or ".housing." in name

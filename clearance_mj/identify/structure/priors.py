@@ -23,25 +23,38 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ...rig.tolerance import CLAMP_COMPLIANCES, Tolerance, unit_of
 from ...structure import Beam, Shaft
+from ...structure.attached import LARGEST_DIFFERENCE, MAX_DAMPING
 from ...structure.base import parse_place
 from ...structure.beam import Clamp
 
 __all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words"]
 
+CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
+LONGEST_DELAY = 0.05  # s, of a channel
 DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
     "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
+    "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02, "about": 0.02,
+    "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "translation_damping": math.log(10.0),
+    "rotation_damping": math.log(10.0),
 }  # fmt: skip
-"""1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm"""
+"""1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
+RANGES = {
+    "damping_ratios": (0.0, CRITICAL), "damping_ratio": (0.0, MAX_DAMPING), "angle": (0.01, math.pi / 2 - 0.01),
+    "difference": (0.0, LARGEST_DIFFERENCE), "delay": (-LONGEST_DELAY, LONGEST_DELAY),
+}  # fmt: skip
+"""Fields that end where no rig can be, SI units"""
+LINEAR = ("participation", "rocking", "about", "angle", "delay")
+"""Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
 RATIOS = 8  # modes at most with a damping ratio of their own
 DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
-CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 MAX_OFFSET = 0.9  # of the gap: the largest offset
-LEFT_OUT = {"gain": 1.0, "offset": 0.0}  # values of fields that plain data leave out
+LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # values of fields that plain data leave out
+STIFFEST = 1e-11  # m/N, compliance of a clamp whose block has a mass: it must move
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
@@ -139,7 +152,11 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
         given = base.beam.clamp or Clamp()
         compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(given, name))}
         compliance |= {name.rpartition(".")[2]: values[name] for name in CLAMP_UNITS if name in values}
-        clamp = Clamp(**{name: 1 / c for name, c in compliance.items() if c})
+        if given.mass:
+            compliance["translation"] = max(compliance.get("translation", 0.0), STIFFEST)
+        springs = {name: 1 / c for name, c in compliance.items() if c}
+        dampers = {f"{name}_damping": getattr(given, f"{name}_damping") for name in springs}
+        clamp = Clamp(**springs, **dampers, mass=given.mass)
         base = base.replace(beam=dataclasses.replace(base.beam, clamp=clamp if clamp != Clamp() else None))
     data = base.to_dict()
     paths = [name for name in values if name not in CLAMP_UNITS and not name.startswith("probes[")]
@@ -165,10 +182,28 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     if "beam" in data or shaft:
         yield from ((name, "damping_ratios", i) for i in range(min(damped, len(data[name]["damping_ratios"]))))
     yield from (("masses", i, "mass") for i in range(len(data["masses"])))
+    yield from _attached_keys(data)
     for j in range(len(data["bushings"])):
         yield from (("bushings", j, "grease", name) for name in ("stiffness", "damping"))
         yield from (("bushings", j, name) for name in ("position", "gap", "offset"))
     yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
+
+
+def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
+    """What is uncertain of what the structure stands on and has beside it, where the rig file has it."""
+    clamp = (data.get("beam") or {}).get("clamp") or {}
+    yield from (("beam", "clamp", n) for n in ("mass", "translation_damping", "rotation_damping") if n in clamp)
+    for i in range(len(data.get("springs", ()))):
+        yield from (("springs", i, name) for name in ("stiffness", "damping", "position"))
+    for i, mode in enumerate(data.get("fixture", ())):
+        yield from (("fixture", i, name) for name in ("frequency", "damping_ratio"))
+        yield from (("fixture", i, name) for name in ("participation", "rocking") if mode[name])
+    if "planes" in data:
+        yield from (("planes", name) for name in ("difference", "angle"))
+    for j, bushing in enumerate(data["bushings"]):
+        if "housing" in bushing:
+            yield from (("bushings", j, "housing", name) for name in ("stiffness", "mass", "damping"))
+    yield from (("sensors", i, "delay") for i, sensor in enumerate(data["sensors"]) if "delay" in sensor)
 
 
 def _parameter(
@@ -189,9 +224,12 @@ def _parameter(
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
         low, high = _shaft(rig, _at(data, key))
         return _linear(path, unit, value, size, low + half, high - half)
-    if tolerance and not tolerance.relative:
+    if tolerance and not tolerance.relative and field not in LINEAR:
         return _linear(path, unit, value, size, 1e-6 * value, math.inf)
-    largest = CRITICAL if field == "damping_ratios" else math.inf
+    if field in LINEAR:
+        size *= abs(value) if tolerance and tolerance.relative else 1.0
+        return _linear(path, unit, value, size, *RANGES.get(field, (-math.inf, math.inf)))
+    largest = RANGES.get(field, (0.0, math.inf))[1]
     return _logarithm(path, unit, value, size, largest) if value > 0 else None
 
 

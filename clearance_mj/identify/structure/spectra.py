@@ -28,13 +28,16 @@ class ChannelSpectra:
     ----------
     record : PreparedRecord
         The record; its channels keep their order.
+    thin : int
+        Every so many-th line alone is kept.
     """
 
-    def __init__(self, record: PreparedRecord) -> None:
+    def __init__(self, record: PreparedRecord, thin: int = 1) -> None:
         self.name, self.kind, self.duration, fs = record.name, record.kind, record.duration, record.fs
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
-        self.frequency, self.measured = complex_spectra(record.signals, fs, band, MAX_LINES)
+        found = complex_spectra(record.signals, fs, band, MAX_LINES)
+        self.frequency, self.measured = (part[::thin] for part in found)
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
         self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))

@@ -12,8 +12,9 @@ from ....core.errors import ClearanceError
 from ....rig import Rig
 from ...records.prepared import PreparedRecord
 from ..force_gains import force_gains
+from ..rig_fit import channel_weights
 from ..rig_update import RigUpdate
-from ..updating import channel_weights, update_from
+from ..updating import update_from
 
 __all__ = ["Assessment", "Fault", "assess", "channel_of", "distance", "predicted_spectra"]
 

@@ -1,0 +1,53 @@
+"""A clamp that has a mode of its own: its block on a spring."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from ....rig import Rig
+from ....structure.beam import Clamp
+from .candidate import Bench, Candidate, hypothesis, opened
+
+MASS = 0.4  # kg
+DAMPING = 0.02
+COUNT = 8  # frequencies
+FREQUENCIES = 60.0, 600.0  # Hz
+APART = "an accelerometer on the clamp's block, in the direction of shaking"
+
+
+@hypothesis("clamp", "a clamp with a mode of its own")
+def clamps(bench: Bench) -> Iterator[Candidate]:
+    """Yield clamps of a cantilever."""
+    beam = bench.rig.beam
+    if beam is None or (beam.clamp and beam.clamp.mass):
+        return
+    for frequency in np.geomspace(*FREQUENCIES, COUNT).tolist():
+        yield Candidate("clamp", partial(_with, bench.rig, frequency), _words, APART)
+
+
+def _with(rig: Rig, frequency: float, factor: float) -> Rig:
+    assert rig.beam
+    omega, mass = 2 * np.pi * frequency, MASS / factor  # a lighter one moves more
+    given = rig.beam.clamp or Clamp()
+    stiffness = mass * omega**2
+    clamp = dataclasses.replace(
+        given, translation=stiffness, mass=mass, translation_damping=2 * DAMPING * omega * mass
+    )  # fmt: skip
+    more = (3 * rig.beam.bending_stiffness / stiffness) ** (1 / 3)  # m of shaft that would give as much
+    return opened(
+        rig.replace(beam=dataclasses.replace(rig.beam, clamp=clamp)),
+        {"beam.clamp.translation": f"{more!r} m", "beam.clamp.mass": "100 %",
+         "beam.clamp.translation_damping": "100 %"},
+    )  # fmt: skip
+
+
+def _words(rig: Rig) -> str:
+    assert rig.beam and rig.beam.clamp and rig.beam.clamp.translation
+    clamp = rig.beam.clamp
+    assert clamp.translation
+    own = np.sqrt(clamp.translation / clamp.mass) / (2 * np.pi)
+    return f"the clamp has a mode of its own: {clamp.mass:.2g} kg on {clamp.translation:.3g} N/m ({own:.3g} Hz)"

@@ -1,0 +1,41 @@
+"""A shaft whose two bending planes differ and are turned against the direction of shaking."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+from ....rig import Rig
+from ....structure import Beam, Shaft
+from ....structure.attached import Planes
+from .candidate import Bench, Candidate, hypothesis, opened
+
+DIFFERENCES = 0.01, 0.03
+ANGLES = 0.3, 0.8, 1.3  # rad
+APART = "accelerometers across the direction of shaking, at the same places"
+
+
+@hypothesis("planes", "two bending planes that differ")
+def planes(bench: Bench) -> Iterator[Candidate]:
+    """Yield small differences at several angles."""
+    if bench.rig.planes or not isinstance(bench.rig.linear, Beam | Shaft):
+        return
+    for difference in DIFFERENCES:
+        for angle in ANGLES:
+            yield Candidate("planes", partial(_with, bench.rig, difference, angle), _words, APART)
+
+
+def _with(rig: Rig, difference: float, angle: float, factor: float) -> Rig:
+    return opened(
+        rig.replace(planes=Planes(factor * difference, angle)),
+        {"planes.difference": "100 %", "planes.angle": "0.3 rad"},
+    )
+
+
+def _words(rig: Rig) -> str:
+    assert rig.planes
+    share, angle = 100 * rig.planes.difference, math.degrees(rig.planes.angle)
+    return (
+        f"the shaft's two bending planes differ by {share:.2g} % in stiffness, the stiffer one turned by {angle:.0f}°"
+    )

@@ -1,0 +1,224 @@
+"""One fit of a rig to spectra, with unknown forces in its clearances: variable projection and its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import scipy.ndimage
+
+from ...core.errors import RecordError
+from ...estimate.loss import GroupedHuber
+from ...estimate.parameter import Parameter
+from ...estimate.problem import Linearised, Problem
+from ...estimate.solver import Stop, solve
+from ...rig import Rig
+from ..records.prepared import EXCITATION, PreparedRecord
+from .force_gains import displacement_at_ends, force_gains, gains_at, model_with
+from .priors import priors, rig_with
+from .projection import Projection
+from .rig_update import RecordMisfit, RigUpdate
+from .spectra import ChannelSpectra, rms
+
+__all__ = ["RigFit", "channel_weights"]
+
+MODEL_ERROR = 0.01  # of a line's level: what the model misses
+NOISE_START = 0.01  # of a channel's level: its noise, to start with
+QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
+ROUNDS = 3  # fits, each with the weights that the last one showed
+STOP = Stop(steps=8, decrease=0.0, move=0.05)  # of a fit: a step below 0.05 prior standard deviations ends it
+OUTLYING = 2.0  # standard deviations from which on a line counts less
+NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is found
+DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
+COUPLE = 0.5
+"""Of a force, RMS: half the difference of what acts at both ends of a clearance, and of what acts at its ends and in
+its middle, if these are independent and alike."""
+CHANNELWISE = ("gain", "position", "delay")  # parameters of an instrument, on which its own channel alone depends
+
+
+def channel_weights(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Return one over the standard deviation with which lines (n_f, n_channels) count at first."""
+    return 1 / np.hypot(NOISE_START * level, 3 * MODEL_ERROR * np.abs(measured))
+
+
+class RigFit:
+    """Weighted least squares of what is open in a rig, with weights that are found between the fits.
+
+    Parameters
+    ----------
+    rig : Rig
+        Whose open parameters vary, from where they are.
+    records : sequence of PreparedRecord
+        Probes take part if all records have them.
+    thin : int
+        Every so many-th spectral line alone takes part.
+    like : RigFit, optional
+        A fit of the same records, whose spectra, noise and whitening are taken.
+
+    Raises
+    ------
+    RecordError
+        If there are no more sensors than clearances, or a channel cannot be used.
+    """
+
+    def __init__(self, rig: Rig, records: Sequence[PreparedRecord], thin: int = 1, like: RigFit | None = None) -> None:
+        for record in records:
+            record.require_usable(EXCITATION)
+        self.probes = all(record.probes for record in records) and bool(rig.bushings)
+        sensors = len(rig.sensors) + len(rig.bushings) * self.probes
+        if sensors <= len(rig.bushings):
+            raise RecordError(
+                f"{sensors} sensors cannot tell the rig from the unknown forces in {len(rig.bushings)} clearances; "
+                "needs more sensors than clearances"
+            )
+        self.rig = rig
+        self.records = tuple(record if self.probes else record.without_probes() for record in records)
+        self.spectra = like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
+        self.lines = [(s.kind, s.omega) for s in self.spectra]
+        highest = max(s.frequency[-1] for s in self.spectra)
+        known = priors(rig, highest, self.probes)
+        self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
+        parameters = [p for p in known if p not in self.in_clearances]
+        free = sensors - len(rig.bushings)  # of each line: the excitation is a channel and an unknown
+        radius = [np.full(s.frequency.size, OUTLYING * np.sqrt(free / s.correlated_lines)) for s in self.spectra]
+        self.problem = Problem(
+            parameters, self._residuals, loss=GroupedHuber(np.concatenate(radius)), linearise=self._linearised,
+            lanes=False,
+        )  # fmt: skip
+        if like:
+            self.noise, self.whitening = like.noise, like.whitening
+            return
+        self.noise = [1 / channel_weights(rms(s.measured), s.measured) for s in self.spectra]
+        """(n_f, n_channels) of each record, as standard deviation"""
+        self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
+        """(n_f, n_channels, n_channels) of each record: makes noise and what couples do of unit variance"""
+
+    def run(self, start: Mapping[str, float] | None = None, before: Rig | None = None) -> RigUpdate:
+        """Fit, find the noise, fit again.
+
+        Parameters
+        ----------
+        start : mapping of str to float, optional
+            Values by name where the fit begins; by default those of the rig.
+        before : Rig, optional
+            What the update is compared with: the rig file, where this rig is one with more in it.
+        """
+        at = self.problem.at(start or {})
+        found = self.projected(at)
+        first = found if before is None else RigFit(before, self.records).projected(None)
+        missed = [f.fitted(noise) for f, noise in zip(first, self.noise)]
+        for round_ in range(ROUNDS):
+            if round_:
+                self._find_noise(found)
+            self._whiten(at, found)
+            self.solution = solve(self.problem, [at], stop=STOP)
+            at = self.solution.at
+            found = self.projected(at)
+        solution = self.solution
+        estimates = solution.estimates(solution.covariance)
+        misfit = tuple(
+            RecordMisfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
+            for s, b, f, noise in zip(self.spectra, missed, found, self.noise)
+        )
+        rig = rig_with(self.rig, self._named(solution.values)).replace(tolerances=self.rig.tolerances)
+        channels = self.records[0].channels
+        return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes, self.in_clearances)
+
+    def _named(self, values: np.ndarray) -> dict[str, float]:
+        return dict(zip((p.name for p in self.problem.parameters), values.tolist()))
+
+    def _gains(self, at: np.ndarray) -> list[np.ndarray]:
+        """Gains (n_f, n_channels, n_bushings + 1) of forces and excitation, for each record."""
+        return force_gains(self.rig, self._named(self.problem.values(at)), self.probes, self.lines)
+
+    def adapt(self, values: Mapping[str, float]) -> None:
+        """Take noise and whitening from what values by name leave, as a fit does that ends there."""
+        at = self.problem.at(values)
+        self._find_noise(self.projected(at))
+        self._whiten(at, self.projected(at))
+
+    def residuals_of(self, rig: Rig, values: Mapping[str, float]) -> np.ndarray:
+        """Return the residuals (n_residuals,) of a rig with values by name, with this fit's weights."""
+        gains = force_gains(rig, values, self.probes, self.lines)
+        found = [Projection(g, s.measured, w) for g, s, w in zip(gains, self.spectra, self.whitening)]
+        return self._joined([f.residual for f in found])
+
+    def projected(self, at: np.ndarray | None) -> list[Projection]:
+        """Return the forces that meet each record best; by default on the rig as it is."""
+        at = np.zeros(self.problem.size) if at is None else at
+        return [Projection(g, s.measured, w) for g, s, w in zip(self._gains(at), self.spectra, self.whitening)]
+
+    def _residuals(self, values: np.ndarray) -> np.ndarray:
+        """Residuals (n_points, n_residuals) of all channels, line by line, of values (n_points, n)."""
+        return np.array([self._joined([f.residual for f in self.projected(self.problem.at(v))]) for v in values])
+
+    def _joined(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Residuals or derivatives (..., n_residuals) of each record's (..., n_f, n_channels)."""
+        scaled = [part / np.sqrt(s.correlated_lines) for part, s in zip(parts, self.spectra)]
+        return np.concatenate([part.reshape(*part.shape[:-2], -1) for part in scaled], axis=-1)
+
+    def _linearised(self, at: np.ndarray) -> Linearised:
+        """Residuals and their derivatives (Kaufman); those of all instruments by one difference."""
+        found, changes = self.projected(at), dict[int, list[np.ndarray]]()
+        for field in CHANNELWISE:
+            parameters = enumerate(self.problem.parameters)
+            channels = {i: c for i, p in parameters if (c := self._channel(p, field)) is not None}
+            steps = self._steps(at, list(channels))
+            moved = [f.changed(gains) for f, gains in zip(found, self._gains(at + steps))]
+            for i, channel in channels.items():
+                own = np.arange(moved[0].shape[1]) == channel
+                changes[i] = [change * own / steps[i] for change in moved]
+        for i in sorted(set(range(self.problem.size)) - set(changes)):
+            steps = self._steps(at, [i])
+            changes[i] = [f.changed(gains) / steps[i] for f, gains in zip(found, self._gains(at + steps))]
+        slopes = [-f.without_forces(np.array(c)) for f, c in zip(found, zip(*(changes[i] for i in sorted(changes))))]
+        return Linearised(self._joined([f.residual for f in found]), self._joined(slopes).T)
+
+    def _steps(self, at: np.ndarray, which: list[int]) -> np.ndarray:
+        """Steps (n,) of difference quotients, inwards from a bound."""
+        steps = np.zeros(at.size)
+        steps[which] = np.where(at[which] + 2 * DIFFERENCE > self.problem.high[which], -DIFFERENCE, DIFFERENCE)
+        return steps
+
+    def _channel(self, parameter: Parameter, wanted: str) -> int | None:
+        """Channel that alone depends on a parameter."""
+        instrument, _, field = parameter.name.partition("].")
+        where, _, number = instrument.partition("[")
+        if field != wanted or where not in ("sensors", "probes"):
+            return None
+        sensor = where == "sensors"
+        if sensor and wanted == "position" and self.rig.sensors[int(number)].mass:
+            return None
+        return int(number) + (0 if sensor else len(self.rig.sensors))
+
+    def _find_noise(self, found: Sequence[Projection]) -> None:
+        """Take the noise from the last fit's residuals: their median in every band of a channel."""
+        for i, (s, f) in enumerate(zip(self.spectra, found)):
+            squares = np.abs(s.measured - f.fitted(self.noise[i])) ** 2 / f.freedom(self.noise[i])
+            noise, band = np.empty_like(squares), np.digitize(s.frequency, NOISE_BANDS)
+            for b in np.unique(band):
+                noise[band == b] = np.median(squares[band == b], axis=0) / np.log(2)
+            noise = np.maximum(noise, (QUIETEST * rms(s.measured)) ** 2)
+            self.noise[i] = np.sqrt(noise + (MODEL_ERROR * np.abs(s.measured)) ** 2)
+
+    def _whiten(self, at: np.ndarray, found: Sequence[Projection]) -> None:
+        """Whiten noise, and what depends on where in a clearance the last fit's forces acted, on the last fit's rig.
+
+        That it is of the last fit matters: a fit that could make it grow would take it for its errors.
+        """
+        values = self._named(self.problem.values(at))
+        model = model_with(self.rig, values)
+        middle, ends = model.at_bushings, displacement_at_ends(model)
+        couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
+        gains = gains_at(model, values, self.probes, self.lines, couples)
+        for i, (g, f, noise) in enumerate(zip(gains, found, self.noise)):
+            power = np.abs(f.forces[:, :-1, 0]) ** 2
+            power = scipy.ndimage.uniform_filter1d(power, self.spectra[i].force_bandwidth, axis=0)
+            moved = g[:, :, :-1] * COUPLE * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None]
+            covariance = np.eye(noise.shape[1]) + moved @ moved.conj().transpose(0, 2, 1)
+            self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]
+
+
+def _acts_in_clearance(name: str) -> bool:
+    """Whether a parameter is what happens in a clearance, not where it is."""
+    return name.startswith("bushings[") and not name.endswith((".position", ".to")) and ".housing." not in name
