@@ -18,9 +18,7 @@ from numpy.typing import ArrayLike
 
 from .core.errors import RigError
 from .core.kinds import checks_kinds
-from .core.plain_numbers import with_number
 from .rig import Rig
-from .structure.attached import foot
 from .structure.base import Rows, dof_vector
 
 if TYPE_CHECKING:
@@ -156,22 +154,9 @@ class ModalModel:
         values : mapping of str to float
             Gains and places that are not 1 and the clearance's middle: "probes[0].gain", "probes[0].position" in m.
         """
-        rows = self.at_bushings.copy()
-        for j, bushing in enumerate(self.rig.bushings):
-            at, housing = values.get(f"probes[{j}].position"), bushing.housing
-            if at is not None or (housing and housing.probe == "base"):
-                point = bushing.position if at is None else with_number(bushing.position, at)
-                rows[j] = self.shapes([point])[0] - self._probe_fixed_to(j)
-            rows[j] *= values.get(f"probes[{j}].gain", 1.0)
-        return rows
-
-    def _probe_fixed_to(self, j: int) -> np.ndarray:
-        """Displacement (n,) of what a bushing's probe is fixed to: its housing, or the base's foot below it."""
-        bushing = self.rig.bushings[j]
-        held = self.rig.clearance_points[j][1:]
-        if bushing.housing and bushing.housing.probe == "base":
-            held = (foot(bushing.position),) if self.rig.fixture else ()
-        return self.shapes(held).sum(axis=0)
+        places = [values.get(f"probes[{j}].position") for j in range(len(self.rig.bushings))]
+        gains = [values.get(f"probes[{j}].gain", 1.0) for j in range(len(self.rig.bushings))]
+        return self._relative(self.rig.probe_points(places)) * np.array(gains)[:, None]
 
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None

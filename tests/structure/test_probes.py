@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-import clearance_mj as cm
 from clearance_mj.beam import ModalModel, ritz_model
 from clearance_mj.structure.attached import FixtureMode, Housing, foot, housing_of
 
@@ -31,6 +30,5 @@ def test_a_probe_that_is_moved_along_a_shaft_still_reads_the_base_s_foot() -> No
 
 
 def _model(housing: Housing | None) -> ModalModel:
-    rig = cm.Rig.load(TABLE1)
-    bushings = (dataclasses.replace(rig.bushings[0], housing=housing), *rig.bushings[1:])
-    return ritz_model(rig.replace(bushings=bushings, fixture=(FixtureMode(150.0, 0.02, 0.5),)))
+    bushings = (dataclasses.replace(TABLE1.bushings[0], housing=housing), *TABLE1.bushings[1:])
+    return ritz_model(TABLE1.replace(bushings=bushings, fixture=(FixtureMode(150.0, 0.02, 0.5),)))
