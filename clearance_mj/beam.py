@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from .core.errors import RigError
 from .core.kinds import checks_kinds
 from .rig import Rig
+from .rig.points import probe_point
 from .structure.base import Rows, dof_vector
 
 if TYPE_CHECKING:
@@ -156,7 +157,9 @@ class ModalModel:
         """
         places = [values.get(f"probes[{j}].position") for j in range(len(self.rig.bushings))]
         gains = [values.get(f"probes[{j}].gain", 1.0) for j in range(len(self.rig.bushings))]
-        return self._relative(self.rig.probe_points(places)) * np.array(gains)[:, None]
+        rig = self.rig
+        points = [probe_point(j, b, at, bool(rig.fixture)) for j, (b, at) in enumerate(zip(rig.bushings, places))]
+        return self._relative(points) * np.array(gains)[:, None]
 
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None

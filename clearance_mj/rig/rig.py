@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,7 +28,7 @@ from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .plausible import warn_of_units
-from .points import joined_points, probe_point
+from .points import joined_points
 from .spans import check_bushings
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
@@ -217,17 +216,6 @@ class Rig(Shown):
         """The same (2 n_bushings,) of both ends of each clearance."""
         feet = bool(self.fixture)
         return tuple(joined_points(j, b, ends, feet) for j, b in enumerate(self.bushings) for ends in b.joined_ends)
-
-    def probe_points(self, places: Sequence[float | None]) -> tuple[tuple[float | str, ...], ...]:
-        """The points whose relative motion each displacement probe reads; the second is what the probe is fixed to.
-
-        Parameters
-        ----------
-        places : sequence of float or None, length n_bushings
-            Where along the shaft each probe is, m; None: in its clearance's middle.
-        """
-        feet = bool(self.fixture)
-        return tuple(probe_point(j, b, at, feet) for j, (b, at) in enumerate(zip(self.bushings, places)))
 
     @property
     def attached(self) -> Attached:
