@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 
 from .core.errors import RigError
 from .core.kinds import checks_kinds
-from .core.plain_numbers import with_number
 from .rig import Rig
+from .rig.points import probe_point
 from .structure.base import Rows, dof_vector
 
 if TYPE_CHECKING:
@@ -155,12 +155,11 @@ class ModalModel:
         values : mapping of str to float
             Gains and places that are not 1 and the clearance's middle: "probes[0].gain", "probes[0].position" in m.
         """
-        rows = self.at_bushings.copy()
-        for j, bushing in enumerate(self.rig.bushings):
-            if (at := values.get(f"probes[{j}].position")) is not None:
-                rows[j] = self.shapes([with_number(bushing.position, at)])[0]
-            rows[j] *= values.get(f"probes[{j}].gain", 1.0)
-        return rows
+        places = [values.get(f"probes[{j}].position") for j in range(len(self.rig.bushings))]
+        gains = [values.get(f"probes[{j}].gain", 1.0) for j in range(len(self.rig.bushings))]
+        rig = self.rig
+        points = [probe_point(j, b, at, bool(rig.fixture)) for j, (b, at) in enumerate(zip(rig.bushings, places))]
+        return self._relative(points) * np.array(gains)[:, None]
 
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None

@@ -18,7 +18,7 @@ from ..core.overview import Overview, Shown, few
 from ..core.plain_numbers import find_numbers
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
-from ..structure.attached import Attached, FixtureMode, Planes, PointMass, foot, housing_of
+from ..structure.attached import Attached, FixtureMode, Planes, PointMass
 from ..structure.base import StructureOfFiles, parse_place
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
@@ -28,6 +28,7 @@ from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .plausible import warn_of_units
+from .points import joined_points
 from .spans import check_bushings
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
@@ -208,19 +209,13 @@ class Rig(Shown):
 
         It is the bushing's housing where that gives, and the base's foot below it where the base has modes of its own.
         """
-        return tuple(self._joined(j, b.joined) for j, b in enumerate(self.bushings))
+        return tuple(joined_points(j, b, b.joined, bool(self.fixture)) for j, b in enumerate(self.bushings))
 
     @property
     def clearance_ends(self) -> tuple[tuple[float | str, ...], ...]:
         """The same (2 n_bushings,) of both ends of each clearance."""
-        return tuple(self._joined(j, points) for j, b in enumerate(self.bushings) for points in b.joined_ends)
-
-    def _joined(self, j: int, points: tuple[float | str, ...]) -> tuple[float | str, ...]:
-        if len(points) > 1:
-            return points
-        if self.bushings[j].housing:
-            return (*points, housing_of(j))
-        return (*points, foot(points[0])) if self.fixture else points
+        feet = bool(self.fixture)
+        return tuple(joined_points(j, b, ends, feet) for j, b in enumerate(self.bushings) for ends in b.joined_ends)
 
     @property
     def attached(self) -> Attached:

@@ -1,0 +1,53 @@
+"""Points whose relative motion clearances limit and probes read, where housings or the base's feet move."""
+
+from __future__ import annotations
+
+from ..core.plain_numbers import with_number
+from ..structure.attached import foot, housing_of
+from .clearance import Bushing
+
+__all__ = ["joined_points", "probe_point"]
+
+_Points = tuple[float | str, ...]
+
+
+def joined_points(number: int, bushing: Bushing, points: _Points, feet_move: bool) -> _Points:
+    """Return a point and what it moves against, left out where that is the base and does not move.
+
+    Parameters
+    ----------
+    number : int
+        The bushing's, from 0.
+    bushing : Bushing
+        The bushing.
+    points : tuple of Point
+        In its middle or at an end of it; the second is that of the part that it is on.
+    feet_move : bool
+        Whether the base moves below the rig, as a fixture with modes does.
+    """
+    if len(points) > 1:
+        return points
+    if bushing.housing:
+        return (*points, housing_of(number))
+    return (*points, foot(points[0])) if feet_move else points
+
+
+def probe_point(number: int, bushing: Bushing, place: float | None, feet_move: bool) -> _Points:
+    """Return the point that a bushing's displacement probe looks at, and what the probe is fixed to.
+
+    Parameters
+    ----------
+    number : int
+        The bushing's, from 0.
+    bushing : Bushing
+        The bushing.
+    place : float, optional
+        m, along the shaft; the clearance's middle if it is None.
+    feet_move : bool
+        Whether the base moves below the rig.
+    """
+    middle = bushing.joined
+    fixed_to = joined_points(number, bushing, middle, feet_move)[1:]
+    if bushing.housing and bushing.housing.probe == "base":
+        fixed_to = (foot(middle[0]),) if feet_move else ()
+    return (middle[0] if place is None else with_number(middle[0], place), *fixed_to)
