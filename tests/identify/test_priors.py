@@ -8,8 +8,9 @@ import pytest
 
 from clearance_mj.beam import ritz_model
 from clearance_mj.estimate import Estimates
+from clearance_mj.identify.structure.misfit import RecordMisfit
 from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with
-from clearance_mj.identify.structure.rig_update import RecordMisfit, RigUpdate
+from clearance_mj.identify.structure.rig_update import RigUpdate
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 

@@ -15,9 +15,10 @@ from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
 from .force_gains import displacement_at_ends, force_gains, gains_at, model_with
+from .misfit import RecordMisfit
 from .priors import priors, rig_with
 from .projection import Projection
-from .rig_update import RecordMisfit, RigUpdate
+from .rig_update import RigUpdate
 from .spectra import ChannelSpectra, rms
 
 __all__ = ["RigFit", "channel_weights"]
@@ -73,7 +74,9 @@ class RigFit:
             )
         self.rig = rig
         self.records = tuple(record if self.probes else record.without_probes() for record in records)
-        self.spectra = like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
+        self.spectra: list[ChannelSpectra] = (
+            like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
+        )
         self.lines = [(s.kind, s.omega) for s in self.spectra]
         highest = max(s.frequency[-1] for s in self.spectra)
         known = priors(rig, highest, self.probes)
@@ -85,13 +88,15 @@ class RigFit:
             parameters, self._residuals, loss=GroupedHuber(np.concatenate(radius)), linearise=self._linearised,
             lanes=False,
         )  # fmt: skip
+        self.noise: list[np.ndarray]
+        """(n_f, n_channels) of each record, as standard deviation"""
+        self.whitening: list[np.ndarray]
+        """(n_f, n_channels, n_channels) of each record: makes noise and what couples do of unit variance"""
         if like:
             self.noise, self.whitening = like.noise, like.whitening
             return
         self.noise = [1 / channel_weights(rms(s.measured), s.measured) for s in self.spectra]
-        """(n_f, n_channels) of each record, as standard deviation"""
         self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
-        """(n_f, n_channels, n_channels) of each record: makes noise and what couples do of unit variance"""
 
     def run(self, start: Mapping[str, float] | None = None, before: Rig | None = None) -> RigUpdate:
         """Fit, find the noise, fit again.
@@ -105,7 +110,7 @@ class RigFit:
         """
         at = self.problem.at(start or {})
         found = self.projected(at)
-        first = found if before is None else RigFit(before, self.records).projected(None)
+        first = found if before is None else RigFit(before, self.records, like=self).projected(None)
         missed = [f.fitted(noise) for f, noise in zip(first, self.noise)]
         for round_ in range(ROUNDS):
             if round_:
@@ -120,16 +125,17 @@ class RigFit:
             RecordMisfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
             for s, b, f, noise in zip(self.spectra, missed, found, self.noise)
         )
-        rig = rig_with(self.rig, self._named(solution.values)).replace(tolerances=self.rig.tolerances)
+        rig = rig_with(self.rig, self.named(solution.values)).replace(tolerances=self.rig.tolerances)
         channels = self.records[0].channels
         return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes, self.in_clearances)
 
-    def _named(self, values: np.ndarray) -> dict[str, float]:
+    def named(self, values: np.ndarray) -> dict[str, float]:
+        """Return values (n,) of the open parameters by their names."""
         return dict(zip((p.name for p in self.problem.parameters), values.tolist()))
 
     def _gains(self, at: np.ndarray) -> list[np.ndarray]:
         """Gains (n_f, n_channels, n_bushings + 1) of forces and excitation, for each record."""
-        return force_gains(self.rig, self._named(self.problem.values(at)), self.probes, self.lines)
+        return force_gains(self.rig, self.named(self.problem.values(at)), self.probes, self.lines)
 
     def adapt(self, values: Mapping[str, float]) -> None:
         """Take noise and whitening from what values by name leave, as a fit does that ends there."""
@@ -206,7 +212,7 @@ class RigFit:
 
         That it is of the last fit matters: a fit that could make it grow would take it for its errors.
         """
-        values = self._named(self.problem.values(at))
+        values = self.named(self.problem.values(at))
         model = model_with(self.rig, values)
         middle, ends = model.at_bushings, displacement_at_ends(model)
         couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,36 +11,14 @@ from ...estimate.estimates import Estimates
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
+from .found_structure import FoundStructure
+from .misfit import RecordMisfit
 from .priors import CRITICAL, rig_with, unsaid_words
-from .spectra import complex_frequency, rms
 
-__all__ = ["RecordMisfit", "RigUpdate"]
+__all__ = ["RigUpdate"]
 
 SUSPECT_MISFIT = 0.1  # of a channel's level: a larger misfit is said
 NEARLY_CRITICAL = 0.9  # of critical damping, from which on a shaft's mode is not believed
-
-
-@dataclass(frozen=True, eq=False)
-class RecordMisfit:
-    """Spectra of one record as measured, and of two rigs under the forces that meet all sensors best."""
-
-    record: str  #: name of the record
-    kind: str  #: "base" or "force": what excites
-    duration: float  #: s
-    frequency: np.ndarray  #: (n_f,) Hz
-    measured: np.ndarray  #: (n_channels, n_f) complex, accelerometers, then probes, then the excitation
-    before: np.ndarray  #: (n_channels, n_f) complex, of the rig file
-    fitted: np.ndarray  #: (n_channels, n_f) complex, of the updated rig
-
-    @property
-    def omega(self) -> np.ndarray:
-        """(n_f,) rad/s, the complex frequencies at which the spectra were taken."""
-        return complex_frequency(self.frequency, self.duration)
-
-    @property
-    def share(self) -> np.ndarray:
-        """(n_channels,) RMS of what is left over that of the channel."""
-        return rms((self.fitted - self.measured).T) / rms(self.measured.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +28,7 @@ class RigUpdate:
     rig: Rig
     """as updated; gaps, offsets and grease are those of the rig file"""
     start: Rig
-    """the rig file's"""
+    """the rig file's, with what was found beside its structure"""
     records: tuple[PreparedRecord, ...]
     """that it was updated to"""
     estimates: Estimates
@@ -63,6 +41,8 @@ class RigUpdate:
     """whether displacement probes took part"""
     clearance_priors: tuple[Parameter, ...]
     """what the rig file leaves open in its clearances, which the update leaves as it is"""
+    structure: FoundStructure = field(default_factory=FoundStructure)
+    """what was tried beside the structure as the rig file draws it"""
 
     @property
     def only_prior(self) -> tuple[str, ...]:
@@ -77,7 +57,7 @@ class RigUpdate:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Plain words on what not to rely on."""
-        words = []
+        words = list(self.structure.warnings)
         if not self.probes:
             words.append("without probes: the motion in the clearances is known by the accelerometers alone")
         if self.only_prior:
@@ -124,5 +104,6 @@ class RigUpdate:
                 for m in self.misfit
             ],
             "only_prior": list(self.only_prior),
+            "structure": self.structure.to_dict(),
             "warnings": list(self.warnings),
         }

@@ -10,9 +10,8 @@ confirms; the rig is then updated with it, and the others are tried anew beside 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
@@ -23,11 +22,13 @@ from ...estimate.solver import Solution
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from . import hypotheses  # noqa: F401 - registers them
+from .found_structure import Accepted, FoundStructure, Tried
 from .hypotheses.candidate import HYPOTHESES, Bench, Candidate
+from .priors import rig_with
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
 
-__all__ = ["Accepted", "StructureSearch", "Tried", "search_structure"]
+__all__ = ["with_found_structure"]
 
 MIN_GAIN = 12.0  # of log evidence, for a hypothesis to be accepted
 MIN_SCORE = 6.0  # of log likelihood by the score test, for a candidate to be fitted
@@ -41,43 +42,6 @@ STOP = Stop(steps=6, decrease=1e-3, move=0.02)
 WORKERS = 2  # threads
 
 
-@dataclass(frozen=True)
-class Tried:
-    """A hypothesis as it was tried once."""
-
-    name: str  #: of the hypothesis
-    words: str  #: with the numbers found
-    gain: float  #: of log evidence; by the score test alone where it was not fitted
-    fitted: bool  #: whether it was
-
-
-@dataclass(frozen=True)
-class Accepted:
-    """A hypothesis that the records want."""
-
-    name: str  #: of the hypothesis
-    words: str  #: with the numbers found
-    gain: float  #: of log evidence
-    confirmed: float  #: by how much the log likelihood of the rest of the records rises
-    rivals: tuple[str, ...]  #: hypotheses that explain the records about as well
-    apart: str  #: the measurement that would tell it from others
-
-
-@dataclass(frozen=True, eq=False)
-class StructureSearch:
-    """What was tried beside the rig file's structure, and the rig updated with what was accepted."""
-
-    before: RigUpdate  #: the rig updated as it is drawn
-    update: RigUpdate  #: with what was accepted; ``before`` if nothing was
-    accepted: tuple[Accepted, ...]  #: in the order of their evidence
-    rounds: tuple[tuple[Tried, ...], ...]  #: each hypothesis's best in every round
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Plain words on what the rig file does not have."""
-        return tuple(_sentence(one) for one in self.accepted)
-
-
 class _Trial:
     """A candidate fitted with all open parameters to the first part of the records."""
 
@@ -86,95 +50,76 @@ class _Trial:
         fit = RigFit(rig, coarse.records, like=coarse)
         self.solution = solve(fit.problem, [fit.problem.at(values)], stop=STOP)
         self.evidence = _evidence(self.solution)
-        self.values = dict(zip((p.name for p in fit.problem.parameters), self.solution.values.tolist()))
+        self.values = fit.named(self.solution.values)
+        self.words = candidate.words(rig_with(rig, self.values))
 
 
-def search_structure(rig: Rig, records: Sequence[PreparedRecord], progress: bool = False) -> StructureSearch:
-    """Update a rig to prepared records, with what the records want beside the structure that its file has.
+def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate:
+    """Return an updated rig with what its records want beside the structure that its rig file draws.
 
     Parameters
     ----------
-    rig : Rig
-        The rig file's.
-    records : sequence of PreparedRecord
-        As `update_from` takes them.
+    update : RigUpdate
+        The rig updated as it is drawn.
     progress : bool
         Show a progress bar.
-
-    Raises
-    ------
-    RecordError
-        As `update_rig`.
     """
-    before = update = RigFit(rig, records).run()
-    accepted: list[Accepted] = []
-    rounds: list[tuple[Tried, ...]] = []
-    at = rig
-    while len(accepted) < MOST:
-        search = _Round(at, update, progress)
-        rounds.append(search.tried)
-        found = search.best()
-        if found is None:
+    drawn, found = update, FoundStructure()
+    while len(found.accepted) < MOST:
+        round_ = _Round(update, progress)
+        found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried), as_drawn=drawn.misfit)
+        accepted = round_.accepted()
+        if accepted is None:
             break
-        trial, confirmed = found
-        new = RigFit(trial.rig, records).run(trial.values, rig)
-        gain = trial.evidence - search.evidence
-        words = trial.candidate.words(new.rig)
-        accepted.append(
-            Accepted(trial.candidate.name, words, gain, confirmed, search.rivals(trial), trial.candidate.apart)
-        )
-        at, update = trial.rig, new
-    if accepted:
-        update = dataclasses.replace(update, start=at, rig=update.rig.replace(tolerances=rig.tolerances))
-    return StructureSearch(before, update, tuple(accepted), tuple(rounds))
+        trial, one = accepted
+        update = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
+        one = dataclasses.replace(one, words=trial.candidate.words(update.rig))
+        found = dataclasses.replace(found, accepted=(*found.accepted, one))
+    kept = update.rig.replace(tolerances=drawn.rig.tolerances)
+    return dataclasses.replace(update, rig=kept, structure=found)
 
 
 class _Round:
     """All hypotheses tried once beside a rig."""
 
-    def __init__(self, rig: Rig, update: RigUpdate, progress: bool) -> None:
-        self.rig, self.values = rig, update.values
+    def __init__(self, update: RigUpdate, progress: bool) -> None:
         first, rest = zip(*(_cut(record) for record in update.records))
-        lines = max(m.frequency.size for m in update.misfit)
-        self.fit = RigFit(rig, first, thin=max(1, int(FITTED_PART * lines / LINES)))
-        self.fit.adapt(self.values)
-        self.rest = RigFit(rig, rest)
-        self.rest.adapt(self.values)
-        self.base = solve(self.fit.problem, [self.fit.problem.at(self.values)], stop=STOP)
-        self.values = self.values | dict(zip((p.name for p in self.fit.problem.parameters), self.base.values.tolist()))
+        self.rig = update.start
+        self.fit = RigFit(self.rig, first, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
+        self.fit.adapt(update.values)
+        self.rest = RigFit(self.rig, rest)
+        self.rest.adapt(update.values)
+        self.base = solve(self.fit.problem, [self.fit.problem.at(update.values)], stop=STOP)
+        self.values = self.fit.named(self.base.values)
         self.evidence = _evidence(self.base)
         low, high = (f(part.frequency[i] for part in self.fit.spectra) for f, i in ((min, 0), (max, -1)))
-        bench = Bench(rig, (float(low), float(high)), self.fit.probes, min(r.fs for r in update.records))
-        scores = [(score, c, size) for c in _candidates(bench) for score, size in self._score(c)]
-        chosen: list[tuple[float, Candidate, float]] = []
-        for name in HYPOTHESES:
-            own = sorted((s for s in scores if s[1].name == name), key=lambda s: -s[0])
-            chosen += [s for s in own[:BEST] if s[0] > MIN_SCORE]
+        bench = Bench(self.rig, (float(low), float(high)), self.fit.probes, min(r.fs for r in update.records))
+        scored = {
+            name: sorted(
+                (found for c in one.candidates(bench) if (found := self._score(c))), key=lambda found: -found[0]
+            )
+            for name, one in HYPOTHESES.items()
+        }
+        chosen = [found for own in scored.values() for found in own[:BEST] if found[0] > MIN_SCORE]
         with ThreadPoolExecutor(WORKERS) as pool:
             trials = pool.map(self._fitted, chosen)
             bar = tqdm(trials, desc="structures", total=len(chosen), disable=not progress or not chosen)
             self.trials = sorted((t for t in bar if t), key=lambda t: -t.evidence)
         best = {t.candidate.name: t for t in reversed(self.trials)}
-        unfitted = {
-            name: max((s[0] for s in scores if s[1].name == name), default=0.0)
-            for name in HYPOTHESES
+        fitted = [Tried(name, t.words, t.evidence - self.evidence, True) for name, t in best.items()]
+        scores = [
+            Tried(name, HYPOTHESES[name].called, own[0][0] if own else 0.0, False)
+            for name, own in scored.items()
             if name not in best
-        }
-        fitted = [
-            Tried(name, t.candidate.words(_rig_of(t)), t.evidence - self.evidence, True) for name, t in best.items()
         ]
-        self.tried = tuple(
-            sorted(
-                [*fitted, *(Tried(n, "", s, False) for n, s in unfitted.items())], key=lambda t: (-t.fitted, -t.gain)
-            )
-        )
+        self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
 
-    def _score(self, candidate: Candidate) -> Iterator[tuple[float, float]]:
-        """Yield by how much a candidate could raise the log likelihood, and its factor of size, if it can be."""
+    def _score(self, candidate: Candidate) -> tuple[float, Candidate, float] | None:
+        """By how much a candidate could raise the log likelihood, and its factor of size; None if it cannot be."""
         try:
             moved = self.fit.residuals_of(candidate.make(1.0), self.values)
         except (ClearanceError, np.linalg.LinAlgError):
-            return
+            return None
         weight = np.sqrt(self.base.loss.weights(self.base.residuals).score)
         residual, jacobian = weight * self.base.residuals, weight[:, None] * self.base.jacobian
         change = weight * moved - residual
@@ -182,11 +127,10 @@ class _Round:
         cross = (jacobian.conj().T @ both).real
         free = both - jacobian @ np.linalg.solve((jacobian.conj().T @ jacobian).real + self.base.prior, cross)
         along, size = float((change.conj() @ free[:, 0]).real), float((change.conj() @ free[:, 1]).real)
-        if size <= 0:
-            return
-        factor = -along / size
-        if factor > 0 or candidate.signed:
-            yield along**2 / size / 2, float(np.sign(factor) * np.clip(abs(factor), SMALLEST, LARGEST))
+        factor = -along / size if size > 0 else 0.0
+        if not factor or (factor < 0 and not candidate.signed):
+            return None
+        return along**2 / size / 2, candidate, float(np.sign(factor) * np.clip(abs(factor), SMALLEST, LARGEST))
 
     def _fitted(self, chosen: tuple[float, Candidate, float]) -> _Trial | None:
         _, candidate, factor = chosen
@@ -195,39 +139,30 @@ class _Round:
         except (ClearanceError, np.linalg.LinAlgError):
             return None
 
-    def best(self) -> tuple[_Trial, float] | None:
-        """Return the likeliest trial and by how much the rest of the records confirms it; None if none is accepted."""
+    def accepted(self) -> tuple[_Trial, Accepted] | None:
+        """The likeliest trial that the rest of the records confirms; None if there is none."""
         for trial in self.trials:
-            if trial.evidence - self.evidence < MIN_GAIN:
+            gain = trial.evidence - self.evidence
+            if gain < MIN_GAIN:
                 break
-            confirmed = self._cost_of_rest(self.rig, self.values) - self._cost_of_rest(trial.rig, trial.values)
+            confirmed = (self._cost_of_rest(self.rig, self.values) - self._cost_of_rest(trial.rig, trial.values)) / 2
             if confirmed > 0:
-                return trial, confirmed / 2
+                one = trial.candidate
+                return trial, Accepted(one.name, trial.words, gain, confirmed, self._rivals(trial), one.apart)
         return None
 
     def _cost_of_rest(self, rig: Rig, values: Mapping[str, float]) -> float:
         return float(self.rest.problem.loss.cost(self.rest.residuals_of(rig, values)))
 
-    def rivals(self, accepted: _Trial) -> tuple[str, ...]:
-        """Return other hypotheses that explain the records about as well."""
-        near = (t.candidate.name for t in self.trials if accepted.evidence - t.evidence < RIVAL)
-        return tuple(name for name in dict.fromkeys(near) if name != accepted.candidate.name)
-
-
-def _candidates(bench: Bench) -> Iterator[Candidate]:
-    for one in HYPOTHESES.values():
-        yield from one.candidates(bench)
+    def _rivals(self, accepted: _Trial) -> tuple[str, ...]:
+        """Other hypotheses that explain the records about as well."""
+        near = dict.fromkeys(t.candidate.name for t in self.trials if accepted.evidence - t.evidence < RIVAL)
+        return tuple(HYPOTHESES[name].called for name in near if name != accepted.candidate.name)
 
 
 def _evidence(solution: Solution) -> float:
     cost = solution.cost - float(solution.problem.prior_cost(solution.at))
     return log_evidence(cost, solution.at, solution.information / solution.loss.divisor)
-
-
-def _rig_of(trial: _Trial) -> Rig:
-    from .priors import rig_with
-
-    return rig_with(trial.rig, trial.values)
 
 
 def _cut(record: PreparedRecord) -> tuple[PreparedRecord, PreparedRecord]:
@@ -237,12 +172,3 @@ def _cut(record: PreparedRecord) -> tuple[PreparedRecord, PreparedRecord]:
         dataclasses.replace(record, signals=record.signals[:end]),
         dataclasses.replace(record, signals=record.signals[end:]),
     )
-
-
-def _sentence(one: Accepted) -> str:
-    words = f"the rig file lacks something that the records show: {one.words}"
-    if one.rivals:
-        others = " or ".join(HYPOTHESES[name].called for name in one.rivals)
-        words += f"; {others} explains them about as well"
-        words += f", which {one.apart} would tell" if one.apart else ""
-    return words

@@ -1,0 +1,34 @@
+"""Spectra of a record beside those of a rig, and what the rig misses of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .spectra import complex_frequency, rms
+
+__all__ = ["RecordMisfit"]
+
+
+@dataclass(frozen=True, eq=False)
+class RecordMisfit:
+    """Spectra of one record as measured, and of two rigs under the forces that meet all sensors best."""
+
+    record: str  #: name of the record
+    kind: str  #: "base" or "force": what excites
+    duration: float  #: s
+    frequency: np.ndarray  #: (n_f,) Hz
+    measured: np.ndarray  #: (n_channels, n_f) complex, accelerometers, then probes, then the excitation
+    before: np.ndarray  #: (n_channels, n_f) complex, of the rig file
+    fitted: np.ndarray  #: (n_channels, n_f) complex, of the updated rig
+
+    @property
+    def omega(self) -> np.ndarray:
+        """(n_f,) rad/s, the complex frequencies at which the spectra were taken."""
+        return complex_frequency(self.frequency, self.duration)
+
+    @property
+    def share(self) -> np.ndarray:
+        """(n_channels,) RMS of what is left over that of the channel."""
+        return rms((self.fitted - self.measured).T) / rms(self.measured.T)
