@@ -190,12 +190,12 @@ class ModalModel:
         seen[:, :sensors, -1] += self.sensors_on_base * float(kind == "base")
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
-        if delay := self.rig.shaker.delay:
-            itself *= np.exp(-1j * omega * delay)[:, None, None]
-        for i, sensor in enumerate(self.rig.sensors):
-            if sensor.delay:
-                seen[:, i] *= np.exp(-1j * omega * sensor.delay)[:, None]
-        return np.concatenate((seen, itself), axis=1)
+        found = np.concatenate((seen, itself), axis=1)
+        of_probes = [b.probe_delay for b in self.rig.bushings][: len(probes)]
+        for i, delay in enumerate([*(s.delay for s in self.rig.sensors), *of_probes, self.rig.shaker.delay]):
+            if delay:
+                found[:, i] *= np.exp(-1j * omega * delay)[:, None]
+        return found
 
     def displacement_gains(
         self, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None

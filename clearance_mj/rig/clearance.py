@@ -94,6 +94,8 @@ class Bushing:
     """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
     housing: Housing | None = seldom(default=None)
     """what holds the bushing where it gives; None: it is fixed to the base"""
+    probe_delay: Number = seldom(default=0.0)
+    """s, by which the samples of the bushing's displacement probe are late"""
 
     def __post_init__(self) -> None:
         if abs(self.offset) >= self.gap:

@@ -19,6 +19,7 @@ FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "", "damping_ratios": "",
     "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "", "rocking": "rad/m", "about": "m",
     "difference": "", "angle": "rad", "rotation_damping": "N m s/rad", "translation_damping": "N s/m", "delay": "s",
+    "probe_delay": "s",
 }  # fmt: skip
 """SI units of the fields that may be uncertain"""
 UNITS: dict[str, dict[str, float]] = {

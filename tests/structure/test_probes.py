@@ -29,6 +29,16 @@ def test_a_probe_that_is_moved_along_a_shaft_still_reads_the_base_s_foot() -> No
     np.testing.assert_allclose(model.at_probes({"probes[0].position": 0.3})[0], shaft - other, atol=1e-12)
 
 
+def test_a_late_probe_is_late_in_the_channels_gains() -> None:
+    model, omega = _model(None), 2 * np.pi * np.array([20.0, 80.0])
+    bushings = (model.rig.bushings[0], dataclasses.replace(model.rig.bushings[1], probe_delay=2e-3))
+    late = dataclasses.replace(model, rig=model.rig.replace(bushings=bushings))
+    rows, channel = model.at_probes({}), len(model.rig.sensors) + 1
+    expected = model.channel_gains(rows, "base", omega)
+    expected[:, channel] *= np.exp(-2e-3j * omega)[:, None]
+    np.testing.assert_allclose(late.channel_gains(rows, "base", omega), expected, rtol=1e-12)
+
+
 def _model(housing: Housing | None) -> ModalModel:
     bushings = (dataclasses.replace(TABLE1.bushings[0], housing=housing), *TABLE1.bushings[1:])
     return ritz_model(TABLE1.replace(bushings=bushings, fixture=(FixtureMode(150.0, 0.02, 0.5),)))
