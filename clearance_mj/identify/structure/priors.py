@@ -35,16 +35,17 @@ DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
     "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
     "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02, "about": 0.02,
-    "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "translation_damping": math.log(10.0),
-    "rotation_damping": math.log(10.0),
+    "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
+    "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
 RANGES = {
     "damping_ratios": (0.0, CRITICAL), "damping_ratio": (0.0, MAX_DAMPING), "angle": (0.01, math.pi / 2 - 0.01),
     "difference": (0.0, LARGEST_DIFFERENCE), "delay": (-LONGEST_DELAY, LONGEST_DELAY),
+    "probe_delay": (-LONGEST_DELAY, LONGEST_DELAY),
 }  # fmt: skip
 """Fields that end where no rig can be, SI units"""
-LINEAR = ("participation", "rocking", "about", "angle", "delay")
+LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay")
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
@@ -53,7 +54,7 @@ DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and th
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
-LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # values of fields that plain data leave out
+LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0, "probe_delay": 0.0}  # values of fields that plain data leave out
 STIFFEST = 1e-11  # m/N, compliance of a clamp whose block has a mass: it must move
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
@@ -203,6 +204,8 @@ def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
     for j, bushing in enumerate(data["bushings"]):
         if "housing" in bushing:
             yield from (("bushings", j, "housing", name) for name in ("stiffness", "mass", "damping"))
+        if "probe_delay" in bushing:
+            yield ("bushings", j, "probe_delay")
     yield from (("sensors", i, "delay") for i, sensor in enumerate(data["sensors"]) if "delay" in sensor)
 
 

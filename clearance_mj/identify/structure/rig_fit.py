@@ -34,7 +34,7 @@ DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 COUPLE = 0.5
 """Of a force, RMS: half the difference of what acts at both ends of a clearance, and of what acts at its ends and in
 its middle, if these are independent and alike."""
-CHANNELWISE = ("gain", "position", "delay")  # parameters of an instrument, on which its own channel alone depends
+CHANNELWISE = ("gain", "position", "delay", "probe_delay")  # fields on which an instrument's own channel alone depends
 
 
 def channel_weights(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
@@ -190,7 +190,7 @@ class RigFit:
         """Channel that alone depends on a parameter."""
         instrument, _, field = parameter.name.partition("].")
         where, _, number = instrument.partition("[")
-        if field != wanted or where not in ("sensors", "probes"):
+        if field != wanted or (where not in ("sensors", "probes") and wanted != "probe_delay"):
             return None
         sensor = where == "sensors"
         if sensor and wanted == "position" and self.rig.sensors[int(number)].mass:
@@ -227,4 +227,5 @@ class RigFit:
 
 def _acts_in_clearance(name: str) -> bool:
     """Whether a parameter is what happens in a clearance, not where it is."""
-    return name.startswith("bushings[") and not name.endswith((".position", ".to")) and ".housing." not in name
+    elsewhere = (".position", ".to", ".probe_delay")
+    return name.startswith("bushings[") and not name.endswith(elsewhere) and ".housing." not in name

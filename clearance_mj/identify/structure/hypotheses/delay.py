@@ -3,46 +3,60 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 
+from ....core.plain_numbers import find_numbers, get_number
 from ....rig import Rig
 from .candidate import Bench, Candidate, hypothesis, opened
 
-DELAY = 0.5  # samples
-REACH = 2.0  # samples, 1 σ
+DELAYS = 0.5, 2.0, -2.0, 8.0, -8.0  # samples
+REACH = 3.0  # samples, 1 σ
+Late = Callable[[Rig, float], Rig]
 
 
 @hypothesis("delay", "a channel that is late")
 def delays(bench: Bench) -> Iterator[Candidate]:
-    """Yield each accelerometer, and the excitation."""
-    for i, sensor in enumerate(bench.rig.sensors):
+    """Yield each accelerometer, each probe, and the excitation."""
+    for path, label, late in _channels(bench):
+        for delay in DELAYS:
+            make = partial(_with, bench, path, late, delay)
+            yield Candidate("delay", make, partial(_words, path, label, bench), signed=abs(delay) < 1)
+
+
+def _channels(bench: Bench) -> Iterator[tuple[str, str, Late]]:
+    """Paths of the channels' delays in the rig file, what they are called, and what makes them late."""
+    rig = bench.rig
+    for i, sensor in enumerate(rig.sensors):
         if not sensor.delay:
-            words = partial(_sensor_words, i, bench.fs)
-            yield Candidate("delay", partial(_late_sensor, bench.rig, i, bench.fs), words, signed=True)
-    if not bench.rig.shaker.delay:
-        words = partial(_excitation_words, bench.fs)
-        yield Candidate("delay", partial(_late_excitation, bench.rig, bench.fs), words, signed=True)
+            yield f"sensors[{i}].delay", f"accelerometer {sensor.label}", partial(_late_sensor, i)
+    for j, (bushing, label) in enumerate(zip(rig.bushings, rig.probe_labels)):
+        if bench.probes and not bushing.probe_delay:
+            yield f"bushings[{j}].probe_delay", f"probe {label}", partial(_late_probe, j)
+    if not rig.shaker.delay:
+        yield "shaker.delay", "the excitation's channel", _late_excitation
 
 
-def _late_sensor(rig: Rig, i: int, fs: float, factor: float) -> Rig:
-    sensors = list(rig.sensors)
-    sensors[i] = dataclasses.replace(sensors[i], delay=factor * DELAY / fs)
-    return opened(rig.replace(sensors=tuple(sensors)), {f"sensors[{i}].delay": f"{REACH / fs!r} s"})
+def _with(bench: Bench, path: str, late: Late, samples: float, factor: float) -> Rig:
+    return opened(late(bench.rig, factor * samples / bench.fs), {path: f"{REACH / bench.fs!r} s"})
 
 
-def _late_excitation(rig: Rig, fs: float, factor: float) -> Rig:
-    shaker = dataclasses.replace(rig.shaker, delay=factor * DELAY / fs)
-    return opened(rig.replace(shaker=shaker), {"shaker.delay": f"{REACH / fs!r} s"})
+def _late_sensor(i: int, rig: Rig, delay: float) -> Rig:
+    changed = (dataclasses.replace(s, delay=delay) if k == i else s for k, s in enumerate(rig.sensors))
+    return rig.replace(sensors=tuple(changed))
 
 
-def _sensor_words(i: int, fs: float, rig: Rig) -> str:
-    return f"accelerometer {rig.sensors[i].label} is {_time(rig.sensors[i].delay, fs)}"
+def _late_probe(j: int, rig: Rig, delay: float) -> Rig:
+    changed = (dataclasses.replace(b, probe_delay=delay) if k == j else b for k, b in enumerate(rig.bushings))
+    return rig.replace(bushings=tuple(changed))
 
 
-def _excitation_words(fs: float, rig: Rig) -> str:
-    return f"the excitation's channel is {_time(rig.shaker.delay, fs)}"
+def _late_excitation(rig: Rig, delay: float) -> Rig:
+    return rig.replace(shaker=dataclasses.replace(rig.shaker, delay=delay))
 
 
-def _time(delay: float, fs: float) -> str:
-    return f"{1e3 * abs(delay):.3g} ms ({abs(delay) * fs:.2g} samples) too {'late' if delay > 0 else 'early'}"
+def _words(path: str, label: str, bench: Bench, rig: Rig) -> str:
+    (key,) = find_numbers(rig.to_dict(), path)
+    delay = get_number(rig.to_dict(), key) or 0.0
+    ms, samples, which = 1e3 * abs(delay), abs(delay) * bench.fs, "late" if delay > 0 else "early"
+    return f"{label} is {ms:.3g} ms ({samples:.2g} samples) too {which}"
