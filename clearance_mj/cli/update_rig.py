@@ -24,13 +24,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("rig.toml", "updated_rig.json", "updated_rig.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..identify import diagnose, update_rig
+    from ..identify.records.prepared import prepare
+    from ..identify.structure.examination import examine
     from ..io.dataset import Dataset
     from ..report.updated_rig import draw
 
     dataset = Dataset.load(options.dataset)
-    found = update_rig(dataset)
-    diagnosis = diagnose(found)
+    found, diagnosis = examine(dataset.rig, prepare(dataset), progress=True)
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words), "provenance": provenance(options)}
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     write_text(options.new / "updated_rig.json", to_json(stored))

@@ -14,10 +14,10 @@ from .laws.comparison import FamilyFit
 from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
 from .registry import METHODS, Identified, fitted_model, get_method, identify, law, register, require
+from .structure.examination import update_rig
 from .structure.faults.diagnosis import Diagnosis, diagnose
 from .structure.priors import priors
 from .structure.rig_update import RigUpdate
-from .structure.updating import update_rig
 
 __all__ = [
     "METHODS",

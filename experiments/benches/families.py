@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if not folder.exists():
             write_bench(find_bench(name, IGNORANCES if wrong else None), folder, roles=("identify",))
         dataset, start = Dataset.load(folder), time.perf_counter()
-        families = compare_families(prepare(dataset), update_rig(dataset))
+        families = compare_families(prepare(dataset), update_rig(dataset, as_drawn=True))
         spent, best = time.perf_counter() - start, families[0]
         truth = WORDS.get(contact, contact), WORDS.get(grease, grease)
         own = next(f for f in families if (f.contact, f.grease) == truth)

@@ -23,10 +23,11 @@ from tqdm import tqdm
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import to_json, write_text
 from clearance_mj.engines import simulate
-from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
+from clearance_mj.identify.records.prepared import prepare
+from clearance_mj.identify.structure.examination import examine
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Rig
@@ -268,7 +269,8 @@ def said(dataset: Dataset) -> list[str]:
         warnings.simplefilter("always", IdentifiabilityWarning)
         try:
             check_places(check_records(dataset.records))
-            words = diagnose(update_rig(dataset)).words
+            update, diagnosis = examine(dataset.rig, prepare(dataset))
+            words = (*map(str, update.structure.accepted), *diagnosis.words)
         except ClearanceError as error:
             return [f"refused: {error}"]
     found = [str(w.message) for w in caught if isinstance(w.message, IdentifiabilityWarning)]

@@ -59,11 +59,11 @@ def gap(factor):
 
 
 def diagnosed(dataset):
-    return diagnose(update_rig(dataset))
+    return diagnose(update_rig(dataset, as_drawn=True))
 
 
 def test_a_sound_bench_gives_no_words_and_costs_nothing(sound, monkeypatch):
-    update = update_rig(sound)
+    update = update_rig(sound, as_drawn=True)
     monkeypatch.setattr("clearance_mj.identify.structure.faults.assessment.update_from", None)  # no hypothesis is tried
     found = diagnose(update)
     assert found.words == ()
@@ -212,7 +212,7 @@ def rounded(value):
 )
 def test_likeliest_cause_of_a_channel_that_no_factor_explains(sound, damage, words):
     damaged = Dataset(RIG, (with_channel(sound.records[0], 3, "acceleration", damage),))
-    assert describe_signal_fault(Assessment(update_rig(damaged))).startswith(words)
+    assert describe_signal_fault(Assessment(update_rig(damaged, as_drawn=True))).startswith(words)
 
 
 def test_a_base_channel_of_the_wrong_sign_is_named_as_such_where_accelerometers_are_few(sound):
@@ -221,5 +221,5 @@ def test_a_base_channel_of_the_wrong_sign_is_named_as_such_where_accelerometers_
     kept = [c for c in sound.records[0].channels if c.quantity == "acceleration"]
     record = dataclasses.replace(sound.records[0], rig=few, channels=kept)
     turned = Dataset(few, (with_channel(record, 100, "acceleration", np.negative),))
-    assessment = Assessment(update_rig(turned))
+    assessment = Assessment(update_rig(turned, as_drawn=True))
     assert describe_signal_fault(assessment).startswith("excitation has the wrong sign (likeness -")

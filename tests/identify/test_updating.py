@@ -28,7 +28,7 @@ def ramp_record(bench, seconds=7.0):
 
 
 def updated(bench, seconds=7.0):
-    return update_rig(Dataset(bench.rig, (ramp_record(bench, seconds),)))
+    return update_rig(Dataset(bench.rig, (ramp_record(bench, seconds),)), as_drawn=True)
 
 
 def truth_of(bench):
@@ -100,7 +100,7 @@ def test_a_loud_record_tells_as_much_as_a_quiet_one(rig):
     loud = excitation.random(6.0, FS, (5.0, 220.0), rms=8.0, seed=1)
     record, response = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
     assert np.abs(response.displacement).max(axis=1).min() > 1.3 * max(b.gap for b in rig.bushings)
-    found = update_rig(Dataset(rig, (dataclasses.replace(record, rig=rig),)))
+    found = update_rig(Dataset(rig, (dataclasses.replace(record, rig=rig),)), as_drawn=True)
     np.testing.assert_allclose(natural_frequencies(found.rig, 4), natural_frequencies(real, 4), rtol=3e-3)
     assert np.all(found.share < 0.05)
 
@@ -118,7 +118,9 @@ def test_forces_at_the_ends_of_a_long_bushing(rig):
     loud = excitation.random(6.0, FS, (5.0, 220.0), rms=5.0, seed=1)
     record, _ = record_of(real, loud, ConstantLaw(np.full(2, 1e4), np.full(2, 4.0)))
     channels = [c for c in record.channels if c.quantity == "acceleration"]
-    found = update_rig(Dataset(told, (Record("loud", "identify", told, FS, channels, band=(5.0, 220.0)),)))
+    found = update_rig(
+        Dataset(told, (Record("loud", "identify", told, FS, channels, band=(5.0, 220.0)),)), as_drawn=True
+    )
     error = ritz_model(found.rig, 16).omega[:5] / ritz_model(real, 16).omega[:5] - 1
     assert abs(error[0]) < 5e-3
     assert np.abs(error[1:]).max() < 2e-3
@@ -131,7 +133,7 @@ def test_no_more_sensors_than_clearances_is_refused(rig):
     channels = [c for c in record.channels if c.quantity == "acceleration"]
     record = Record("ramp", "identify", few, FS, channels, band=(5.0, 220.0))
     with pytest.raises(RecordError, match="2 sensors cannot tell the rig from the unknown forces in 2 clearances"):
-        update_rig(Dataset(few, (record,)))
+        update_rig(Dataset(few, (record,)), as_drawn=True)
 
 
 @pytest.mark.slow
@@ -155,7 +157,7 @@ def test_force_excitation(rig):
     push = excitation.random(8.0, FS, (5.0, 220.0), rms=0.3, seed=2, kind="force")
     record, _ = record_of(real.replace(beam=beam), push, ConstantLaw(np.full(2, 1e4), np.zeros(2)))
     record = Record("ramp", "identify", real, FS, record.channels, "force", band=(5.0, 220.0))
-    found = update_rig(Dataset(real, (record,)))
+    found = update_rig(Dataset(real, (record,)), as_drawn=True)
     truth = natural_frequencies(real.replace(beam=beam), 4)
     np.testing.assert_allclose(natural_frequencies(found.rig, 4), truth, rtol=6e-3)
     distance = np.log(found.values["beam.young_modulus"] / beam.young_modulus)

@@ -22,10 +22,9 @@ from ..laws.law_misfit import LawMisfit, law_misfit
 from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare
 from ..registry import Identified, register
-from ..structure.faults.diagnosis import diagnose
+from ..structure.examination import examine
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
-from ..structure.updating import update_from
 
 __all__ = ["BenchFit", "fit_bench"]
 
@@ -68,9 +67,10 @@ class BenchFit(Identified):
 def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.
 
-    First the linear rig (`update_rig`), with a look for gross faults, then the restoring forces on it, then gap,
-    offset, contact and grease of each bushing along the measured motion, for one family of contact and grease after the
-    other. Last, rig and law are simulated under the records' excitation, to see what they miss.
+    First the linear rig (`update_rig`), with a look for what its file lacks and for gross faults, then the restoring
+    forces on it, then gap, offset, contact and grease of each bushing along the measured motion, for one family of
+    contact and grease after the other. Last, rig and law are simulated under the records' excitation, to see what they
+    miss.
 
     Parameters
     ----------
@@ -92,8 +92,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     """
     records = prepare(dataset)
     check_places(records)
-    update = update_from(dataset.rig, records)
-    diagnosis = diagnose(update)
+    update, diagnosis = examine(dataset.rig, records, progress)
     families = compare_families(records, update, progress)
     model = Model(families[0].rig(update.rig), families[0].law, partial(_drawn, update, families))
     misfit = law_misfit(update.records, model, progress)

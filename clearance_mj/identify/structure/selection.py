@@ -22,6 +22,7 @@ from ...estimate.solver import Solution
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from . import hypotheses  # noqa: F401 - registers them
+from .faults.assessment import Assessment
 from .found_structure import Accepted, FoundStructure, Tried
 from .hypotheses.candidate import HYPOTHESES, Bench, Candidate
 from .priors import rig_with
@@ -72,7 +73,10 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
         if accepted is None:
             break
         trial, one = accepted
-        update = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
+        new = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
+        if Assessment(new).cost > Assessment(update).cost - MIN_GAIN:
+            break
+        update = new
         one = dataclasses.replace(one, words=trial.candidate.words(update.rig))
         found = dataclasses.replace(found, accepted=(*found.accepted, one))
     kept = update.rig.replace(tolerances=drawn.rig.tolerances)
@@ -128,8 +132,10 @@ class _Round:
         free = both - jacobian @ np.linalg.solve((jacobian.conj().T @ jacobian).real + self.base.prior, cross)
         along, size = float((change.conj() @ free[:, 0]).real), float((change.conj() @ free[:, 1]).real)
         factor = -along / size if size > 0 else 0.0
-        if not factor or (factor < 0 and not candidate.signed):
+        if not factor or (factor < 0 and candidate.size != "signed"):
             return None
+        if candidate.size == "fixed":
+            return along**2 / size / 2, candidate, 1.0
         return along**2 / size / 2, candidate, float(np.sign(factor) * np.clip(abs(factor), SMALLEST, LARGEST))
 
     def _fitted(self, chosen: tuple[float, Candidate, float]) -> _Trial | None:

@@ -14,41 +14,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...core.kinds import checks_kinds
-from ...io.dataset import Dataset
 from ...rig import Rig
-from ..records.prepared import PreparedRecord, prepare
+from ..records.prepared import PreparedRecord
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
 from .spectra import rms
 
-__all__ = ["rig_file_misfit", "update_from", "update_rig"]
-
-
-@checks_kinds
-def update_rig(dataset: Dataset) -> RigUpdate:
-    """Update a rig to its records to identify, with unknown forces in its clearances.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Rig and records; records with role "validate" are never opened.
-
-    Returns
-    -------
-    RigUpdate
-        The updated rig, all its open parameters with posterior and prior, and what the rig misses.
-
-    Raises
-    ------
-    RecordError
-        If there are no more sensors than clearances, or a channel cannot be used.
-    """
-    return update_from(dataset.rig, prepare(dataset))
+__all__ = ["rig_file_misfit", "update_from"]
 
 
 def update_from(rig: Rig, records: Sequence[PreparedRecord]) -> RigUpdate:
-    """Update a rig to prepared records, as `update_rig` does.
+    """Update the numbers of a rig to prepared records, its structure as it is drawn.
 
     Parameters
     ----------
@@ -60,7 +36,7 @@ def update_from(rig: Rig, records: Sequence[PreparedRecord]) -> RigUpdate:
     Raises
     ------
     RecordError
-        As `update_rig`.
+        If there are no more sensors than clearances, or a channel cannot be used.
     """
     return RigFit(rig, records).run()
 
@@ -73,7 +49,7 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
     Raises
     ------
     RecordError
-        As `update_rig`.
+        As `update_from`.
     """
     fit = RigFit(rig, records)
     found = fit.projected(None)

@@ -28,7 +28,7 @@ from .of_gaps import gap_faults
 from .of_rigs import RigCorrection, longer, rig_corrections
 from .of_signals import describe_signal_fault
 
-__all__ = ["Diagnosis", "Fault", "diagnose"]
+__all__ = ["Diagnosis", "Fault", "diagnose", "misfit_alone"]
 
 MIN_GAIN = 30.0  # by which putting a cause right must lower the cost
 MAX_FAULTS = 4  # that may stand beside each other
@@ -77,12 +77,28 @@ def diagnose(update: RigUpdate) -> Diagnosis:
         assessment = found[1]
     if assessment.sound:
         faults += gap_faults(assessment.update)
-    unexplained = ""
-    if missed := assessment.unexplained:
-        unexplained = f"no single cause explains what the updated rig misses: {missed}"
-        if cause := describe_signal_fault(assessment):
-            unexplained += f"; likeliest: {cause}"
-    return Diagnosis(tuple(faults), unexplained, assessment.update)
+    return Diagnosis(tuple(faults), _unexplained(assessment), assessment.update)
+
+
+def misfit_alone(update: RigUpdate) -> Diagnosis:
+    """Say what an updated rig misses, without a look for gross faults.
+
+    Parameters
+    ----------
+    update : RigUpdate
+        With the structure that was found.
+    """
+    return Diagnosis((), _unexplained(Assessment(update)), update)
+
+
+def _unexplained(assessment: Assessment) -> str:
+    """What stands out and its likeliest cause, in words; "" if nothing does."""
+    missed = assessment.unexplained
+    if not missed:
+        return ""
+    words = f"no single cause explains what the updated rig misses: {missed}"
+    cause = describe_signal_fault(assessment)
+    return f"{words}; likeliest: {cause}" if cause else words
 
 
 def _next_fault(assessment: Assessment) -> Found:

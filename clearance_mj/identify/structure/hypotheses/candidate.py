@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from ....rig import Rig, Tolerance
 
@@ -32,8 +32,8 @@ class Candidate:
     """says what an updated rig has of it, with numbers"""
     apart: str = ""
     """the measurement that tells it from others"""
-    signed: bool = False
-    """whether it may be negative"""
+    size: Literal["positive", "signed", "fixed"] = "positive"
+    """whether its size may be negative, or is tried as it is"""
 
 
 @dataclass(frozen=True)

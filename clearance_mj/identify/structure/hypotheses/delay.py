@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Literal
 
 from ....core.plain_numbers import find_numbers, get_number
 from ....rig import Rig
 from .candidate import Bench, Candidate, hypothesis, opened
 
-DELAYS = 0.5, 2.0, -2.0, 8.0, -8.0  # samples
+DELAYS = 0.5, 2.0, -2.0, 4.0, -4.0, 9.0, -9.0  # samples
 REACH = 3.0  # samples, 1 σ
 Late = Callable[[Rig, float], Rig]
 
@@ -21,7 +22,8 @@ def delays(bench: Bench) -> Iterator[Candidate]:
     for path, label, late in _channels(bench):
         for delay in DELAYS:
             make = partial(_with, bench, path, late, delay)
-            yield Candidate("delay", make, partial(_words, path, label, bench), signed=abs(delay) < 1)
+            size: Literal["signed", "fixed"] = "signed" if delay == DELAYS[0] else "fixed"
+            yield Candidate("delay", make, partial(_words, path, label, bench), size=size)
 
 
 def _channels(bench: Bench) -> Iterator[tuple[str, str, Late]]:

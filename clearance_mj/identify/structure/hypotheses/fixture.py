@@ -25,7 +25,7 @@ def modes(bench: Bench) -> Iterator[Candidate]:
         return
     for frequency in np.geomspace(max(bench.band[0], 10.0), BEYOND * bench.band[1], COUNT).tolist():
         make = partial(_with, bench.rig, frequency)
-        yield Candidate("fixture", make, partial(_words, len(bench.rig.fixture)), APART, signed=True)
+        yield Candidate("fixture", make, partial(_words, len(bench.rig.fixture)), APART, size="signed")
 
 
 def _with(rig: Rig, frequency: float, factor: float) -> Rig:

@@ -26,7 +26,7 @@ def rocking(bench: Bench) -> Iterator[Candidate]:
     start, end = bench.rig.linear.span
     for frequency in np.geomspace(max(bench.band[0], 10.0), BEYOND * bench.band[1], COUNT).tolist():
         make = partial(_with, bench.rig, frequency, LEVER / (end - start), start)
-        yield Candidate("rocking", make, partial(_words, len(bench.rig.fixture)), APART, signed=True)
+        yield Candidate("rocking", make, partial(_words, len(bench.rig.fixture)), APART, size="signed")
 
 
 def _with(rig: Rig, frequency: float, rate: float, about: float, factor: float) -> Rig:
