@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,6 +17,7 @@ from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamil
 from ...core.errors import LawError
 from ...estimate import rival_weights
 from ...rig import Rig
+from ...structure.base import parse_place
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
@@ -25,6 +27,7 @@ from .measured_motion import MeasuredMotion
 __all__ = ["FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on"]
 
 WORKERS = 2  # threads
+LEVER = 0.01  # of a shaft's length: where a point bushing's slope is taken
 SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
 
 Values = Mapping[str, float]
@@ -113,13 +116,25 @@ def compare_families(
     progress : bool
         Show progress bars.
     """
-    forces = [force_on(update.rig, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
-    gaps = [p for p in update.clearance_priors if p.name.endswith((".gap", ".offset"))]
+    apart = _ends_apart(update.rig)
+    forces = [force_on(apart, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
+    gaps = [p for p in update.clearance_priors if p.name.endswith((".gap", ".offset", ".length"))]
     motions = [
         MeasuredMotion(forces, update.rig, j, [p for p in gaps if p.name.startswith(f"bushings[{j}]")])
         for j in range(len(update.rig.bushings))
     ]
     return fit_families(motions, progress)
+
+
+def _ends_apart(rig: Rig) -> Rig:
+    """Return a rig whose bushings along shafts are not points, so that the shaft's slope in them is known."""
+    bushings = list(rig.bushings)
+    for j, bushing in enumerate(bushings):
+        if not bushing.length and (place := parse_place(bushing.position)):
+            shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[place[0]]
+            inside = min(place[1] - shaft.start, shaft.end - place[1])
+            bushings[j] = dataclasses.replace(bushing, length=min(LEVER * shaft.length, inside))
+    return rig.replace(bushings=tuple(bushings))
 
 
 def force_on(rig: Rig, update: RigUpdate, record: PreparedRecord) -> RestoringForce:

@@ -42,7 +42,7 @@ class ForceFit:
     nominal: Bushing  #: the bushing as the rig file has it
     law: ContactLaw  #: of this bushing
     bushing: Bushing  #: with the gap and offset found
-    estimates: Estimates  #: of gap and offset, where the rig file leaves them open, then of contact and filling
+    estimates: Estimates  #: of gap, offset, length, where open, then of contact and filling
     point: np.ndarray  #: (n,) values in prior standard deviations from their starts
     information: np.ndarray  #: (n, n) of `point`, as if errors were independent, without the priors
     size: int  #: samples that were fitted
@@ -153,10 +153,10 @@ def _bushing_and_law(
     values: Sequence[float] | np.ndarray, names: Sequence[str], nominal: Bushing, bushing: Bushing,
     contact: ContactFamily, filling: FillingFamily,
 ) -> tuple[Bushing, ContactLaw]:  # fmt: skip
-    """Bushing with another gap, and another offset short of the wall, and the law of values by their names."""
+    """Bushing with another gap and length, and another offset short of the wall, and the law of values by name."""
     known = {n.rpartition(".")[2]: float(v) for n, v in zip(names, values) if n.startswith("bushings[")}
     gap, offset = known.get("gap", bushing.gap), known.get("offset", bushing.offset)
     offset = float(np.clip(offset, -FARTHEST_OFFSET * gap, FARTHEST_OFFSET * gap))
     own, n = [float(v) for v in values[len(known) :]], len(contact.parameters(nominal))
     law = ContactLaw(contact.make(nominal, *own[:n]), filling.make(nominal, *own[n:]))
-    return dataclasses.replace(bushing, gap=gap, offset=offset), law
+    return dataclasses.replace(bushing, gap=gap, offset=offset, length=known.get("length", bushing.length)), law

@@ -29,6 +29,15 @@ class Path(NamedTuple):
     x: np.ndarray  #: (n, 3) displacements of the middle and both ends, m
     v: np.ndarray  #: (n, 3) velocities, m/s
     step: float  #: s
+    length: float  #: m, between both ends; 0 of a point
+
+    def lever(self, length: float) -> float:
+        """Return how far from the middle the ends of a bushing of another length are, over these ends' distance."""
+        return length / self.length if self.length else 1.0
+
+    def at_ends(self, length: float) -> np.ndarray:
+        """Return displacements (n, 2) at both ends of a bushing of another length: a shaft is straight in it."""
+        return self.x[:, :1] + self.lever(length) * (self.x[:, 1:] - self.x[:, :1])
 
 
 def law_forces(
@@ -56,10 +65,12 @@ def _some(
     contacts = lane_contacts([[type(laws[0].contact[0])]] * LANES, records + records[:1] * rest)
     if not (greases.law[0] and contacts.law[0]):
         return np.transpose([_one(paths, taps, factor, *case) for case in zip(rigs, laws)])
+    lengths = [bushing.length for bushing, _ in cases + cases[:1] * rest]
     found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
     for path, out in zip(paths, found):
         at_rest = [part._replace(numbers=part.numbers.copy()) for part in (greases, contacts)]
-        _fill(*path, taps, factor, tuple(range(LANES)), *at_rest, out)
+        levers = np.array([[path.lever(length) for length in lengths]])
+        _fill(path.x, path.v, levers, path.step, taps, factor, tuple(range(LANES)), *at_rest, out)
     return np.concatenate(found)[:, :count]
 
 
@@ -68,7 +79,9 @@ def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: Co
     found = []
     for path in paths:
         force = np.zeros((1, len(path.x)))
-        x, v = (np.ascontiguousarray(each.T[None]) for each in (path.x, path.v))
+        lever = path.lever(rig.bushings[0].length)
+        spread_out = (each[:, :1] + (each - each[:, :1]) * (1.0, lever, lever) for each in (path.x, path.v))
+        x, v = (np.ascontiguousarray(each.T[None]) for each in spread_out)
         fill_forces(x, v, clearance_records(rig, law, path.step), force)
         kept = scipy.signal.upfirdn(taps, force[0], 1, factor)[taps.size // 2 // factor :]
         found.append(kept[: -(-len(path.x) // factor)])
@@ -77,10 +90,10 @@ def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: Co
 
 @kernel_loop(**OPTIONS)
 def _fill(
-    x: np.ndarray, v: np.ndarray, step: float, taps: np.ndarray, factor: int, lanes: tuple[int, ...],
-    greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
+    x: np.ndarray, v: np.ndarray, levers: np.ndarray, step: float, taps: np.ndarray, factor: int,
+    lanes: tuple[int, ...], greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill (ceil(n / factor), lanes) filtered forces in the motion x, v (n, 3)."""
+    """Fill (ceil(n / factor), lanes) filtered forces in the motion x, v (n, 3), ends times levers (1, lanes) away."""
     count, n, half = len(lanes), x.shape[0], taps.size // 2
     place, speed, depth = np.zeros((3, count)), np.zeros((3, count)), np.zeros((3, count))
     elastic, viscous, side = np.zeros((3, count)), np.zeros((3, count)), np.ones((3, count))
@@ -98,12 +111,14 @@ def _fill(
                 force = load(elastic, 0, lanes) + v[i, 0] * load(viscous, 0, lanes)
                 for end in range(2):
                     p = end + 1
-                    store(place, p, spread(x[i, p], lanes), lanes)
+                    lever = load(levers, 0, lanes)
+                    store(place, p, x[i, 0] + lever * (x[i, p] - x[i, 0]), lanes)
                     if penetration_in_lanes(contacts, 0, end, place, p, lanes, depth):
-                        store(speed, p, spread(v[i, p], lanes), lanes)
+                        quick = v[i, 0] + lever * (v[i, p] - v[i, 0])
+                        store(speed, p, quick, lanes)
                         contact_in_lanes(contacts, 0, end, depth, speed, p, lanes, elastic, viscous, side)
                         towards = load(side, p, lanes)
-                        push = load(elastic, p, lanes) + v[i, p] * load(viscous, p, lanes)
+                        push = load(elastic, p, lanes) + quick * load(viscous, p, lanes)
                         force = force + towards * larger(towards * push, 0.0)
             store(rows, r, force, lanes)
         done = first + rows.shape[0]

@@ -45,7 +45,7 @@ class MeasuredMotion:
     number : int
         Index of the bushing.
     gap_parameters : sequence of Parameter
-        Gap and offset, so far as the rig file leaves them open.
+        Gap, offset and length, so far as the rig file leaves them open.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class MeasuredMotion:
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
         free = dataclasses.replace(bushing, gap=1e3 * bushing.gap)  # its walls are never met
-        ends = np.concatenate([path.x[:: self.factor, 1:] for path in self.paths])
+        ends = np.concatenate([path.at_ends(bushing.length)[:: self.factor] for path in self.paths])
         inside = self.fitted[~penetration(ends[self.fitted], *bushing.walls).any(axis=1)]
         columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings])
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
@@ -97,7 +97,7 @@ class MeasuredMotion:
         bushing : Bushing
             With the gap found.
         """
-        ends = np.concatenate([path.x[:, 1:].ravel() for path in self.paths])
+        ends = np.concatenate([path.at_ends(bushing.length).ravel() for path in self.paths])
         if not parameter.name.endswith(".gap") or penetration(ends, *bushing.walls).any():
             return parameter
         return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * float(np.ptp(ends))))
@@ -109,7 +109,7 @@ def _path(f: RestoringForce, number: int) -> Path:
     spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=1)
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
     x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * INTERPOLATION).T) for s in (spectrum, 1j * omega * spectrum))
-    return Path(x, v, 1 / (f.fs * INTERPOLATION))
+    return Path(x, v, 1 / (f.fs * INTERPOLATION), f.rig.bushings[number].length)
 
 
 def _samples(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:

@@ -2,8 +2,8 @@
 
 A tolerance of the rig file (`Tolerance`) goes before these standard deviations: Young's modulus 3 %, density 1 %,
 masses 5 %, places of bushings and sensors 2 mm, gains 1 %, modal damping a factor of 2, gap 20 %, offset 0.3 of the
-gap; grease is free within decades. A clamp varies by its compliance, so that rigid is a value like others: it gives
-as 0 to 2 diameters more shaft would, unless the rig file says how much.
+gap, a bushing's length by half; grease is free within decades. A clamp varies by its compliance, so that rigid is a
+value like others: it gives as 0 to 2 diameters more shaft would, unless the rig file says how much.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 LONGEST_DELAY = 0.05  # s, of a channel
 DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
-    "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
+    "length": 0.5, "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
     "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02, "about": 0.02,
     "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
     "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0),
@@ -45,6 +45,7 @@ RANGES = {
     "probe_delay": (-LONGEST_DELAY, LONGEST_DELAY),
 }  # fmt: skip
 """Fields that end where no rig can be, SI units"""
+SHORTEST = 0.01  # of a shaft's length: 1 σ of a bushing's length at least
 LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay")
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
@@ -187,6 +188,8 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     for j in range(len(data["bushings"])):
         yield from (("bushings", j, "grease", name) for name in ("stiffness", "damping"))
         yield from (("bushings", j, name) for name in ("position", "gap", "offset"))
+        if parse_place(data["bushings"][j]["position"]):
+            yield ("bushings", j, "length")
     yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
 
 
@@ -222,6 +225,13 @@ def _parameter(
         gap = data["bushings"][key[1]]["gap"]
         size *= gap if tolerance is None or tolerance.relative else 1.0
         return _linear(path, unit, value, size, -MAX_OFFSET * gap, MAX_OFFSET * gap)
+    if field == "length" and key[0] == "bushings":
+        low, high = _shaft(rig, _at(data, (*key[:2], "position")))
+        place = data["bushings"][key[1]]["position"]
+        along = place if isinstance(place, float) else (parse_place(place) or ("", low))[1]
+        if tolerance is None or tolerance.relative:
+            size = max(size * value, SHORTEST * (high - low))
+        return _linear(path, unit, value, size, 0.0, 2 * min(along - low, high - along))
     if field in ("position", "to"):
         size *= abs(value) if tolerance and tolerance.relative else 1.0
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0
