@@ -352,7 +352,7 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     -------
     control.StateSpace
         Input: base acceleration (m/s²) or shaker force (N), as ``rig.shaker`` says. Outputs: absolute accelerations
-        of the sensors (m/s²), then displacements at the bushings (m).
+        of the sensors (m/s²), then displacements that probes in the bushings read (m).
     """
     import control  # it brings pyplot, a second of every start
 
@@ -368,7 +368,7 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     zero, one = np.zeros((model.size, model.size)), np.eye(model.size)
     a_matrix = np.block([[zero, one], [-k, -c]])
     b_matrix = np.concatenate((np.zeros(model.size), b))[:, None]
-    c_matrix = np.block([[-at_sensor @ k, -at_sensor @ c], [at_bushing, np.zeros_like(at_bushing)]])
+    c_matrix = np.block([[-at_sensor @ k, -at_sensor @ c], [model.at_probes({}), np.zeros_like(at_bushing)]])
     direct = at_sensor @ b + (model.sensors_on_base if kind == "base" else 0.0)
     d_matrix = np.concatenate((direct, np.zeros(len(rig.bushings))))[:, None]
     return control.ss(a_matrix, b_matrix, c_matrix, d_matrix)

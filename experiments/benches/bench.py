@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
 from clearance_mj.structure.beam import Clamp as RigClamp
+from experiments.testrig.records import FS
 
 from . import physics
 from .shaft import Clamp, Shaft
+from .structure import Structure, draw_structure, written
 
 IGNORANCES = ("gaps", "offsets", "sensors", "linear", "places")
 """What a rig file may get wrong: gaps; offsets of the shaft in them; sensors' gains and places; modulus, density,
@@ -26,6 +28,7 @@ masses, clamp and damping; the bushings' places"""
 CONTACTS = ("linear", "power", "cubic")
 GREASES = ("linear", "bouc-wen", "maxwell-slip")
 """Families that a bench can be made with, alike those of the package in form; without one the physics are foreign"""
+FAR = 1e6  # m, a gap that no shaft crosses
 GAP_FACTORS, OFFSETS = (1.22, 0.85, 1.1), (0.3, -0.2, 0.25)
 """of the named benches: gaps over nominal, offsets over the true gap"""
 
@@ -71,21 +74,29 @@ class Bench:
     accelerometers: tuple[Instrument, ...]
     """in the order of the rig's sensors; the base's is exact, so gains are relative to it"""
     probes: tuple[Instrument, ...]  #: one for each bushing, or none; zero where the shaft rests
+    structure: Structure = dataclasses.field(default_factory=Structure)  #: what the drawing does not have
 
     def bushings(self) -> physics.Bushings:
         """The same as arrays, with the shaft at rest in its unloaded place."""
-        width = max((len(h.slip[0]) for h in self.holes), default=0)
-        slip = np.zeros((len(self.holes), 2, width))
-        for row, hole in zip(slip, self.holes):
+        holes = self.forces
+        width = max((len(h.slip[0]) for h in holes), default=0)
+        slip = np.zeros((len(holes), 2, width))
+        for row, hole in zip(slip, holes):
             row[:, : len(hole.slip[0])] = hole.slip
 
         def column(name: str) -> np.ndarray:
-            return np.array([getattr(h, name) for h in self.holes], dtype=float)
+            return np.array([getattr(h, name) for h in holes], dtype=float)
 
         return physics.Bushings(
-            column("gap"), column("offset"), np.zeros(len(self.holes)), column("contact"), column("film"),
+            column("gap"), column("offset"), np.zeros(len(holes)), column("contact"), column("film"),
             column("elastic"), column("bouc_wen"), slip, column("stribeck"),
         )  # fmt: skip
+
+    @property
+    def forces(self) -> tuple[Hole, ...]:
+        """The bushings, then springs and dashpots: holes so wide that nothing ever touches."""
+        linear = [_dashpot(*each) for each in self.structure.dashpots]
+        return (*self.holes, *linear)
 
     def truth(self) -> dict:
         """Nested plain data for truth.toml."""
@@ -97,7 +108,8 @@ class Bench:
         parts = ("holes", "accelerometers", "probes")
         lists = {name: [dataclasses.asdict(item) for item in getattr(self, name)] for name in parts}
         lists["bushings"] = lists.pop("holes")
-        return {"name": self.name, "seed": self.seed, "shaft": shaft, **lists}
+        structure = {name: value for name, value in dataclasses.asdict(self.structure).items() if value}
+        return {"name": self.name, "seed": self.seed, "shaft": shaft, "structure": structure, **lists}
 
 
 # Rig files.
@@ -128,13 +140,16 @@ def other_rig(name: str) -> Rig:
 
 def make_bench(
     seed: int, ignorance: Iterable[str] = IGNORANCES, rig: Rig | None = None, contact: str | None = None,
-    grease: str | None = None, probes: bool = True, name: str = "",
+    grease: str | None = None, probes: bool = True, name: str = "", structure: Sequence[str] = (),
+    bushing_length: float | None = None, filtered: float = 0.0,
 ) -> Bench:  # fmt: skip
     """Draw a bench.
 
     ``ignorance``: some of `IGNORANCES`. ``rig``: the designer's; default: that of the article's Table 1. ``contact``
     and ``grease``: families of `CONTACTS` and `GREASES`; default: foreign ones. What is drawn for one ignorance does
-    not depend on the others.
+    not depend on the others. ``structure``: classes of `structure.CLASSES` that the rig file does not draw.
+    ``bushing_length``: m, of the bushings as they are, whatever the rig file says. ``filtered``: of the sampling rate,
+    where an anti-alias filter of all channels begins.
     """
     ignorance = set(ignorance)
     if unknown := ignorance - set(IGNORANCES):
@@ -152,7 +167,11 @@ def make_bench(
     ]
     shaft = _drawn_shaft(rig, draw["linear"]) if "linear" in ignorance else _nominal_shaft(rig)
     errors = one["sensors"] * np.array([(_normal(draw["sensors"]), _normal(draw["sensors"])) for _ in range(40)])
-    return _bench(rig, seed, shaft, holes, 0.01 * errors[:, 0], 2e-3 * errors[:, 1], probes)
+    if bushing_length is not None:
+        holes = [dataclasses.replace(hole, length=bushing_length) for hole in holes]
+    drawn = dataclasses.replace(draw_structure(structure, seed, rig), filtered=filtered)
+    made = _bench(rig, seed, shaft, holes, 0.01 * errors[:, 0], 2e-3 * errors[:, 1], probes)
+    return dataclasses.replace(made, structure=drawn)
 
 
 def _bench(
@@ -237,6 +256,12 @@ def _hole(
     )  # fmt: skip
 
 
+def _dashpot(position: float, stiffness: float, damping: float) -> Hole:
+    """A linear spring and dashpot."""
+    film = (physics.THINNING, damping, FAR, 1.0)
+    return Hole(position, 0.0, FAR, 0.0, (1.0, 1.0, 0.0, 0.0, 0.0), film, stiffness)
+
+
 # Named benches.
 
 
@@ -269,12 +294,13 @@ def exact_rig(bench: Bench) -> Rig:
         damping_ratios=shaft.damping, clamp=clamp,
     )  # fmt: skip
     bushings = [
-        dataclasses.replace(b, position=h.position, gap=h.gap, offset=h.offset)
+        dataclasses.replace(b, position=h.position, gap=h.gap, offset=h.offset, length=h.length)
         for b, h in zip(rig.bushings, bench.holes)
     ]
     sensors = [dataclasses.replace(s, position=a.position) for s, a in zip(rig.sensors, bench.accelerometers)]
     masses = tuple(PointMass(x, m) for x, m in shaft.masses)
-    return rig.replace(beam=beam, bushings=tuple(bushings), sensors=tuple(sensors), masses=masses)
+    exact = rig.replace(beam=beam, bushings=tuple(bushings), sensors=tuple(sensors), masses=masses)
+    return written(bench.structure, exact, FS)
 
 
 def known(bench: Bench) -> Bench:

@@ -6,6 +6,7 @@ form, linear in the forces at its end. These follow from Newton's method on the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numba
@@ -13,8 +14,8 @@ import numpy as np
 import scipy.linalg
 
 from . import physics
+from .bench import Bench
 from .physics import Bushings
-from .shaft import Modes
 
 ITERATIONS = 60
 TOLERANCE = 1e-12  # m, of the bushings' points
@@ -28,7 +29,8 @@ class Scheme(NamedTuple):
     forced: np.ndarray  # (4, n) q from the force at the start and at the end of the step, v from the same
     square: np.ndarray  # (n,) ω²
     damping: np.ndarray  # (n,) 2 ζ ω
-    drive: np.ndarray  # (n,) modal force per acceleration of the base
+    drive: np.ndarray  # (n, 2) modal force per acceleration of the base, and per its angular acceleration
+    levers: np.ndarray  # (n_accelerometers,) m, from where the base turns about
     points: np.ndarray  # (3 n_bushings, n) the bushings' middles, then both ends of each
     compliance: np.ndarray  # displacement of the points by forces at the end of the step, m/N
     mobility: np.ndarray  # velocity, m/(N s)
@@ -51,15 +53,36 @@ class State(NamedTuple):
     jacobian: np.ndarray  # (3 n_bushings, 3 n_bushings)
 
 
-def scheme(modes: Modes, ends: np.ndarray, accelerometers: np.ndarray, probes: np.ndarray, step: float) -> Scheme:
-    """Prepare modes for a step, s; ``ends`` (n_bushings, 2) of the bushings and the sensors' positions, m."""
-    state, forced = np.empty((2, 4, modes.omega.size))
-    for k, (omega, ratio) in enumerate(zip(modes.omega, modes.damping)):
-        state[:, k], forced[:, k] = _exact(omega, ratio, step)
-    points = modes.at([*ends.mean(axis=1), *ends.ravel()])
+def scheme(bench: Bench, step: float) -> Scheme:
+    """Prepare a bench for a step, s."""
+    ends = np.array([(h.position - h.length / 2, h.position + h.length / 2) for h in bench.forces]).reshape(-1, 2)
+    accelerometers, probes = ([i.position for i in part] for part in (bench.accelerometers, bench.probes))
+    middles, structure = ends.mean(axis=1), bench.structure
+    planes = structure.modes(structure.shaft(bench.shaft), [*ends.ravel(), *middles])
+
+    def rows(positions: Sequence[float]) -> np.ndarray:
+        of_housings = np.zeros((len(positions), len(structure.housings)))
+        return np.hstack([*(share * modes.at(positions) for modes, share in planes), of_housings])
+
+    shaft, held = rows([*middles, *ends.ravel()]), structure.housings
+    watched, count = rows(probes), sum(modes.omega.size for modes, _ in planes)
+    for j, housing in enumerate(held):
+        unit = 1 / np.sqrt(housing.mass)
+        shaft[[j, len(middles) + 2 * j, len(middles) + 2 * j + 1], count + j] = -unit
+        if probes and not structure.probes_on_base:
+            watched[j, count + j] = -unit
+    omega = np.concatenate([*(m.omega for m, _ in planes), [2 * np.pi * h.frequency for h in held]])
+    ratios = np.concatenate([*(m.damping for m, _ in planes), [h.ratio for h in held]])
+    along = np.concatenate([*(share * m.participation for m, share in planes), [np.sqrt(h.mass) for h in held]])
+    turned = np.concatenate(
+        [*(share * m.turning for m, share in planes), [x * np.sqrt(h.mass) for h, x in zip(held, middles)]]
+    )
+    state, forced = np.empty((2, 4, omega.size))
+    for k, (own, ratio) in enumerate(zip(omega, ratios)):
+        state[:, k], forced[:, k] = _exact(own, ratio, step)
     return Scheme(
-        step, state, forced, modes.omega**2, 2 * modes.damping * modes.omega, -modes.participation, points,
-        points * forced[1] @ points.T, points * forced[3] @ points.T, modes.at(accelerometers), modes.at(probes),
+        step, state, forced, omega**2, 2 * ratios * omega, -np.column_stack((along, turned)), np.array(accelerometers),
+        shaft, shaft * forced[1] @ shaft.T, shaft * forced[3] @ shaft.T, rows(accelerometers), watched,
     )  # fmt: skip
 
 
@@ -101,9 +124,10 @@ def at_rest(scheme: Scheme, bushings: Bushings) -> tuple[State, Bushings]:
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
 def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, out: np.ndarray) -> int:
-    """Advance over the base's accelerations (n_steps,); return the number of steps done, fewer if one fails.
+    """Advance over the base's accelerations (n_steps, 2), straight and angular.
 
-    Fills ``out`` (n_steps, n_accelerometers + n_probes): absolute accelerations, displacements relative to the base.
+    Returns the number of steps done, fewer if one fails. Fills ``out`` (n_steps, n_accelerometers + n_probes): absolute
+    accelerations, displacements relative to what the probes are fixed to.
     """
     # Compiled code counts references to arrays that it takes out of tuples: all are taken out once.
     q, v, force, m, b, drive = state.q, state.v, state.force, scheme.state, scheme.forced, scheme.drive
@@ -111,9 +135,10 @@ def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, ou
     square, damping = scheme.square, scheme.damping
     n, n_points, n_sensors, n_probes = q.size, points.shape[0], accelerometers.shape[0], probes.shape[0]
     free, speed, pull, acceleration = np.empty(n_points), np.empty(n_points), np.empty(n_points), np.empty(n)
-    for i in range(base.size):
+    levers = scheme.levers
+    for i in range(base.shape[0]):
         for k in range(n):
-            start, end = force[k], drive[k] * base[i]
+            start, end = force[k], drive[k, 0] * base[i, 0] + drive[k, 1] * base[i, 1]
             moved = m[0, k] * q[k] + m[1, k] * v[k] + b[0, k] * start + b[1, k] * end
             v[k] = m[2, k] * q[k] + m[3, k] * v[k] + b[2, k] * start + b[3, k] * end
             q[k] = moved
@@ -139,7 +164,7 @@ def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, ou
             force[k] += acceleration[k]
             acceleration[k] = force[k] - damping[k] * v[k] - square[k] * q[k]
         for p in range(n_sensors):
-            a = base[i]
+            a = base[i, 0] + levers[p] * base[i, 1]
             for k in range(n):
                 a += accelerometers[p, k] * acceleration[k]
             out[i, p] = a
@@ -148,7 +173,7 @@ def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, ou
             for k in range(n):
                 x += probes[p, k] * q[k]
             out[i, n_sensors + p] = x
-    return base.size
+    return base.shape[0]
 
 
 @numba.njit(cache=True, nogil=True)

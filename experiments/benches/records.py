@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import scipy.fft
+import scipy.signal
 import tomli_w
 
 from clearance_mj.core.errors import SimulationError
@@ -48,19 +50,19 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
 
     Returns absolute accelerations (n_accelerometers, n_t), m/s², and displacements (n_probes, n_t) from rest, m.
     """
-    ends = np.array([(h.position - h.length / 2, h.position + h.length / 2) for h in bench.holes]).reshape(-1, 2)
-    accelerometers, probes = ([i.position for i in part] for part in (bench.accelerometers, bench.probes))
-    modes = bench.shaft.modes([*ends.ravel(), *ends.mean(axis=1)])
-    scheme = motion.scheme(modes, ends, accelerometers, probes, 1 / (fs * factor))
+    scheme = motion.scheme(bench, 1 / (fs * factor))
     state, bushings = motion.at_rest(scheme, bench.bushings())
-    rest = scheme.probes @ state.q
+    rest, accelerometers, probes = scheme.probes @ state.q, bench.accelerometers, bench.probes
     fast, channels = sampling.interpolate(base, factor), len(accelerometers) + len(probes)
+    felt = np.column_stack((fast, np.zeros(fast.size)))
+    for mode in bench.structure.base:
+        felt += mode.motion(fast, fs * factor)[:, None] * (mode.shift, mode.tilt)
     decimator, slow = sampling.Decimator(channels, factor), []
     for start in range(0, fast.size, BLOCK * factor):
-        block = fast[start : start + BLOCK * factor]
-        out = np.empty((block.size, channels))
+        block = felt[start : start + BLOCK * factor]
+        out = np.empty((len(block), channels))
         done = motion.march(scheme, state, bushings, block, out)
-        if done < block.size or not np.isfinite(out[-1]).all():
+        if done < len(block) or not np.isfinite(out[-1]).all():
             raise SimulationError(f"bench {bench.name}: no convergence at {(start + done) * scheme.step:.6f} s")
         out[:, len(accelerometers) :] -= rest
         slow.append(decimator.push(out))
@@ -71,6 +73,8 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
 def measure_channels(bench: Bench, base: np.ndarray, rng: np.random.Generator) -> list[Channel]:
     """What the converter writes: gains, noise and 24 bits."""
     accelerations, displacements = shake(bench, base)
+    if late := bench.structure.late:
+        accelerations[late[0]] = later(accelerations[late[0]], late[1])
     signals = [("base", 100, "acceleration", base)]
     for sensor, real, value in zip(bench.rig.sensors, bench.accelerometers, accelerations):
         signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", real.gain * value))
@@ -79,10 +83,20 @@ def measure_channels(bench: Bench, base: np.ndarray, rng: np.random.Generator) -
         signals.append((f"probe in bushing {j}", nearest.node, "displacement", real.gain * value))
     channels = []
     for name, node, quantity, signal in signals:
+        if corner := bench.structure.filtered:
+            low_pass = scipy.signal.butter(6, 2 * corner, output="sos")
+            signal = scipy.signal.sosfilt(low_pass, signal)
         value, full = digitise(signal, NOISE, rng)
         unit = {"acceleration": "m/s^2", "displacement": "m"}[quantity]
         channels.append(Channel(f"{name}, synthetic, range +-{full:.9g} {unit}", node, "+Z", quantity, value, FS))
     return channels
+
+
+def later(signal: np.ndarray, samples: float) -> np.ndarray:
+    """A signal (n_t,) by a number of samples later, between its samples as its spectrum says."""
+    padded = scipy.fft.next_fast_len(2 * signal.size, real=True)
+    shift = np.exp(-2j * np.pi * samples * scipy.fft.rfftfreq(padded))
+    return scipy.fft.irfft(scipy.fft.rfft(signal, padded) * shift, padded)[: signal.size]
 
 
 def write_bench(

@@ -81,7 +81,8 @@ class Shaft:
         ratios = np.full(omega[keep].size, self.damping[-1])
         given = self.damping[: ratios.size]
         ratios[: len(given)] = given
-        return Modes(x, shape, omega[keep], ratios, shape.T @ mass @ translation)
+        rotation = np.column_stack((x, np.ones(x.size))).ravel()
+        return Modes(x, shape, omega[keep], ratios, shape.T @ mass @ translation, shape.T @ mass @ rotation)
 
     def frequencies(self, count: int, springs: Iterable[tuple[float, float]] = ()) -> np.ndarray:
         """(count,) Hz."""
@@ -101,6 +102,7 @@ class Modes:
     omega: np.ndarray  # (n,) rad/s
     damping: np.ndarray  # (n,) ratios
     participation: np.ndarray  # (n,) Φᵀ M r: the modal force per acceleration of the base is its negative
+    turning: np.ndarray  # (n,) the same per angular acceleration of the base about the clamp
 
     def at(self, positions: Sequence[float]) -> np.ndarray:
         """(n_positions, n) deflections of the modes."""

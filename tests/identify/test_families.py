@@ -14,9 +14,12 @@ from clearance_mj.identify.laws.force_fit import fit_force
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
 from clearance_mj.rig import Bushing, Contact, Grease
 
+from ..conftest import TABLE1
+
 FS, SECONDS, FINE = 2048.0, 5.0, 8
 GAP, OFFSET = 3.3e-4, 6e-5  # of the truth; the rig file says 0.3 mm and 0
 NOMINAL = Bushing(0.5, 3e-4, 0.012, Grease(4000.0, 2.0), Contact(1e4, 2.0))
+RIG = TABLE1.replace(bushings=(NOMINAL,))
 K, C, HEIGHT = 3500.0, 3.0, 9e-4  # of the grease
 GAPS = [
     Parameter("bushings[0].gap", "m", 3e-4, 1e-4, 9e-4, 0.2),
@@ -102,7 +105,7 @@ def recorded(x, v, force, noise=0.0):
     slow[: frequency.size] = spectrum
     time = np.arange(n) / FS
     return RestoringForce(
-        "shaken", None, FS, (0.0, high), time, x[:1, ::FINE], v[:1, ::FINE], np.fft.irfft(slow)[None],
+        "shaken", RIG, FS, (0.0, high), time, x[:1, ::FINE], v[:1, ::FINE], np.fft.irfft(slow)[None],
         np.array([noise + 1e-9]), np.zeros(1), x[None, 1:, ::FINE], (time > 0.3) & (time < time[-1] - 0.3),
         frequency, np.full((1, frequency.size), (noise + 1e-9) * np.sqrt(2 / FS)), np.zeros(0),
     )  # fmt: skip
