@@ -21,6 +21,7 @@ from ..io.dataset import Dataset, Record
 from ..statistics.intervals import Interval
 from . import html
 from .contact import contact_drawings
+from .found_structure import found_structure
 from .identification_figures import draw_forces, draw_misfit
 from .rattling import rattling
 from .tables import Column, Table
@@ -180,7 +181,7 @@ def _correlations(found: Estimates) -> str:
 
 
 def _update(found: Identified, update: RigUpdate, forces: Sequence[RestoringForce], writer: ReportWriter) -> str:
-    return writer.figure(draw_spectra(update))
+    return writer.figure(draw_spectra(update)) + found_structure(update, writer)
 
 
 def _contact(

@@ -1,0 +1,128 @@
+"""What a bench has beside the structure of its rig file: the hypotheses tried, and by how much the misfit fell."""
+
+from __future__ import annotations
+
+import matplotlib
+import numpy as np
+from markupsafe import escape
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.ticker import NullLocator
+
+from ..identify.structure.found_structure import FoundStructure
+from ..identify.structure.misfit import RecordMisfit
+from ..identify.structure.rig_update import RigUpdate
+from . import html
+from .style import FONT, Drawing, canvas, tidy
+from .tables import Column, Table
+from .writer import ReportWriter
+
+__all__ = ["draw_misfits", "found_structure"]
+
+BANDS = 24  # of frequency, in which the misfit is drawn
+SMALLEST, LARGEST = 0.3, 30.0  # % of a channel's level, ends of the colours
+
+
+def found_structure(update: RigUpdate, writer: ReportWriter) -> str:
+    """Return markup on what was tried beside the rig file's structure, and what was accepted.
+
+    Parameters
+    ----------
+    update : RigUpdate
+        The updated rig; nothing is returned where its structure was taken as it is drawn.
+    writer : ReportWriter
+        What writes figures and tables.
+    """
+    found = update.structure
+    if not found.rounds:
+        return ""
+    words = "".join(html.paragraph(f"{escape(_capital(str(one)))}.") for one in found.accepted)
+    if not found.accepted:
+        words = html.paragraph(
+            "No hypothesis of a structure that the rig file does not draw explains the records better."
+        )
+    drawn = writer.figure(draw_misfits(update)) if found.accepted else ""
+    return words + drawn + html.table(_table(found))
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _table(found: FoundStructure) -> Table:
+    columns = (
+        Column("Beside"), Column("Hypothesis"), Column("Gain", "ln evidence", ".1f"), Column("Fitted"),
+        Column("Accepted"),
+    )  # fmt: skip
+    rows, before = [], "the rig file"
+    for i, tried in enumerate(found.rounds):
+        one = found.accepted[i] if i < len(found.accepted) else None
+        for each in tried:
+            accepted = "yes" if one and each.name == one.name else ""
+            rows.append((before, _capital(each.called), each.gain, "yes" if each.fitted else "", accepted))
+        before += f" and {one.name}" if one else ""
+    caption = (
+        "Hypotheses tried beside the rig file’s structure, of each the best. Those that are not fitted gain too little "
+        "by a score test, whose gain is given. The one that gains most is accepted if the piece of the records that no "
+        "fit saw confirms it."
+    )
+    return Table("structures", caption, columns, tuple(rows))
+
+
+def draw_misfits(update: RigUpdate) -> Drawing:
+    """Draw what is left of each channel by frequency: of the rig as its file draws it, and with what was found.
+
+    Parameters
+    ----------
+    update : RigUpdate
+        An updated rig with a structure that was found.
+    """
+    names, parts = update.channels, (update.structure.as_drawn, update.misfit)
+    figure = canvas(1.1 + 0.16 * len(names), 8.5)
+    axes = figure.subplots(1, 2, sharey=True)
+    edges = np.geomspace(
+        min(m.frequency[0] for m in update.misfit), max(m.frequency[-1] for m in update.misfit), BANDS + 1
+    )
+    for ax, title, misfits in zip(axes, ("as drawn", "with what was found"), parts):
+        share = 100 * _by_band(misfits, edges)
+        image = ax.pcolormesh(
+            edges,
+            np.arange(len(names) + 1),
+            share,
+            norm=LogNorm(SMALLEST, LARGEST),
+            cmap=matplotlib.colormaps["cividis"],
+        )
+        _axes(ax, title, edges, names)
+    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=15, extend="both")
+    bar.set_label("Misfit (% of the channel’s level in the band)", fontsize=FONT - 1)
+    bar.ax.tick_params(labelsize=FONT - 2)
+    caption = (
+        "What the updated rig misses of each channel under the forces in its clearances that meet all sensors best, by "
+        "frequency: with the structure as the rig file draws it, and with what was found beside it."
+    )
+    alt = f"Heat maps of the misfit of {len(names)} channels by frequency, before and after structures were found."
+    return Drawing("structure", figure, caption, alt)
+
+
+def _by_band(misfits: tuple[RecordMisfit, ...], edges: np.ndarray) -> np.ndarray:
+    """(n_channels, n_bands) RMS of what is missed over that of the channel, over all records; nan without lines."""
+    band = np.concatenate([np.clip(np.digitize(m.frequency, edges) - 1, 0, BANDS - 1) for m in misfits])
+    missed, level = (
+        np.concatenate([np.abs(part) ** 2 for part in parts], axis=1)
+        for parts in ([m.fitted - m.measured for m in misfits], [m.measured for m in misfits])
+    )
+    found = np.full((len(missed), BANDS), np.nan)
+    for b in np.unique(band):
+        inside = band == b
+        found[:, b] = np.sqrt(missed[:, inside].sum(axis=1) / level[:, inside].sum(axis=1))
+    return found
+
+
+def _axes(ax: Axes, title: str, edges: np.ndarray, names: tuple[str, ...]) -> None:
+    tidy(ax, title, "", "Frequency (Hz)")
+    ax.grid(False)
+    ax.set_xscale("log")
+    ends = (edges[0], float(np.sqrt(edges[0] * edges[-1])), edges[-1])
+    ax.set_xticks(ends, [f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_yticks(np.arange(len(names)) + 0.5, names, fontsize=FONT - 2)
