@@ -46,6 +46,7 @@ RANGES = {
 }  # fmt: skip
 """Fields that end where no rig can be, SI units"""
 SHORTEST = 0.01  # of a shaft's length: 1 σ of a bushing's length at least
+LONGEST = 3.0  # standard deviations by which a bushing may be longer
 LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay")
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
@@ -231,7 +232,7 @@ def _parameter(
         along = place if isinstance(place, float) else (parse_place(place) or ("", low))[1]
         if tolerance is None or tolerance.relative:
             size = max(size * value, SHORTEST * (high - low))
-        return _linear(path, unit, value, size, 0.0, 2 * min(along - low, high - along))
+        return _linear(path, unit, value, size, 0.0, min(2 * min(along - low, high - along), value + LONGEST * size))
     if field in ("position", "to"):
         size *= abs(value) if tolerance and tolerance.relative else 1.0
         half = data["bushings"][key[1]]["length"] / 2 if key[0] == "bushings" else 0.0

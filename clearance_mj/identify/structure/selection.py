@@ -10,7 +10,7 @@ confirms; the rig is then updated with it, and the others are tried anew beside 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -37,7 +37,8 @@ RIVAL = 3.0  # of log evidence, within which two hypotheses cannot be told apart
 MOST = 3  # hypotheses that are accepted beside each other
 FITTED_PART = 0.8  # of each record; the rest confirms
 LINES = 400  # of each record
-BEST = 2  # candidates of each hypothesis that are fitted
+BEST = 3  # candidates of a leading hypothesis that are fitted; of others the best alone
+LEADING = 2  # hypotheses
 SMALLEST, LARGEST = 0.05, 30.0  # factors of a candidate's usual size
 STOP = Stop(steps=6, decrease=1e-3, move=0.02)
 WORKERS = 2  # threads
@@ -87,9 +88,9 @@ class _Round:
     """All hypotheses tried once beside a rig."""
 
     def __init__(self, update: RigUpdate, progress: bool) -> None:
-        first, rest = zip(*(_cut(record) for record in update.records))
+        fitted, rest = zip(*(_cut(record) for record in update.records))
         self.rig = update.start
-        self.fit = RigFit(self.rig, first, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
+        self.fit = RigFit(self.rig, fitted, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
         self.fit.adapt(update.values)
         self.rest = RigFit(self.rig, rest)
         self.rest.adapt(update.values)
@@ -104,11 +105,12 @@ class _Round:
             )
             for name, one in HYPOTHESES.items()
         }
-        chosen = [found for own in scored.values() for found in own[:BEST] if found[0] > MIN_SCORE]
         with ThreadPoolExecutor(WORKERS) as pool:
-            trials = pool.map(self._fitted, chosen)
-            bar = tqdm(trials, desc="structures", total=len(chosen), disable=not progress or not chosen)
-            self.trials = sorted((t for t in bar if t), key=lambda t: -t.evidence)
+            first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
+            self.trials = self._fit_all(pool, first, progress)
+            leading = [t.candidate.name for t in self.trials[:LEADING]]
+            second = [found for name in leading for found in scored[name][1:BEST] if found[0] > MIN_SCORE]
+            self.trials = _best_first([*self.trials, *self._fit_all(pool, second, progress)])
         best = {t.candidate.name: t for t in reversed(self.trials)}
         fitted = [Tried(name, t.words, t.evidence - self.evidence, True) for name, t in best.items()]
         scores = [
@@ -117,6 +119,15 @@ class _Round:
             if name not in best
         ]
         self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
+
+    def _fit_all(
+        self, pool: ThreadPoolExecutor, chosen: Sequence[tuple[float, Candidate, float]], progress: bool
+    ) -> list[_Trial]:
+        """Trials of candidates with their factors of size, the likeliest first; those that cannot be are left out."""
+        bar = tqdm(
+            pool.map(self._fitted, chosen), desc="structures", total=len(chosen), disable=not progress or not chosen
+        )
+        return _best_first([t for t in bar if t])
 
     def _score(self, candidate: Candidate) -> tuple[float, Candidate, float] | None:
         """By how much a candidate could raise the log likelihood, and its factor of size; None if it cannot be."""
@@ -164,6 +175,10 @@ class _Round:
         """Other hypotheses that explain the records about as well."""
         near = dict.fromkeys(t.candidate.name for t in self.trials if accepted.evidence - t.evidence < RIVAL)
         return tuple(HYPOTHESES[name].called for name in near if name != accepted.candidate.name)
+
+
+def _best_first(trials: Sequence[_Trial]) -> list[_Trial]:
+    return sorted(trials, key=lambda t: -t.evidence)
 
 
 def _evidence(solution: Solution) -> float:
