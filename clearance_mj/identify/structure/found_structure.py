@@ -44,11 +44,14 @@ class Accepted:
 class FoundStructure:
     """What was tried beside the structure as it is drawn."""
 
-    accepted: tuple[Accepted, ...] = ()  #: in the order in which they were found
-    rounds: tuple[
-        tuple[Tried, ...], ...
-    ] = ()  #: the best of every hypothesis beside what was accepted before, best first
-    as_drawn: tuple[RecordMisfit, ...] = ()  #: of each record, by the rig updated as it is drawn
+    accepted: tuple[Accepted, ...] = ()
+    """in the order in which they were found"""
+    rounds: tuple[tuple[Tried, ...], ...] = ()
+    """of every hypothesis the best beside what was accepted before, the likeliest first"""
+    as_drawn: tuple[RecordMisfit, ...] = ()
+    """of each record, by the rig updated as it is drawn"""
+    parameters: tuple[str, ...] = ()
+    """names of what varied in the rig as it is drawn"""
 
     @property
     def warnings(self) -> tuple[str, ...]:

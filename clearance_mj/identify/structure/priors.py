@@ -57,7 +57,7 @@ PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
 LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0, "probe_delay": 0.0}  # values of fields that plain data leave out
-STIFFEST = 1e-11  # m/N, compliance of a clamp whose block has a mass: it must move
+MOVING_CLAMP = 1.0  # 1 σ of the logarithm of the stiffness below a clamp whose block has a mass
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
 
@@ -155,8 +155,6 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
         given = base.beam.clamp or Clamp()
         compliance = {name: 1 / k for name in ("rotation", "translation") if (k := getattr(given, name))}
         compliance |= {name.rpartition(".")[2]: values[name] for name in CLAMP_UNITS if name in values}
-        if given.mass:
-            compliance["translation"] = max(compliance.get("translation", 0.0), STIFFEST)
         springs = {name: 1 / c for name, c in compliance.items() if c}
         dampers = {f"{name}_damping": getattr(given, f"{name}_damping") for name in springs}
         clamp = Clamp(**springs, **dampers, mass=given.mass)
@@ -274,6 +272,9 @@ def _clamp(rig: Rig) -> Iterator[Parameter]:
         mean = longest**power / (power + 1)
         spread = longest**power * math.sqrt(1 / (2 * power + 1) - 1 / (power + 1) ** 2)
         stiffness = getattr(given, name)
+        if name == "translation" and given.mass:
+            yield _logarithm("beam.clamp.translation", "N/m", stiffness, MOVING_CLAMP)
+            continue
         if stiffness or name in tolerances:
             mean = unit / stiffness if stiffness else 0.0
         spread = tolerances[name] ** power if name in tolerances else spread

@@ -55,6 +55,8 @@ class RigFit:
         Every so many-th spectral line alone takes part.
     like : RigFit, optional
         A fit of the same records, whose spectra, noise and whitening are taken.
+    held : mapping of str to float, optional
+        Values by name that stay as they are.
 
     Raises
     ------
@@ -62,7 +64,10 @@ class RigFit:
         If there are no more sensors than clearances, or a channel cannot be used.
     """
 
-    def __init__(self, rig: Rig, records: Sequence[PreparedRecord], thin: int = 1, like: RigFit | None = None) -> None:
+    def __init__(
+        self, rig: Rig, records: Sequence[PreparedRecord], thin: int = 1, like: RigFit | None = None,
+        held: Mapping[str, float] | None = None,
+    ) -> None:  # fmt: skip
         for record in records:
             record.require_usable(EXCITATION)
         self.probes = all(record.probes for record in records) and bool(rig.bushings)
@@ -81,7 +86,8 @@ class RigFit:
         highest = max(s.frequency[-1] for s in self.spectra)
         known = priors(rig, highest, self.probes)
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
-        parameters = [p for p in known if p not in self.in_clearances]
+        self.held = dict(held or {})
+        parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]
         free = sensors - len(rig.bushings)  # of each line: the excitation is a channel and an unknown
         radius = [np.full(s.frequency.size, OUTLYING * np.sqrt(free / s.correlated_lines)) for s in self.spectra]
         self.problem = Problem(
@@ -130,8 +136,8 @@ class RigFit:
         return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes, self.in_clearances)
 
     def named(self, values: np.ndarray) -> dict[str, float]:
-        """Return values (n,) of the open parameters by their names."""
-        return dict(zip((p.name for p in self.problem.parameters), values.tolist()))
+        """Return values (n,) of the open parameters by their names, and those that are held."""
+        return self.held | dict(zip((p.name for p in self.problem.parameters), values.tolist()))
 
     def _gains(self, at: np.ndarray) -> list[np.ndarray]:
         """Gains (n_f, n_channels, n_bushings + 1) of forces and excitation, for each record."""

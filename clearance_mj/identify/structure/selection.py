@@ -32,7 +32,7 @@ from .rig_update import RigUpdate
 __all__ = ["with_found_structure"]
 
 MIN_GAIN = 12.0  # of log evidence, for a hypothesis to be accepted
-MIN_SCORE = 6.0  # of log likelihood by the score test, for a candidate to be fitted
+MIN_SCORE = 4.0  # of log likelihood by the score test, for a candidate to be fitted
 RIVAL = 3.0  # of log evidence, within which two hypotheses cannot be told apart
 MOST = 3  # hypotheses that are accepted beside each other
 FITTED_PART = 0.8  # of each record; the rest confirms
@@ -41,6 +41,7 @@ BEST = 3  # candidates of a leading hypothesis that are fitted; of others the be
 LEADING = 2  # hypotheses
 SMALLEST, LARGEST = 0.05, 30.0  # factors of a candidate's usual size
 STOP = Stop(steps=6, decrease=1e-3, move=0.02)
+OWN_STOP = Stop(steps=8, decrease=1e-2, move=0.05)
 WORKERS = 2  # threads
 
 
@@ -49,11 +50,19 @@ class _Trial:
 
     def __init__(self, candidate: Candidate, rig: Rig, coarse: RigFit, values: Mapping[str, float]) -> None:
         self.candidate, self.rig = candidate, rig
+        known = coarse.named(coarse.problem.values(np.zeros(coarse.problem.size)))
         fit = RigFit(rig, coarse.records, like=coarse)
-        self.solution = solve(fit.problem, [fit.problem.at(values)], stop=STOP)
+        starts = [_own_fitted(rig, coarse, held) for held in (values, known)]
+        self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], stop=STOP)
         self.evidence = _evidence(self.solution)
         self.values = fit.named(self.solution.values)
         self.words = candidate.words(rig_with(rig, self.values))
+
+
+def _own_fitted(rig: Rig, coarse: RigFit, held: Mapping[str, float]) -> dict[str, float]:
+    """Values with which what was added to a rig meets the records best, where everything else is held."""
+    own = RigFit(rig, coarse.records, like=coarse, held=held)
+    return own.named(solve(own.problem, [own.problem.at({})], stop=OWN_STOP).values)
 
 
 def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate:
@@ -66,15 +75,16 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
     progress : bool
         Show a progress bar.
     """
-    drawn, found = update, FoundStructure()
+    drawn, found = update, FoundStructure(as_drawn=update.misfit, parameters=update.estimates.names)
     while len(found.accepted) < MOST:
         round_ = _Round(update, progress)
-        found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried), as_drawn=drawn.misfit)
+        found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried))
         accepted = round_.accepted()
         if accepted is None:
             break
         trial, one = accepted
         new = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
+        new = dataclasses.replace(new, structure=found)
         if Assessment(new).cost > Assessment(update).cost - MIN_GAIN:
             break
         update = new
@@ -88,9 +98,9 @@ class _Round:
     """All hypotheses tried once beside a rig."""
 
     def __init__(self, update: RigUpdate, progress: bool) -> None:
-        fitted, rest = zip(*(_cut(record) for record in update.records))
+        begun, rest = zip(*(_cut(record) for record in update.records))
         self.rig = update.start
-        self.fit = RigFit(self.rig, fitted, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
+        self.fit = RigFit(self.rig, begun, thin=max(1, int(FITTED_PART * update.misfit[0].frequency.size / LINES)))
         self.fit.adapt(update.values)
         self.rest = RigFit(self.rig, rest)
         self.rest.adapt(update.values)

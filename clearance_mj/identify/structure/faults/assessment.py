@@ -79,10 +79,13 @@ class Assessment:
 
     @functools.cached_property
     def shift(self) -> dict[str, float]:
-        """Of each parameter, from its prior's mean in prior standard deviations."""
+        """Of each parameter of the rig as drawn, from its prior's mean in prior standard deviations."""
         found = self.update.estimates
+        drawn = self.update.structure.parameters or found.names
         return {
-            p.name: (p.to_varied(v) - p.to_varied(p.start)) / p.prior_std for p, v in zip(found.parameters, found.value)
+            p.name: (p.to_varied(v) - p.to_varied(p.start)) / p.prior_std
+            for p, v in zip(found.parameters, found.value)
+            if p.name in drawn
         }
 
     @functools.cached_property

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....core.errors import ClearanceError
-from ....rig import PointMass, Rig, Tolerance
+from ....rig import Rig, Tolerance
 from .assessment import Assessment, Fault, distance
 
 __all__ = ["RigCorrection", "rig_corrections"]
 
 FACTORS = tuple(np.exp(np.linspace(-0.4, 0.4, 33)).tolist())  # of a length or diameter
 STIFFER = tuple(np.exp(np.linspace(-1.6, 1.6, 17)).tolist())  # of a modulus
-SHARES = (0.1, 0.2, 0.4, 0.8, 1.6)  # of the shaft's mass that may be missing
-PLACES = (0.25, 0.5, 0.75, 1.0)  # of the length, where it may be missing
 OPEN = "10 %"  # tolerance of what was found on a grid
 
 
@@ -30,11 +28,9 @@ class RigCorrection:
     number: tuple[str, int, str]  #: part of the rig, its index, and the field that was wrong
 
     def of(self, rig: Rig) -> float:
-        """Return the number, in a rig; 0 of a mass that it has not."""
+        """Return the number, in a rig."""
         part, index, field = self.number
-        if part == "beam":
-            return float(getattr(rig.beam, field))
-        return rig.masses[index].mass if index < len(rig.masses) else 0.0
+        return float(getattr(rig.beam, field)) if part == "beam" else rig.masses[index].mass
 
     def fault(self, before: Assessment, after: Assessment) -> Fault:
         """In words."""
@@ -43,10 +39,6 @@ class RigCorrection:
         unit = {"length": "m", "diameter": "m", "height": "m", "young_modulus": "Pa", "density": "kg/m³"}.get(
             field, "kg"
         )
-        if given == 0:
-            near = after.update.rig.masses[index].position
-            words = f"a mass of {value:.3g} kg near x = {near:.3g} m is missing in the rig file"
-            return Fault(words, _evidence(before, after))
         name = f"{part}.{field}" if part == "beam" else f"{part}[{index}].{field}"
         every = "with every position in proportion, " if self.kind == "lengths" else ""
         words = f"{name} is {value:.4g} {unit} where the rig file says {given:.4g} {unit} (factor {value / given:.3f})"
@@ -98,13 +90,6 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
             masses = (*rig.masses[:k], dataclasses.replace(mass, mass=factor * mass.mass), *rig.masses[k + 1 :])
             yield RigCorrection(
                 f"mass {k}", _open(rig.replace(masses=masses), f"masses[{k}].mass"), ("masses", k, "mass")
-            )
-    count, whole = len(rig.masses), beam.mass_per_length * beam.length
-    for place in PLACES:
-        for share in SHARES:
-            masses = (*rig.masses, PointMass(place * beam.length, share * whole))
-            yield RigCorrection(
-                "missing", _open(rig.replace(masses=masses), f"masses[{count}].mass"), ("masses", count, "mass")
             )
 
 

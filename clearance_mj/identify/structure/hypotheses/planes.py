@@ -11,7 +11,7 @@ from ....structure import Beam, Shaft
 from ....structure.attached import Planes
 from .candidate import Bench, Candidate, hypothesis, opened
 
-DIFFERENCES = 0.01, 0.03
+DIFFERENCES = 0.01, 0.03, 0.06
 ANGLES = 0.3, 0.8, 1.3  # rad
 APART = "accelerometers across the direction of shaking, at the same places"
 

@@ -1,0 +1,111 @@
+"""What a bench has and its rig file does not draw: hypotheses, how they are found on foreign physics, their words."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj.clearance import ContactLaw, KelvinVoigt
+from clearance_mj.identify import update_rig
+from clearance_mj.identify.laws.forces_in_lanes import Path, law_forces
+from clearance_mj.identify.structure.found_structure import Accepted
+from clearance_mj.identify.structure.hypotheses.candidate import HYPOTHESES, Bench
+from clearance_mj.identify.structure.priors import priors, rig_with
+from clearance_mj.io.dataset import Dataset, Record
+from clearance_mj.rig import Rig
+from experiments.benches.bench import make_bench
+from experiments.benches.records import measure_channels, plans
+from experiments.benches.structure import CLASSES
+from experiments.testrig.records import FS
+
+from ..conftest import TABLE1
+
+BENCH = Bench(TABLE1, (5.0, 300.0), True, FS)
+CLASS_OF = {"time": "delay", "plane": "planes"}
+"""Names of hypotheses that benches call otherwise"""
+
+
+def test_every_class_of_the_benches_has_a_hypothesis():
+    assert {CLASS_OF.get(name, name) for name in CLASSES} == set(HYPOTHESES)
+
+
+@pytest.mark.parametrize("name", HYPOTHESES)
+def test_candidates_are_rigs_with_open_parameters_that_a_file_can_hold(name, tmp_path):
+    before = {p.name for p in priors(TABLE1, 300.0, True)}
+    for candidate in HYPOTHESES[name].candidates(BENCH):
+        rig = candidate.make(1.0)
+        rig.save(tmp_path / "rig.toml")
+        assert Rig.load(tmp_path / "rig.toml") == rig
+        own = [p for p in priors(rig, 300.0, True) if p.name not in before]
+        assert own
+        moved = rig_with(rig, {p.name: float(p.from_varied(p.to_varied(p.start) + 0.1 * p.prior_std)) for p in own})
+        assert candidate.words(moved) != candidate.words(rig)
+
+
+def test_a_shaft_s_places_open_a_bushing_s_length_and_degrees_of_freedom_do_not():
+    of_lengths = {p.name: p for p in priors(TABLE1) if p.name.endswith(".length")}
+    assert set(of_lengths) == {"bushings[0].length", "bushings[1].length"}
+    length = of_lengths["bushings[0].length"]
+    assert length.low == 0.0
+    assert length.start == TABLE1.bushings[0].length
+    assert rig_with(TABLE1, {length.name: 0.004}).bushings[0].length == 0.004
+
+
+def test_contact_is_at_the_ends_of_the_length_that_a_bushing_has():
+    """Ends of 4 mm in a motion that is known at 12 mm: a third of the way from the middle, by hand."""
+    time = np.arange(4000) / 4096.0
+    middle = 4e-4 * np.sin(2 * np.pi * 20 * time)
+    x = middle[:, None] * (1.0, 0.9, 1.1)
+    path = Path(x, np.gradient(x, time, axis=0), 1 / 4096.0, 0.012)
+    law = ContactLaw([KelvinVoigt(1e4)], [dataclasses.replace(TABLE1.bushings[0].grease, stiffness=1e-9, damping=0.0)])
+    bushing = dataclasses.replace(TABLE1.bushings[0], gap=3e-4, length=0.004)
+    taps = np.array([0.0, 1.0, 0.0])
+    (force,) = law_forces([path], taps, 1, TABLE1.replace(bushings=(bushing,)), [(bushing, law)]).T
+    by_hand = np.zeros(time.size)
+    for lever in (1 - 0.1 / 3, 1 + 0.1 / 3):
+        place = lever * middle
+        by_hand += 0.5e4 * np.sign(place) * np.maximum(np.abs(place) - 3e-4, 0)
+    np.testing.assert_allclose(force, by_hand, atol=1e-6 * np.abs(by_hand).max())
+
+
+def test_rivals_are_said_with_the_measurement_that_tells_them_apart():
+    one = Accepted("mass", "a mass of 0.06 kg near x = 0.87 m", 40.0, 12.0, ("a clamp with a mode of its own",), "")
+    assert str(one).endswith("near x = 0.87 m; a clamp with a mode of its own explains them about as well")
+    apart = dataclasses.replace(one, apart="an accelerometer on the clamp")
+    assert str(apart).endswith("about as well, an accelerometer on the clamp would tell which")
+
+
+def recorded(bench):
+    """The ramp and the hits of a bench, of half their length."""
+    records = []
+    for i, (name, role, base, words, _) in enumerate(plans(bench, short=True)):
+        if role == "identify":
+            channels = measure_channels(bench, base.value, np.random.default_rng((bench.seed, i)))
+            records.append(Record(name, role, bench.rig, FS, channels, description=words, band=base.band))
+    return Dataset(bench.rig, tuple(records))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["housing", "mass", "clamp"])
+def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name):
+    bench = make_bench(41, structure=(name,))
+    found = update_rig(recorded(bench))
+    (one,) = found.structure.accepted
+    assert one.name == name
+    assert one.confirmed > 0
+    rig, real = found.rig, bench.structure
+    if name == "housing":
+        assert [b.housing.stiffness for b in rig.bushings] == pytest.approx(
+            [h.stiffness for h in real.housings], rel=0.1
+        )
+    elif name == "mass":
+        assert rig.masses[-1].mass == pytest.approx(real.masses[0][1], rel=0.15)
+    else:
+        assert rig.beam.clamp.mass == pytest.approx(real.clamp.mass, rel=0.15)
+    before, after = (max(m.share.max() for m in part) for part in (found.structure.as_drawn, found.misfit))
+    assert after < 0.6 * before
+
+
+@pytest.mark.slow
+def test_a_sound_bench_gives_no_name():
+    assert update_rig(recorded(make_bench(41))).structure.accepted == ()
