@@ -38,7 +38,8 @@ def test_candidates_are_rigs_with_open_parameters_that_a_file_can_hold(name, tmp
         assert Rig.load(tmp_path / "rig.toml") == rig
         own = [p for p in priors(rig, 300.0, True) if p.name not in before]
         assert own
-        moved = rig_with(rig, {p.name: float(p.from_varied(p.to_varied(p.start) + 0.1 * p.prior_std)) for p in own})
+        further = {p.name: p.from_varied(p.to_varied(p.start) + 0.1 * p.prior_std) for p in own}
+        moved = rig_with(rig, {p.name: float(np.clip(further[p.name], p.low, p.high)) for p in own})
         assert candidate.words(moved) != candidate.words(rig)
 
 
