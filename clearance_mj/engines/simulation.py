@@ -29,6 +29,7 @@ from ..signals.sampling import Decimator, Interpolator
 from ..structure import find_truncation
 from ..version import __version__
 from .base import Engine, diverged, get_engine, step_factor
+from .late import LateChannels
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
 
@@ -140,6 +141,9 @@ class Simulation:
             self.run = engine.start(rig, law, excitation.kind, self.step)
         self.interpolator = Interpolator(factor)
         self.decimator = Decimator(self.columns, factor)
+        late = [*(s.delay for s in rig.sensors), *(b.probe_delay for b in rig.bushings)]
+        delays = np.pad(late, (0, self.columns - len(late))) - rig.shaker.delay
+        self.late = LateChannels(delays / self.step, factor) if delays.any() else None
 
     @functools.cached_property
     def provenance(self) -> dict[str, Any]:
@@ -175,7 +179,8 @@ class Simulation:
                     raise diverged(self.rig, self.engine, failed * self.step, 0)
                 steps += len(outputs)
                 untold = self.columns - outputs.shape[1]  # an engine need not tell where it touches
-                block = self.decimator.push(np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan))
+                outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+                block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
                 if len(block):
                     yield waiting[: len(block)], block
                     waiting = waiting[len(block) :]
@@ -190,7 +195,8 @@ class Simulation:
                 )
             for start in range(0, piece.value.size, INTERPOLATED):
                 yield piece.value[start : start + INTERPOLATED]
-        yield np.zeros(2 * self.interpolator.ahead)
+        late = self.late.ahead // self.interpolator.factor if self.late else 0
+        yield np.zeros(2 * self.interpolator.ahead + late)
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
         """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate.

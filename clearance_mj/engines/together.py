@@ -93,6 +93,8 @@ def simulate_and_keep(
 
     def kept(group: Sequence[int]) -> list[T]:
         of_group = [simulations[i] for i in group]
+        if any(simulation.late for simulation in of_group):
+            return [keep(simulation.whole()) for simulation in of_group]
         responses = _side_by_side(of_group, drives[of_group[0].interpolator.factor], forces)
         return [keep(response) for response in responses]
 
