@@ -120,7 +120,7 @@ def test_twin(clone):
 
 
 def test_extending(clone):
-    """One file for each of the nine kinds, used from Python."""
+    """One file for each of the ten kinds, used from Python."""
     run_python("extending.md", clone)
     assert (clone / "gap" / "gap_frequencies.csv").read_text().splitlines()[1].startswith("1,9.25")
 
@@ -135,7 +135,7 @@ def test_extending_by_commands(clone):
         (clone / f"{model}.json").write_text(json.dumps(law))
     page = (DOCS / "extending.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| [\w ]+ \| `(\S+)` \| `(\S+)` \| `clearance-mj (.+)` \|$", page, re.MULTILINE)
-    assert len(rows) == 8
+    assert len(rows) == 9
     for file, folder, command in rows:
         assert (clone / file).is_file()
         assert (ROOT / "clearance_mj" / folder).is_dir()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.files import to_json, write_text
 from .command import command, provenance
+from .options import add_plugin, load_plugin
 
 if TYPE_CHECKING:
     from ..identify import Diagnosis, RigUpdate
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder; only its records to identify from are opened")
+    parser.add_argument("--as-drawn", action="store_true", help="try no structure that the rig file does not draw")
+    add_plugin(parser, "a hypothesis")
 
 
 @command(
@@ -26,11 +29,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..identify.records.prepared import prepare
     from ..identify.structure.examination import examine
+    from ..identify.structure.faults.diagnosis import diagnose
+    from ..identify.structure.updating import update_from
     from ..io.dataset import Dataset
     from ..report.updated_rig import draw
 
+    load_plugin(options.plugin)
     dataset = Dataset.load(options.dataset)
-    found, diagnosis = examine(dataset.rig, prepare(dataset), progress=True)
+    records = prepare(dataset)
+    if options.as_drawn:
+        found = update_from(dataset.rig, records)
+        diagnosis = diagnose(found)
+    else:
+        found, diagnosis = examine(dataset.rig, records, progress=True)
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words), "provenance": provenance(options)}
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     write_text(options.new / "updated_rig.json", to_json(stored))

@@ -1,0 +1,153 @@
+"""Benches whose structure is not as drawn: which class is named, and how well FRFs are predicted.
+
+    python -m experiments.benches.structures --seeds 201 202 203 204 205 --sound 40 --page docs/benches.md
+
+Every class of `structure.CLASSES`, pairs of them and sound benches, each with all other ignorance on top, foreign
+physics and seeds that nothing was tuned on. Each bench is identified twice: from its rig file as drawn, and from one in
+which its structure is written. Records to validate and truth.toml only judge. What was judged already stays in --out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import itertools
+import json
+import tempfile
+import time
+import tomllib
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import scipy.stats
+from tqdm import tqdm
+
+from clearance_mj.core.files import to_json, write_text
+from clearance_mj.engines import simulate
+from clearance_mj.identify.methods.bench import BenchFit, fit_bench
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.signals.comparison import compare
+from clearance_mj.signals.frf import FRF, estimate_frf
+from experiments.tables import markdown_table, put_between_marks
+from experiments.testrig.records import FS
+
+from .bench import make_bench
+from .coverage import CONFIDENCE, RESOLUTION, exact
+from .records import write_bench
+from .structure import CLASSES, written
+
+HYPOTHESIS = {name: name for name in CLASSES} | {"time": "delay", "plane": "planes"}
+"""What identification calls each class"""
+JUDGED = (".gap", ".offset", "beam.young_modulus", "1/beam.clamp.rotation")
+"""Parameters whose intervals are judged, by how their names end"""
+
+
+def judge(names: tuple[str, ...], seed: int) -> dict:
+    """Make one bench, identify it and compare it with its truth and its records to validate."""
+    bench = make_bench(seed, structure=names, name=f"{'+'.join(names) or 'sound'} {seed}")
+    with tempfile.TemporaryDirectory() as folder:
+        write_bench(bench, folder)
+        dataset = Dataset.load(folder)
+        truth = exact(tomllib.loads((Path(folder) / "truth.toml").read_text(encoding="utf-8")))
+        start = time.perf_counter()
+        found = fit_bench(dataset)
+        seconds, rows = time.perf_counter() - start, _frfs(found, dataset)
+        rig = written(bench.structure, bench.rig, FS)
+        told = Dataset(rig, tuple(dataclasses.replace(r, rig=rig) for r in dataset.records), dataset.path)
+        known = _frfs(fit_bench(told), dataset) if names else rows
+    for row, best in zip(rows, known):
+        row["known"] = best["rmse_db"]
+    return {
+        "bench": bench.name, "classes": [HYPOTHESIS[name] for name in names],
+        "named": [one.name for one in found.update.structure.accepted], "seconds": seconds, "frfs": rows,
+        "parameters": _parameters(found, truth),
+    }  # fmt: skip
+
+
+def _frfs(found: BenchFit, dataset: Dataset) -> list[dict]:
+    """Of each level RMSE in dB, and that of the bench's own repeat."""
+    rows = []
+    for level in sorted({r.level for r in dataset.validate if r.level is not None}):
+        first, second = (r for r in dataset.validate if r.level == level)
+        model = simulate(found.model, first.excitation(), engine="modal")
+        test, repeat, ours = (
+            estimate_frf(x, resolution=RESOLUTION) for x in (first.response(), second.response(), model)
+        )
+        rows.append({"level": level, "rmse_db": _rmse(test, ours), "repeat": _rmse(test, repeat)})
+    return rows
+
+
+def _rmse(test: FRF, model: FRF) -> float:
+    return float(compare(test, model).summary()["rmse_db"])
+
+
+def _parameters(found: BenchFit, truth: dict[str, float]) -> list[dict]:
+    fit, rows = found.estimates, []
+    for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
+        if p.name in truth and p.name.endswith(JUDGED):
+            z = float((p.to_varied(value) - p.to_varied(truth[p.name])) / std)
+            rows.append({"name": p.name, "value": float(value), "truth": truth[p.name], "z": z})
+    return rows
+
+
+def named_rightly(row: dict) -> bool:
+    """Whether what was named is what is there, and nothing else."""
+    return sorted(row["named"]) == sorted(row["classes"])
+
+
+def markdown(rows: Sequence[dict]) -> str:
+    """A line for each kind of bench, one for intervals."""
+    columns = (
+        "bench", "number", "named rightly", "RMSE over repeat, worst", "RMSE over that with the structure known, worst",
+        "gap within, %", "offset within, µm", "s",
+    )  # fmt: skip
+    lines: list[Sequence[str]] = [columns]
+    for kind, group in itertools.groupby(rows, lambda row: " + ".join(row["classes"]) or "sound"):
+        of = list(group)
+        frfs, parameters = ([item for row in of for item in row[part]] for part in ("frfs", "parameters"))
+        gaps = [100 * abs(p["value"] / p["truth"] - 1) for p in parameters if p["name"].endswith(".gap")]
+        offsets = [1e6 * abs(p["value"] - p["truth"]) for p in parameters if p["name"].endswith(".offset")]
+        cells = [kind, f"{len(of)}", f"{sum(map(named_rightly, of))}"]
+        cells += [f"{max(f['rmse_db'] / f[other] for f in frfs):.2f}" for other in ("repeat", "known")]
+        cells += [f"{max(gaps):.1f}", f"{max(offsets):.1f}", f"{np.mean([row['seconds'] for row in of]):.0f}"]
+        lines.append(cells)
+    widest, held = scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2), []
+    for ending in JUDGED:
+        z = [abs(p["z"]) for row in rows for p in row["parameters"] if p["name"].endswith(ending)]
+        held.append(f"{ending.strip('.')} {100 * np.mean(np.array(z) < widest):.0f} %")
+    return f"\n{markdown_table(lines)}\n90 % intervals hold the truth: {', '.join(held)}.\n\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Judge benches that are not judged yet, write structures.json and the table of a page."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[201, 202, 203, 204, 205], help="of each class")
+    parser.add_argument("--sound", type=int, default=40, help="number of sound benches")
+    parser.add_argument("--pairs", type=int, default=10, help="number of pairs of classes")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=Path("results/structures"), help="folder")
+    parser.add_argument("--page", type=Path, help="page whose table is written anew")
+    options = parser.parse_args(arguments)
+    couples = list(itertools.combinations(CLASSES, 2))
+    chosen = np.random.default_rng(5).permutation(len(couples))[: options.pairs]
+    wanted = [((name,), seed) for name in CLASSES for seed in options.seeds]
+    wanted += [(couples[k], 301 + i) for i, k in enumerate(chosen.tolist())]
+    wanted += [((), 401 + i) for i in range(options.sound)]
+    path = options.out / "structures.json"
+    known = {row["bench"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
+    names = [f"{'+'.join(classes) or 'sound'} {seed}" for classes, seed in wanted]
+    missing = [each for name, each in zip(names, wanted) if name not in known]
+    with ProcessPoolExecutor(options.workers) as pool:
+        for row in tqdm(pool.map(judge, *zip(*missing)) if missing else (), total=len(missing), unit="bench"):
+            known[row["bench"]] = row
+            write_text(path, to_json([known[name] for name in names if name in known]))
+    table = markdown([known[name] for name in names])
+    print(table)
+    if options.page:
+        put_between_marks(options.page, "structures", table)
+
+
+if __name__ == "__main__":
+    main()
