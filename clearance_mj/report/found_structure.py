@@ -123,6 +123,6 @@ def _axes(ax: Axes, title: str, edges: np.ndarray, names: tuple[str, ...]) -> No
     ax.grid(False)
     ax.set_xscale("log")
     ends = (edges[0], float(np.sqrt(edges[0] * edges[-1])), edges[-1])
-    ax.set_xticks(ends, [f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
+    ax.set_xticks(ends, [f"{hz:.2g}" if hz < 1 else f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_yticks(np.arange(len(names)) + 0.5, names, fontsize=FONT - 2)

@@ -61,4 +61,4 @@ def _words(path: str, label: str, bench: Bench, rig: Rig) -> str:
     (key,) = find_numbers(rig.to_dict(), path)
     delay = get_number(rig.to_dict(), key) or 0.0
     ms, samples, which = 1e3 * abs(delay), abs(delay) * bench.fs, "late" if delay > 0 else "early"
-    return f"{label} is {ms:.3g} ms ({samples:.2g} samples) too {which}"
+    return f"{label} is {ms:.3g} ms ({samples:.1f} samples) too {which}"
