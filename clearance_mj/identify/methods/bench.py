@@ -98,7 +98,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families[0], misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
-    held = (unsaid_words(of_law, "usual of its family"),) if of_law else ()
+    held = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),
