@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -41,21 +42,27 @@ class Path(NamedTuple):
 
 
 def law_forces(
-    paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: Sequence[tuple[Bushing, ContactLaw]]
-) -> np.ndarray:
+    paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: Sequence[tuple[Bushing, ContactLaw]],
+    slow: Sequence[np.ndarray] = (),
+) -> np.ndarray:  # fmt: skip
     """Return the forces (n, n_cases), N, of laws of one bushing in measured motions, one motion after the other.
 
     ``taps``: of the low-pass, odd in number and symmetric; every ``factor``-th sample is kept, the first included. All
     cases are of the same models of contact and filling; those whose laws work lane by lane only are computed one after
-    the other. ``rig`` is any.
+    the other. ``rig`` is any. ``slow``: displacements (n, n_cases) at the samples kept of each motion, which come on top
+    of it at all points; periodic in the motion's duration.
     """
-    parts = [_some(paths, taps, factor, rig, [*cases[i : i + LANES]]) for i in range(0, len(cases), LANES)]
+    parts = [
+        _some(paths, taps, factor, rig, [*cases[i : i + LANES]], [x[:, i : i + LANES] for x in slow])
+        for i in range(0, len(cases), LANES)
+    ]
     return np.concatenate(parts, axis=1)
 
 
 def _some(
-    paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: list[tuple[Bushing, ContactLaw]]
-) -> np.ndarray:
+    paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, cases: list[tuple[Bushing, ContactLaw]],
+    slow: list[np.ndarray],
+) -> np.ndarray:  # fmt: skip
     count, rest = len(cases), LANES - len(cases)
     rigs, laws = [rig.replace(bushings=(bushing,)) for bushing, _ in cases], [law for _, law in cases]
     offsets = np.array([[bushing.offset] for bushing, _ in cases + cases[:1] * rest])
@@ -64,14 +71,29 @@ def _some(
     records = [clearance_records(*case, paths[0].step) for case in zip(rigs, laws)]  # the contacts know no step
     contacts = lane_contacts([[type(laws[0].contact[0])]] * LANES, records + records[:1] * rest)
     if not (greases.law[0] and contacts.law[0]):
-        return np.transpose([_one(paths, taps, factor, *case) for case in zip(rigs, laws)])
+        moved = [_with_slow(paths, factor, [x[:, i] for x in slow]) for i in range(count)]
+        return np.transpose([_one(each, taps, factor, *case) for each, *case in zip(moved, rigs, laws)])
     lengths = [bushing.length for bushing, _ in cases + cases[:1] * rest]
     found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
-    for path, out in zip(paths, found):
+    still = np.zeros((0, LANES))
+    for path, out, x in itertools.zip_longest(paths, found, slow):
+        moved = still if x is None else np.pad(np.vstack((x, x[:1])), ((0, 0), (0, rest)), mode="edge")
         at_rest = [part._replace(numbers=part.numbers.copy()) for part in (greases, contacts)]
         levers = np.array([[path.lever(length) for length in lengths]])
-        _fill(path.x, path.v, levers, path.step, taps, factor, tuple(range(LANES)), *at_rest, out)
+        _fill(path.x, path.v, levers, path.step, moved, taps, factor, tuple(range(LANES)), *at_rest, out)
     return np.concatenate(found)[:, :count]
+
+
+def _with_slow(paths: Sequence[Path], factor: int, slow: Sequence[np.ndarray]) -> Sequence[Path]:
+    """Motions with a slow one (n,) on top of each, if there is any."""
+    if not slow:
+        return paths
+    found = []
+    for path, x in zip(paths, slow):
+        at, kept = np.arange(len(path.x)), factor * np.arange(x.size)
+        moved = np.interp(at, kept, x, period=factor * x.size)
+        found.append(path._replace(x=path.x + moved[:, None], v=path.v + np.gradient(moved, path.step)[:, None]))
+    return found
 
 
 def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: ContactLaw) -> np.ndarray:
@@ -90,31 +112,40 @@ def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: Co
 
 @kernel_loop(**OPTIONS)
 def _fill(
-    x: np.ndarray, v: np.ndarray, levers: np.ndarray, step: float, taps: np.ndarray, factor: int,
+    x: np.ndarray, v: np.ndarray, levers: np.ndarray, step: float, slow: np.ndarray, taps: np.ndarray, factor: int,
     lanes: tuple[int, ...], greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill (ceil(n / factor), lanes) filtered forces in the motion x, v (n, 3), ends times levers (1, lanes) away."""
+    """Fill (ceil(n / factor), lanes) filtered forces in the motion x, v (n, 3), ends times levers (1, lanes) away.
+
+    With displacements ``slow`` (ceil(n / factor) + 1, lanes) at the kept samples on top, or none (0, lanes).
+    """
     count, n, half = len(lanes), x.shape[0], taps.size // 2
     place, speed, depth = np.zeros((3, count)), np.zeros((3, count)), np.zeros((3, count))
     elastic, viscous, side = np.zeros((3, count)), np.zeros((3, count)), np.ones((3, count))
-    moved = BLOCK * factor
+    stride = BLOCK * factor
     # Row r of a block is sample r - half of the motion, from the block's first on; none is beyond the ends.
-    rows, done = np.zeros((moved - factor + taps.size, count)), 0
+    rows, done = np.zeros((stride - factor + taps.size, count)), 0
     for block in range(0, out.shape[0], BLOCK):
         first = block * factor - half
         for r in range(done - first, rows.shape[0]):
             force = spread(0.0, lanes)
             i = first + r
             if i < n:
-                store(place, 0, spread(x[i, 0], lanes), lanes)
+                moved, drift = spread(0.0, lanes), spread(0.0, lanes)
+                if slow.shape[0]:
+                    k = i // factor
+                    drift = load(slow, k + 1, lanes) - load(slow, k, lanes)
+                    moved = load(slow, k, lanes) + (i - k * factor) / factor * drift
+                    drift = 1 / (factor * step) * drift
+                store(place, 0, x[i, 0] + moved, lanes)
                 grease_in_lanes(greases, 0, place, step, lanes, elastic, viscous)
-                force = load(elastic, 0, lanes) + v[i, 0] * load(viscous, 0, lanes)
+                force = load(elastic, 0, lanes) + (v[i, 0] + drift) * load(viscous, 0, lanes)
                 for end in range(2):
                     p = end + 1
                     lever = load(levers, 0, lanes)
-                    store(place, p, x[i, 0] + lever * (x[i, p] - x[i, 0]), lanes)
+                    store(place, p, x[i, 0] + lever * (x[i, p] - x[i, 0]) + moved, lanes)
                     if penetration_in_lanes(contacts, 0, end, place, p, lanes, depth):
-                        quick = v[i, 0] + lever * (v[i, p] - v[i, 0])
+                        quick = v[i, 0] + lever * (v[i, p] - v[i, 0]) + drift
                         store(speed, p, quick, lanes)
                         contact_in_lanes(contacts, 0, end, depth, speed, p, lanes, elastic, viscous, side)
                         towards = load(side, p, lanes)
@@ -129,5 +160,5 @@ def _fill(
             for j in range(half):
                 total = total + taps[j] * (load(rows, start + j, lanes) + load(rows, last - j, lanes))
             store(out, block + k, total, lanes)
-        for r in range(rows.shape[0] - moved):
-            store(rows, r, load(rows, r + moved, lanes), lanes)
+        for r in range(rows.shape[0] - stride):
+            store(rows, r, load(rows, r + stride, lanes), lanes)

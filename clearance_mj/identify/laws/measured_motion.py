@@ -7,6 +7,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
@@ -21,7 +22,7 @@ from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce
 from .forces_in_lanes import Path, law_forces
 
-__all__ = ["FORCE_ERROR", "MeasuredMotion"]
+__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion"]
 
 INTERPOLATION = 2  # factor by which motions are interpolated: contact begins and ends between samples
 DECIMATION = 2  # factor by which forces are decimated: beyond the pass band there is nothing to compare
@@ -31,6 +32,19 @@ LOCAL_RMS = 0.02  # s over which that RMS is taken
 BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
+SLOW_ROUNDS = 2  # in which the slow motion follows a law, from where it was found last
+
+
+class OwnSlowMotion(NamedTuple):
+    """Slow motion of one bushing in one record, as spectra (n_f,), and how it follows the force F of the bushing's law.
+
+    It is free - compliance (F - stiffness x).
+    """
+
+    x: np.ndarray  #: where it begins, m
+    free: np.ndarray  #: m
+    compliance: np.ndarray  #: m/N
+    stiffness: float  #: N/m
 
 
 class MeasuredMotion:
@@ -65,15 +79,40 @@ class MeasuredMotion:
         self.weight = 1 / np.hypot(FORCE_ERROR * np.hypot(level, np.median(level[self.fitted])), noise)
         self.blocks = np.flatnonzero(np.diff(block[self.fitted], prepend=-1))
         """(n_blocks,) where blocks begin among the fitted samples"""
+        self.slow: list[OwnSlowMotion] = []
+        """of each record, where its slow motion is not measured but follows from laws (`SlowMotion`)"""
 
-    def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
+    def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], rounds: int = SLOW_ROUNDS) -> np.ndarray:
         """Return the forces (n_t, n_cases) of laws, N, in the band in which that of the records is known."""
-        found = law_forces(self.paths, _low_pass(), self.factor, self.rig, cases)
+        x = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow]
+        for _ in range(rounds if self.slow else 0):
+            forces = self.slow_forces(cases, x)
+            x = [own.free[:, None] - own.compliance[:, None] * (f - own.stiffness * each)
+                 for own, f, each in zip(self.slow, forces, x)]  # fmt: skip
+        found = self._all_forces(cases, x)
         for part, unknown in self.unknown_lines:
             spectrum = scipy.fft.rfft(found[part], axis=0)
             spectrum[:unknown] = 0
             found[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
         return found
+
+    def slow_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return the slow lines (n_f, n_cases) of laws' forces in each record with a slow motion x, also such lines."""
+        found = self._all_forces(cases, x)
+        return [scipy.fft.rfft(found[part], axis=0)[:count] for part, count in self.unknown_lines]
+
+    def _all_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> np.ndarray:
+        """Forces (n_t, n_cases) with a slow motion of lines x (n_f, n_cases) in each record, if there is any."""
+        slow = [scipy.fft.irfft(each, part.stop - part.start, axis=0)
+                for each, (part, _) in zip(x, self.unknown_lines)]  # fmt: skip
+        return law_forces(self.paths, _low_pass(), self.factor, self.rig, cases, slow)
+
+    def _at_ends(self, length: float) -> np.ndarray:
+        """Displacements (n_t, 2) at both ends of a bushing of a length."""
+        ends = np.concatenate([path.at_ends(length)[:: self.factor] for path in self.paths])
+        for own, (part, _) in zip(self.slow, self.unknown_lines):
+            ends[part] += scipy.fft.irfft(own.x, part.stop - part.start)[:, None]
+        return ends
 
     def residuals(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
         """Return (n_t, n_cases) differences of laws' forces from the measured one, over their expected errors."""
@@ -82,9 +121,9 @@ class MeasuredMotion:
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
         free = dataclasses.replace(bushing, gap=1e3 * bushing.gap)  # its walls are never met
-        ends = np.concatenate([path.at_ends(bushing.length)[:: self.factor] for path in self.paths])
+        ends = self._at_ends(bushing.length)
         inside = self.fitted[~penetration(ends[self.fitted], *bushing.walls).any(axis=1)]
-        columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings])
+        columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings], rounds=0)
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
 
     def with_reach(self, parameter: Parameter, bushing: Bushing) -> Parameter:
