@@ -23,12 +23,12 @@ from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .force_fit import ForceFit, fit_force
 from .measured_motion import MeasuredMotion
-from .slow_motion import SlowMotion
+from .slow_motion import SlowMotion, fit_with_slow_motion
 
 __all__ = ["FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on"]
 
 WORKERS = 2  # threads
-SLOW_FITS = 4  # of gap, offset and law in turn with the slow motion
+SLOW_FITS, SLOW_REFITS = 10, 6  # in turn with the slow motion: of the first family, of the likeliest
 LEVER = 0.01  # of a shaft's length: where a point bushing's slope is taken
 SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
 
@@ -125,25 +125,17 @@ def compare_families(
         MeasuredMotion(forces, update.rig, j, [p for p in gaps if p.name.startswith(f"bushings[{j}]")])
         for j in range(len(update.rig.bushings))
     ]
-    if not update.probes:
-        _with_slow_motion(motions, records, update.rig)
-    return fit_families(motions, progress)
-
-
-def _with_slow_motion(motions: Sequence[MeasuredMotion], records: Sequence[PreparedRecord], rig: Rig) -> None:
-    """Let motions of which no probe shows the slow part have that of the first families, fitted again and again."""
-    slow = SlowMotion(motions, records, rig)
-    contact, filling = _generations(CONTACT_FAMILIES)[0][0], _generations(FILLING_FAMILIES)[0][0]
-    fits = [fit_force(motion, contact, filling) for motion in motions]
-    for _ in range(SLOW_FITS):
-        slow.follow([(f.bushing, f.law) for f in fits])
-        if VERBOSE:
-            print([[(n, round(1e6 * v, 1)) for n, v in f.values.items() if n.endswith(("gap", "offset"))] + [round(f.misfit, 3), round(f.held_out, 3)] for f in fits], [[float(np.round(1e6*np.fft.irfft(np.r_[x[0], np.zeros(8)],14)[0]/1,1)) for x in ()] ], [ [round(1e6*float(o.x[0].real)/(p.stop-p.start),1) for o,(p,_) in zip(m.slow,m.unknown_lines)] for m in motions], flush=True)
-        fits = [fit_force(motion, contact, filling, [f.values]) for motion, f in zip(motions, fits)]
-    slow.follow([(f.bushing, f.law) for f in fits])
-
-
-VERBOSE = True
+    if update.probes:
+        return fit_families(motions, progress)
+    # No probe shows the slow part of the motion: it follows from the laws.
+    slow = SlowMotion(motions, update.records, update.rig)
+    contact, filling = (_generations(of)[0][0] for of in (CONTACT_FAMILIES, FILLING_FAMILIES))
+    first = [fit_force(motion, contact, filling) for motion in motions]
+    fit_with_slow_motion(slow, contact, filling, first, SLOW_FITS)
+    families = fit_families(motions, progress)
+    best = families[0].fits
+    refined = fit_with_slow_motion(slow, best[0].contact, best[0].filling, best, SLOW_REFITS)
+    return (dataclasses.replace(families[0], fits=tuple(refined)), *families[1:])
 
 
 def _ends_apart(rig: Rig) -> Rig:

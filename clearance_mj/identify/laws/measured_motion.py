@@ -32,7 +32,7 @@ LOCAL_RMS = 0.02  # s over which that RMS is taken
 BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
-SLOW_ROUNDS = 2  # in which the slow motion follows a law, from where it was found last
+SLOW_ROUNDS = 3  # in which the slow motion follows a law, from where it was found last
 
 
 class OwnSlowMotion(NamedTuple):
@@ -84,12 +84,16 @@ class MeasuredMotion:
 
     def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], rounds: int = SLOW_ROUNDS) -> np.ndarray:
         """Return the forces (n_t, n_cases) of laws, N, in the band in which that of the records is known."""
-        x = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow]
+        x, last = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow], np.full(len(cases), np.inf)
         for _ in range(rounds if self.slow else 0):
             forces = self.slow_forces(cases, x)
-            x = [own.free[:, None] - own.compliance[:, None] * (f - own.stiffness * each)
-                 for own, f, each in zip(self.slow, forces, x)]  # fmt: skip
-        found = self._all_forces(cases, x)
+            new = [own.free[:, None] - own.compliance[:, None] * (f - own.stiffness * each)
+                   for own, f, each in zip(self.slow, forces, x)]  # fmt: skip
+            change = sum(np.sum(np.abs(n - each) ** 2, axis=0) for n, each in zip(new, x))
+            nearer = change < last  # laws that are too stiff for it stay where they were
+            x = [np.where(nearer, n, each) for n, each in zip(new, x)]
+            last = np.where(nearer, change, 0.0)
+        found = self.all_forces(cases, x)
         for part, unknown in self.unknown_lines:
             spectrum = scipy.fft.rfft(found[part], axis=0)
             spectrum[:unknown] = 0
@@ -98,11 +102,11 @@ class MeasuredMotion:
 
     def slow_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the slow lines (n_f, n_cases) of laws' forces in each record with a slow motion x, also such lines."""
-        found = self._all_forces(cases, x)
+        found = self.all_forces(cases, x)
         return [scipy.fft.rfft(found[part], axis=0)[:count] for part, count in self.unknown_lines]
 
-    def _all_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> np.ndarray:
-        """Forces (n_t, n_cases) with a slow motion of lines x (n_f, n_cases) in each record, if there is any."""
+    def all_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> np.ndarray:
+        """Return forces (n_t, n_cases) at all frequencies, with a slow motion of lines x (n_f, n_cases) in each record, if there is any."""
         slow = [scipy.fft.irfft(each, part.stop - part.start, axis=0)
                 for each, (part, _) in zip(x, self.unknown_lines)]  # fmt: skip
         return law_forces(self.paths, _low_pass(), self.factor, self.rig, cases, slow)

@@ -11,6 +11,7 @@ solved by x <- (1 + C K)⁻¹ (H u - C (F - K x)) with the mean stiffness K of t
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -19,16 +20,23 @@ import scipy.fft
 
 from ...beam import ritz_model
 from ...clearance import ContactLaw
+from ...clearance.family import ContactFamily, FillingFamily
+from ...estimate import Estimates
 from ...rig import Bushing, Rig
 from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
+from .force_fit import ForceFit, fit_force
 from .measured_motion import DECIMATION, MeasuredMotion, OwnSlowMotion
 
-__all__ = ["SlowMotion"]
+__all__ = ["SlowMotion", "fit_with_slow_motion"]
 
 ROUNDS = 12  # of the fixed point, at most
 CONVERGED = 1e-3  # of the slow motion: a smaller change ends the rounds
 SHIFT = 2e-6  # m, by which a shaft is shifted to find the mean stiffness of the forces on it
+BLOCK = 2.0  # s, over which a stiffness is a mean: it converges if none is twice the one that is taken
+SETTLED = 5e-7  # m: offsets that move less stay
+MAX_OFFSET = 0.9  # of the gap
+VERBOSE = True
 LEAST_STIFFNESS = 1.0  # N/m, of what is between shaft and base
 
 
@@ -70,15 +78,19 @@ class SlowMotion:
             Of each bushing.
         """
         stiffness = self._stiffness(cases)
-        forces, change, share = self._forces(cases), np.inf, 1.0
+        forces, best, share = self._forces(cases), np.inf, 1.0
+        kept, of_kept = self.found, forces
         for _ in range(ROUNDS):
             new = [_solved(*each) for each in zip(self.lines, self.found, forces, stiffness)]
-            moved = np.sqrt(sum(np.sum(np.abs(n - x) ** 2) for n, x in zip(new, self.found)))
-            share = share / 2 if moved > change else share
-            change = float(moved)
-            self.found = [x + share * (n - x) for n, x in zip(new, self.found)]
+            change = _size([n - x for n, x in zip(new, self.found)])
+            if change < best:
+                kept, of_kept, best = self.found, forces, change
+            else:  # not nearer: half as far from where it was nearest
+                share /= 2
+                new = [_solved(*each) for each in zip(self.lines, kept, of_kept, stiffness)]
+            self.found = [x + share * (n - x) for n, x in zip(new, kept)]
             forces = self._forces(cases)
-            if change < CONVERGED * np.sqrt(sum(np.sum(np.abs(x) ** 2) for x in self.found)):
+            if best < CONVERGED * _size(self.found):
                 break
         for j, motion in enumerate(self.motions):
             motion.slow = [
@@ -97,13 +109,77 @@ class SlowMotion:
             shifted = [np.repeat(x[:, j : j + 1], 2, axis=1) for x in self.found]
             for x, (part, _) in zip(shifted, motion.unknown_lines):
                 x[0] += np.array([-SHIFT, SHIFT]) * (part.stop - part.start)
-            forces = motion.slow_forces([case, case], shifted)
-            mean = [np.diff(f[0].real)[0] / (part.stop - part.start) for f, (part, _) in zip(forces, motion.unknown_lines)]
-            found.append(np.maximum(np.array(mean) / (2 * SHIFT), LEAST_STIFFNESS))
+            slope = np.diff(motion.all_forces([case, case], shifted), axis=1)[:, 0] / (2 * SHIFT)
+            block = int(BLOCK * motion.rate)
+            parts = [slope[part][: max(1, slope[part].size // block) * block] for part, _ in motion.unknown_lines]
+            means = [np.mean(of.reshape(-1, min(block, of.size)), axis=1) for of in parts]
+            found.append([max(float(np.mean(of)), float(np.max(of)) / 2, LEAST_STIFFNESS) for of in means])
         return list(np.transpose(found))
 
     def _numbered(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> enumerate[tuple[MeasuredMotion, tuple[Bushing, ContactLaw]]]:
         return enumerate(zip(self.motions, cases))
+
+
+def fit_with_slow_motion(
+    slow: SlowMotion, contact: ContactFamily, filling: FillingFamily, fits: Sequence[ForceFit], rounds: int
+) -> list[ForceFit]:
+    """Fit a family at every bushing in turn with the slow motion of all, until their offsets stay.
+
+    The motion that a fit is given follows from the offsets before it, so that these come nearer by a part each time;
+    Anderson's acceleration goes all the way (D. G. Anderson, Iterative procedures for nonlinear integral equations,
+    J. ACM 12, 1965). What an error of one fit does to where they stay widens the offsets' standard deviations.
+    """
+    places, moves, best = [], [], [f.bushing.offset for f in fits]
+    for _ in range(rounds):
+        slow.follow([(dataclasses.replace(f.bushing, offset=o), f.law) for f, o in zip(fits, best)])
+        starts = [
+            {n: o if n.endswith(".offset") else v for n, v in f.values.items()} for f, o in zip(fits, best)
+        ]
+        fits = [fit_force(*each) for each in zip(slow.motions, [contact] * len(fits), [filling] * len(fits), [[s] for s in starts])]
+        at, new = np.array(best), np.array([f.bushing.offset for f in fits])
+        if VERBOSE:
+            print(np.round(1e6 * at, 1), np.round(1e6 * new, 1), [round(1e6 * f.bushing.gap, 1) for f in fits], [(round(f.misfit, 3), round(f.held_out, 3)) for f in fits], flush=True)
+        places.append(at)
+        moves.append(new - at)
+        if np.abs(new - at).max() < SETTLED:
+            break
+        best = _next(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
+    farther = _amplified(places, moves, np.array([_offset_std(f) for f in fits]))
+    return [_with_offset_std(f, factor) for f, factor in zip(fits, farther)]
+
+
+def _next(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:
+    """Offsets (n_bushings,) where they would stay, as far as the last ones say; at most half of the gaps away."""
+    step = moves[-1]
+    if len(places) > 1:
+        kept = slice(-1 - len(step), None)
+        dx, df = (np.diff(np.array(part[kept]), axis=0).T for part in (places, moves))
+        step = step - (dx + df) @ np.linalg.lstsq(df, moves[-1], rcond=0.05)[0]
+    most = np.array(largest)
+    return np.asarray(np.clip(places[-1] + np.clip(step, -most / 2, most / 2), -most, most))
+
+
+def _amplified(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], std: np.ndarray) -> np.ndarray:
+    """Factors (n_bushings,) by which offsets are less well known than a fit in a given slow motion says."""
+    if len(places) < 2 or not std.all():
+        return np.ones(std.size)
+    dx, df = (np.diff(np.array(part), axis=0).T for part in (places, moves))
+    amplification = dx @ np.linalg.pinv(df, rcond=0.05)
+    return np.maximum(1.0, np.sqrt((amplification * std) ** 2 @ np.ones(std.size)) / std)
+
+
+def _offset_std(fit: ForceFit) -> float:
+    return sum(s for n, s in zip(fit.estimates.names, fit.estimates.std) if n.endswith(".offset"))
+
+
+def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
+    e = fit.estimates
+    scale = np.array([factor if n.endswith(".offset") else 1.0 for n in e.names])
+    return dataclasses.replace(fit, estimates=Estimates.of(e.parameters, e.value, e.covariance * np.outer(scale, scale)))
+
+
+def _size(spectra: Sequence[np.ndarray]) -> float:
+    return float(np.sqrt(sum(np.sum(np.abs(x) ** 2) for x in spectra)))
 
 
 def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _Lines:
