@@ -3,8 +3,10 @@
     python -m experiments.benches.structures --seeds 201 202 203 204 205 --sound 40 --page docs/benches.md
 
 Every class of `structure.CLASSES`, pairs of them and sound benches, each with all other ignorance on top, foreign
-physics and seeds that nothing was tuned on. Each bench is identified twice: from its rig file as drawn, and from one in
-which its structure is written. Records to validate and truth.toml only judge. What was judged already stays in --out.
+physics and seeds that nothing was tuned on. Each bench is identified twice: from its rig file as drawn, and from one
+in which its structure is written. Records to validate and truth.toml only judge. Benches without displacement probes,
+with points or 20 mm as bushings in turn and behind anti-alias filters, are judged beside them. What was judged
+already stays in --out.
 """
 
 from __future__ import annotations
@@ -40,13 +42,16 @@ from .structure import CLASSES, written
 
 HYPOTHESIS = {name: name for name in CLASSES} | {"time": "delay", "plane": "planes"}
 """What identification calls each class"""
+LENGTHS, FILTERED = (0.0, 0.02), 0.4
+"""m, of the bushings of benches without probes; of the sampling rate, where their anti-alias filter begins"""
 JUDGED = (".gap", ".offset", "beam.young_modulus", "1/beam.clamp.rotation")
 """Parameters whose intervals are judged, by how their names end"""
 
 
-def judge(names: tuple[str, ...], seed: int) -> dict:
+def judge(names: tuple[str, ...], seed: int, probes: bool = True) -> dict:
     """Make one bench, identify it and compare it with its truth and its records to validate."""
-    bench = make_bench(seed, structure=names, name=f"{'+'.join(names) or 'sound'} {seed}")
+    length = {} if probes else {"bushing_length": LENGTHS[seed % len(LENGTHS)], "filtered": FILTERED}
+    bench = make_bench(seed, structure=names, name=_name(names, seed, probes), probes=probes, **length)
     with tempfile.TemporaryDirectory() as folder:
         write_bench(bench, folder)
         dataset = Dataset.load(folder)
@@ -62,8 +67,13 @@ def judge(names: tuple[str, ...], seed: int) -> dict:
     return {
         "bench": bench.name, "classes": [HYPOTHESIS[name] for name in names],
         "named": [one.name for one in found.update.structure.accepted], "seconds": seconds, "frfs": rows,
-        "parameters": _parameters(found, truth),
+        "parameters": _parameters(found, truth), "probes": probes,
+        "families": {family.name: family.weight for family in found.families},
     }  # fmt: skip
+
+
+def _name(names: tuple[str, ...], seed: int, probes: bool) -> str:
+    return f"{'+'.join(names) or ('sound' if probes else 'no probes')} {seed}"
 
 
 def _frfs(found: BenchFit, dataset: Dataset) -> list[dict]:
@@ -92,9 +102,13 @@ def _parameters(found: BenchFit, truth: dict[str, float]) -> list[dict]:
     return rows
 
 
+def _kind(row: dict) -> str:
+    return " + ".join(row["classes"]) or ("sound" if row.get("probes", True) else "sound, without probes")
+
+
 def named_rightly(row: dict) -> bool:
     """Whether what was named is what is there, and nothing else."""
-    return sorted(row["named"]) == sorted(row["classes"])
+    return set(row["named"]) == set(row["classes"])
 
 
 def markdown(rows: Sequence[dict]) -> str:
@@ -104,7 +118,7 @@ def markdown(rows: Sequence[dict]) -> str:
         "gap within, %", "offset within, µm", "s",
     )  # fmt: skip
     lines: list[Sequence[str]] = [columns]
-    for kind, group in itertools.groupby(rows, lambda row: " + ".join(row["classes"]) or "sound"):
+    for kind, group in itertools.groupby(rows, _kind):
         of = list(group)
         frfs, parameters = ([item for row in of for item in row[part]] for part in ("frfs", "parameters"))
         gaps = [100 * abs(p["value"] / p["truth"] - 1) for p in parameters if p["name"].endswith(".gap")]
@@ -113,11 +127,20 @@ def markdown(rows: Sequence[dict]) -> str:
         cells += [f"{max(f['rmse_db'] / f[other] for f in frfs):.2f}" for other in ("repeat", "known")]
         cells += [f"{max(gaps):.1f}", f"{max(offsets):.1f}", f"{np.mean([row['seconds'] for row in of]):.0f}"]
         lines.append(cells)
+    words = [
+        f"90 % intervals hold the truth {'with' if probes else 'without'} probes: {', '.join(_held(of))}."
+        for probes in (True, False)
+        if (of := [row for row in rows if row.get("probes", True) == probes])
+    ]
+    return f"\n{markdown_table(lines)}\n{' '.join(words)}\n\n"
+
+
+def _held(rows: Sequence[dict]) -> list[str]:
     widest, held = scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2), []
     for ending in JUDGED:
         z = [abs(p["z"]) for row in rows for p in row["parameters"] if p["name"].endswith(ending)]
         held.append(f"{ending.strip('.')} {100 * np.mean(np.array(z) < widest):.0f} %")
-    return f"\n{markdown_table(lines)}\n90 % intervals hold the truth: {', '.join(held)}.\n\n"
+    return held
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -126,18 +149,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[201, 202, 203, 204, 205], help="of each class")
     parser.add_argument("--sound", type=int, default=40, help="number of sound benches")
     parser.add_argument("--pairs", type=int, default=10, help="number of pairs of classes")
+    parser.add_argument("--no-probes", type=int, default=10, help="number of sound benches without probes")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("results/structures"), help="folder")
     parser.add_argument("--page", type=Path, help="page whose table is written anew")
     options = parser.parse_args(arguments)
     couples = list(itertools.combinations(CLASSES, 2))
     chosen = np.random.default_rng(5).permutation(len(couples))[: options.pairs]
-    wanted = [((name,), seed) for name in CLASSES for seed in options.seeds]
-    wanted += [(couples[k], 301 + i) for i, k in enumerate(chosen.tolist())]
-    wanted += [((), 401 + i) for i in range(options.sound)]
+    wanted = [((name,), seed, True) for name in CLASSES for seed in options.seeds]
+    wanted += [(couples[k], 301 + i, True) for i, k in enumerate(chosen.tolist())]
+    wanted += [((), 401 + i, True) for i in range(options.sound)]
+    wanted += [((), 501 + i, False) for i in range(options.no_probes)]
     path = options.out / "structures.json"
     known = {row["bench"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
-    names = [f"{'+'.join(classes) or 'sound'} {seed}" for classes, seed in wanted]
+    names = [_name(*each) for each in wanted]
     missing = [each for name, each in zip(names, wanted) if name not in known]
     with ProcessPoolExecutor(options.workers) as pool:
         for row in tqdm(pool.map(judge, *zip(*missing)) if missing else (), total=len(missing), unit="bench"):

@@ -28,7 +28,7 @@ from .slow_motion import SlowMotion, fit_with_slow_motion
 __all__ = ["FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on"]
 
 WORKERS = 2  # threads
-SLOW_FITS, SLOW_REFITS = 10, 6  # in turn with the slow motion: of the first family, of the likeliest
+SLOW_FITS, SLOW_REFITS = 6, 4  # in turn with the slow motion: of the first family, of the likeliest
 LEVER = 0.01  # of a shaft's length: where a point bushing's slope is taken
 SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
 
@@ -129,7 +129,7 @@ def compare_families(
         return fit_families(motions, progress)
     # No probe shows the slow part of the motion: it follows from the laws.
     slow = SlowMotion(motions, update.records, update.rig)
-    contact, filling = (_generations(of)[0][0] for of in (CONTACT_FAMILIES, FILLING_FAMILIES))
+    contact, filling = _generations(CONTACT_FAMILIES)[0][0], _generations(FILLING_FAMILIES)[0][0]
     first = [fit_force(motion, contact, filling) for motion in motions]
     fit_with_slow_motion(slow, contact, filling, first, SLOW_FITS)
     families = fit_families(motions, progress)

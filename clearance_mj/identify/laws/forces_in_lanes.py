@@ -49,8 +49,8 @@ def law_forces(
 
     ``taps``: of the low-pass, odd in number and symmetric; every ``factor``-th sample is kept, the first included. All
     cases are of the same models of contact and filling; those whose laws work lane by lane only are computed one after
-    the other. ``rig`` is any. ``slow``: displacements (n, n_cases) at the samples kept of each motion, which come on top
-    of it at all points; periodic in the motion's duration.
+    the other. ``rig`` is any. ``slow``: displacements (n, n_cases) at the samples kept of each motion, which come on
+    top of it at all points; periodic in the motion's duration.
     """
     parts = [
         _some(paths, taps, factor, rig, [*cases[i : i + LANES]], [x[:, i : i + LANES] for x in slow])
@@ -71,8 +71,8 @@ def _some(
     records = [clearance_records(*case, paths[0].step) for case in zip(rigs, laws)]  # the contacts know no step
     contacts = lane_contacts([[type(laws[0].contact[0])]] * LANES, records + records[:1] * rest)
     if not (greases.law[0] and contacts.law[0]):
-        moved = [_with_slow(paths, factor, [x[:, i] for x in slow]) for i in range(count)]
-        return np.transpose([_one(each, taps, factor, *case) for each, *case in zip(moved, rigs, laws)])
+        with_slow = [_with_slow(paths, factor, [x[:, i] for x in slow]) for i in range(count)]
+        return np.transpose([_one(each, taps, factor, *case) for each, case in zip(with_slow, zip(rigs, laws))])
     lengths = [bushing.length for bushing, _ in cases + cases[:1] * rest]
     found = [np.empty((-(-len(path.x) // factor), LANES)) for path in paths]
     still = np.zeros((0, LANES))

@@ -32,7 +32,7 @@ LOCAL_RMS = 0.02  # s over which that RMS is taken
 BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
-SLOW_ROUNDS = 3  # in which the slow motion follows a law, from where it was found last
+SLOW_ROUNDS = 2  # in which the slow motion follows a law, from where it was found last
 
 
 class OwnSlowMotion(NamedTuple):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import scipy.fft
@@ -36,8 +36,10 @@ SHIFT = 2e-6  # m, by which a shaft is shifted to find the mean stiffness of the
 BLOCK = 2.0  # s, over which a stiffness is a mean: it converges if none is twice the one that is taken
 SETTLED = 5e-7  # m: offsets that move less stay
 MAX_OFFSET = 0.9  # of the gap
-VERBOSE = True
 LEAST_STIFFNESS = 1.0  # N/m, of what is between shaft and base
+
+
+Case: TypeAlias = tuple[Bushing, ContactLaw]
 
 
 class _Lines(NamedTuple):
@@ -69,7 +71,7 @@ class SlowMotion:
         self.found = [np.zeros_like(lines.free) for lines in self.lines]
         """(n_f, n_bushings) spectra of each record"""
 
-    def follow(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> None:
+    def follow(self, cases: Sequence[Case]) -> None:
         """Solve the slow motion for a law of each bushing, and let their motions begin from there.
 
         Parameters
@@ -93,16 +95,14 @@ class SlowMotion:
             if best < CONVERGED * _size(self.found):
                 break
         for j, motion in enumerate(self.motions):
-            motion.slow = [
-                _own(lines, x, f, k, j) for lines, x, f, k in zip(self.lines, self.found, forces, stiffness)
-            ]
+            motion.slow = [_own(lines, x, f, k, j) for lines, x, f, k in zip(self.lines, self.found, forces, stiffness)]
 
-    def _forces(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> list[np.ndarray]:
+    def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Spectra (n_f, n_bushings) of the forces of each record in the slow motion found last."""
         own = [m.slow_forces([case], [x[:, j : j + 1] for x in self.found]) for j, (m, case) in self._numbered(cases)]
         return [np.column_stack([f[i] for f in own]) for i in range(len(self.lines))]
 
-    def _stiffness(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> list[np.ndarray]:
+    def _stiffness(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Mean stiffness (n_bushings,) of the forces in each record, N/m."""
         found = []
         for j, (motion, case) in self._numbered(cases):
@@ -116,7 +116,7 @@ class SlowMotion:
             found.append([max(float(np.mean(of)), float(np.max(of)) / 2, LEAST_STIFFNESS) for of in means])
         return list(np.transpose(found))
 
-    def _numbered(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> enumerate[tuple[MeasuredMotion, tuple[Bushing, ContactLaw]]]:
+    def _numbered(self, cases: Sequence[Case]) -> enumerate[tuple[MeasuredMotion, Case]]:
         return enumerate(zip(self.motions, cases))
 
 
@@ -125,20 +125,36 @@ def fit_with_slow_motion(
 ) -> list[ForceFit]:
     """Fit a family at every bushing in turn with the slow motion of all, until their offsets stay.
 
+    Parameters
+    ----------
+    slow : SlowMotion
+        Of all bushings.
+    contact, filling : ContactFamily, FillingFamily
+        The family.
+    fits : sequence of ForceFit
+        Where the search begins, of each bushing.
+    rounds : int
+        Fits of each bushing at most.
+
+    Returns
+    -------
+    list of ForceFit
+        Of each bushing.
+
+    Notes
+    -----
     The motion that a fit is given follows from the offsets before it, so that these come nearer by a part each time;
     Anderson's acceleration goes all the way (D. G. Anderson, Iterative procedures for nonlinear integral equations,
     J. ACM 12, 1965). What an error of one fit does to where they stay widens the offsets' standard deviations.
     """
-    places, moves, best = [], [], [f.bushing.offset for f in fits]
+    places: list[np.ndarray] = []
+    moves: list[np.ndarray] = []
+    fits, best = list(fits), [f.bushing.offset for f in fits]
     for _ in range(rounds):
         slow.follow([(dataclasses.replace(f.bushing, offset=o), f.law) for f, o in zip(fits, best)])
-        starts = [
-            {n: o if n.endswith(".offset") else v for n, v in f.values.items()} for f, o in zip(fits, best)
-        ]
-        fits = [fit_force(*each) for each in zip(slow.motions, [contact] * len(fits), [filling] * len(fits), [[s] for s in starts])]
+        starts = [{n: o if n.endswith(".offset") else v for n, v in f.values.items()} for f, o in zip(fits, best)]
+        fits = [fit_force(motion, contact, filling, [start]) for motion, start in zip(slow.motions, starts)]
         at, new = np.array(best), np.array([f.bushing.offset for f in fits])
-        if VERBOSE:
-            print(np.round(1e6 * at, 1), np.round(1e6 * new, 1), [round(1e6 * f.bushing.gap, 1) for f in fits], [(round(f.misfit, 3), round(f.held_out, 3)) for f in fits], flush=True)
         places.append(at)
         moves.append(new - at)
         if np.abs(new - at).max() < SETTLED:
@@ -175,7 +191,9 @@ def _offset_std(fit: ForceFit) -> float:
 def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
     e = fit.estimates
     scale = np.array([factor if n.endswith(".offset") else 1.0 for n in e.names])
-    return dataclasses.replace(fit, estimates=Estimates.of(e.parameters, e.value, e.covariance * np.outer(scale, scale)))
+    return dataclasses.replace(
+        fit, estimates=Estimates.of(e.parameters, e.value, e.covariance * np.outer(scale, scale))
+    )
 
 
 def _size(spectra: Sequence[np.ndarray]) -> float:

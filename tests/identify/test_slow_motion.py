@@ -1,0 +1,82 @@
+"""Slow motion without displacement probes, against the closed form of a linear clearance and on foreign benches."""
+
+import dataclasses
+import tomllib
+
+import numpy as np
+import pytest
+import scipy.fft
+
+from clearance_mj.beam import ritz_model
+from clearance_mj.clearance import ContactLaw, KelvinVoigt
+from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
+from clearance_mj.identify.laws.measured_motion import MeasuredMotion
+from clearance_mj.identify.laws.slow_motion import SlowMotion, _next
+from clearance_mj.identify.methods.bench import fit_bench
+from clearance_mj.identify.records.prepared import PreparedRecord
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Grease, Rig
+from experiments.benches.bench import make_bench
+from experiments.benches.records import write_bench
+
+from ..conftest import TABLE1
+
+
+def recorded(rig: Rig, n: int = 8192, fs: float = 512.0) -> PreparedRecord:
+    """A record of noise from 0 Hz on: what it says is that of no rig, which a linear clearance does not mind."""
+    signals = np.random.default_rng(3).standard_normal((n, len(rig.sensors) + 1))
+    names = (*(f"accelerometer {label}" for label in rig.sensor_labels), "excitation")
+    return PreparedRecord("noise", rig, fs, "base", (0.5, 200.0), "", names, signals, False)
+
+
+def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
+    """Closed form: x = (1 + C (K + i ω c))⁻¹ H u, whatever the motion above `NO_PROBES_BAND` is."""
+    k, c = (4000.0, 2500.0), (3.0, 8.0)
+    greases = [Grease(stiffness=stiffness, damping=damping) for stiffness, damping in zip(k, c)]
+    bushings = tuple(dataclasses.replace(b, gap=1e6, offset=0.0) for b in TABLE1.bushings)
+    rig = TABLE1.replace(bushings=bushings)
+    record = recorded(rig)
+    force = restoring_force(record, low=NO_PROBES_BAND, rig=rig)
+    motions = [MeasuredMotion([force], rig, j, []) for j in range(2)]
+    slow = SlowMotion(motions, [record], rig)
+    slow.follow([(b, ContactLaw(KelvinVoigt(1.0), grease)) for b, grease in zip(bushings, greases)])
+    count, n = len(slow.found[0]), len(record.signals)
+    omega = 2 * np.pi * record.fs / n * np.arange(1, count)
+    model = ritz_model(rig, MODES)
+    gains = model.displacement_gains(model.at_bushings, "base", omega)
+    driven = scipy.fft.rfft(record.signals[:, -1] * flanks(n, record.fs))[1:count] / 2
+    driven[omega < 2 * np.pi * 0.5] = 0
+    impedance = np.array(k) + 1j * omega[:, None] * np.array(c)
+    inverse = np.linalg.inv(np.eye(2) - gains[:, :, :2] * impedance[:, None, :])
+    expected = (inverse @ (gains[:, :, 2:] * driven[:, None, None]))[:, :, 0]
+    error = np.linalg.norm(slow.found[0][1:] - expected) / np.linalg.norm(expected)
+    assert 0.1 < omega[-1] / (2 * np.pi * NO_PROBES_BAND) <= 1.0
+    assert error < 0.02
+    # The fit of one bushing alone, the other on its tangent, begins there and stays there.
+    for j, motion in enumerate(motions):
+        own = motion.slow[0]
+        (alone,) = motion.slow_forces([(bushings[j], ContactLaw(KelvinVoigt(1.0), greases[j]))], [own.x[:, None]])
+        again = own.free - own.compliance * (alone[:, 0] - own.stiffness * own.x)
+        assert np.linalg.norm(again - own.x) < 0.02 * np.linalg.norm(own.x)
+
+
+def test_acceleration_finds_where_offsets_stay():
+    """Known answer: of a linear map o -> o + A (o* - o), of which o* is where they stay."""
+    stay, a = np.array([-2e-5, -1.2e-4]), np.array([[0.3, -0.1], [-0.2, 0.16]])
+    places, moves = [np.array([2e-5, -5e-5])], []
+    for _ in range(4):
+        moves.append(a @ (stay - places[-1]))
+        places.append(_next(places, moves, [3e-4, 3e-4]))
+    assert np.abs(places[-1] - stay).max() < 1e-3 * np.abs(stay).max()
+
+
+@pytest.mark.slow
+def test_a_bench_without_probes(tmp_path):
+    """Gaps within 5 % and offsets within 25 µm of a foreign bench's, of which accelerometers alone are recorded."""
+    bench = make_bench(23, probes=False, bushing_length=0.0, filtered=0.4)
+    write_bench(bench, tmp_path)
+    truth = tomllib.loads((tmp_path / "truth.toml").read_text(encoding="utf-8"))["bushings"]
+    found = fit_bench(Dataset.load(tmp_path))
+    for bushing, true in zip(found.rig.bushings, truth):
+        assert bushing.gap == pytest.approx(true["gap"], rel=0.05)
+        assert bushing.offset == pytest.approx(true["offset"], abs=25e-6)
