@@ -106,7 +106,7 @@ class MeasuredMotion:
         return [scipy.fft.rfft(found[part], axis=0)[:count] for part, count in self.unknown_lines]
 
     def all_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> np.ndarray:
-        """Return forces (n_t, n_cases) at all frequencies, with a slow motion of lines x (n_f, n_cases) in each record, if there is any."""
+        """Return forces (n_t, n_cases) at all frequencies, with slow lines x (n_f, n_cases) in each record, if any."""
         slow = [scipy.fft.irfft(each, part.stop - part.start, axis=0)
                 for each, (part, _) in zip(x, self.unknown_lines)]  # fmt: skip
         return law_forces(self.paths, _low_pass(), self.factor, self.rig, cases, slow)
@@ -150,6 +150,7 @@ def _path(f: RestoringForce, number: int) -> Path:
     n = f.time.size
     points = np.concatenate((f.displacement[number : number + 1], f.ends[number]))
     spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=1)
+    spectrum[:, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is not known, but for what ends of records make of it
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
     x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * INTERPOLATION).T) for s in (spectrum, 1j * omega * spectrum))
     return Path(x, v, 1 / (f.fs * INTERPOLATION), f.rig.bushings[number].length)
