@@ -145,6 +145,16 @@ class UnknownScale(Loss):
         """
         return np.mean(2 * (np.sqrt(1 + residuals**2) - 1), axis=-1)
 
+    def losses(self, residuals: np.ndarray) -> np.ndarray:
+        """Return the sums of the loss over blocks (n_blocks,): n times `scale` in all.
+
+        Parameters
+        ----------
+        residuals : ndarray, shape (n_residuals,)
+            At one point.
+        """
+        return np.add.reduceat(2 * (np.sqrt(1 + residuals**2) - 1), self.blocks)
+
     def cost(self, residuals: np.ndarray) -> np.ndarray:
         """Return n/m log of the scale (n_points,)."""
         n = residuals.shape[-1]

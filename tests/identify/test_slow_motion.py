@@ -11,7 +11,7 @@ from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
-from clearance_mj.identify.laws.slow_motion import SlowMotion, _next
+from clearance_mj.identify.laws.slow_motion import SlowMotion, next_offsets
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.prepared import PreparedRecord
 from clearance_mj.io.dataset import Dataset
@@ -66,7 +66,7 @@ def test_acceleration_finds_where_offsets_stay():
     places, moves = [np.array([2e-5, -5e-5])], []
     for _ in range(4):
         moves.append(a @ (stay - places[-1]))
-        places.append(_next(places, moves, [3e-4, 3e-4]))
+        places.append(next_offsets(places, moves, [3e-4, 3e-4]))
     assert np.abs(places[-1] - stay).max() < 1e-3 * np.abs(stay).max()
 
 

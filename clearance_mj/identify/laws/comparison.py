@@ -28,6 +28,7 @@ from .slow_motion import SlowMotion, fit_with_slow_motion
 __all__ = ["FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on"]
 
 WORKERS = 2  # threads
+RESAMPLED = 1000  # bootstraps of the records' blocks
 SLOW_FITS, SLOW_REFITS = 6, 4  # in turn with the slow motion: of the first family, of the likeliest
 LEVER = 0.01  # of a shaft's length: where a point bushing's slope is taken
 SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
@@ -234,15 +235,22 @@ def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> Fo
 
 
 def _weighted(motions: Sequence[MeasuredMotion], found: Sequence[Sequence[ForceFit]]) -> tuple[FamilyFit, ...]:
-    """Families with their probabilities, likeliest first."""
+    """Families with their probabilities, likeliest first.
+
+    All families miss the records by more than noise, so that pieces of a record do not agree which one is nearest:
+    probabilities are means over Bayesian bootstraps of the blocks (pseudo-BMA+; Yao, Vehtari, Simpson and Gelman,
+    Using stacking to average Bayesian predictive distributions, Bayesian Analysis 13, 2018).
+    """
     # Errors of the best family are those of rig and sensors: they say how many samples are one observation, for all.
     lengths = [min(fits, key=lambda f: f.misfit).correlation_length for fits in zip(*found)]
     lengths = [max(SHORTEST_CORRELATION * motion.rate, length) for motion, length in zip(motions, lengths)]
+    counts = np.random.default_rng(0).dirichlet(np.ones(motions[0].blocks.size), RESAMPLED) * motions[0].blocks.size
     evidence = np.array([sum(f.log_evidence(length) for f, length in zip(fits, lengths)) for fits in found])
-    weight = rival_weights(evidence)
+    resampled = [sum(f.log_evidence(length, counts) for f, length in zip(fits, lengths)) for fits in found]
+    weight = np.mean([rival_weights(each) for each in np.transpose(resampled)], axis=0)
     return tuple(
         FamilyFit(
             found[i][0].contact.name, found[i][0].filling.name, tuple(found[i]), float(evidence[i]), float(weight[i])
         )
-        for i in np.argsort(-evidence)
+        for i in np.lexsort((-evidence, -weight))
     )

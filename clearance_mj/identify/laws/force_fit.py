@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...clearance import ContactLaw
 from ...clearance.contact import ContactModel
@@ -45,12 +46,13 @@ class ForceFit:
     estimates: Estimates  #: of gap, offset, length, where open, then of contact and filling
     point: np.ndarray  #: (n,) values in prior standard deviations from their starts
     information: np.ndarray  #: (n, n) of `point`, as if errors were independent, without the priors
+    losses: np.ndarray  #: (n_blocks,) of the force over its expected error, sums over blocks: n `misfit`² in all
     size: int  #: samples that were fitted
     correlation_length: float  #: samples that count as one independent observation
     misfit: float  #: of the force, over the error that a law is expected to have: robust mean over what was fitted
     held_out: float  #: the same over what was not
 
-    def log_evidence(self, correlation_length: float) -> float:
+    def log_evidence(self, correlation_length: float, counts: ArrayLike = 1.0) -> np.ndarray:
         """Return the logarithm of the probability of the records given the family, but for a constant of the bushing.
 
         In Laplace's approximation, with the size of the errors integrated out.
@@ -59,9 +61,13 @@ class ForceFit:
         ----------
         correlation_length : float
             Samples that count as one independent observation, the same for all families that are compared.
+        counts : array_like
+            How often each block of the records counts (..., n_blocks).
         """
-        cost = self.size / correlation_length * float(np.log(self.misfit**2))
-        return log_evidence(cost, self.point, self.information / correlation_length)
+        variance = np.mean(np.broadcast_to(self.losses * counts, np.shape(counts)[:-1] + self.losses.shape), axis=-1)
+        variance *= self.losses.size / self.size
+        rest = log_evidence(0.0, self.point, self.information / correlation_length)
+        return np.asarray(rest - self.size / correlation_length * np.log(variance) / 2)
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -145,7 +151,7 @@ def fit_force(
     )
     return ForceFit(
         contact, filling, motion.nominal, law, bushing, Estimates.of(parameters, found.values, covariance), found.at,
-        found.information, found.residuals.size, loss.correlated, misfit, held_out,
+        found.information, loss.losses(found.residuals), found.residuals.size, loss.correlated, misfit, held_out,
     )  # fmt: skip
 
 

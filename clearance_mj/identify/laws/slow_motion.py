@@ -28,7 +28,7 @@ from ..records.prepared import PreparedRecord
 from .force_fit import ForceFit, fit_force
 from .measured_motion import DECIMATION, MeasuredMotion, OwnSlowMotion
 
-__all__ = ["SlowMotion", "fit_with_slow_motion"]
+__all__ = ["SlowMotion", "fit_with_slow_motion", "next_offsets"]
 
 ROUNDS = 12  # of the fixed point, at most
 CONVERGED = 1e-3  # of the slow motion: a smaller change ends the rounds
@@ -159,13 +159,23 @@ def fit_with_slow_motion(
         moves.append(new - at)
         if np.abs(new - at).max() < SETTLED:
             break
-        best = _next(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
+        best = next_offsets(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
     farther = _amplified(places, moves, np.array([_offset_std(f) for f in fits]))
     return [_with_offset_std(f, factor) for f, factor in zip(fits, farther)]
 
 
-def _next(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:
-    """Offsets (n_bushings,) where they would stay, as far as the last ones say; at most half of the gaps away."""
+def next_offsets(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:
+    """Return offsets (n_bushings,) where they would stay, as far as the last ones say.
+
+    Parameters
+    ----------
+    places : sequence of ndarray
+        Offsets (n_bushings,) that were tried.
+    moves : sequence of ndarray
+        How far from there the fits went, each (n_bushings,).
+    largest : sequence of float
+        Of each bushing: beyond it there is no offset, and a step is at most half of it.
+    """
     step = moves[-1]
     if len(places) > 1:
         kept = slice(-1 - len(step), None)
