@@ -246,7 +246,7 @@ def _weighted(motions: Sequence[MeasuredMotion], found: Sequence[Sequence[ForceF
     lengths = [max(SHORTEST_CORRELATION * motion.rate, length) for motion, length in zip(motions, lengths)]
     counts = np.random.default_rng(0).dirichlet(np.ones(motions[0].blocks.size), RESAMPLED) * motions[0].blocks.size
     evidence = np.array([sum(f.log_evidence(length) for f, length in zip(fits, lengths)) for fits in found])
-    resampled = [sum(f.log_evidence(length, counts) for f, length in zip(fits, lengths)) for fits in found]
+    resampled = [np.sum([f.log_evidence(length, counts) for f, length in zip(fits, lengths)], axis=0) for fits in found]
     weight = np.mean([rival_weights(each) for each in np.transpose(resampled)], axis=0)
     return tuple(
         FamilyFit(

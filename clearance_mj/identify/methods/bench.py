@@ -26,7 +26,7 @@ from ..structure.examination import examine
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 
-__all__ = ["BenchFit", "fit_bench"]
+__all__ = ["BenchFit", "between_families", "fit_bench"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -96,7 +96,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     families = compare_families(records, update, progress)
     model = Model(families[0].rig(update.rig), families[0].law, partial(_drawn, update, families))
     misfit = law_misfit(update.records, model, progress)
-    estimates = _together(update, families[0], misfit.widening)
+    estimates = _together(update, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     held = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
     return BenchFit(
@@ -118,16 +118,40 @@ def _drawn(update: RigUpdate, families: Sequence[FamilyFit], n: int, seed: int) 
     return [Model(*families[i].drawn(rig, int(rng.integers(2**31)))) for i, rig in zip(chosen, rigs)]
 
 
-def _together(update: RigUpdate, family: FamilyFit, widening: float) -> Estimates:
+def _together(update: RigUpdate, families: Sequence[FamilyFit], widening: float) -> Estimates:
     """Of the rig and of all bushings, which do not depend on each other; what was found with the law is widened.
 
-    The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already.
+    The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already. Gaps, offsets
+    and lengths, which all families have, vary with the family, too.
     """
+    family = families[0]
     own = [
         dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
         for j, f in enumerate(family.fits)
         for p in f.estimates.parameters
     ]
     parts = [update.estimates, *(f.estimates.widened(widening) for f in family.fits)]
-    covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
+    blocks = [e.covariance + between_families(families, j) for j, e in enumerate(parts[1:])]
+    covariance = scipy.linalg.block_diag(parts[0].covariance, *blocks)
     return Estimates.of([*update.estimates.parameters, *own], np.concatenate([e.value for e in parts]), covariance)
+
+
+def between_families(families: Sequence[FamilyFit], number: int) -> np.ndarray:
+    """Return the covariance (n, n) of a bushing's numbers about those of the likeliest family, by the families' weights.
+
+    Parameters
+    ----------
+    families : sequence of FamilyFit
+        The likeliest first.
+    number : int
+        Index of the bushing.
+    """
+    best = families[0].fits[number].estimates
+    shared = {p.name: (i, p) for i, p in enumerate(best.parameters) if p.name.startswith("bushings[")}
+    found = np.zeros(2 * (len(best.parameters),))
+    for family in families[1:]:
+        values, apart = family.fits[number].values, np.zeros(len(best.parameters))
+        for name, (i, p) in shared.items():
+            apart[i] = p.to_varied(values[name]) - p.to_varied(best.value[i])
+        found += family.weight * np.outer(apart, apart)
+    return found
