@@ -137,7 +137,7 @@ def _together(update: RigUpdate, families: Sequence[FamilyFit], widening: float)
 
 
 def between_families(families: Sequence[FamilyFit], number: int) -> np.ndarray:
-    """Return the covariance (n, n) of a bushing's numbers about those of the likeliest family, by the families' weights.
+    """Return the covariance (n, n) of a bushing's numbers about those of the likeliest family, by weight.
 
     Parameters
     ----------
