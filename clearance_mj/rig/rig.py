@@ -118,6 +118,11 @@ class Rig(Shown):
         for i, spring in enumerate(self.springs):
             if any(set(spring.joined) == set(other.joined) for other in self.springs[:i]):
                 raise ValueError(f"springs[{i}] joins what another spring joins; add its numbers to that one")
+        for i, mode in enumerate(self.fixture):
+            if mode.frequency in [other.frequency for other in self.fixture[:i]]:
+                raise ValueError(
+                    f"fixture[{i}].frequency {mode.frequency:g} Hz is another fixture mode's; put their participations together"
+                )
         check_bushings(self.bushings, self.linear.check)
         for i, tolerance in enumerate(self.tolerances):
             self._check_path(f"tolerances[{i}].of", tolerance.of)
