@@ -121,7 +121,7 @@ class Rig(Shown):
         for i, mode in enumerate(self.fixture):
             if mode.frequency in [other.frequency for other in self.fixture[:i]]:
                 raise ValueError(
-                    f"fixture[{i}].frequency {mode.frequency:g} Hz is another fixture mode's; put their participations together"
+                    f"fixture[{i}].frequency {mode.frequency:g} Hz is that of another mode; put both into one"
                 )
         check_bushings(self.bushings, self.linear.check)
         for i, tolerance in enumerate(self.tolerances):

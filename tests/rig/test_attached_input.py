@@ -1,4 +1,4 @@
-"""What a rig file says wrongly of housings, springs, fixture and clamp: one line that names it and what would be right."""
+"""What a rig file says wrongly of housings, springs, fixture and clamp: one line with what would be right."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ FIXTURE = "\n[[fixture]]\nfrequency = 100.0\ndamping_ratio = 0.02\nparticipation
         (2 * SPRING, "springs[1] joins what another spring joins; add its numbers to that one"),
         (SPRING.replace("0.5", "5.0"), "springs[0].position 5 m lies outside the beam (0 < x <= 1 m)"),
         (SPRING.replace("100.0", "-100.0"), "springs[0].stiffness must be >= 0, got -100 (N/m)"),
-        (2 * FIXTURE, "fixture[1].frequency 100 Hz is another fixture mode's; put their participations together"),
+        (2 * FIXTURE, "fixture[1].frequency 100 Hz is that of another mode; put both into one"),
         (FIXTURE.replace("100.0", "0.0"), "fixture[0].frequency must be > 0, got 0 (Hz)"),
         ("\n[beam.clamp]\ntranslation = 1e6\nmass = -1.0\n", "beam.clamp.mass must be >= 0, got -1 (kg"),
     ],
