@@ -227,7 +227,8 @@ def linkage(rig: Rig, links: int) -> Linkage:
             f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
         )
     for what, there in (
-        ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes)
+        ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
+        ("oscillators", rig.oscillators),
     ):  # fmt: skip
         if there:
             raise RigError(f"rig {rig.name!r}: links knows no {what}; use modal or modal-mj")

@@ -18,7 +18,7 @@ from ..core.overview import Overview, Shown, few
 from ..core.plain_numbers import find_numbers
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
-from ..structure.attached import Attached, FixtureMode, Planes, PointMass
+from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
 from ..structure.base import StructureOfFiles, parse_place
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
@@ -38,11 +38,10 @@ DRIVEN = {"base": "base acceleration", "force": "force"}
 ENDS = ("position", "to")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
-
 _ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
 _POINTS_ON_BEAM: dict[str, Any] = {
     "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors")},
+        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},
         "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
         "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
         "structure": False,
@@ -86,6 +85,8 @@ class Rig(Shown):
     """springs and dampers from points of the structure to the base or to each other"""
     fixture: tuple[FixtureMode, ...] = seldom(default=())
     """modes of what carries the rig, between the base's accelerometer and the feet of clamp and bushings"""
+    oscillators: tuple[Oscillator, ...] = seldom(default=())
+    """what moves on its own on the structure"""
     planes: Planes | None = seldom(default=None)
     """of a shaft whose two bending planes differ; None: they are alike"""
     tolerances: tuple[Tolerance, ...] = seldom(default=())
@@ -99,7 +100,7 @@ class Rig(Shown):
             )
         points = {
             f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "sensors")
+            for kind in ("masses", "bushings", "sensors", "oscillators")
             for i, item in enumerate(getattr(self, kind))
         }
         points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
@@ -227,7 +228,7 @@ class Rig(Shown):
         """What the structure stands on and has beside it."""
         return Attached(
             tuple(b.housing for b in self.bushings), tuple(b.position for b in self.bushings), self.fixture,
-            self.springs, self.planes, tuple(self.shaker.unit_direction.tolist()),
+            self.springs, self.planes, self.oscillators, tuple(self.shaker.unit_direction.tolist()),
         )  # fmt: skip
 
     def reduction(self, modes: int, grease: bool = False) -> Reduction:

@@ -1,4 +1,4 @@
-"""What a structure stands on and has beside it: the fixture's modes, bushings' housings, springs, a second plane.
+"""What a structure stands on and has beside it: fixture modes, housings, springs, oscillators, a second plane.
 
 A fixture moves the rig and is not moved by it. Its modes therefore are coordinates of a mass that is beyond all
 proportion to the rig's, so that every engine takes them for what they are: further linear degrees of freedom.
@@ -25,8 +25,8 @@ from .shaft import Shaft
 from .shafts import Spring
 
 __all__ = [
-    "LARGEST_DIFFERENCE", "MAX_DAMPING", "Attached", "FixtureMode", "Housing", "Planes", "PointMass", "foot",
-    "housing_of", "whole",
+    "LARGEST_DIFFERENCE", "MAX_DAMPING", "Attached", "FixtureMode", "Housing", "Oscillator", "Planes", "PointMass",
+    "foot", "housing_of", "whole",
 ]  # fmt: skip
 
 HEAVY = 1e8  # mass of a fixture's mode over that of the rig
@@ -60,6 +60,20 @@ class Housing:
     """N s/m"""
     probe: Literal["housing", "base"] = "housing"
     """what the bushing's displacement probe is fixed to"""
+
+
+@checked(RigError)
+class Oscillator:
+    """What moves on its own on the structure: a mass on a spring and a damper at one point, along the rig's motion."""
+
+    position: Point
+    """m along the shaft, or a degree of freedom such as "12:+Z" """
+    mass: Positive
+    """kg"""
+    frequency: Positive
+    """Hz, of the mass on its spring where the structure is held"""
+    damping_ratio: Annotated[Number, Field(ge=0, le=MAX_DAMPING)] = 0.01
+    """of critical damping, likewise"""
 
 
 @checked(RigError)
@@ -114,11 +128,12 @@ class Attached(NamedTuple):
     fixture: tuple[FixtureMode, ...] = ()
     springs: tuple[Spring, ...] = ()
     planes: Planes | None = None
+    oscillators: tuple[Oscillator, ...] = ()
     direction: tuple[float, float, float] = (0.0, 0.0, 1.0)  # unit vector, along which the base moves
 
     def __bool__(self) -> bool:
         """Whether there is anything."""
-        return any(self.housings) or bool(self.fixture) or bool(self.springs) or self.planes is not None
+        return any((*self.housings, self.fixture, self.springs, self.planes, self.oscillators))
 
     def foot_motion(self, point: float | str) -> np.ndarray:
         """Return how far (n_fixture_modes,) the base moves below a point, along the point's direction."""
@@ -171,10 +186,12 @@ def whole(
         Number of modes of the structure in each plane.
     """
     joined = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
+    joined += [((each.position, 1.0),) for each in attached.oscillators]
     planes = [_plane(s, share, masses, [*loads, *joined], modes) for s, share in _planes(structure, attached.planes)]
     sizes = [plane.found.omega.size for plane in planes]
     n, housed = sum(sizes), [j for j, housing in enumerate(attached.housings) if housing]
-    first = n + len(housed)
+    own = n + len(housed)  # where the oscillators begin, then the fixture's modes
+    first = own + len(attached.oscillators)
     size = first + len(attached.fixture)
     mass, stiffness, viscous = np.zeros((3, size, size))
     influence = np.zeros((size, 3))
@@ -186,8 +203,12 @@ def whole(
         housing = attached.housings[j]
         assert housing
         mass[i, i], stiffness[i, i], viscous[i, i] = housing.mass, housing.stiffness, housing.damping
-        influence[i] = housing.mass * dof_vector(attached.places[j])
-        mass[i, first:] = housing.mass * attached.foot_motion(attached.places[j])
+    carried = [attached.places[j] for j in housed] + [each.position for each in attached.oscillators]
+    for i, each in enumerate(attached.oscillators, own):
+        mass[i, i] = each.mass
+    for i, place in enumerate(carried, n):
+        influence[i] = mass[i, i] * dof_vector(place)
+        mass[i, first:] = mass[i, i] * attached.foot_motion(place)
     heavy = HEAVY * float(structure.total_mass or np.sum(influence[:n] ** 2) or 1.0)
     for i, mode in enumerate(attached.fixture, first):
         omega = 2 * np.pi * mode.frequency
@@ -199,7 +220,7 @@ def whole(
     mass[first:, :first] = mass[:first, first:].T
 
     def rows(at: Sequence[float | str]) -> np.ndarray:
-        found = np.zeros((len(at), size))
+        found, on_structure = np.zeros((len(at), size)), []
         for i, point in enumerate(at):
             below = point
             if isinstance(point, str) and point.startswith(HOUSING):
@@ -209,8 +230,10 @@ def whole(
             elif isinstance(point, str) and point.startswith(FOOT):
                 below = _unquoted(point[len(FOOT) :])
             else:
-                found[i, :n] = np.concatenate([p.share * p.rows([point])[0] @ p.found.shapes for p in planes])
+                on_structure.append(i)
             found[i, first:] = attached.foot_motion(below)
+        points = [at[i] for i in on_structure]
+        found[on_structure, :n] = np.hstack([p.share * p.rows(points) @ p.found.shapes for p in planes])
         return found
 
     for spring in attached.springs:
@@ -218,6 +241,13 @@ def whole(
         stretch = ends[0] - (ends[1] if len(ends) > 1 else rows([foot(spring.position)])[0])
         stiffness += spring.stiffness * np.outer(stretch, stretch)
         viscous += spring.damping * np.outer(stretch, stretch)
+    for i, each in enumerate(attached.oscillators, own):
+        stretch = -rows([each.position])[0]
+        stretch[first:] = 0.0  # both ends of the spring move with the feet
+        stretch[i] = 1.0
+        omega = 2 * np.pi * each.frequency
+        stiffness += each.mass * omega**2 * np.outer(stretch, stretch)
+        viscous += 2 * each.damping_ratio * omega * each.mass * np.outer(stretch, stretch)
     return Whole(mass, stiffness, viscous, influence, rows)
 
 

@@ -107,7 +107,10 @@ class Mesh:
             element, here = self.elements[i], np.nonzero(which == i)[0]
             length = element.end - element.start
             distance = x[here] - element.start
-            value = _functions(2 * distance / length - 1, element, self._shear)[0]
+            series = _deflection_series(element.bubbles, self._shear)
+            value = legvander(2 * distance / length - 1, len(series) - 1) @ series
+            if not self._shear:
+                value[:, 1:] *= length / 2
             rows[here] = self._motion[i, 0] + np.outer(distance, self._motion[i, 1])
             rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
         return rows
@@ -165,10 +168,11 @@ def _reference(bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
     return _timoshenko(xi, bubbles + 1) if shear else _euler(xi, bubbles)
 
 
-def _functions(xi: np.ndarray, element: Element, shear: bool) -> list[np.ndarray]:
-    """Deflection, slope, rotation and curvature of an element, as functions of its coordinates -1 to 1."""
-    found = _timoshenko(xi, element.bubbles + 1) if shear else _euler(xi, element.bubbles)
-    return _stretched(found, element, shear)
+@functools.cache
+def _deflection_series(bubbles: int, shear: bool) -> np.ndarray:
+    """Deflections of an element from -1 to 1 as Legendre series (n_degrees, n)."""
+    xi = _integration(bubbles)[0]
+    return np.linalg.solve(legvander(xi, xi.size - 1), _reference(bubbles, shear)[0])[: bubbles + 4]
 
 
 def _stretched(functions: Sequence[np.ndarray], element: Element, shear: bool) -> list[np.ndarray]:

@@ -16,6 +16,7 @@ import scipy.linalg
 
 HIGHEST = 1e4  # Hz
 ELEMENTS = 60  # at least so many, of about equal length, between the points that are nodes
+STRIP_ELEMENTS = 8
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,29 @@ class Clamp:
 
 
 @dataclass(frozen=True)
+class Strip:
+    """A uniform elastic strip that is clamped to the shaft at one end, lies along it and bends in the same plane."""
+
+    place: float  #: m, of its clamped end
+    length: float  #: m, negative towards the shaft's beginning
+    mass: float  #: kg
+    frequency: float  #: Hz, of its first mode where the shaft is held
+
+    def elements(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mass and stiffness (n, n) of deflections and slopes at its nodes, the clamped one first."""
+        h, size = abs(self.length) / STRIP_ELEMENTS, 2 * STRIP_ELEMENTS + 2
+        density = self.mass / abs(self.length)
+        bending = (2 * math.pi * self.frequency) ** 2 * density * (abs(self.length) / 1.87510407) ** 4  # Blevins, 8-1
+        mass, stiffness, turned = np.zeros((size, size)), np.zeros((size, size)), np.sign(self.length)
+        signs = np.outer([1, turned, 1, turned], [1, turned, 1, turned])  # slopes, seen along the shaft
+        for e in range(STRIP_ELEMENTS):
+            at = slice(2 * e, 2 * e + 4)
+            mass[at, at] += density * signs * _element_mass(h)
+            stiffness[at, at] += bending * signs * _element_stiffness(h)
+        return mass, stiffness
+
+
+@dataclass(frozen=True)
 class Shaft:
     """A round shaft as it really is, SI."""
 
@@ -42,6 +66,7 @@ class Shaft:
     masses: tuple[tuple[float, float], ...]  #: (position, kg)
     clamp: Clamp | None  #: None: rigid
     damping: tuple[float, ...]  #: ratios of the modes without grease, the last for all that follow
+    strips: tuple[Strip, ...] = ()
 
     @property
     def bending_stiffness(self) -> float:
@@ -56,18 +81,29 @@ class Shaft:
     def modes(self, nodes: Iterable[float] = (), springs: Iterable[tuple[float, float]] = ()) -> Modes:
         """Modes of the shaft with springs (position, N/m) to the base; forces act exactly at ``nodes``, m."""
         springs = tuple(springs)
-        x = _mesh(self.length, [*nodes, *(p for p, _ in self.masses), *(p for p, _ in springs)])
-        mass, stiffness = np.zeros((2, 2 * x.size, 2 * x.size))
+        x = _mesh(
+            self.length,
+            [*nodes, *(p for p, _ in self.masses), *(p for p, _ in springs), *(s.place for s in self.strips)],
+        )
+        size = 2 * x.size + 2 * STRIP_ELEMENTS * len(self.strips)
+        mass, stiffness = np.zeros((2, size, size))
         for e, h in enumerate(np.diff(x)):
             at = slice(2 * e, 2 * e + 4)
             mass[at, at] += self.mass_per_length * _element_mass(h)
             stiffness[at, at] += self.bending_stiffness * _element_stiffness(h)
         for place, value in self.masses:
             row = _rows(x, [place])[0]
-            mass += value * np.outer(row, row)
+            mass[: row.size, : row.size] += value * np.outer(row, row)
         for place, value in springs:
             row = _rows(x, [place])[0]
-            stiffness += value * np.outer(row, row)
+            stiffness[: row.size, : row.size] += value * np.outer(row, row)
+        places = [x]
+        for i, strip in enumerate(self.strips):
+            root, first = 2 * int(np.argmin(np.abs(x - strip.place))), 2 * x.size + 2 * STRIP_ELEMENTS * i
+            at = np.array([root, root + 1, *range(first, first + 2 * STRIP_ELEMENTS)])
+            for whole, own in zip((mass, stiffness), strip.elements()):
+                whole[np.ix_(at, at)] += own
+            places.append(strip.place + strip.length * np.arange(1, STRIP_ELEMENTS + 1) / STRIP_ELEMENTS)
         if self.clamp:
             stiffness[0, 0] += self.clamp.translation
             stiffness[1, 1] += self.clamp.rotation
@@ -75,14 +111,15 @@ class Shaft:
         squares, vectors = scipy.linalg.eigh(stiffness[free, free], mass[free, free])
         omega = np.sqrt(squares)
         keep = omega < 2 * np.pi * HIGHEST
-        shape = np.zeros((2 * x.size, int(keep.sum())))
+        shape = np.zeros((size, int(keep.sum())))
         shape[free] = vectors[:, keep]
-        translation = np.tile([1.0, 0.0], x.size)
+        translation = np.tile([1.0, 0.0], size // 2)
         ratios = np.full(omega[keep].size, self.damping[-1])
         given = self.damping[: ratios.size]
         ratios[: len(given)] = given
-        rotation = np.column_stack((x, np.ones(x.size))).ravel()
-        return Modes(x, shape, omega[keep], ratios, shape.T @ mass @ translation, shape.T @ mass @ rotation)
+        rotation = np.column_stack((np.concatenate(places), np.ones(size // 2))).ravel()
+        along, turning = shape.T @ mass @ translation, shape.T @ mass @ rotation
+        return Modes(x, shape[: 2 * x.size], omega[keep], ratios, along, turning)
 
     def frequencies(self, count: int, springs: Iterable[tuple[float, float]] = ()) -> np.ndarray:
         """(count,) Hz."""

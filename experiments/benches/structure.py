@@ -1,8 +1,9 @@
-"""What a bench has and its rig file does not draw: eight classes, each with sizes drawn from a seed.
+"""What a bench has and its rig file does not draw: classes, each with sizes drawn from a seed.
 
 Every class is mechanics of the simulator's own: a housing is an oscillator that bushing forces drive; a fixture's mode
 filters the base's acceleration before the rig feels it; springs and dashpots are forces at points of the shaft; a shaft
-with two planes has its modes twice. `written` says what a rig file would say that knows them.
+with two planes has its modes twice; a strip that is clamped to the shaft is finite elements. `written` says what a rig
+file would say that knows them.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ import scipy.signal
 from clearance_mj.rig import PointMass, Rig
 from clearance_mj.structure import Spring
 from clearance_mj.structure.attached import FixtureMode, Housing, Planes
+from clearance_mj.structure.attached import Oscillator as RigOscillator
 from clearance_mj.structure.beam import Clamp as RigClamp
 
-from .shaft import Clamp, Modes, Shaft
+from .shaft import Clamp, Modes, Shaft, Strip
 
 RIGID = 1e6  # of the shaft's bending stiffness, N m/rad: a clamp that does not turn
 
@@ -71,13 +73,15 @@ class Structure:
     springs: tuple[tuple[float, float, float], ...] = ()  #: place in m, N/m, N s/m
     clamp: Oscillator | None = None  #: block of the clamp, on which the shaft's end is
     late: tuple[int, float] | None = None  #: number of an accelerometer, samples
+    strips: tuple[Strip, ...] = ()
     planes: tuple[float, float] | None = None  #: difference of the bending stiffnesses, rad
     filtered: float = 0.0  #: of the sampling rate, where an anti-alias filter of all channels begins; 0: none
     probes_on_base: bool = False  #: whether probes read relative to the base, not to the housing
 
     def shaft(self, shaft: Shaft) -> Shaft:
-        """Return the shaft with masses and clamp."""
+        """Return the shaft with masses, strips and clamp."""
         masses = (*shaft.masses, *self.masses)
+        shaft = shaft.replace(strips=self.strips)
         if self.clamp is None:
             return shaft.replace(masses=masses)
         turning = shaft.clamp.rotation if shaft.clamp else RIGID * shaft.bending_stiffness
@@ -99,7 +103,9 @@ class Structure:
 
 Draw = Callable[[np.random.Generator, Rig], Structure]
 CLASSES: dict[str, Draw] = {}
-"""What draws a structure of each class"""
+"""What draws a structure of each class that a rig file can name"""
+UNNAMED: dict[str, Draw] = {}
+"""The same of what it cannot"""
 
 
 def structure_class(draw: Draw) -> Draw:
@@ -175,23 +181,44 @@ def plane(rng: np.random.Generator, rig: Rig) -> Structure:
     return Structure(planes=(rng.uniform(0.02, 0.06), float(np.radians(rng.uniform(15, 45)))))
 
 
+def strip(rng: np.random.Generator, rig: Rig) -> Structure:
+    """A cover or a bracket that is clamped to the shaft, lies along it, towards the clamp, and resonates."""
+    length, whole = _beam(rig)
+    strip = Strip(
+        rng.uniform(0.35, 0.95) * length, -0.2 * length, rng.uniform(0.03, 0.1) * whole, _between(rng, 60, 250)
+    )
+    return Structure(strips=(strip,))
+
+
+UNNAMED["strip"] = strip
+
+
 def draw_structure(names: Sequence[str], seed: int, rig: Rig) -> Structure:
     """Draw the structure of all classes named; a ValueError for an unknown one."""
-    found = Structure()
+    found, known = Structure(), CLASSES | UNNAMED
     for name in names:
-        if name not in CLASSES:
-            raise ValueError(f"structure {name} is unknown; known: {', '.join(CLASSES)}")
-        drawn = CLASSES[name](np.random.default_rng((seed, 31, list(CLASSES).index(name))), rig)
+        if name not in known:
+            raise ValueError(f"structure {name} is unknown; known: {', '.join(known)}")
+        drawn = known[name](np.random.default_rng((seed, 31, list(known).index(name))), rig)
         own = {f.name: value for f in dataclasses.fields(drawn) if (value := getattr(drawn, f.name))}
         found = dataclasses.replace(found, **own | {"base": (*found.base, *drawn.base)})
     return found
 
 
 def written(structure: Structure, rig: Rig, fs: float) -> Rig:
-    """Return a rig file in which the structure is written as it is; ``rig`` has the shaft's own numbers."""
+    """Return a rig file in which the structure is written as it is; ``rig`` has the shaft's own numbers.
+
+    Of a strip it can hold the first mode alone: 0.613 of its mass, which moves as at 0.726 of its length, and the rest
+    where the strip is in balance (moments of the mode of a cantilever).
+    """
     assert rig.beam
+    rests = [(s.place + 0.142 * s.length, 0.387 * s.mass) for s in structure.strips]
+    ratio = rig.beam.damping_ratios[-1] if rig.beam.damping_ratios else 0.01
     fields: dict[str, object] = {
-        "masses": (*rig.masses, *(PointMass(x, m) for x, m in structure.masses)),
+        "masses": (*rig.masses, *(PointMass(x, m) for x, m in (*structure.masses, *rests))),
+        "oscillators": tuple(
+            RigOscillator(s.place + 0.726 * s.length, 0.613 * s.mass, s.frequency, ratio) for s in structure.strips
+        ),
         "springs": tuple(Spring(x, k, damping=c) for x, k, c in structure.springs),
         "fixture": tuple(FixtureMode(m.frequency, m.ratio, m.shift, m.tilt, 0.0) for m in structure.base),
         "planes": Planes(*structure.planes) if structure.planes else None,

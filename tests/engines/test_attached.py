@@ -8,7 +8,7 @@ import clearance_mj as cm
 from clearance_mj.core.errors import RigError
 from clearance_mj.signals import excitation
 from clearance_mj.structure import Spring
-from clearance_mj.structure.attached import FixtureMode, Housing, Planes
+from clearance_mj.structure.attached import FixtureMode, Housing, Oscillator, Planes
 from clearance_mj.structure.beam import Clamp
 
 from ..conftest import TABLE1
@@ -21,9 +21,10 @@ RIGS = {
     "fixture": TABLE1.replace(fixture=(FixtureMode(170.0, 0.03, 0.4, 0.1),)),
     "springs": TABLE1.replace(springs=(Spring(0.6, 800.0, damping=1.0),)),
     "planes": TABLE1.replace(planes=Planes(0.03, 0.5)),
+    "oscillators": TABLE1.replace(oscillators=(Oscillator(0.6, 0.05, 120.0, 0.03),)),
     "clamp": TABLE1.replace(beam=MOVING_CLAMP),
 }
-FIELDS = {"housings": "bushings.housing", "fixture": "fixture", "planes": "planes"}
+FIELDS = {"housings": "bushings.housing", "fixture": "fixture", "planes": "planes", "oscillators": "oscillators"}
 """What engine links does not run"""
 
 

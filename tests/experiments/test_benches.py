@@ -19,7 +19,7 @@ from clearance_mj.signals import excitation
 from experiments.benches import make, motion, physics
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, Instrument, find_bench, known, make_bench
 from experiments.benches.records import FS, shake
-from experiments.benches.shaft import Clamp, Shaft
+from experiments.benches.shaft import Clamp, Shaft, Strip
 
 STEEL = Shaft(1.0, 0.0086, 210e9, 7850.0, (), None, (0.01,))
 EI, RHO_A = STEEL.bending_stiffness, STEEL.mass_per_length
@@ -51,6 +51,20 @@ def test_frequencies_on_an_elastic_clamp(rotation, translation, mass):
     exact = roots**2 * np.sqrt(EI / RHO_A) / (2 * np.pi)
     shaft = STEEL.replace(clamp=Clamp(rotation * EI, translation * EI), masses=((1.0, mass * RHO_A),) if mass else ())
     np.testing.assert_allclose(shaft.frequencies(4), exact, rtol=1e-5)
+
+
+@pytest.mark.parametrize("place, length", [(0.7, 0.2), (0.9, -0.2)])
+def test_frequencies_of_a_strip_on_a_shaft_that_hardly_moves(place, length):
+    """A cantilever's second frequency is 4.694091²/1.875104² of its first (Blevins, 1979, table 8-1)."""
+    heavy = STEEL.replace(young_modulus=1e5 * STEEL.young_modulus, density=10 * STEEL.density)
+    strips = heavy.replace(strips=(Strip(place, length, 1e-4, 40.0),)).frequencies(2)
+    np.testing.assert_allclose(strips, [40.0, 40.0 * (4.694091 / 1.875104) ** 2], rtol=1e-3)
+
+
+def test_a_short_strip_that_does_not_bend_is_its_mass():
+    stiff = STEEL.replace(strips=(Strip(0.9, -0.01, 0.02, 3e4),))
+    lumped = STEEL.replace(masses=((0.895, 0.02),))
+    np.testing.assert_allclose(stiff.frequencies(3), lumped.frequencies(3), rtol=1e-3)
 
 
 def test_a_clamp_of_more_shaft_gives_as_that_shaft_does():

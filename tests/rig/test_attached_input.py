@@ -9,6 +9,7 @@ from clearance_mj.core.errors import RigError
 
 TABLE1 = Path(__file__).parents[2] / "models" / "table1_rig.toml"
 SPRING = "\n[[springs]]\nposition = 0.5\nstiffness = 100.0\n"
+OSCILLATOR = "\n[[oscillators]]\nposition = 0.5\nmass = 0.1\nfrequency = 120.0\n"
 FIXTURE = "\n[[fixture]]\nfrequency = 100.0\ndamping_ratio = 0.02\nparticipation = 0.1\n"
 
 
@@ -22,6 +23,8 @@ FIXTURE = "\n[[fixture]]\nfrequency = 100.0\ndamping_ratio = 0.02\nparticipation
         (SPRING.replace("0.5", "5.0"), "springs[0].position 5 m lies outside the beam (0 < x <= 1 m)"),
         (SPRING.replace("100.0", "-100.0"), "springs[0].stiffness must be >= 0, got -100 (N/m)"),
         (2 * FIXTURE, "fixture[1].frequency 100 Hz is that of another mode; put both into one"),
+        (OSCILLATOR.replace("0.1", "-0.1"), "oscillators[0].mass must be > 0, got -0.1 (kg)"),
+        (OSCILLATOR.replace("0.5", "2.0"), "oscillators[0].position 2 m lies outside the beam (0 < x <= 1 m)"),
         (FIXTURE.replace("100.0", "0.0"), "fixture[0].frequency must be > 0, got 0 (Hz)"),
         ("\n[beam.clamp]\ntranslation = 1e6\nmass = -1.0\n", "beam.clamp.mass must be >= 0, got -1 (kg"),
     ],

@@ -16,6 +16,7 @@ from .priors import rig_with
 __all__ = ["Lines", "displacement_at_ends", "force_gains", "gains_at", "model_with"]
 
 MODES = 16  # of the structure, to which the static shapes are added
+STRUCTURAL = "beam", "1/", "structure", "masses", "springs", "oscillators", "fixture", "planes"  # paths begin so
 Lines = Sequence[tuple[str, np.ndarray]]  # Of each record, what excites and the complex frequencies (n_f,), rad/s.
 
 
@@ -63,4 +64,4 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
 
 def _structural(name: str) -> bool:
     """Whether a parameter is in the matrices of the structure and what is attached to it."""
-    return name.startswith(("beam", "1/", "structure", "masses", "springs", "fixture", "planes")) or ".housing." in name
+    return name.startswith(STRUCTURAL) or ".housing." in name

@@ -198,6 +198,8 @@ def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
     yield from (("beam", "clamp", n) for n in ("mass", "translation_damping", "rotation_damping") if n in clamp)
     for i in range(len(data.get("springs", ()))):
         yield from (("springs", i, name) for name in ("stiffness", "damping", "position"))
+    for i in range(len(data.get("oscillators", ()))):
+        yield from (("oscillators", i, name) for name in ("mass", "frequency", "damping_ratio", "position"))
     for i, mode in enumerate(data.get("fixture", ())):
         yield from (("fixture", i, name) for name in ("frequency", "damping_ratio"))
         yield from (("fixture", i, name) for name in ("participation", "rocking") if mode[name])

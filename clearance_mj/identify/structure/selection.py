@@ -42,6 +42,7 @@ LEADING = 2  # hypotheses
 SMALLEST, LARGEST = 0.05, 30.0  # factors of a candidate's usual size
 STOP = Stop(steps=6, decrease=1e-3, move=0.02)
 OWN_STOP = Stop(steps=8, decrease=1e-2, move=0.05)
+BANDS, CONTRADICTIONS = 40, 5  # of equal width in the logarithm; frequencies at which a mode is looked for
 WORKERS = 2  # threads
 
 
@@ -54,7 +55,7 @@ class _Trial:
         fit = RigFit(rig, coarse.records, like=coarse)
         starts = [_own_fitted(rig, coarse, held) for held in (values, known)]
         self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], stop=STOP)
-        self.evidence = _evidence(self.solution)
+        self.evidence = _evidence(self.solution) - HYPOTHESES[candidate.name].handicap
         self.values = fit.named(self.solution.values)
         self.words = candidate.words(rig_with(rig, self.values))
 
@@ -108,7 +109,8 @@ class _Round:
         self.values = self.fit.named(self.base.values)
         self.evidence = _evidence(self.base)
         low, high = (f(part.frequency[i] for part in self.fit.spectra) for f, i in ((min, 0), (max, -1)))
-        bench = Bench(self.rig, (float(low), float(high)), self.fit.probes, min(r.fs for r in update.records))
+        fs = min(r.fs for r in update.records)
+        bench = Bench(self.rig, (float(low), float(high)), self.fit.probes, fs, self._contradictions(low, high))
         scored = {
             name: sorted(
                 (found for c in one.candidates(bench) if (found := self._score(c))), key=lambda found: -found[0]
@@ -129,6 +131,19 @@ class _Round:
             if name not in best
         ]
         self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
+
+    def _contradictions(self, low: float, high: float) -> tuple[float, ...]:
+        """Frequencies, Hz, of the bands in which the sensors contradict the rig most, the largest first."""
+        edges = np.geomspace(low, high, BANDS + 1)
+        frequency = np.concatenate([np.repeat(part.frequency, part.measured.shape[1]) for part in self.fit.spectra])
+        band, power = np.digitize(frequency, edges[1:-1]), np.abs(self.base.residuals) ** 2
+        count, total, moment = (
+            np.bincount(band, weight, BANDS) for weight in (np.ones_like(power), power, power * frequency)
+        )
+        height = np.pad(total / np.maximum(count, 1.0), 1)
+        peaks = [b for b in range(BANDS) if height[b + 1] > max(height[b], height[b + 2])]
+        highest = sorted(peaks, key=lambda b: -height[b + 1])[:CONTRADICTIONS]
+        return tuple(float(moment[b] / total[b]) for b in highest)
 
     def _fit_all(
         self, pool: ThreadPoolExecutor, chosen: Sequence[tuple[float, Candidate, float]], progress: bool

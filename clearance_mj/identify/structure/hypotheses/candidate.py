@@ -18,6 +18,7 @@ class Bench(NamedTuple):
     band: tuple[float, float]  #: Hz, of the records' spectra
     probes: bool  #: whether displacement probes take part
     fs: float  #: Hz, lowest rate of the records
+    contradictions: tuple[float, ...] = (100.0,)  #: Hz, where the sensors contradict the rig most
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Hypothesis:
     """in sentences, with its article"""
     candidates: Callable[[Bench], Iterator[Candidate]]
     """the places at which it is tried"""
+    handicap: float = 0.0
+    """by how much more log evidence than others it must have"""
 
 
 HYPOTHESES: dict[str, Hypothesis] = {}
@@ -53,7 +56,7 @@ HYPOTHESES: dict[str, Hypothesis] = {}
 _Candidates = Callable[[Bench], Iterator[Candidate]]
 
 
-def hypothesis(name: str, called: str) -> Callable[[_Candidates], _Candidates]:
+def hypothesis(name: str, called: str, handicap: float = 0.0) -> Callable[[_Candidates], _Candidates]:
     """Register what yields the candidates of a hypothesis; a decorator.
 
     Parameters
@@ -62,10 +65,12 @@ def hypothesis(name: str, called: str) -> Callable[[_Candidates], _Candidates]:
         In tables and files.
     called : str
         In sentences, with its article.
+    handicap : float
+        By how much more log evidence than others it must have.
     """
 
     def register(candidates: _Candidates) -> _Candidates:
-        HYPOTHESES[name] = Hypothesis(name, called, candidates)
+        HYPOTHESES[name] = Hypothesis(name, called, candidates, handicap)
         return candidates
 
     return register

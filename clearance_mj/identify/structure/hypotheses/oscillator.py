@@ -1,0 +1,56 @@
+"""A resonance that the records show and no part of the rig file explains: a mode of something without a name.
+
+It is completed by what any single mode looks like from the point where it hangs on the shaft, a mass on a spring and a
+damper (a dynamic absorber; Den Hartog, Mechanical Vibrations, 1956, section 3.2), at the frequencies at which the
+sensors contradict the rig most. What has a name explains more than this with less freedom: hence the handicap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from ....rig import Rig
+from ....structure.attached import Oscillator
+from .candidate import Bench, Candidate, hypothesis, opened
+
+MASS = 0.02  # of the rig's, or kg where that is not known
+DAMPING = 0.03
+PLACES = np.linspace(0.25, 0.95, 5)  # of a shaft's length
+REACH = 0.1  # of the length, 1 σ of its place
+HANDICAP = 5.0
+APART = "an accelerometer on whatever hangs on the shaft there"
+
+
+@hypothesis("oscillator", "a mode that no part of the rig file explains", HANDICAP)
+def oscillators(bench: Bench) -> Iterator[Candidate]:
+    """Yield masses on springs along every shaft, at the frequencies of the largest contradictions."""
+    mass = MASS * (bench.rig.total_mass or 1.0)
+    for shaft in bench.rig.linear.shafts:
+        for share in PLACES:
+            x = shaft.start + float(share) * shaft.length
+            place = f"{shaft.name}@{x!r}" if shaft.name else x
+            for frequency in bench.contradictions:
+                make = partial(_with, bench.rig, place, mass, frequency, shaft.length)
+                yield Candidate("oscillator", make, partial(_words, len(bench.rig.oscillators)), APART)
+
+
+def _with(rig: Rig, place: float | str, mass: float, frequency: float, length: float, factor: float) -> Rig:
+    n = len(rig.oscillators)
+    hung = Oscillator(place, factor * mass, frequency, DAMPING)
+    return opened(
+        rig.replace(oscillators=(*rig.oscillators, hung)),
+        {f"oscillators[{n}].mass": "200 %", f"oscillators[{n}].frequency": "10 %",
+         f"oscillators[{n}].damping_ratio": "100 %", f"oscillators[{n}].position": f"{REACH * length!r} m"},
+    )  # fmt: skip
+
+
+def _words(n: int, rig: Rig) -> str:
+    found = rig.oscillators[n]
+    where = f"x = {found.position:.3g} m" if isinstance(found.position, float) else found.position
+    return (
+        f"a mode at {found.frequency:.4g} Hz that no part of the rig file explains, like that of {found.mass:.2g} kg "
+        f"on a spring from the shaft near {where} (damping ratio {found.damping_ratio:.2g})"
+    )

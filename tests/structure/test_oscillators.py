@@ -1,0 +1,38 @@
+"""What moves on its own on a structure, against the closed form of a dynamic absorber put to the rig without it."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.beam import linear_frf
+from clearance_mj.rig import Shaker
+from clearance_mj.structure.attached import FixtureMode, Oscillator, Planes
+
+from ..conftest import TABLE1
+
+FREQUENCY = np.linspace(5.0, 250.0, 400)
+HUNG = Oscillator(TABLE1.sensors[1].position, 0.08, 120.0, 0.03)
+MODES = 60
+
+
+def apparent_mass(hung: Oscillator, frequency: np.ndarray) -> np.ndarray:
+    """What its foot feels, kg: m (k + iωc) / (k + iωc - mω²); Den Hartog, Mechanical Vibrations, 1956, section 3.2."""
+    omega, own = 2 * np.pi * frequency, 2 * np.pi * hung.frequency
+    spring = hung.mass * (own**2 + 2j * hung.damping_ratio * own * omega)
+    return hung.mass * spring / (spring - hung.mass * omega**2)
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"fixture": (FixtureMode(170.0, 0.03, 0.4, 0.1),)}, {"planes": Planes(0.05, 0.5)}], ids=str
+)
+@pytest.mark.parametrize("kind", ["base", "force"])
+def test_it_answers_with_its_apparent_mass(kind: str, changes: dict) -> None:
+    rig = TABLE1.replace(**changes)
+    if kind == "force":
+        rig = rig.replace(shaker=Shaker(kind="force", position=0.9))
+    from_there = rig.replace(shaker=Shaker(kind="force", position=HUNG.position))
+    free, pulled = (linear_frf(r, FREQUENCY, MODES) for r in (rig, from_there))
+    force = -apparent_mass(HUNG, FREQUENCY) * free[1] / (1 + apparent_mass(HUNG, FREQUENCY) * pulled[1])
+    expected = free + pulled * force
+    found = linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)
+    assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
+    assert np.abs(found - free).max() > 0.05 * np.abs(free).max()
