@@ -12,7 +12,7 @@ __all__ = ["Tolerance", "unit_of"]
 
 LENGTHS = (
     "position", "to", "gap", "length", "offset", "diameter", "inner_diameter", "width", "height", "film_height",
-    "start",
+    "start", "lever",
 )  # fmt: skip
 FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "stiffness": "N/m",

@@ -29,6 +29,7 @@ __all__ = [
     "foot", "housing_of", "whole",
 ]  # fmt: skip
 
+ARM_FOOT = 1e-3  # of a position: how long the foot of an arm is, over which it feels the slope
 HEAVY = 1e8  # mass of a fixture's mode over that of the rig
 FOOT = "foot of "
 HOUSING = "housing of bushings"
@@ -64,7 +65,7 @@ class Housing:
 
 @checked(RigError)
 class Oscillator:
-    """What moves on its own on the structure: a mass on a spring and a damper at one point, along the rig's motion."""
+    """What moves on its own on the structure: a mass on a spring and a damper, at a point or at the end of an arm."""
 
     position: Point
     """m along the shaft, or a degree of freedom such as "12:+Z" """
@@ -74,6 +75,18 @@ class Oscillator:
     """Hz, of the mass on its spring where the structure is held"""
     damping_ratio: Annotated[Number, Field(ge=0, le=MAX_DAMPING)] = 0.01
     """of critical damping, likewise"""
+    lever: Number = 0.0
+    """m, along the shaft from ``position`` to the mass, which then is at the end of a rigid arm"""
+
+    @property
+    def foot(self) -> tuple[tuple[Point, float], ...]:
+        """Points of the structure whose motions, with these factors, add up to that of the spring's foot."""
+        if not self.lever:
+            return ((self.position, 1.0),)
+        name, x = parse_place(self.position) or ("", 0.0)
+        before = x * (1 - ARM_FOOT) or ARM_FOOT
+        by = self.lever / (x - before)
+        return (self.position, 1.0 + by), (f"{name}@{before!r}" if name else before, -by)
 
 
 @checked(RigError)
@@ -186,7 +199,7 @@ def whole(
         Number of modes of the structure in each plane.
     """
     joined = [tuple((p, s) for p, s in zip(spring.joined, (1.0, -1.0))) for spring in attached.springs]
-    joined += [((each.position, 1.0),) for each in attached.oscillators]
+    joined += [each.foot for each in attached.oscillators]
     planes = [_plane(s, share, masses, [*loads, *joined], modes) for s, share in _planes(structure, attached.planes)]
     sizes = [plane.found.omega.size for plane in planes]
     n, housed = sum(sizes), [j for j, housing in enumerate(attached.housings) if housing]
@@ -242,7 +255,8 @@ def whole(
         stiffness += spring.stiffness * np.outer(stretch, stretch)
         viscous += spring.damping * np.outer(stretch, stretch)
     for i, each in enumerate(attached.oscillators, own):
-        stretch = -rows([each.position])[0]
+        points, factors = zip(*each.foot)
+        stretch = -np.array(factors) @ rows(points)
         stretch[first:] = 0.0  # both ends of the spring move with the feet
         stretch[i] = 1.0
         omega = 2 * np.pi * each.frequency

@@ -217,7 +217,7 @@ def written(structure: Structure, rig: Rig, fs: float) -> Rig:
     fields: dict[str, object] = {
         "masses": (*rig.masses, *(PointMass(x, m) for x, m in (*structure.masses, *rests))),
         "oscillators": tuple(
-            RigOscillator(s.place + 0.726 * s.length, 0.613 * s.mass, s.frequency, ratio) for s in structure.strips
+            RigOscillator(s.place, 0.613 * s.mass, s.frequency, ratio, 0.726 * s.length) for s in structure.strips
         ),
         "springs": tuple(Spring(x, k, damping=c) for x, k, c in structure.springs),
         "fixture": tuple(FixtureMode(m.frequency, m.ratio, m.shift, m.tilt, 0.0) for m in structure.base),

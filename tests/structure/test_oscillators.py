@@ -1,10 +1,12 @@
 """What moves on its own on a structure, against the closed form of a dynamic absorber put to the rig without it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from clearance_mj.beam import linear_frf
-from clearance_mj.rig import Shaker
+from clearance_mj.rig import Sensor, Shaker
 from clearance_mj.structure.attached import FixtureMode, Oscillator, Planes
 
 from ..conftest import TABLE1
@@ -36,3 +38,23 @@ def test_it_answers_with_its_apparent_mass(kind: str, changes: dict) -> None:
     found = linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)
     assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
     assert np.abs(found - free).max() > 0.05 * np.abs(free).max()
+
+
+def test_an_arm_feels_the_slope_where_it_is_fixed() -> None:
+    """The same absorber under the motion of its arm's end: deflection and slope from two points without it."""
+    x, lever, apart = HUNG.position, -0.15, 1e-3 * HUNG.position
+    hung = dataclasses.replace(HUNG, lever=lever)
+    points = (x, x - apart)
+    rig = TABLE1.replace(sensors=tuple(Sensor(i + 1, p) for i, p in enumerate(points)), masses=())
+    arm = np.array([1 + lever / apart, -lever / apart])
+    pulls = [Shaker(kind="force", position=p) for p in points]
+    free = linear_frf(rig, FREQUENCY, MODES)
+    pulled = np.stack([linear_frf(rig.replace(shaker=s), FREQUENCY, MODES) for s in pulls], axis=1)
+    mass = apparent_mass(hung, FREQUENCY)
+    force = -mass * (arm @ free) / (1 + mass * np.einsum("p,pqf,q->f", arm, pulled, arm))
+    expected = free + np.einsum("pqf,q,f->pf", pulled, arm, force)
+    found = linear_frf(rig.replace(oscillators=(hung,)), FREQUENCY, MODES)
+    assert np.abs(found - expected).max() < 5e-3 * np.abs(expected).max()
+    assert (
+        np.abs(found - linear_frf(rig.replace(oscillators=(HUNG,)), FREQUENCY, MODES)).max() > np.abs(free).max() / 20
+    )

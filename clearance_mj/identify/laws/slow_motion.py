@@ -80,32 +80,36 @@ class SlowMotion:
             Of each bushing.
         """
         stiffness = self._stiffness(cases)
+        soft = [_softened(*each) for each in zip(self.lines, stiffness)]
         forces, best, share = self._forces(cases), np.inf, 1.0
         kept, of_kept = self.found, forces
         for _ in range(ROUNDS):
-            new = [_solved(*each) for each in zip(self.lines, self.found, forces, stiffness)]
+            new = [_solved(*each) for each in zip(soft, self.found, forces, stiffness)]
             change = _size([n - x for n, x in zip(new, self.found)])
             if change < best:
                 kept, of_kept, best = self.found, forces, change
             else:  # not nearer: half as far from where it was nearest
                 share /= 2
-                new = [_solved(*each) for each in zip(self.lines, kept, of_kept, stiffness)]
+                new = [_solved(*each) for each in zip(soft, kept, of_kept, stiffness)]
             self.found = [x + share * (n - x) for n, x in zip(new, kept)]
             forces = self._forces(cases)
             if best < CONVERGED * _size(self.found):
                 break
         for j, motion in enumerate(self.motions):
-            motion.slow = [_own(lines, x, f, k, j) for lines, x, f, k in zip(self.lines, self.found, forces, stiffness)]
+            motion.slow = [_own(*each, j) for each in zip(soft, self.found, forces, stiffness)]
 
     def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Spectra (n_f, n_bushings) of the forces of each record in the slow motion found last."""
-        own = [m.slow_forces([case], [x[:, j : j + 1] for x in self.found]) for j, (m, case) in self._numbered(cases)]
+        own = [
+            motion.slow_forces([case], [x[:, j : j + 1] for x in self.found])
+            for j, (motion, case) in enumerate(zip(self.motions, cases))
+        ]
         return [np.column_stack([f[i] for f in own]) for i in range(len(self.lines))]
 
     def _stiffness(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Mean stiffness (n_bushings,) of the forces in each record, N/m."""
         found = []
-        for j, (motion, case) in self._numbered(cases):
+        for j, (motion, case) in enumerate(zip(self.motions, cases)):
             shifted = [np.repeat(x[:, j : j + 1], 2, axis=1) for x in self.found]
             for x, (part, _) in zip(shifted, motion.unknown_lines):
                 x[0] += np.array([-SHIFT, SHIFT]) * (part.stop - part.start)
@@ -115,9 +119,6 @@ class SlowMotion:
             means = [np.mean(of.reshape(-1, min(block, of.size)), axis=1) for of in parts]
             found.append([max(float(np.mean(of)), float(np.max(of)) / 2, LEAST_STIFFNESS) for of in means])
         return list(np.transpose(found))
-
-    def _numbered(self, cases: Sequence[Case]) -> enumerate[tuple[MeasuredMotion, Case]]:
-        return enumerate(zip(self.motions, cases))
 
 
 def fit_with_slow_motion(
@@ -191,7 +192,7 @@ def _amplified(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], std: n
         return np.ones(std.size)
     dx, df = (np.diff(np.array(part), axis=0).T for part in (places, moves))
     amplification = dx @ np.linalg.pinv(df, rcond=0.05)
-    return np.maximum(1.0, np.sqrt((amplification * std) ** 2 @ np.ones(std.size)) / std)
+    return np.maximum(1.0, np.linalg.norm(amplification * std, axis=1) / std)
 
 
 def _offset_std(fit: ForceFit) -> float:
@@ -223,21 +224,19 @@ def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _Lines:
     return _Lines(-gains[:, :, :-1], gains[:, :, -1] * driven[:, None])
 
 
-def _softened(lines: _Lines, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Compliance and free motion with springs in the clearances."""
+def _softened(lines: _Lines, stiffness: np.ndarray) -> _Lines:
+    """Lines of the structure with springs in its clearances."""
     inverse = np.linalg.inv(np.eye(stiffness.size) + lines.compliance * stiffness)
-    return inverse @ lines.compliance, (inverse @ lines.free[:, :, None])[:, :, 0]
+    return _Lines(inverse @ lines.compliance, (inverse @ lines.free[:, :, None])[:, :, 0])
 
 
-def _solved(lines: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    compliance, free = _softened(lines, stiffness)
-    return np.asarray(free - (compliance @ (forces - stiffness * x)[:, :, None])[:, :, 0])
+def _solved(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    return np.asarray(soft.free - (soft.compliance @ (forces - stiffness * x)[:, :, None])[:, :, 0])
 
 
-def _own(lines: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray, number: int) -> OwnSlowMotion:
+def _own(soft: _Lines, x: np.ndarray, forces: np.ndarray, stiffness: np.ndarray, number: int) -> OwnSlowMotion:
     """What one bushing's own law makes of its slow motion, where the others' forces stay on their tangents."""
-    compliance, free = _softened(lines, stiffness)
     rest = forces - stiffness * x
     rest[:, number] = 0
-    free = free[:, number] - np.einsum("fj,fj->f", compliance[:, number], rest)
-    return OwnSlowMotion(x[:, number], free, compliance[:, number, number], float(stiffness[number]))
+    free = soft.free[:, number] - np.einsum("fj,fj->f", soft.compliance[:, number], rest)
+    return OwnSlowMotion(x[:, number], free, soft.compliance[:, number, number], float(stiffness[number]))

@@ -34,8 +34,8 @@ LONGEST_DELAY = 0.05  # s, of a channel
 DEFAULTS = {
     "young_modulus": 0.03, "density": 0.01, "mass": 0.05, "position": 2e-3, "gain": 0.01, "gap": 0.2, "offset": 0.3,
     "length": 0.5, "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
-    "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02, "about": 0.02,
-    "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
+    "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
+    "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
     "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
@@ -47,7 +47,7 @@ RANGES = {
 """Fields that end where no rig can be, SI units"""
 SHORTEST = 0.01  # of a shaft's length: 1 σ of a bushing's length at least
 LONGEST = 3.0  # standard deviations by which a bushing may be longer
-LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay")
+LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay", "lever")
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
@@ -56,7 +56,13 @@ DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and th
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
-LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0, "probe_delay": 0.0}  # values of fields that plain data leave out
+LEFT_OUT = {
+    "gain": 1.0,
+    "offset": 0.0,
+    "delay": 0.0,
+    "probe_delay": 0.0,
+    "lever": 0.0,
+}  # values of fields that plain data leave out
 MOVING_CLAMP = 1.0  # 1 σ of the logarithm of the stiffness below a clamp whose block has a mass
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 

@@ -1,8 +1,9 @@
 """A resonance that the records show and no part of the rig file explains: a mode of something without a name.
 
-It is completed by what any single mode looks like from the point where it hangs on the shaft, a mass on a spring and a
-damper (a dynamic absorber; Den Hartog, Mechanical Vibrations, 1956, section 3.2), at the frequencies at which the
-sensors contradict the rig most. What has a name explains more than this with less freedom: hence the handicap.
+It is completed by what any single mode looks like from the place where it is fixed to the shaft: a mass on a spring and
+a damper (a dynamic absorber; Den Hartog, Mechanical Vibrations, 1956, section 3.2) at the end of a rigid arm, since
+what is fixed there also turns with the shaft. It is tried at the frequencies at which the sensors contradict the rig
+most. What has a name explains more than this with less freedom: hence the handicap.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ def _with(rig: Rig, place: float | str, mass: float, frequency: float, length: f
     return opened(
         rig.replace(oscillators=(*rig.oscillators, hung)),
         {f"oscillators[{n}].mass": "200 %", f"oscillators[{n}].frequency": "10 %",
-         f"oscillators[{n}].damping_ratio": "100 %", f"oscillators[{n}].position": f"{REACH * length!r} m"},
+         f"oscillators[{n}].damping_ratio": "100 %", f"oscillators[{n}].position": f"{REACH * length!r} m",
+         f"oscillators[{n}].lever": f"{REACH * length!r} m"},
     )  # fmt: skip
 
 
@@ -51,6 +53,7 @@ def _words(n: int, rig: Rig) -> str:
     found = rig.oscillators[n]
     where = f"x = {found.position:.3g} m" if isinstance(found.position, float) else found.position
     return (
-        f"a mode at {found.frequency:.4g} Hz that no part of the rig file explains, like that of {found.mass:.2g} kg "
-        f"on a spring from the shaft near {where} (damping ratio {found.damping_ratio:.2g})"
+        f"a mode at {found.frequency:.4g} Hz that no part of the rig file explains (damping ratio "
+        f"{found.damping_ratio:.2g}), like that of {found.mass:.2g} kg on a spring at the end of an arm of "
+        f"{found.lever:+.2g} m along the shaft from {where}"
     )
