@@ -148,6 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Judge benches that are not judged yet, write structures.json and the table of a page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seeds", type=int, nargs="+", default=[201, 202, 203, 204, 205], help="of each class")
+    parser.add_argument("--unnamed", type=int, nargs="*", default=[211, 212, 213, 214, 215], help="of strips")
     parser.add_argument("--sound", type=int, default=40, help="number of sound benches")
     parser.add_argument("--pairs", type=int, default=10, help="number of pairs of classes")
     parser.add_argument("--no-probes", type=int, default=10, help="number of sound benches without probes")
@@ -157,7 +158,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     couples = list(itertools.combinations(CLASSES, 2))
     chosen = np.random.default_rng(5).permutation(len(couples))[: options.pairs]
-    wanted = [((name,), seed, True) for name in (*CLASSES, *UNNAMED) for seed in options.seeds]
+    wanted = [((name,), seed, True) for name in CLASSES for seed in options.seeds]
+    wanted += [((name,), seed, True) for name in UNNAMED for seed in options.unnamed]
     wanted += [(couples[k], 301 + i, True) for i, k in enumerate(chosen.tolist())]
     wanted += [((), 401 + i, True) for i in range(options.sound)]
     wanted += [((), 501 + i, False) for i in range(options.no_probes)]

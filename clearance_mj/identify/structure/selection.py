@@ -12,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeAlias
 
 import numpy as np
 from tqdm import tqdm
@@ -42,8 +43,11 @@ LEADING = 2  # hypotheses
 SMALLEST, LARGEST = 0.05, 30.0  # factors of a candidate's usual size
 STOP = Stop(steps=6, decrease=1e-3, move=0.02)
 OWN_STOP = Stop(steps=8, decrease=1e-2, move=0.05)
-BANDS, CONTRADICTIONS = 40, 5  # of equal width in the logarithm; frequencies at which a mode is looked for
+BANDS, CONTRADICTIONS = 40, 3  # of equal width in the logarithm; of them, peaks about which a mode is looked for
+CONTRADICTION = 2.0  # of the median over the bands, that such a peak is at least
 WORKERS = 2  # threads
+
+_Scored: TypeAlias = tuple[float, Candidate, float]  # score, candidate, factor of its size
 
 
 class _Trial:
@@ -112,9 +116,7 @@ class _Round:
         fs = min(r.fs for r in update.records)
         bench = Bench(self.rig, (float(low), float(high)), self.fit.probes, fs, self._contradictions(low, high))
         scored = {
-            name: sorted(
-                (found for c in one.candidates(bench) if (found := self._score(c))), key=lambda found: -found[0]
-            )
+            name: _best_of_groups([found for c in one.candidates(bench) if (found := self._score(c))])
             for name, one in HYPOTHESES.items()
         }
         with ThreadPoolExecutor(WORKERS) as pool:
@@ -133,7 +135,7 @@ class _Round:
         self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
 
     def _contradictions(self, low: float, high: float) -> tuple[float, ...]:
-        """Frequencies, Hz, of the bands in which the sensors contradict the rig most, the largest first."""
+        """Frequencies, Hz, of peaks of what the sensors contradict the rig in, the largest first."""
         edges = np.geomspace(low, high, BANDS + 1)
         frequency = np.concatenate([np.repeat(part.frequency, part.measured.shape[1]) for part in self.fit.spectra])
         band, power = np.digitize(frequency, edges[1:-1]), np.abs(self.base.residuals) ** 2
@@ -141,20 +143,19 @@ class _Round:
             np.bincount(band, weight, BANDS) for weight in (np.ones_like(power), power, power * frequency)
         )
         height = np.pad(total / np.maximum(count, 1.0), 1)
-        peaks = [b for b in range(BANDS) if height[b + 1] > max(height[b], height[b + 2])]
+        least = CONTRADICTION * float(np.median(height[1:-1]))
+        peaks = [b for b in range(BANDS) if height[b + 1] > max(height[b], height[b + 2], least)]
         highest = sorted(peaks, key=lambda b: -height[b + 1])[:CONTRADICTIONS]
         return tuple(float(moment[b] / total[b]) for b in highest)
 
-    def _fit_all(
-        self, pool: ThreadPoolExecutor, chosen: Sequence[tuple[float, Candidate, float]], progress: bool
-    ) -> list[_Trial]:
+    def _fit_all(self, pool: ThreadPoolExecutor, chosen: Sequence[_Scored], progress: bool) -> list[_Trial]:
         """Trials of candidates with their factors of size, the likeliest first; those that cannot be are left out."""
         bar = tqdm(
             pool.map(self._fitted, chosen), desc="structures", total=len(chosen), disable=not progress or not chosen
         )
         return _best_first([t for t in bar if t])
 
-    def _score(self, candidate: Candidate) -> tuple[float, Candidate, float] | None:
+    def _score(self, candidate: Candidate) -> _Scored | None:
         """By how much a candidate could raise the log likelihood, and its factor of size; None if it cannot be."""
         try:
             moved = self.fit.residuals_of(candidate.make(1.0), self.values)
@@ -174,7 +175,7 @@ class _Round:
             return along**2 / size / 2, candidate, 1.0
         return along**2 / size / 2, candidate, float(np.sign(factor) * np.clip(abs(factor), SMALLEST, LARGEST))
 
-    def _fitted(self, chosen: tuple[float, Candidate, float]) -> _Trial | None:
+    def _fitted(self, chosen: _Scored) -> _Trial | None:
         _, candidate, factor = chosen
         try:
             return _Trial(candidate, candidate.make(factor), self.fit, self.values)
@@ -200,6 +201,13 @@ class _Round:
         """Other hypotheses that explain the records about as well."""
         near = dict.fromkeys(t.candidate.name for t in self.trials if accepted.evidence - t.evidence < RIVAL)
         return tuple(HYPOTHESES[name].called for name in near if name != accepted.candidate.name)
+
+
+def _best_of_groups(scored: Sequence[_Scored]) -> list[_Scored]:
+    """The best first, of each group the best alone."""
+    best = sorted(scored, key=lambda found: -found[0])
+    groups = [c.group for _, c, _ in best]
+    return [found for i, found in enumerate(best) if groups[i] is None or groups[i] not in groups[:i]]
 
 
 def _best_first(trials: Sequence[_Trial]) -> list[_Trial]:

@@ -18,7 +18,7 @@ class Bench(NamedTuple):
     band: tuple[float, float]  #: Hz, of the records' spectra
     probes: bool  #: whether displacement probes take part
     fs: float  #: Hz, lowest rate of the records
-    contradictions: tuple[float, ...] = (100.0,)  #: Hz, where the sensors contradict the rig most
+    contradictions: tuple[float, ...] = (100.0,)  #: Hz, where the sensors contradict the rig
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,8 @@ class Candidate:
     """the measurement that tells it from others"""
     size: Literal["positive", "signed", "fixed"] = "positive"
     """whether its size may be negative, or is tried as it is"""
+    group: float | None = None
+    """of candidates of one group only the best is fitted; None: of none"""
 
 
 @dataclass(frozen=True)

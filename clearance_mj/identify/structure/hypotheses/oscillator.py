@@ -8,6 +8,8 @@ most. What has a name explains more than this with less freedom: hence the handi
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 from collections.abc import Iterator
 from functools import partial
 
@@ -20,27 +22,35 @@ from .candidate import Bench, Candidate, hypothesis, opened
 MASS = 0.02  # of the rig's, or kg where that is not known
 DAMPING = 0.03
 PLACES = np.linspace(0.25, 0.95, 5)  # of a shaft's length
-REACH = 0.1  # of the length, 1 σ of its place
+LEVERS = -0.12, 0.0, 0.12  # of the length
+BESIDE = (
+    0.92,
+    1.0,
+    1.08,
+)  # of a frequency: what contradicts is the mode of the whole, not that of the mass on its spring
+REACH = 0.1  # of the length, 1 σ of place and lever
 HANDICAP = 5.0
 APART = "an accelerometer on whatever hangs on the shaft there"
 
 
 @hypothesis("oscillator", "a mode that no part of the rig file explains", HANDICAP)
 def oscillators(bench: Bench) -> Iterator[Candidate]:
-    """Yield masses on springs along every shaft, at the frequencies of the largest contradictions."""
+    """Yield masses on springs along every shaft, about the frequencies of the largest contradictions."""
     mass = MASS * (bench.rig.total_mass or 1.0)
+    words = partial(_words, len(bench.rig.oscillators))
     for shaft in bench.rig.linear.shafts:
-        for share in PLACES:
+        for share, lever in itertools.product(PLACES, LEVERS):
             x = shaft.start + float(share) * shaft.length
             place = f"{shaft.name}@{x!r}" if shaft.name else x
-            for frequency in bench.contradictions:
-                make = partial(_with, bench.rig, place, mass, frequency, shaft.length)
-                yield Candidate("oscillator", make, partial(_words, len(bench.rig.oscillators)), APART)
+            for peak, beside in itertools.product(bench.contradictions, BESIDE):
+                hung = Oscillator(place, mass, beside * peak, DAMPING, lever * shaft.length)
+                make = partial(_with, bench.rig, hung, shaft.length)
+                yield Candidate("oscillator", make, words, APART, size="fixed", group=lever)
 
 
-def _with(rig: Rig, place: float | str, mass: float, frequency: float, length: float, factor: float) -> Rig:
+def _with(rig: Rig, hung: Oscillator, length: float, factor: float) -> Rig:
     n = len(rig.oscillators)
-    hung = Oscillator(place, factor * mass, frequency, DAMPING)
+    hung = dataclasses.replace(hung, mass=factor * hung.mass)
     return opened(
         rig.replace(oscillators=(*rig.oscillators, hung)),
         {f"oscillators[{n}].mass": "200 %", f"oscillators[{n}].frequency": "10 %",
