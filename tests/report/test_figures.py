@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from clearance_mj.report import figures, rattle_maps, responses, style
+from clearance_mj.structure import Spring
+from clearance_mj.structure.attached import FixtureMode, Housing, Oscillator, Planes
 
+from ..conftest import TABLE1
 from .conftest import changed
 
 LEVEL = 4.0
@@ -75,6 +78,21 @@ def test_sensors_are_split_between_the_two_overlays(drawings):
         for name in ("frf_bushings", "frf_others")
     ]
     assert titles == [["(a) sensor 2, bushing 1"], ["(a) sensor 1, 0.3 m", "(b) sensor 3, 1 m"]]
+
+
+def test_what_a_rig_has_beside_its_shaft_is_drawn_or_said():
+    housed = tuple(dataclasses.replace(b, housing=Housing(1e5, 0.1)) for b in TABLE1.bushings)
+    rig = TABLE1.replace(
+        springs=(Spring(0.3, 800.0),), oscillators=(Oscillator(0.7, 0.02, 120.0),), fixture=(FixtureMode(170.0),),
+        planes=Planes(0.03, 0.5), bushings=housed,
+    )  # fmt: skip
+    drawing, plain = figures.rig_drawing(rig), figures.rig_drawing(TABLE1)
+    assert "Not drawn: a mode of the fixture at 170 Hz, bushings on housings that give, two bending" in drawing.caption
+    assert "Not drawn" not in plain.caption
+    texts = [text.get_text() for text in drawing.figure.axes[0].texts]
+    assert "on a spring, 120 Hz\n0.02 kg" in texts
+    lines, fewer = (len(d.figure.axes[0].lines) for d in (drawing, plain))
+    assert lines > fewer + 1  # a mass alone is one
 
 
 def test_a_zero_in_an_frf_does_not_break_the_overlay(study):

@@ -55,7 +55,7 @@ class _SideView:
         rig, ax = self.rig, self.ax
         for i, shaft in enumerate(self.shafts):
             self._shaft(i, shaft)
-        for spring in getattr(rig.linear, "springs", ()):
+        for spring in (*getattr(rig.linear, "springs", ()), *rig.springs):
             self._spring(spring)
         for i, bushing in enumerate(rig.bushings):
             self._bushing(i, bushing)
@@ -63,6 +63,8 @@ class _SideView:
             self._sensors(i)
         for mass in rig.masses:
             self._mass(mass)
+        for hung in rig.oscillators:
+            self._mass(PointMass(hung.position, hung.mass, f"on a spring, {hung.frequency:.4g} Hz"))
         self._shaker()
         clamped = starts_clamped(self.shafts)
         tidy(ax, xlabel="Distance from the clamp (m)" if clamped else "Position along the shaft (m)")
@@ -75,6 +77,7 @@ class _SideView:
         caption = (
             f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are "
             f"drawn wide. Numbered squares: accelerometers. Yellow: grease. {' '.join(map(_words, self.shafts))}"
+            f"{_not_drawn(rig)}"
         )
         kind = "clamped shaft" if rig.beam else "shaft" if len(self.shafts) == 1 else f"{len(self.shafts)} shafts"
         alt = f"Side view of rig {rig.name}: {kind}, {len(rig.bushings)} bushings, {len(rig.sensors)} sensors."
@@ -201,6 +204,15 @@ def _words(shaft: Shaft) -> str:
     name = f"Shaft{f' “{shaft.name}”' if shaft.name else ''}: length {shaft.end - shaft.start:.4g} m"
     theory = {"euler": "Euler-Bernoulli's", "timoshenko": "Timoshenko's"}[shaft.bending_theory]
     return f"{', '.join([name, *sections, *dimensions])}, {stuff}, {theory} theory."
+
+
+def _not_drawn(rig: Rig) -> str:
+    """What a rig has and a side view does not show."""
+    found = [f"a mode of the fixture at {mode.frequency:.4g} Hz" for mode in rig.fixture]
+    found += ["bushings on housings that give"] if any(b.housing for b in rig.bushings) else []
+    found += ["two bending planes that differ"] if rig.planes else []
+    found += ["a clamp with a mass of its own"] if rig.beam and rig.beam.clamp and rig.beam.clamp.mass else []
+    return f" Not drawn: {', '.join(found)}." if found else ""
 
 
 _SIZES = ("diameter", "inner diameter", "width", "height")
