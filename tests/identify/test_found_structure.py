@@ -15,18 +15,18 @@ from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Rig
 from experiments.benches.bench import make_bench
 from experiments.benches.records import measure_channels, plans
-from experiments.benches.structure import CLASSES
+from experiments.benches.structure import CLASSES, UNNAMED
 from experiments.testrig.records import FS
 
 from ..conftest import TABLE1
 
 BENCH = Bench(TABLE1, (5.0, 300.0), True, FS)
-CLASS_OF = {"time": "delay", "plane": "planes"}
+CLASS_OF = {"time": "delay", "plane": "planes", "strip": "oscillator"}
 """Names of hypotheses that benches call otherwise"""
 
 
 def test_every_class_of_the_benches_has_a_hypothesis():
-    assert {CLASS_OF.get(name, name) for name in CLASSES} == set(HYPOTHESES) - {"oscillator"}
+    assert {CLASS_OF.get(name, name) for name in (*CLASSES, *UNNAMED)} == set(HYPOTHESES)
 
 
 @pytest.mark.parametrize("name", HYPOTHESES)
@@ -107,6 +107,21 @@ def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name,
     if name != "mass":  # as drawn, wrong numbers make good for most of a mass
         before, after = (max(m.share.max() for m in part) for part in (found.structure.as_drawn, found.misfit))
         assert after < 0.6 * before
+
+
+@pytest.mark.slow
+def test_a_mode_without_a_name_is_found_where_it_is():
+    """An elastic strip as finite elements; what does not bend of it is a mass."""
+    bench = make_bench(26, structure=("strip",))
+    (strip,) = bench.structure.strips
+    found = update_rig(recorded(bench))
+    assert [one.name for one in found.structure.accepted] == ["oscillator", "mass"]
+    (hung,) = found.rig.oscillators
+    assert hung.frequency == pytest.approx(strip.frequency, rel=0.01)
+    assert hung.position == pytest.approx(strip.place, abs=0.01)
+    assert hung.lever == pytest.approx(0.726 * strip.length, rel=0.1)  # of a cantilever's first mode
+    assert hung.mass == pytest.approx(0.613 * strip.mass, rel=0.2)
+    assert "a mode at 113" in found.structure.accepted[0].words
 
 
 @pytest.mark.slow
