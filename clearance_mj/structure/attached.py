@@ -78,6 +78,10 @@ class Oscillator:
     lever: Number = 0.0
     """m, along the shaft from ``position`` to the mass, which then is at the end of a rigid arm"""
 
+    def __post_init__(self) -> None:
+        if self.lever and parse_place(self.position) is None:
+            raise ValueError(f'lever {self.lever:g} m needs a position along a shaft, not "{self.position}"')
+
     @property
     def foot(self) -> tuple[tuple[Point, float], ...]:
         """Points of the structure whose motions, with these factors, add up to that of the spring's foot."""
@@ -216,12 +220,12 @@ def whole(
         housing = attached.housings[j]
         assert housing
         mass[i, i], stiffness[i, i], viscous[i, i] = housing.mass, housing.stiffness, housing.damping
-    carried = [attached.places[j] for j in housed] + [each.position for each in attached.oscillators]
     for i, each in enumerate(attached.oscillators, own):
         mass[i, i] = each.mass
-    for i, place in enumerate(carried, n):
-        influence[i] = mass[i, i] * dof_vector(place)
-        mass[i, first:] = mass[i, i] * attached.foot_motion(place)
+    below = [((attached.places[j], 1.0),) for j in housed] + [each.foot for each in attached.oscillators]
+    for i, feet in enumerate(below, n):
+        influence[i] = mass[i, i] * dof_vector(feet[0][0])
+        mass[i, first:] = mass[i, i] * sum(factor * attached.foot_motion(point) for point, factor in feet)
     heavy = HEAVY * float(structure.total_mass or np.sum(influence[:n] ** 2) or 1.0)
     for i, mode in enumerate(attached.fixture, first):
         omega = 2 * np.pi * mode.frequency

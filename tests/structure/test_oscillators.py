@@ -40,12 +40,13 @@ def test_it_answers_with_its_apparent_mass(kind: str, changes: dict) -> None:
     assert np.abs(found - free).max() > 0.05 * np.abs(free).max()
 
 
-def test_an_arm_feels_the_slope_where_it_is_fixed() -> None:
+@pytest.mark.parametrize("fixture", [(), (FixtureMode(170.0, 0.03, 0.4, 1.5),)], ids=["rigid base", "rocking base"])
+def test_an_arm_feels_the_slope_where_it_is_fixed(fixture: tuple) -> None:
     """The same absorber under the motion of its arm's end: deflection and slope from two points without it."""
     x, lever, apart = HUNG.position, -0.15, 1e-3 * HUNG.position
     hung = dataclasses.replace(HUNG, lever=lever)
     points = (x, x - apart)
-    rig = TABLE1.replace(sensors=tuple(Sensor(i + 1, p) for i, p in enumerate(points)), masses=())
+    rig = TABLE1.replace(sensors=tuple(Sensor(i + 1, p) for i, p in enumerate(points)), masses=(), fixture=fixture)
     arm = np.array([1 + lever / apart, -lever / apart])
     pulls = [Shaker(kind="force", position=p) for p in points]
     free = linear_frf(rig, FREQUENCY, MODES)

@@ -23,11 +23,8 @@ MASS = 0.02  # of the rig's, or kg where that is not known
 DAMPING = 0.03
 PLACES = np.linspace(0.25, 0.95, 5)  # of a shaft's length
 LEVERS = -0.12, 0.0, 0.12  # of the length
-BESIDE = (
-    0.92,
-    1.0,
-    1.08,
-)  # of a frequency: what contradicts is the mode of the whole, not that of the mass on its spring
+BESIDE = 0.92, 1.0, 1.08
+"""Of a frequency: what contradicts is a mode of the whole, not of the mass on its spring"""
 REACH = 0.1  # of the length, 1 σ of place and lever
 HANDICAP = 5.0
 APART = "an accelerometer on whatever hangs on the shaft there"
