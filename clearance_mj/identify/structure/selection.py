@@ -81,6 +81,7 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
         Show a progress bar.
     """
     drawn, found = update, FoundStructure(as_drawn=update.misfit, parameters=update.estimates.names)
+    candidates: list[Candidate] = []
     while len(found.accepted) < MOST:
         round_ = _Round(update, progress)
         found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried))
@@ -93,8 +94,9 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
         if Assessment(new).cost > Assessment(update).cost - MIN_GAIN:
             break
         update = new
-        one = dataclasses.replace(one, words=trial.candidate.words(update.rig))
-        found = dataclasses.replace(found, accepted=(*found.accepted, one))
+        candidates.append(trial.candidate)
+        named = [dataclasses.replace(a, words=c.words(update.rig)) for a, c in zip((*found.accepted, one), candidates)]
+        found = dataclasses.replace(found, accepted=tuple(named))
     kept = update.rig.replace(tolerances=drawn.rig.tolerances)
     return dataclasses.replace(update, rig=kept, structure=found)
 
