@@ -46,7 +46,7 @@ class ForceFit:
     estimates: Estimates  #: of gap, offset, length, where open, then of contact and filling
     point: np.ndarray  #: (n,) values in prior standard deviations from their starts
     information: np.ndarray  #: (n, n) of `point`, as if errors were independent, without the priors
-    losses: np.ndarray  #: (n_blocks,) of the force over its expected error, sums over blocks: n `misfit`² in all
+    losses: np.ndarray  #: (n_blocks,) of the force over its expected error, sums over blocks
     size: int  #: samples that were fitted
     correlation_length: float  #: samples that count as one independent observation
     misfit: float  #: of the force, over the error that a law is expected to have: robust mean over what was fitted
