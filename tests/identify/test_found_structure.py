@@ -13,6 +13,7 @@ from clearance_mj.identify.structure.hypotheses.candidate import HYPOTHESES, Ben
 from clearance_mj.identify.structure.priors import priors, rig_with
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Rig
+from clearance_mj.structure.attached import Oscillator
 from experiments.benches.bench import make_bench
 from experiments.benches.records import measure_channels, plans
 from experiments.benches.structure import CLASSES, UNNAMED
@@ -20,7 +21,7 @@ from experiments.testrig.records import FS
 
 from ..conftest import TABLE1
 
-BENCH = Bench(TABLE1, (5.0, 300.0), True, FS)
+BENCH = Bench(TABLE1, (5.0, 300.0), True, FS, (100.0,))
 CLASS_OF = {"time": "delay", "plane": "planes", "strip": "oscillator"}
 """Names of hypotheses that benches call otherwise"""
 
@@ -67,6 +68,11 @@ def test_contact_is_at_the_ends_of_the_length_that_a_bushing_has():
         place = lever * middle
         by_hand += 0.5e4 * np.sign(place) * np.maximum(np.abs(place) - 3e-4, 0)
     np.testing.assert_allclose(force, by_hand, atol=1e-6 * np.abs(by_hand).max())
+
+
+def test_an_arm_that_a_rig_file_has_is_open():
+    rig = TABLE1.replace(oscillators=(Oscillator(0.7, 0.02, 120.0, 0.01, -0.1), Oscillator(0.3, 0.02, 80.0)))
+    assert [p.name for p in priors(rig) if p.name.endswith(".lever")] == ["oscillators[0].lever"]
 
 
 def test_rivals_are_said_with_the_measurement_that_tells_them_apart():

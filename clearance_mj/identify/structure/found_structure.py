@@ -17,7 +17,7 @@ class Tried:
 
     name: str  #: of the hypothesis
     called: str  #: what it says, with the numbers found where it was fitted
-    gain: float  #: of log evidence; by the score test alone where it was not fitted
+    gain: float  #: of log evidence, less any handicap; by the score test alone where it was not fitted
     fitted: bool  #: whether it was fitted with all that is open
 
 

@@ -56,13 +56,8 @@ DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and th
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
-LEFT_OUT = {
-    "gain": 1.0,
-    "offset": 0.0,
-    "delay": 0.0,
-    "probe_delay": 0.0,
-    "lever": 0.0,
-}  # values of fields that plain data leave out
+LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0, "probe_delay": 0.0}
+"""Values of fields that plain data leave out"""
 MOVING_CLAMP = 1.0  # 1 σ of the logarithm of the stiffness below a clamp whose block has a mass
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
 
@@ -204,8 +199,10 @@ def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
     yield from (("beam", "clamp", n) for n in ("mass", "translation_damping", "rotation_damping") if n in clamp)
     for i in range(len(data.get("springs", ()))):
         yield from (("springs", i, name) for name in ("stiffness", "damping", "position"))
-    for i in range(len(data.get("oscillators", ()))):
+    for i, hung in enumerate(data.get("oscillators", ())):
         yield from (("oscillators", i, name) for name in ("mass", "frequency", "damping_ratio", "position"))
+        if hung["lever"]:
+            yield ("oscillators", i, "lever")
     for i, mode in enumerate(data.get("fixture", ())):
         yield from (("fixture", i, name) for name in ("frequency", "damping_ratio"))
         yield from (("fixture", i, name) for name in ("participation", "rocking") if mode[name])

@@ -18,7 +18,7 @@ class Bench(NamedTuple):
     band: tuple[float, float]  #: Hz, of the records' spectra
     probes: bool  #: whether displacement probes take part
     fs: float  #: Hz, lowest rate of the records
-    contradictions: tuple[float, ...] = (100.0,)  #: Hz, where the sensors contradict the rig
+    contradictions: tuple[float, ...] = ()  #: Hz, where the sensors contradict the rig
 
 
 @dataclass(frozen=True)
