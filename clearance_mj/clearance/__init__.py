@@ -12,6 +12,7 @@ from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law
 from .modelled import nominal_law
+from .oil_film import ShortBearing
 from .walls import describing_function, gap
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "LankaraniNikravesh",
     "Law",
     "MaxwellSlip",
+    "ShortBearing",
     "TimeLaw",
     "contacts",
     "describing_function",

@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
@@ -33,6 +33,7 @@ __all__ = [
     "Rows",
     "Structure",
     "StructureOfFiles",
+    "Turning",
     "dof_vector",
     "moved",
     "parse_dof",
@@ -128,6 +129,15 @@ def ratios_of_modes(ratios: Sequence[float], n: int) -> np.ndarray:
     return np.array(ratios or (0.0,))[np.minimum(np.arange(n), max(len(ratios) - 1, 0))]
 
 
+class Turning(NamedTuple):
+    """What couples the two bending planes of a shaft that turns: the same rows hold in each plane."""
+
+    polar: np.ndarray
+    """(n_p, n) P: slopes times the root of the polar inertia that has them, so that PᵀP q̇ Ω is the gyroscopic moment"""
+    strain: np.ndarray
+    """(n_s, n) S: strains of the shaft of unit energy, so that SᵀS is its own stiffness, without that of supports"""
+
+
 @dataclass(frozen=True, eq=False)
 class LinearModel:
     """M q̈ + C q̇ + K q = P f - (M R) a: a linear structure in coordinates q of any kind, relative to its base.
@@ -151,6 +161,8 @@ class LinearModel:
     """(n, n) further damping, N s/m"""
     rocking: np.ndarray | None = None
     """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where places are not known"""
+    turning: Callable[[], Turning] | None = None
+    """finds what couples the planes of a shaft that turns; None where the structure does not tell it"""
     reduced: bool = False
     """whether the coordinates are few already: Ritz functions or modes"""
     reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"

@@ -115,6 +115,26 @@ class Mesh:
             rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
         return rows
 
+    @property
+    def strain(self) -> np.ndarray:
+        """(n_strains, n) strains of unit energy per unit of each coordinate."""
+        return np.asarray(self._free[2:])
+
+    def polar(self) -> np.ndarray:
+        """Return slopes at the points of integration (n_points, n), times the root of the polar inertia of each.
+
+        The polar inertia of a section with two equal second moments is twice its rotary inertia, also where Euler's
+        theory leaves that one out of the mass.
+        """
+        rows = []
+        for element, start, own, shapes in zip(self.elements, self._motion, self._own, self._shapes):
+            node, weight = _integration(element.bubbles)
+            half = (element.end - element.start) / 2
+            rotation = _stretched(_reference(element.bubbles, self._shear), element, self._shear)[2]
+            rotary = element.rigidity(element.start + (node + 1) * half).rotary
+            rows.append(np.sqrt(2 * weight * half * rotary)[:, None] * (start[1] + rotation @ shapes @ self._free[own]))
+        return np.vstack(rows)
+
     def _node(self, x: float) -> int:
         return int(np.argmin(np.abs(self.nodes - x)))
 

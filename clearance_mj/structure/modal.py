@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from .attached import Attached, whole
-from .base import LinearModel, Rows, Structure, dof_vector, ratios_of_modes
+from .base import LinearModel, Rows, Structure, Turning, dof_vector, ratios_of_modes
 from .reduction import reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
@@ -27,6 +28,7 @@ class Reduction(NamedTuple):
     influence: np.ndarray  # (n_coordinates, 3) as of `LinearModel`, with the point masses
     rows: Rows
     transform: np.ndarray  # (n_coordinates, n)
+    turning: Callable[[], Turning] | None = None  # in the coordinates, as of `LinearModel`
 
 
 @functools.lru_cache(maxsize=16)  # a large structure's holds megabytes
@@ -54,7 +56,7 @@ def reduction(
         influence += mass * np.outer(at, dof_vector(point))
     found = reduced(linear, held, [*zip(springs, clearances)], loads, modes)
     transform = _upwards(structure, rows, found.shapes)
-    return Reduction(found.omega, *_damping(linear, found.omega, transform), influence, rows, transform)
+    return Reduction(found.omega, *_damping(linear, found.omega, transform), influence, rows, transform, linear.turning)
 
 
 def _with_attached(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Sequence
@@ -13,8 +14,8 @@ from numpy.polynomial.legendre import leggauss
 from pydantic import Field
 
 from ..core.errors import RigError
-from ..core.validation import NotNegative, Number, Share, Text, checked
-from .base import LinearModel, Structure, parse_place, register
+from ..core.validation import NotNegative, Number, Positive, Share, Text, checked, seldom
+from .base import LinearModel, Structure, Turning, parse_place, register
 from .elements import Element, Mesh, Rigidity
 from .section import Material, Section
 
@@ -46,8 +47,15 @@ class Support:
     """N s/m"""
     rotation_damping: NotNegative = 0.0
     """N m s/rad"""
+    translation_y: Positive | None = seldom(default=None)
+    """N/m across the plane of vibration, of a shaft that turns; None: as ``translation``"""
+    rotation_y: Positive | None = seldom(default=None)
+    """N m/rad across the plane of vibration, of a shaft that turns; None: as ``rotation``"""
 
     def __post_init__(self) -> None:
+        for name in ("translation", "rotation"):
+            if getattr(self, f"{name}_y") and not getattr(self, name):
+                raise ValueError(f"{name}_y has no effect without {name}: give the stiffness of both planes")
         for held, motion in enumerate(("translation", "rotation")):
             for name in (motion, f"{motion}_damping"):
                 if held in HELD[self.kind] and getattr(self, name):
@@ -71,8 +79,22 @@ class Disc:
     """kg"""
     inertia: NotNegative = 0.0
     """kg m², about a diameter"""
+    polar_inertia: NotNegative | None = seldom(default=None)
+    """kg m², about the shaft's axis; None: twice ``inertia``, that of a thin disc"""
     name: Text = ""
     """for people"""
+
+    def __post_init__(self) -> None:
+        if self.polar_inertia is not None and self.polar_inertia > 2 * self.inertia:
+            raise ValueError(
+                f"polar_inertia {self.polar_inertia:g} kg m² is more than twice inertia {self.inertia:g} kg m²; "
+                "no body has more than a thin disc"
+            )
+
+    @property
+    def about_axis(self) -> float:
+        """Inertia about the shaft's axis, kg m²."""
+        return 2 * self.inertia if self.polar_inertia is None else self.polar_inertia
 
 
 @register
@@ -201,7 +223,37 @@ class Shaft(Structure):
             self.damping_ratios,
             viscous if viscous.any() else None,
             rocking,
+            lambda: self._turning(mesh),
         )
+
+    def _turning(self, mesh: Mesh) -> Turning:
+        """What couples the planes of the shaft where it turns."""
+        discs = [math.sqrt(disc.about_axis) * mesh.motion(disc.position)[1] for disc in self.discs]
+        return Turning(np.vstack((mesh.polar(), *discs)), mesh.strain)
+
+    @property
+    def in_other_plane(self) -> Shaft:
+        """The same shaft as it bends across the plane of vibration: its supports have their stiffnesses of that plane.
+
+        Raises
+        ------
+        ValueError
+            If a section is stiffer in one direction than in another, so that its plane would turn with the shaft.
+        """
+        for i, section in enumerate(self.sections):
+            if section.diameter is None and section.width != section.height:
+                raise ValueError(
+                    f"sections[{i}] is {section.width} by {section.height} m: a shaft that turns needs sections that "
+                    "are as stiff in every direction, or its stiffness would change as it turns"
+                )
+        across = tuple(
+            dataclasses.replace(
+                s, translation=s.translation_y or s.translation, rotation=s.rotation_y or s.rotation,
+                translation_y=None, rotation_y=None,
+            )
+            for s in self.supports
+        )  # fmt: skip
+        return dataclasses.replace(self, supports=across)
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
         """Elements between steps, supports, discs and loads, shorter where waves of the highest mode ask for it."""

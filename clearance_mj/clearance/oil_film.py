@@ -1,0 +1,155 @@
+"""The oil film of a short bearing, in polar coordinates of the journal in its clearance.
+
+With ε = e/C and the journal at the angle φ, both from the bearing's middle, and B = μ R L³/(2 C²),
+
+    F_r = -B [2 ε² |Ω - 2φ'| / (1-ε²)² + π (1+2ε²) ε' / (1-ε²)^2.5]
+    F_t =  B [π ε (Ω - 2φ') / (2 (1-ε²)^1.5) + 4 ε ε' / (1-ε²)²]
+
+is Ocvirk's solution of Reynolds' equation where the pressure is positive on the half that the turning draws oil into
+(Ocvirk, NACA TN 2808, 1952; Childs, Turbomachinery Rotordynamics, 1993, chapter 3). Near steady rotation it is exact; a
+squeeze that is faster than the rotation moves the half with pressure, which it leaves out. An uncavitated film has
+pressure all around.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+
+from ..core.errors import LawError
+from ..core.validation import NotNegative, Positive, checked, seldom
+
+__all__ = ["ShortBearing"]
+
+DIFFERENCE = 1e-30  # m and m/s, of derivatives along the imaginary axis, which lose no digits
+FULLEST = 1 - 1e-9  # eccentricity ratio up to which a load is searched
+
+
+@checked(LawError)
+class ShortBearing:
+    """A plain bearing that is short for its diameter, filled with oil; forces act on the journal."""
+
+    viscosity: Positive
+    """μ, Pa s"""
+    radius: Positive
+    """R, m, of the journal"""
+    length: Positive
+    """L, m"""
+    clearance: Positive
+    """C, m, radial"""
+    asperities: NotNegative = seldom(default=0.0)
+    """m: height of both surfaces' asperities, at which the film ends and contact begins"""
+    cavitated: bool = seldom(default=True)
+    """whether oil cannot pull; False: pressure below the surroundings' too, all around"""
+
+    def __post_init__(self) -> None:
+        if self.asperities >= self.clearance:
+            raise ValueError(
+                f"asperities {self.asperities:g} m are as high as the film in the clearance {self.clearance:g} m is "
+                "thick; there is no room for oil"
+            )
+
+    @property
+    def scale(self) -> float:
+        """B = μ R L³/(2 C²), N s."""
+        return self.viscosity * self.radius * self.length**3 / (2 * self.clearance**2)
+
+    @property
+    def widest(self) -> float:
+        """Largest eccentricity ratio that leaves a film."""
+        return 1 - self.asperities / self.clearance
+
+    def force(self, displacement: Any, velocity: Any, spin: float) -> np.ndarray:
+        """Return the film's force on the journal, N.
+
+        Parameters
+        ----------
+        displacement : array_like, shape (..., 2)
+            y and z from the bearing's middle, m; beyond the asperities the film stays as thin as there.
+        velocity : array_like, shape (..., 2)
+            m/s.
+        spin : float
+            Ω, rad/s, from y to z.
+
+        Returns
+        -------
+        ndarray, shape (..., 2)
+            Along y and z.
+        """
+        r, v = np.asarray(displacement), np.asarray(velocity)
+        e = np.sqrt(np.sum(r * r, axis=-1))
+        apart = e != 0
+        size = np.where(apart, e, 1.0)
+        n = np.stack((np.where(apart, r[..., 0] / size, 1.0), np.where(apart, r[..., 1] / size, 0.0)), axis=-1)
+        t = np.stack((-n[..., 1], n[..., 0]), axis=-1)
+        most = min(self.widest, FULLEST)
+        ratio = e / self.clearance
+        ratio = np.where(ratio.real > most, most, ratio)
+        inwards, along = (np.sum(v * to, axis=-1) / self.clearance for to in (n, t))
+        turning, thin = ratio * spin - 2 * along, 1 - ratio**2  # ε (Ω - 2φ'), smooth in the middle
+        squeeze, wedge = np.pi * (1 + 2 * ratio**2) * inwards / thin**2.5, np.pi * turning / (2 * thin**1.5)
+        if self.cavitated:
+            across = np.where(turning.real < 0, -turning, turning)
+            radial, tangential = squeeze + 2 * ratio * across / thin**2, wedge + 4 * ratio * inwards / thin**2
+        else:
+            radial, tangential = 2 * squeeze, 2 * wedge
+        return np.asarray(self.scale * (tangential[..., None] * t - radial[..., None] * n))
+
+    def coefficients(self, displacement: Any, spin: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the film's stiffness and damping for small motions about a journal at rest: the eight coefficients.
+
+        Parameters
+        ----------
+        displacement : array_like, shape (2,)
+            y and z from the bearing's middle, m.
+        spin : float
+            Ω, rad/s.
+
+        Returns
+        -------
+        stiffness : ndarray, shape (2, 2)
+            N/m: force against each direction, per displacement in each.
+        damping : ndarray, shape (2, 2)
+            N s/m.
+        """
+        steps = 1j * DIFFERENCE * np.eye(2)
+        at, still = np.asarray(displacement, dtype=float), np.zeros((2, 2))
+        stiffness = -self.force(at + steps, still, spin).imag.T / DIFFERENCE
+        damping = -self.force(at + np.zeros((2, 2)), steps, spin).imag.T / DIFFERENCE
+        return stiffness, damping
+
+    def equilibrium(self, load: Any, spin: float) -> np.ndarray:
+        """Return where a turning journal rests under a steady load: y and z from the bearing's middle (2,), m.
+
+        Parameters
+        ----------
+        load : array_like, shape (2,)
+            N, on the journal along y and z.
+        spin : float
+            Ω, rad/s.
+
+        Raises
+        ------
+        LawError
+            If the film does not carry the load: it does not turn, or the journal would rest on asperities.
+        """
+        push = np.asarray(load, dtype=float)
+        weight, most = float(np.hypot(*push)), min(self.widest, FULLEST)
+        if weight == 0:
+            return np.zeros(2)
+
+        def carried(ratio: float) -> float:
+            return float(np.hypot(*self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)))
+
+        if carried(most) <= weight:
+            raise LawError(
+                f"the film carries {carried(most):.4g} N at {spin:g} rad/s down to its asperities, the load is "
+                f"{weight:.4g} N; give more speed or viscosity, or less clearance"
+            )
+        ratio = scipy.optimize.brentq(lambda x: carried(x) - weight, 0.0, most, xtol=1e-15)
+        force = self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)
+        turn = -complex(*push) / complex(*force)  # the film at this angle pushes against the load
+        turn *= self.clearance * ratio / abs(turn)
+        return np.array([turn.real, turn.imag])

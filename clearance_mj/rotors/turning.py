@@ -1,0 +1,242 @@
+"""A shaft in two bending planes, which its turning couples.
+
+With the modes of both planes as coordinates, y before z, and the spin Ω > 0 from y to z,
+
+    q̈ + (C + Ω G) q̇ + (ω² + Ω H) q = f.
+
+G is skew: the moment of a disc's polar inertia I on its slopes is -I Ω ż' about one and I Ω ẏ' about the other. H is
+skew too: damping that turns with the shaft sees the velocity ẏ + Ω z, ż - Ω y of the turning shaft's material. It is
+the share η2 K of Rayleigh's damping, with K of the shaft alone; all other damping stands still. Above the speed at
+which H puts in more than standing damping takes, the shaft whirls by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor.
+
+Source: Childs, Turbomachinery Rotordynamics, 1993, chapter 3; Krämer, Dynamics of Rotors and Foundations, 1993.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from ..core.errors import RigError
+from ..core.kinds import checks_kinds
+from ..rig import Rig
+from ..structure import Shaft
+from ..structure.base import Turning
+from ..structure.modal import Reduction
+
+__all__ = ["Poles", "TurningShaft", "turning_shaft"]
+
+UNSTABLE = -1e-9  # damping ratio below which a motion grows; rounding leaves an undamped one within it
+POINTS = 41  # along the shaft, at which the sense of a whirl is found
+
+
+class Poles(NamedTuple):
+    """Motions q e^(λt) of a turning shaft, those that vibrate, by rising frequency."""
+
+    value: np.ndarray  #: (m,) λ, 1/s, with positive imaginary parts
+    motion: np.ndarray  #: (n, m) coordinates of each
+
+
+@dataclass(frozen=True, eq=False)
+class TurningShaft:
+    """A rig's shaft in two bending planes: q̈ + (C + Ω G) q̇ + (ω² + Ω H) q = f. Made by `turning_shaft`."""
+
+    rig: Rig
+    """the rig"""
+    omega: np.ndarray
+    """(n,) natural circular frequencies of the shaft at rest, 1/s: those of the plane along y, then along z"""
+    damping: np.ndarray
+    """(n, n) C, 1/s"""
+    gyroscopic: np.ndarray
+    """(n, n) G, skew, per rad/s of the spin"""
+    circulatory: np.ndarray
+    """(n, n) H, skew, 1/s: of the damping that turns with the shaft"""
+    _planes: tuple[Reduction, Reduction]
+
+    def shapes(self, positions: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return how points of the shaft move along y and z, of modes of unit mass.
+
+        Parameters
+        ----------
+        positions : sequence of float, length n_points
+            m along the shaft.
+
+        Returns
+        -------
+        ndarray, shape (n_points, 2, n)
+            1/sqrt(kg).
+        """
+        at = [float(x) for x in positions]
+        found = np.zeros((len(at), 2, self.omega.size))
+        first = self._planes[0].omega.size
+        found[:, 0, :first] = self._planes[0].rows(at) @ self._planes[0].transform
+        found[:, 1, first:] = self._planes[1].rows(at) @ self._planes[1].transform
+        return found
+
+    def poles(self, spin: float) -> Poles:
+        """Return the poles of the shaft at a spin, with the motion of each.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        n, scale = self.omega.size, np.maximum(self.omega, 1.0)
+        stiffness = np.diag(self.omega**2) + spin * self.circulatory
+        state = np.block(
+            [
+                [np.zeros((n, n)), np.diag(scale)],
+                [-stiffness / scale[:, None], -(self.damping + spin * self.gyroscopic) * scale / scale[:, None]],
+            ]
+        )
+        value, vectors = np.linalg.eig(state)
+        kept = np.flatnonzero(value.imag > 0)
+        kept = kept[np.argsort(value[kept].imag)]
+        return Poles(value[kept], vectors[:n, kept])
+
+    def sense(self, motion: np.ndarray) -> np.ndarray:
+        """Return in which sense motions whirl: 1 forward, with the spin, -1 backward, 0 in a plane.
+
+        Parameters
+        ----------
+        motion : ndarray, shape (n, m)
+            Such as `poles` returns.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Circular forward motion less backward motion along the shaft, over both, in mean squares.
+        """
+        y, z = np.moveaxis(self.shapes(np.linspace(*self.rig.linear.span, POINTS)) @ motion, 1, 0)
+        forward, backward = np.sum(np.abs(y + 1j * z) ** 2, axis=0), np.sum(np.abs(y - 1j * z) ** 2, axis=0)
+        return np.asarray((forward - backward) / (forward + backward))
+
+    def least_damping(self, spin: float) -> float:
+        """Return the smallest damping ratio of all motions that vibrate at a spin; below 0 it whirls by itself.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        value = self.poles(spin).value
+        return float(np.min(-value.real / np.abs(value), initial=np.inf))
+
+    def threshold(self, speeds: Sequence[float] | np.ndarray) -> float | None:
+        """Return the lowest spin, rad/s, above which the shaft whirls by itself; None where it is stable throughout.
+
+        Parameters
+        ----------
+        speeds : sequence of float
+            Rising spins, rad/s, between neighbours of which it is searched.
+        """
+        stable = None
+        for spin in map(float, speeds):
+            if self.least_damping(spin) < UNSTABLE:
+                if stable is None:
+                    return spin
+                return float(scipy.optimize.brentq(lambda at: self.least_damping(at) - UNSTABLE, stable, spin))
+            stable = spin
+        return None
+
+    @property
+    def critical_speeds(self) -> np.ndarray:
+        """(m,) rad/s, rising: spins that are a natural frequency of the undamped shaft, forward or backward.
+
+        With q = a e^(iΩt) the equations become ω² a = Ω² (1 - i G) a.
+        """
+        if not self.omega.all():
+            raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
+        inverse = scipy.linalg.eigh(
+            np.eye(self.omega.size) - 1j * self.gyroscopic, np.diag(self.omega**2), eigvals_only=True
+        )
+        return np.sort(1 / np.sqrt(inverse[inverse > np.finfo(float).eps * inverse.max()]))
+
+    def unbalance_response(
+        self, speeds: Sequence[float] | np.ndarray, position: float, moment: float, points: Sequence[float]
+    ) -> np.ndarray:
+        """Return the synchronous motion under an unbalance: y and z are the real parts of what is returned e^(iΩt).
+
+        Parameters
+        ----------
+        speeds : sequence of float, length n_speeds
+            Spins Ω, rad/s.
+        position : float
+            m along the shaft, of the unbalance.
+        moment : float
+            Mass times eccentricity, kg m; it is along y at t = 0.
+        points : sequence of float, length n_points
+            Positions, m, whose motion is wanted.
+
+        Returns
+        -------
+        ndarray, shape (n_speeds, n_points, 2), complex
+            m.
+        """
+        y, z = self.shapes([position])[0]
+        seen, force = self.shapes(points), moment * (y - 1j * z)
+        found = []
+        for spin in map(float, speeds):
+            viscous = self.damping + spin * self.gyroscopic
+            dynamic = np.diag(self.omega**2 - spin**2) + spin * self.circulatory + 1j * spin * viscous
+            found.append(seen @ np.linalg.solve(dynamic, spin**2 * force))
+        return np.array(found)
+
+
+@checks_kinds
+def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
+    """Reduce a rig's shaft to modes of two planes, with the filling's stiffness and damping in its bushings.
+
+    Point masses and bushings act alike in both planes, supports as they say.
+
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a beam or one shaft, round or square.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+
+    Raises
+    ------
+    RigError
+        If the structure is no such shaft, or has something attached to it.
+    """
+    shafts = rig.linear.shafts
+    if len(shafts) != 1:
+        raise RigError(f"rig {rig.name!r}: only a beam or one shaft turns; its structure is {len(shafts)} shafts")
+    if rig.attached:
+        raise RigError(
+            f"rig {rig.name!r}: a shaft that turns has no housings, fixture, springs, planes or oscillators yet"
+        )
+    (shaft,) = shafts
+    try:
+        planes = tuple(_in_plane(rig, each, n_modes) for each in (shaft.in_other_plane, shaft))
+    except ValueError as error:
+        raise RigError(f"rig {rig.name!r}: {error}") from None
+    (y, y_turning), (z, z_turning) = planes
+    viscous = [np.diag(plane.damping) + (plane.coupling if plane.coupling.size else 0.0) for plane, _ in planes]
+    damped = scipy.linalg.block_diag(*viscous)
+    omega = np.concatenate((y.omega, z.omega))
+    material = shaft.rayleigh[1] * y_turning.strain.T @ z_turning.strain
+    polar = y_turning.polar.T @ z_turning.polar
+    shapes = [plane.rows([b.position for b in rig.bushings]) @ plane.transform for plane in (y, z)]
+    dashpots = [(at.T * [b.grease.damping for b in rig.bushings]) @ at for at in shapes]
+    return TurningShaft(rig, omega, damped + scipy.linalg.block_diag(*dashpots), _skew(polar), _skew(material), (y, z))
+
+
+def _in_plane(rig: Rig, shaft: Shaft, n_modes: int) -> tuple[Reduction, Turning]:
+    """The shaft in one plane, and what couples it to the other one, in its modes."""
+    found = rig.replace(beam=None, structure=shaft, tolerances=()).reduction(n_modes, grease=True)
+    assert found.turning
+    return found, Turning(*(rows @ found.transform for rows in found.turning()))
+
+
+def _skew(coupling: np.ndarray) -> np.ndarray:
+    """A matrix of both planes: what moves along z acts along y, and the other way round with the other sign."""
+    n, m = coupling.shape
+    return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])

@@ -1,0 +1,136 @@
+"""The oil film of a short bearing beside Reynolds' equation, Ocvirk's locus and published thresholds of stability."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.optimize
+from numpy.testing import assert_allclose
+
+from clearance_mj import LawError
+from clearance_mj.clearance import ShortBearing
+
+BEARING = ShortBearing(viscosity=0.02, radius=0.025, length=0.02, clearance=5e-5)
+FULL = ShortBearing(0.02, 0.025, 0.02, 5e-5, cavitated=False)
+SPIN = 300.0
+
+
+def pressed(bearing: ShortBearing, ratio: float, approach: float, whirl: float) -> np.ndarray:
+    """Radial and tangential force by quadrature of the pressure over the film: the axial parabola of a short bearing,
+    with h = C (1 - ε cos θ) at the angle θ from the journal, cavitated where the pressure is negative.
+    """
+    theta = np.linspace(0, 2 * np.pi, 20001)[:-1]
+    film = bearing.clearance * (1 - ratio * np.cos(theta))
+    # In the frame of the line of centres the surfaces turn with Ω - 2φ' together.
+    wedge = bearing.clearance * ratio * np.sin(theta) * (SPIN - 2 * whirl) / 2
+    squeeze = -bearing.clearance * approach * np.cos(theta)
+    pressure = -bearing.viscosity * bearing.length**3 / film**3 * (wedge + squeeze)
+    if bearing.cavitated:
+        pressure = np.maximum(pressure, 0.0)
+    push = -pressure * bearing.radius * (2 * np.pi / theta.size)
+    return np.array([push @ np.cos(theta), push @ np.sin(theta)])
+
+
+@pytest.mark.parametrize("bearing", [BEARING, FULL])
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 0.8])
+def test_a_steady_film_is_that_of_reynolds_equation(bearing: ShortBearing, ratio: float) -> None:
+    at = [ratio * bearing.clearance, 0.0]
+    whirl = 40.0
+    found = bearing.force(at, [0.0, at[0] * whirl], SPIN)
+    assert_allclose(found, pressed(bearing, ratio, 0.0, whirl), rtol=1e-5, atol=1e-6)
+
+
+def test_an_uncavitated_film_is_that_of_reynolds_equation_in_any_motion() -> None:
+    approach, whirl, ratio = 70.0, 220.0, 0.6
+    at = ratio * FULL.clearance
+    found = FULL.force([at, 0.0], [FULL.clearance * approach, at * whirl], SPIN)
+    assert_allclose(found, pressed(FULL, ratio, approach, whirl), rtol=1e-6)
+
+
+@pytest.mark.parametrize("bearing, half", [(FULL, 1.0), (BEARING, 0.5)])
+def test_a_centred_squeeze_film(bearing: ShortBearing, half: float) -> None:
+    """π μ L³ R/C³ has pressure all around; where oil cannot pull it is half of that, as the quadrature says too."""
+    c = half * np.pi * bearing.viscosity * bearing.length**3 * bearing.radius / bearing.clearance**3
+    _, damping = bearing.coefficients([0.0, 0.0], 0.0)
+    assert_allclose(damping, c * np.eye(2), rtol=1e-12, atol=1e-9 * c)
+    approach = 1e4  # much faster than the rotation
+    assert_allclose(pressed(bearing, 0.0, approach, SPIN / 2)[0], -c * bearing.clearance * approach, rtol=1e-6)
+
+
+def test_a_centred_full_film_carries_across() -> None:
+    stiffness, damping = FULL.coefficients([0.0, 0.0], SPIN)
+    cross = damping[0, 0] * SPIN / 2
+    assert_allclose(stiffness, [[0.0, cross], [-cross, 0.0]], atol=1e-9 * cross)
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.3, 0.5, 0.7, 0.9])
+def test_a_loaded_journal_lies_on_ocvirks_locus(ratio: float) -> None:
+    """S (L/D)² = (1-ε²)²/(π ε √(π²(1-ε²) + 16 ε²)), tan φ = π √(1-ε²)/(4 ε); ε = 0.5: 0.1060 and 53.68°."""
+    b = BEARING
+    sommerfeld = (1 - ratio**2) ** 2 / (np.pi * ratio * np.sqrt(np.pi**2 * (1 - ratio**2) + 16 * ratio**2))
+    if ratio == 0.5:
+        assert round(sommerfeld, 4) == 0.1060
+    slenderness = b.length / (2 * b.radius)
+    per_area = b.viscosity * SPIN / (2 * np.pi) * (b.radius / b.clearance) ** 2 * slenderness**2 / sommerfeld
+    load = per_area * b.length * 2 * b.radius
+    y, z = b.equilibrium([0.0, -load], SPIN)
+    assert_allclose(np.hypot(y, z) / b.clearance, ratio, rtol=1e-9)
+    attitude = np.arctan(np.pi * np.sqrt(1 - ratio**2) / (4 * ratio))
+    assert_allclose(np.angle(complex(y, z) / -1j), attitude, rtol=1e-9)
+    if ratio == 0.5:
+        assert round(np.degrees(attitude), 2) == 53.68
+    assert_allclose(b.force([y, z], [0.0, 0.0], SPIN), [0.0, load], rtol=1e-9, atol=1e-9 * load)
+
+
+@pytest.mark.parametrize(
+    "ratio, speed, whirl",
+    [(0.1, 2.741, 0.503), (0.3, 2.607, 0.519), (0.5, 2.539, 0.515), (0.6, 2.707, 0.473), (0.7, 3.61, 0.346),
+     (0.75, 9.67, 0.128)],
+)  # fmt: skip
+def test_a_rigid_rotor_begins_to_whirl_at_the_known_speed(ratio: float, speed: float, whirl: float) -> None:
+    """Ω √(C/g) and whirl frequency over Ω of a rigid rotor on the short bearing, from the eigenvalues of its motion.
+
+    The known whirl frequencies have three digits; what the eigenvalues say is also that of the closed form
+    ω² = ((k - k_yy)(k - k_zz) - k_yz k_zy)/det c, with k = m ω² the stiffness of the whirl (Childs, 1993, section 3.5).
+    """
+    b, gravity = BEARING, 9.81
+
+    def bearing(dimensionless: float) -> tuple[np.ndarray, np.ndarray, float, float]:
+        spin = dimensionless / np.sqrt(b.clearance / gravity)
+        load = float(np.hypot(*b.force([ratio * b.clearance, 0.0], [0.0, 0.0], spin)))
+        return *b.coefficients(b.equilibrium([0.0, -load], spin), spin), load / gravity, spin
+
+    def largest(dimensionless: float) -> complex:
+        k, c, mass, spin = bearing(dimensionless)
+        state = np.block([[np.zeros((2, 2)), np.eye(2)], [-k / mass, -c / mass]])
+        values = np.linalg.eigvals(state)
+        return complex(max(values[values.imag > 0], key=lambda value: value.real)) / spin
+
+    threshold = scipy.optimize.brentq(lambda p: largest(p).real, 0.8 * speed, 1.2 * speed)
+    assert_allclose(threshold, speed, rtol=0.01)
+    assert_allclose(largest(threshold).imag, whirl, atol=1.5e-3)
+    k, c, mass, spin = bearing(threshold)
+    together = k[0, 0] * c[1, 1] + k[1, 1] * c[0, 0] - k[0, 1] * c[1, 0] - k[1, 0] * c[0, 1]
+    of_whirl = together / np.trace(c)
+    squared = np.linalg.det(of_whirl * np.eye(2) - k) / np.linalg.det(c)
+    assert_allclose(largest(threshold).imag, np.sqrt(squared) / spin, rtol=1e-6)
+    assert_allclose(of_whirl, mass * squared, rtol=1e-6)
+
+
+def test_a_film_without_cavitation_has_no_stable_speed() -> None:
+    """The centred full film whirls at half the speed, from the first revolution on."""
+    k, c = FULL.coefficients([0.0, 0.0], SPIN)
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-k, -c]])
+    values = np.linalg.eigvals(state)
+    growing = max(values, key=lambda value: value.real)
+    assert growing.real > 0
+    assert_allclose(abs(growing.imag) / SPIN, 0.5, rtol=1e-3)
+
+
+def test_what_a_film_refuses() -> None:
+    with pytest.raises(LawError, match=r"asperities 5e-05 m are as high as the film in the clearance 5e-05 m"):
+        ShortBearing(0.02, 0.025, 0.02, 5e-5, asperities=5e-5)
+    with pytest.raises(LawError, match=r"carries 0 N at 0 rad/s down to its asperities, the load is 10 N"):
+        BEARING.equilibrium([0.0, -10.0], 0.0)
+    with pytest.raises(LawError, match=r"viscosity must be"):
+        ShortBearing(-1.0, 0.025, 0.02, 5e-5)

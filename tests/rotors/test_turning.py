@@ -1,0 +1,165 @@
+"""Turning shafts beside closed forms: an overhung disc, a Jeffcott rotor with damping that turns, unbalance."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from clearance_mj import Bushing, Contact, Grease, Rig, RigError, Sensor
+from clearance_mj.beam import natural_frequencies
+from clearance_mj.rotors import campbell, turning_shaft
+from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
+
+from ..conftest import TABLE1
+
+YOUNG = 2.1e11
+LIGHT = Material(YOUNG, 1e-2)
+INERTIA = 0.02
+
+
+def a_rig(shaft: Shaft, **changes: object) -> Rig:
+    return Rig("rotor", None, (), (Sensor(1, shaft.end),), structure=shaft).replace(**changes)
+
+
+def overhung(**of_disc: float) -> Rig:
+    disc = Disc(0.3, 2.0, **{"inertia": INERTIA, **of_disc})
+    return a_rig(Shaft((Section(0.3, (0.02, 0.02)),), (Support(0.0, "clamped"),), (disc,), LIGHT, theory="euler"))
+
+
+def jeffcott(rayleigh: tuple[float, float] = (0.0, 0.0), **of_support: float) -> Rig:
+    supports = (Support(0.0, "pinned"), Support(1.0, "pinned"))
+    if of_support:
+        supports = tuple(Support(x, "elastic", **of_support) for x in (0.0, 1.0))
+    sections = (Section(1.0, (0.02, 0.02)),)
+    return a_rig(Shaft(sections, supports, (Disc(0.5, 3.0),), LIGHT, rayleigh, theory="euler"))
+
+
+BENDING = YOUNG * np.pi * 0.02**4 / 64
+JEFFCOTT = np.sqrt(48 * BENDING / 3.0)
+
+
+@pytest.mark.parametrize("polar", [0.04, 0.01])
+@pytest.mark.parametrize("spin", [0.0, 200.0, 900.0])
+def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float) -> None:
+    """det [k11 - m ω², k12; k12, k22 - I ω² + J Ω ω] = 0, with ω > 0 forward and ω < 0 backward whirl."""
+    length, mass = 0.3, 2.0
+    k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
+    # In e^(iωt): mass INERTIA ω², gyroscopic J Ω ω, as a polynomial in ω.
+    translation, tilt = np.array([-mass, 0.0, k[0, 0]]), np.array([-INERTIA, polar * spin, k[1, 1]])
+    roots = np.roots(np.polysub(np.polymul(translation, tilt), [k[0, 1] ** 2])).real
+    shaft = turning_shaft(overhung(polar_inertia=polar))
+    found = shaft.poles(spin)
+    want = roots[np.argsort(np.abs(roots))]
+    assert_allclose(found.value.imag[:4], np.abs(want), rtol=1e-4)
+    if spin:
+        assert_allclose(shaft.sense(found.motion[:, :4]), np.sign(want), atol=1e-6)
+
+
+def test_critical_speeds_are_where_the_campbell_diagram_meets_the_spin() -> None:
+    rig = overhung(polar_inertia=0.01)
+    shaft = turning_shaft(rig)
+    speeds = shaft.critical_speeds[:4]
+    for speed in speeds:
+        assert np.min(np.abs(shaft.poles(speed).value.imag / speed - 1)) < 1e-6
+    # A thin disc's forward tilting mode runs away from the spin: one critical speed less.
+    thin, limit = turning_shaft(overhung()).critical_speeds, 1.5 * speeds[3]
+    assert (thin < limit).sum() < (shaft.critical_speeds < limit).sum()
+
+
+@pytest.mark.parametrize("outer, turning", [(4.0, 2e-5), (1.0, 1e-4), (0.0, 5e-5)])
+def test_damping_that_turns_makes_a_jeffcott_rotor_whirl(outer: float, turning: float) -> None:
+    """Ω = ω (1 + c_e/c_i), with c_e = η1 m and c_i = η2 k."""
+    ratio = outer / (turning * JEFFCOTT**2)
+    diagram = campbell(jeffcott((outer, turning)), np.linspace(0.0, 2.5 * JEFFCOTT * (1 + ratio), 12), n=2)
+    assert diagram.threshold is not None
+    assert_allclose(diagram.threshold, JEFFCOTT * (1 + ratio), rtol=1e-4)
+    growing = diagram.damping_ratio[:, -1] < 0
+    assert_allclose(diagram.sense[growing, -1], 1.0, atol=1e-6)
+
+
+def test_standing_damping_alone_is_stable_at_any_speed() -> None:
+    assert campbell(jeffcott((4.0, 0.0)), np.linspace(0, 10 * JEFFCOTT, 5), n=2).threshold is None
+
+
+def test_supports_that_differ_split_the_planes_and_hold_back_the_whirl() -> None:
+    """k of each plane: shaft and supports in series; unequal ones raise the threshold (Tondl, 1965)."""
+    stiff, soft = 4e5, 1e5
+    rig = jeffcott(translation=stiff, translation_y=soft)
+    own = 48 * BENDING
+    want = [np.sqrt(1 / (1 / own + 1 / (2 * k)) / 3.0) for k in (soft, stiff)]
+    found = turning_shaft(rig).poles(0.0)
+    assert_allclose(found.value.imag[:2], want, rtol=1e-4)
+    assert_allclose(natural_frequencies(rig, 1), want[1] / (2 * np.pi), rtol=1e-4)
+    alike, apart = (
+        turning_shaft(jeffcott((1.0, 1e-4), translation=stiff, translation_y=other)).threshold(np.linspace(0, 3000, 31))
+        for other in (stiff, soft)
+    )
+    assert alike is not None and (apart is None or apart > 1.05 * alike)
+
+
+@pytest.mark.parametrize("spin", [0.5, 0.98, 1.02, 3.0])
+def test_unbalance_of_a_jeffcott_rotor(spin: float) -> None:
+    """r = m e Ω²/(k - m Ω² + i Ω c_e), circular and forward: damping that turns sees no velocity in it."""
+    outer, moment = 4.0, 3e-5
+    omega = spin * JEFFCOTT
+    want = moment * omega**2 / (3.0 * (JEFFCOTT**2 - omega**2 + 1j * outer * omega))
+    found = turning_shaft(jeffcott((outer, 2e-5))).unbalance_response([omega], 0.5, moment, [0.5])[0, 0]
+    assert_allclose(found, [want, -1j * want], rtol=1e-4)
+
+
+def test_a_shaft_at_rest_has_the_planar_modes_twice() -> None:
+    rig = TABLE1
+    diagram = campbell(rig, [0.0, 100.0], n=6)
+    assert_allclose(diagram.frequency[::2, 0], natural_frequencies(rig, 3), rtol=2e-3)  # those are undamped
+    assert_allclose(diagram.frequency[1::2, 0], diagram.frequency[::2, 0], rtol=1e-9)
+    undamped = turning_shaft(rig)
+    assert_allclose(np.sort(undamped.omega)[:6:2] / (2 * np.pi), natural_frequencies(rig, 3), rtol=1e-7)
+
+
+def test_sections_turn_too() -> None:
+    """A pinned Timoshenko shaft, w ~ sin βx and slope ~ cos βx: a 2 x 2 determinant with ρ I (ω² - 2 Ω ω)."""
+    density, length, radius, spin, nu = 7800.0, 1.0, 0.02, 2000.0, 0.3
+    ends = (Support(0.0, "pinned"), Support(length, "pinned"))
+    section = Section(length, (2 * radius, 2 * radius))
+    shaft = turning_shaft(a_rig(Shaft((section,), ends, (), Material(YOUNG, density, nu), theory="timoshenko")))
+    area, second, beta = np.pi * radius**2, np.pi * radius**4 / 4, np.pi / length
+    shear = 6 * (1 + nu) / (7 + 6 * nu) * YOUNG / (2 * (1 + nu)) * area
+    translation = [-density * area, 0.0, shear * beta**2]
+    tilt = [-density * second, 2 * density * second * spin, YOUNG * second * beta**2 + shear]
+    roots = np.roots(np.polysub(np.polymul(translation, tilt), [(shear * beta) ** 2])).real
+    want = np.sort(np.abs(roots))[:2]
+    assert_allclose(shaft.poles(spin).value.imag[:2], want, rtol=1e-7)
+
+
+def test_the_diagram_is_drawn() -> None:
+    figure = campbell(jeffcott((1.0, 1e-4)), np.linspace(0, 2.5 * JEFFCOTT, 9), n=2).plot()
+    (axes,) = figure.axes
+    assert axes.get_xlabel() == "Spin (rev/min)"
+    assert {"forward", "backward", "spin", "grows by itself"} <= set(axes.get_legend_handles_labels()[1])
+
+
+def test_what_does_not_turn_is_refused() -> None:
+    flat = a_rig(Shaft((Section(0.5, None, None, (0.02, 0.02), (0.01, 0.01)),), (Support(0.0, "clamped"),), (), LIGHT))
+    with pytest.raises(RigError, match=r"sections\[0\] is .* a shaft that turns needs sections that are as stiff in"):
+        turning_shaft(flat)
+    rig = jeffcott()
+    with pytest.raises(RigError, match="a shaft that turns has no housings, fixture, springs"):
+        turning_shaft(rig.replace(springs=(Spring(0.5, 1e4),)))
+    with pytest.raises(RigError, match="speeds must be rising spins in rad/s"):
+        campbell(rig, [100.0, 50.0])
+    with pytest.raises(RigError, match=r"polar_inertia 0.05 kg m² is more than twice inertia 0.02 kg m²"):
+        Disc(0.3, 2.0, INERTIA, polar_inertia=0.05)
+    with pytest.raises(RigError, match="translation_y has no effect without translation"):
+        Support(0.0, "pinned", translation_y=1e5)
+    free = dataclasses.replace(rig.structure, supports=())  # type: ignore[type-var]
+    with pytest.raises(RigError, match="can move without bending; add a support"):
+        _ = turning_shaft(rig.replace(structure=free)).critical_speeds
+
+
+def test_bushings_hold_the_shaft_in_both_planes() -> None:
+    filled = Bushing(0.5, 1e-3, 0.0, Grease(2e5, 0.0), Contact(1e6))
+    found = turning_shaft(jeffcott().replace(bushings=(filled,))).poles(100.0).value.imag[:2]
+    assert_allclose(found, np.sqrt((48 * BENDING + 2e5) / 3.0), rtol=1e-4)
