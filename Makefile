@@ -81,8 +81,15 @@ $(VENV)-pyharm/.ready:
 	$(VENV)-pyharm/bin/pip install --quiet --disable-pip-version-check pyharm-os==1.2.2 jax==0.5.3
 	touch $@
 
+# ROSS, which turning shafts are compared with, needs plotly < 6 and brings some 60 packages: an environment of its own.
+$(VENV)-ross/.ready:
+	$(PYTHON) -m venv $(VENV)-ross
+	$(VENV)-ross/bin/pip install --quiet --disable-pip-version-check ross-rotordynamics==2.3.0 "plotly<6"
+	touch $@
+
 bench: export PYHARM_PYTHON = $(VENV)-pyharm/bin/python
-bench: $(VENV)/.bench $(VENV)/.models $(VENV)-pyharm/.ready
+bench: export ROSS_PYTHON = $(VENV)-ross/bin/python
+bench: $(VENV)/.bench $(VENV)/.models $(VENV)-pyharm/.ready $(VENV)-ross/.ready
 	$(BIN)/python -m benchmarks --out results/bench.json
 
 lint: setup
@@ -104,4 +111,4 @@ verification: setup
 	$(BIN)/python -m pytest tests/verification tests/experiments/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
 
 clean:
-	rm -rf $(VENV) $(VENV)-pyharm results docs/_build docs/api/generated
+	rm -rf $(VENV) $(VENV)-pyharm $(VENV)-ross results docs/_build docs/api/generated

@@ -22,6 +22,10 @@ def speed(rows):
     return _table(("what", "median", "range"), cells)
 
 
+def rotors(found):
+    return {"rotors": _rows(found)}
+
+
 def periodic(found):
     return {"periodic": _rows(found)}
 

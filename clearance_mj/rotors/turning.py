@@ -24,7 +24,7 @@ import scipy.optimize
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
-from ..rig import Rig
+from ..rig import AppliedForce, Rig, Shaker
 from ..structure import Shaft
 from ..structure.base import Turning
 from ..structure.modal import Reduction
@@ -231,7 +231,10 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
 
 def _in_plane(rig: Rig, shaft: Shaft, n_modes: int) -> tuple[Reduction, Turning]:
     """The shaft in one plane, and what couples it to the other one, in its modes."""
-    found = rig.replace(beam=None, structure=shaft, tolerances=()).reduction(n_modes, grease=True)
+    # A strong damper at a support bends the shaft there: the static shapes under its force are among the coordinates.
+    damped = [AppliedForce(s.position) for s in shaft.supports if s.translation_damping]
+    shaker = Shaker("force", damped[0].position, also=tuple(damped[1:])) if damped else Shaker()
+    found = rig.replace(beam=None, structure=shaft, shaker=shaker, tolerances=()).reduction(n_modes, grease=True)
     assert found.turning
     return found, Turning(*(rows @ found.transform for rows in found.turning()))
 

@@ -52,12 +52,16 @@ class Support:
     rotation_y: Positive | None = seldom(default=None)
     """N m/rad across the plane of vibration, of a shaft that turns; None: as ``rotation``"""
 
+    translation_damping_y: NotNegative | None = seldom(default=None)
+    """N s/m across the plane of vibration; None: as ``translation_damping``"""
+    rotation_damping_y: NotNegative | None = seldom(default=None)
+    """N m s/rad across the plane of vibration; None: as ``rotation_damping``"""
+
     def __post_init__(self) -> None:
-        for name in ("translation", "rotation"):
-            if getattr(self, f"{name}_y") and not getattr(self, name):
-                raise ValueError(f"{name}_y has no effect without {name}: give the stiffness of both planes")
         for held, motion in enumerate(("translation", "rotation")):
-            for name in (motion, f"{motion}_damping"):
+            if getattr(self, f"{motion}_y") and not getattr(self, motion):
+                raise ValueError(f"{motion}_y has no effect without {motion}: give the stiffness of both planes")
+            for name in (motion, f"{motion}_damping", f"{motion}_damping_y"):
                 if held in HELD[self.kind] and getattr(self, name):
                     raise ValueError(
                         f'{name} has no effect, as a support of kind "{self.kind}" allows no {motion}; one that gives '
@@ -67,6 +71,16 @@ class Support:
             (self.translation, self.rotation, self.translation_damping, self.rotation_damping)
         ):
             raise ValueError("holds nothing; give kind (clamped, pinned or guided), or springs or dampers")
+
+    @property
+    def in_other_plane(self) -> Support:
+        """The same support with its springs and dampers of the other plane."""
+        translation, rotation = self.translation_damping_y, self.rotation_damping_y
+        return Support(
+            self.position, self.kind, self.translation_y or self.translation, self.rotation_y or self.rotation,
+            self.translation_damping if translation is None else translation,
+            self.rotation_damping if rotation is None else rotation,
+        )  # fmt: skip
 
 
 @checked(RigError)
@@ -246,14 +260,7 @@ class Shaft(Structure):
                     f"sections[{i}] is {section.width} by {section.height} m: a shaft that turns needs sections that "
                     "are as stiff in every direction, or its stiffness would change as it turns"
                 )
-        across = tuple(
-            dataclasses.replace(
-                s, translation=s.translation_y or s.translation, rotation=s.rotation_y or s.rotation,
-                translation_y=None, rotation_y=None,
-            )
-            for s in self.supports
-        )  # fmt: skip
-        return dataclasses.replace(self, supports=across)
+        return dataclasses.replace(self, supports=tuple(support.in_other_plane for support in self.supports))
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
         """Elements between steps, supports, discs and loads, shorter where waves of the highest mode ask for it."""

@@ -93,11 +93,26 @@ def test_supports_that_differ_split_the_planes_and_hold_back_the_whirl() -> None
     found = turning_shaft(rig).poles(0.0)
     assert_allclose(found.value.imag[:2], want, rtol=1e-4)
     assert_allclose(natural_frequencies(rig, 1), want[1] / (2 * np.pi), rtol=1e-4)
+    damped = turning_shaft(jeffcott(translation=1e9, translation_damping=0.0, translation_damping_y=2e3)).poles(0.0)
+    assert (np.abs(damped.value.real[:2]) > 1e-6).tolist() in ([True, False], [False, True])
     alike, apart = (
         turning_shaft(jeffcott((1.0, 1e-4), translation=stiff, translation_y=other)).threshold(np.linspace(0, 3000, 31))
         for other in (stiff, soft)
     )
     assert alike is not None and (apart is None or apart > 1.05 * alike)
+
+
+def test_strong_dampers_at_supports_need_few_modes() -> None:
+    """A rigid clamp's limit: a damper of 1e9 N s/m in the middle leaves the antisymmetric modes of pinned halves."""
+    ends = (Support(0.0, "pinned"), Support(1.0, "pinned"))
+    middle = Support(0.5, "elastic", translation_damping=1e9)
+    steel = Material(YOUNG, 7800.0)
+    rig = a_rig(Shaft((Section(1.0, (0.02, 0.02)),), (*ends, middle), (), steel, theory="euler"))
+    value = turning_shaft(rig, 6).poles(0.0).value
+    still = value.imag[np.abs(value.real) < 1e-3 * np.abs(value)]
+    wave = np.sqrt(BENDING / (7800.0 * np.pi * 0.01**2))
+    roots = np.array([np.pi, 3.92660231])  # of a half that is pinned at the damper; that is clamped there
+    assert_allclose(np.unique(np.round(still, 2))[:2], (roots / 0.5) ** 2 * wave, rtol=2e-3)
 
 
 @pytest.mark.parametrize("spin", [0.5, 0.98, 1.02, 3.0])
@@ -154,6 +169,8 @@ def test_what_does_not_turn_is_refused() -> None:
         Disc(0.3, 2.0, INERTIA, polar_inertia=0.05)
     with pytest.raises(RigError, match="translation_y has no effect without translation"):
         Support(0.0, "pinned", translation_y=1e5)
+    with pytest.raises(RigError, match='translation_damping_y has no effect, as a support of kind "pinned"'):
+        Support(0.0, "pinned", translation_damping_y=1e5)
     free = dataclasses.replace(rig.structure, supports=())  # type: ignore[type-var]
     with pytest.raises(RigError, match="can move without bending; add a support"):
         _ = turning_shaft(rig.replace(structure=free)).critical_speeds

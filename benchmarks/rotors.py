@@ -1,0 +1,103 @@
+"""Shafts that turn: natural frequencies and damping over spin of three of ROSS' example rotors, beside ROSS itself.
+
+ROSS (PyPI ross-rotordynamics) brings some 60 packages, so it runs in an environment of its own, whose interpreter the
+variable ROSS_PYTHON names. Its elements are cubic, one for each section; ours are of high order, on the same sections.
+"""
+
+import json
+import os
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from clearance_mj import Rig, Sensor
+from clearance_mj.rotors import turning_shaft
+from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+from .case import row
+
+SPEEDS = [0.0, 200.0, 400.0, 800.0]  # rad/s
+MODES = 6
+HIGHEST_DAMPING = 0.5  # damping ratio up to which a motion counts
+SOFT = 1e-3  # of the largest modulus: a sleeve softer than this only has mass
+
+
+def measure():
+    """Return rows as of `speed`, and the frequencies of each rotor, Hz."""
+    path = os.environ.get("ROSS_PYTHON", "")
+    if not Path(path).is_file():
+        return {"rows": [], "skipped": {"ROSS": "ROSS_PYTHON names no interpreter that has it; make bench makes one"}}
+    script = Path(__file__).resolve().with_name("ross_rotors.py")
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run(
+            [Path(path).absolute(), "-W", "ignore", script, json.dumps({"speeds": SPEEDS, "modes": MODES})],
+            capture_output=True, text=True, check=True, cwd=folder, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        )  # fmt: skip
+    rows, frequencies = [], {}
+    for name, data in json.loads(run.stdout.splitlines()[-1]).items():
+        begun = time.process_time()
+        shaft = turning_shaft(_rig(name, data), 20)
+        own = [shaft.poles(speed).value for speed in SPEEDS]
+        seconds = time.process_time() - begun
+        own = _frequencies(own)
+        other, finer = (_frequencies([np.array(at) @ [1, 1j] for at in data[mesh]]) for mesh in ("poles", "finer"))
+        for mesh, of in (("as it is", other), ("thrice as many elements", finer)):
+            apart = 100 * np.abs(own / of - 1).max()
+            rows.append(row(f"{name}, {mesh}: largest difference of {MODES} frequencies", [apart], "%", "<= 0.1"))
+        rows.append(row(f"{name}, ROSS' time / ours", [data["seconds"] / seconds], "x", ""))
+        frequencies[name] = {"clearance_mj": own.tolist(), "ROSS": other.tolist(), "ROSS, finer": finer.tolist()}
+    return {"rows": rows, "speeds": SPEEDS, "frequencies": frequencies, "skipped": {}}
+
+
+def _frequencies(poles):
+    """(n_speeds, MODES) Hz of the lowest motions that are not all but critically damped."""
+    return np.array([at.imag[-at.real < HIGHEST_DAMPING * np.abs(at)][:MODES] for at in poles]) / (2 * np.pi)
+
+
+def _rig(name, data):
+    """The same rotor: ROSS' x is y here, its y is z; the spin is from the one to the other in both."""
+    layers = {}
+    for element in data["elements"]:
+        layers.setdefault(element["n"], []).append(element)
+    places = np.concatenate(([0.0], np.cumsum([layers[n][0]["length"] for n in sorted(layers)])))
+    stiffest = max(element["young_modulus"] for element in data["elements"])
+    sections, discs = [], []
+    for n in sorted(layers):
+        section, inertia = _section(layers[n], SOFT * stiffest)
+        sections.append(section)
+        if inertia:
+            discs.append(Disc(float(places[n : n + 2].mean()), 0.0, inertia))
+    for d in data["discs"]:
+        discs.append(Disc(float(places[d["n"]]), d["mass"], d["inertia"], polar_inertia=d["polar"]))
+    supports = [
+        Support(
+            float(places[b["n"]]), "elastic", b["kyy"], 0.0, b["cyy"], translation_y=b["kxx"],
+            translation_damping_y=b["cxx"],
+        )
+        for b in data["bearings"]
+    ]  # fmt: skip
+    shaft = Shaft(tuple(sections), tuple(supports), tuple(discs), theory="timoshenko")
+    return Rig(name, None, (), (Sensor(1, shaft.end),), structure=shaft)
+
+
+def _section(layers, softest):
+    """A section of the layer that is stiff, with the mass of all; and the inertia about a diameter that it lacks."""
+    core = max(layers, key=lambda layer: layer["young_modulus"])
+    assert all(layer is core or layer["young_modulus"] < softest for layer in layers)
+    area, second = _across(core)
+    mass = sum(layer["density"] * _across(layer)[0] for layer in layers)
+    rotary = sum(layer["density"] * _across(layer)[1] for layer in layers)
+    lacks = rotary - mass / area * second if len(layers) > 1 else 0.0
+    inner = {"inner_diameter": tuple(core["inner"])} if any(core["inner"]) else {}
+    material = Material(core["young_modulus"], mass / area, core["poisson_ratio"])
+    section = Section(core["length"], tuple(core["outer"]), material=material, **inner)
+    return section, core["length"] * max(lacks, 0.0)
+
+
+def _across(layer):
+    """Area and second moment of area in the layer's middle."""
+    outer, inner = (np.mean(layer[side]) for side in ("outer", "inner"))
+    return np.pi * (outer**2 - inner**2) / 4, np.pi * (outer**4 - inner**4) / 64
