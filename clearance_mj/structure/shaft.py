@@ -93,10 +93,10 @@ class Disc:
     """kg"""
     inertia: NotNegative = 0.0
     """kg m², about a diameter"""
-    polar_inertia: NotNegative | None = seldom(default=None)
-    """kg m², about the shaft's axis; None: twice ``inertia``, that of a thin disc"""
     name: Text = ""
     """for people"""
+    polar_inertia: NotNegative | None = seldom(default=None)
+    """kg m², about the shaft's axis; None: twice ``inertia``, that of a thin disc"""
 
     def __post_init__(self) -> None:
         if self.polar_inertia is not None and self.polar_inertia > 2 * self.inertia:

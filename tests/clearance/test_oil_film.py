@@ -82,6 +82,25 @@ def test_a_loaded_journal_lies_on_ocvirks_locus(ratio: float) -> None:
     assert_allclose(b.force([y, z], [0.0, 0.0], SPIN), [0.0, load], rtol=1e-9, atol=1e-9 * load)
 
 
+@pytest.mark.parametrize("ratio", [0.1, 0.4, 0.8])
+def test_the_eight_coefficients_of_a_loaded_film(ratio: float) -> None:
+    """Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, page 177: u across the load, v along it."""
+    b, e, root = BEARING, ratio, np.sqrt(1 - ratio**2)
+    load = float(np.hypot(*b.force([e * b.clearance, 0.0], [0.0, 0.0], SPIN)))
+    k, c = b.coefficients(b.equilibrium([0.0, -load], SPIN), SPIN)
+    pi2 = np.pi**2
+    h = (pi2 * (1 - e**2) + 16 * e**2) ** -1.5
+    uu = 4 * h * (pi2 * (2 - e**2) + 16 * e**2)
+    uv = np.pi * h * (pi2 * (1 - e**2) ** 2 - 16 * e**4) / (e * root)
+    vu = -np.pi * h * (pi2 * (1 - e**2) * (1 + 2 * e**2) + 32 * e**2 * (1 + e**2)) / (e * root)
+    vv = 4 * h * (pi2 * (1 + 2 * e**2) + 32 * e**2 * (1 + e**2) / (1 - e**2))
+    assert_allclose(k, load / b.clearance * np.array([[uu, uv], [vu, vv]]), rtol=1e-9)
+    uu = 2 * np.pi * h * root * (pi2 * (1 + 2 * e**2) - 16 * e**2) / e
+    uv = -8 * h * (pi2 * (1 + 2 * e**2) - 16 * e**2)
+    vv = 2 * np.pi * h * (pi2 * (1 - e**2) ** 2 + 48 * e**2) / (e * root)
+    assert_allclose(c, load / b.clearance / SPIN * np.array([[uu, uv], [uv, vv]]), rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     "ratio, speed, whirl",
     [(0.1, 2.741, 0.503), (0.3, 2.607, 0.519), (0.5, 2.539, 0.515), (0.6, 2.707, 0.473), (0.7, 3.61, 0.346),

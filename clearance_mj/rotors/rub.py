@@ -1,0 +1,240 @@
+"""A turning shaft that rubs in a round clearance, exactly, where its motion is a circle.
+
+Both bending planes are alike, so that one complex coordinate w = y + i z holds the motion. Beyond the gap δ the bushing
+pushes back with k_c (ρ - δ), and its friction, μ times that, drags the surface of the shaft against its turning: the
+force on the shaft at w = ρ e^(iθ) is -k_c (ρ - δ) (1 + i μ) e^(iθ), as the surface slides everywhere. So a circular
+whirl w ~ e^(iωt) is a linear motion under a force that turns with it. With the receptance H(ω) at the clearance,
+gyroscopic moments and all, and u the free motion under the unbalance,
+
+- synchronous rub (ω = Ω) has |ρ + H k_c (ρ - δ)(1 + i μ)| = |u|, a quadratic equation for ρ: two branches at most;
+- dry whirl, which friction alone drives, backward, has 1 + H(-ω) k_c (1 - δ/ρ)(1 + i μ) = 0: at whirls ω with
+  Im H = -μ Re H, Re H < 0.
+
+Source: Black, J. Mech. Eng. Sci. 10, 1968; Jiang & Ulbrich, Nonlinear Dynamics 24, 2001, for a Jeffcott rotor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import scipy.optimize
+
+from ..core.errors import LawError, RigError
+from ..core.kinds import checks_kinds
+from ..rig import Rig
+from .turning import TurningShaft, turning_shaft
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["DryWhirl", "SynchronousRub", "dry_whirls", "synchronous_rub"]
+
+ALIKE = 1e-6  # share by which frequencies of the two planes may differ
+GROWING = 1e-9  # of a pole's size: real part above which a motion grows
+WHIRLS = 4000  # frequencies between which dry whirls are searched
+
+
+class _Circling(NamedTuple):
+    """A shaft of equal planes in the complex coordinates y + i z of its modes, and one clearance."""
+
+    omega: np.ndarray
+    damping: np.ndarray
+    polar: np.ndarray
+    material: np.ndarray
+    at: np.ndarray
+    gap: float
+    stiffness: float
+    friction: complex  # 1 + i μ
+
+    def dynamic(self, whirl: float, spin: float) -> np.ndarray:
+        """Return the dynamic stiffness of the modes in a circular motion; a whirl < 0 is backward."""
+        viscous = self.damping - 1j * spin * self.polar
+        return np.diag(self.omega**2 - whirl**2) + 1j * whirl * viscous - 1j * spin * self.material
+
+    def receptance(self, whirl: float, spin: float) -> complex:
+        """Return the displacement in the clearance per unit force there."""
+        return complex(self.at @ np.linalg.solve(self.dynamic(whirl, spin), self.at))
+
+    def is_stable(self, spin: float, radius: float) -> bool:
+        """Return whether small motions about a synchronous circle die out, in coordinates that turn with it."""
+        n, push = self.omega.size, self.friction * np.outer(self.at, self.at)
+        around = self.stiffness * (1 - self.gap / radius)
+        alike = self.dynamic(spin, spin) + push * (around + self.stiffness * self.gap / (2 * radius))
+        mirrored = push * self.stiffness * self.gap / (2 * radius)  # of the conjugate motion
+        viscous = self.damping - 1j * spin * self.polar + 2j * spin * np.eye(n)
+        stiffness = np.block([[alike, mirrored], [mirrored.conj(), alike.conj()]])
+        rates = np.block([[viscous, np.zeros((n, n))], [np.zeros((n, n)), viscous.conj()]])
+        state = np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-stiffness, -rates]])
+        poles = np.linalg.eigvals(state)
+        return bool(np.all(poles.real <= GROWING * np.abs(poles)))
+
+
+@dataclass(frozen=True, eq=False)
+class SynchronousRub:
+    """Radius of the circle that a shaft describes in a clearance under unbalance, over its spin."""
+
+    gap: float
+    """m, radial"""
+    speed: np.ndarray
+    """(n_speeds,) spin, rad/s"""
+    free: np.ndarray
+    """(n_speeds,) m, radius without a bushing; a motion that touches nothing where it is below the gap"""
+    radius: np.ndarray
+    """(n_speeds, 2) m, of the lower and the upper branch in contact; nan where there is none"""
+    stable: np.ndarray
+    """(n_speeds, 2) whether small motions about them die out"""
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(n,) rad/s, the first or last speed of each stretch in which the upper branch is there."""
+        there = np.isfinite(self.radius[:, 1])
+        edge = np.flatnonzero(there[1:] != there[:-1])
+        return self.speed[np.where(there[edge], edge, edge + 1)]
+
+    def plot(self) -> Figure:
+        """Draw the radius over the spin: without contact, and rubbing, stable or not."""
+        from ..core.drawing import COLOURS, REPEAT, TEST, canvas, key, tidy
+
+        figure = canvas(3.6)
+        ax = figure.subplots()
+        rpm, mm = self.speed * 30 / np.pi, 1e3
+        ax.plot(rpm, mm * np.where(self.free < self.gap, self.free, np.nan), color=COLOURS[0], label="in the gap")
+        for stable, style, name in ((True, "-", "rubbing"), (False, ":", "rubbing, unstable")):
+            shown = mm * np.where(self.stable == stable, self.radius, np.nan)
+            ax.plot(rpm, shown[:, 0], style, color=COLOURS[1], label=name)
+            ax.plot(rpm, shown[:, 1], style, color=COLOURS[1])
+        ax.axhline(mm * self.gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
+        ax.plot(rpm, mm * np.where(self.free < self.gap, np.nan, self.free), color=REPEAT, linewidth=0.9,
+                label="without bushing")  # fmt: skip
+        highest = np.nanmax(np.append(self.radius, self.gap))
+        ax.set_ylim(0.0, 1.3 * mm * float(highest))
+        tidy(ax, "", "Radius (mm)", "Spin (rev/min)")
+        key(figure, ax.get_legend_handles_labels()[0], 5)
+        return figure
+
+
+class DryWhirl(NamedTuple):
+    """A backward whirl all around a clearance, which friction drives."""
+
+    whirl: float  #: rad/s
+    radius: float  #: m
+
+
+@checks_kinds
+def synchronous_rub(
+    rig: Rig, speeds: Sequence[float] | np.ndarray, position: float, moment: float, friction: float = 0.0,
+    bushing: int = 0, n_modes: int = 16,
+) -> SynchronousRub:  # fmt: skip
+    """Find how a shaft under unbalance circles in a bushing, with and without contact, over its spin.
+
+    The bushing's contact is its datasheet stiffness, at its middle; it is not damped.
+
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a beam or one shaft, alike in both planes.
+    speeds : sequence of float, length n_speeds
+        Rising spins, rad/s.
+    position : float
+        m along the shaft, of the unbalance.
+    moment : float
+        Mass times eccentricity, kg m.
+    friction : float
+        Coefficient μ between shaft and bushing.
+    bushing : int
+        Number of the bushing that it rubs in; all hold it by their filling.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+
+    Raises
+    ------
+    RigError
+        If the planes differ, the structure is no such shaft, or there is no such bushing.
+    LawError
+        If friction is negative.
+    """
+    shaft, circling = _circling(rig, friction, bushing, n_modes)
+    speed = np.array(speeds, dtype=float)
+    source = shaft.shapes([position])[0, 0, : circling.omega.size]
+    free, radius = np.zeros(speed.size), np.full((speed.size, 2), np.nan)
+    stable = np.zeros((speed.size, 2), dtype=bool)
+    stiff, gap = circling.stiffness * circling.friction, circling.gap
+    for i, spin in enumerate(speed):
+        moved = np.linalg.solve(circling.dynamic(spin, spin), np.column_stack((circling.at, moment * spin**2 * source)))
+        own, free[i] = circling.at @ moved[:, 0], abs(circling.at @ moved[:, 1])
+        factor, shift = 1 + own * stiff, own * stiff * gap
+        half = (factor * shift.conjugate()).real / abs(factor) ** 2
+        inside = half**2 - (abs(shift) ** 2 - free[i] ** 2) / abs(factor) ** 2
+        if inside >= 0:
+            for j, sign in enumerate((-1.0, 1.0)):
+                found = half + sign * np.sqrt(inside)
+                if found > gap:
+                    radius[i, j], stable[i, j] = found, circling.is_stable(spin, found)
+    return SynchronousRub(gap, speed, free, radius, stable)
+
+
+@checks_kinds
+def dry_whirls(
+    rig: Rig, friction: float, spin: float = 0.0, bushing: int = 0, n_modes: int = 16
+) -> tuple[DryWhirl, ...]:
+    """Find the backward whirls that friction in a bushing can keep up, by rising frequency.
+
+    The shaft's surface slides all the time, so that its spin acts by gyroscopic moments and turning damping alone.
+
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a beam or one shaft, alike in both planes.
+    friction : float
+        Coefficient μ between shaft and bushing, > 0.
+    spin : float
+        Ω, rad/s.
+    bushing, n_modes
+        As in `synchronous_rub`.
+
+    Raises
+    ------
+    RigError
+        If the planes differ, the structure is no such shaft, or there is no such bushing.
+    LawError
+        If friction is negative.
+    """
+    _, circling = _circling(rig, friction, bushing, n_modes)
+
+    def driven(whirl: float) -> float:
+        found = circling.receptance(-whirl, spin)
+        return found.imag + friction * found.real
+
+    # No whirl is faster than the shaft with the contact closed.
+    closed = np.diag(circling.omega**2) + circling.stiffness * np.outer(circling.at, circling.at)
+    highest = 2 * np.sqrt(np.linalg.eigvalsh(closed)[-1])
+    grid = np.geomspace(0.1 * circling.omega[0], highest, WHIRLS)
+    value = np.array([driven(whirl) for whirl in grid])
+    found = []
+    for i in np.flatnonzero(value[1:] * value[:-1] < 0):
+        whirl = float(scipy.optimize.brentq(driven, grid[i], grid[i + 1], xtol=1e-12 * highest))
+        against = -(1 / circling.receptance(-whirl, spin)).real  # k_c (1 - δ/ρ)
+        if 0 < against < circling.stiffness:
+            found.append(DryWhirl(whirl, circling.gap / (1 - against / circling.stiffness)))
+    return tuple(found)
+
+
+def _circling(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[TurningShaft, _Circling]:
+    if not 0 <= friction < np.inf:
+        raise LawError(f"friction {friction:g} must be a coefficient >= 0")
+    if not 0 <= bushing < len(rig.bushings):
+        raise RigError(f"bushing {bushing} is not there: rig {rig.name!r} has {len(rig.bushings)}")
+    shaft, where = turning_shaft(rig, n_modes), rig.bushings[bushing]
+    n = shaft.omega.size // 2
+    if shaft.omega.size % 2 or not np.allclose(shaft.omega[:n], shaft.omega[n:], ALIKE, ALIKE * shaft.omega[0]):
+        raise RigError(f"rig {rig.name!r}: its supports differ in y and z, so that no motion is a circle")
+    if where.offset:
+        raise RigError(f"rig {rig.name!r}: bushings[{bushing}].offset is {where.offset:g} m; a circle needs its middle")
+    at = shaft.shapes([float(where.position)])[0, 0, :n]
+    return shaft, _Circling(
+        shaft.omega[:n], shaft.damping[:n, :n], shaft.gyroscopic[:n, n:], shaft.circulatory[:n, n:], at, where.gap,
+        where.contact.stiffness, 1 + 1j * friction,
+    )  # fmt: skip

@@ -1,0 +1,137 @@
+"""Rub in a round clearance beside the closed forms of a Jeffcott rotor, and beside a march through time."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, RigError, Sensor
+from clearance_mj.rotors import dry_whirls, synchronous_rub
+from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+FREQUENCY, MASS, GAP = 60.0, 3.0, 1e-4  # rad/s, kg, m: times, masses and lengths of the closed forms
+STIFFNESS = MASS * FREQUENCY**2
+
+
+def jeffcott(damping: float, contact: float = 20.0, density: float = 1e-4, **of_support: float) -> Rig:
+    """m = k = δ = 1 in units of the mass, the frequency and the gap; a massless shaft with its disc in the bushing."""
+    diameter = (64 * STIFFNESS / (48 * 2.1e11 * np.pi)) ** 0.25
+    supports = [Support(x, "pinned") for x in (0.0, 1.0)]
+    if of_support:
+        supports = [Support(x, "elastic", **of_support) for x in (0.0, 1.0)]
+    shaft = Shaft(
+        (Section(1.0, (diameter, diameter)),), tuple(supports), (Disc(0.5, MASS),), Material(2.1e11, density),
+        (damping * FREQUENCY, 0.0), theory="euler",
+    )  # fmt: skip
+    bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS))
+    return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft)
+
+
+def rub(speeds: np.ndarray | list[float], friction: float = 0.0, eccentricity: float = 0.2, damping: float = 0.1):
+    return synchronous_rub(
+        jeffcott(damping), FREQUENCY * np.array(speeds), 0.5, MASS * eccentricity * GAP, friction, n_modes=4
+    )
+
+
+def test_first_contact() -> None:
+    """The free motion reaches the gap at ω = 0.9252, and leaves it at 1.1032."""
+    speeds = np.linspace(0.9, 1.15, 25001)
+    beyond = speeds[rub(speeds[::10]).free.repeat(10)[: speeds.size] > GAP]
+    assert_allclose([beyond[0], beyond[-1]], [0.9252, 1.1032], atol=2e-4)
+
+
+@pytest.mark.parametrize("friction, radius", [(0.0, 1.008635), (0.1, 1.008109)])
+def test_the_radius_of_a_synchronous_rub(friction: float, radius: float) -> None:
+    found = rub([1.0], friction)
+    assert_allclose(found.radius[0, 1] / GAP, radius, rtol=1e-6)
+    assert found.stable[0, 1] == (friction < 0.1 * np.sqrt(21.0) / 20.0)  # the threshold of dry whirl, below
+
+
+@pytest.mark.parametrize("friction, end", [(0.0, 4.328), (0.05, 3.715), (0.1, 2.999)])
+def test_where_the_branch_ends(friction: float, end: float) -> None:
+    speeds = np.arange(end - 0.05, end + 0.05, 2e-4)
+    found = rub(speeds, friction)
+    assert_allclose(found.ends / FREQUENCY, [end], rtol=1e-3)
+    last = np.flatnonzero(np.isfinite(found.radius[:, 1]))[-1]
+    # Both branches meet there (what is left is the square root of the way to the end).
+    assert_allclose(found.radius[last, 0], found.radius[last, 1], rtol=2e-2)
+
+
+def marched(damping: float, contact: float, friction: float, start: np.ndarray, time: np.ndarray, force=0.0, spin=1.0):
+    """Displacements y + i z of the Jeffcott rotor with its bushing, by Runge-Kutta in the closed forms' units."""
+
+    def rate(t: float, state: np.ndarray) -> list[complex]:
+        w, v = state
+        size = abs(w)
+        push = contact * max(size - 1.0, 0.0) * (1 + 1j * friction) * w / size if size else 0.0
+        return [v, force * spin**2 * np.exp(1j * spin * t) - damping * v - w - push]
+
+    return solve_ivp(rate, time[[0, -1]], start, t_eval=time, rtol=1e-10, atol=1e-12, method="DOP853").y
+
+
+def test_a_rub_is_where_a_march_settles() -> None:
+    found = rub([1.4], 0.01)
+    radius = found.radius[0, 1] / GAP
+    time = np.linspace(0.0, 400.0, 4001)
+    path = marched(0.1, 20.0, 0.01, np.array([radius + 0.01, 1.4j * radius]), time, 0.2, 1.4)
+    settled = np.abs(path[0, -500:])
+    assert found.stable[0, 1] and np.ptp(settled) < 1e-5
+    assert_allclose(settled, radius, rtol=1e-5)
+
+
+def test_friction_makes_a_rub_unstable() -> None:
+    """Where it is told unstable, a march that begins on the circle leaves it; where stable, it stays."""
+    told = {}
+    for friction in (0.01, 0.1):
+        found = rub([2.0], friction, eccentricity=0.6)
+        radius = found.radius[0, 1] / GAP
+        gain = 1 + 20 * (1 - 1 / radius) * (1 + 1j * friction) - 4 + 0.2j
+        phase = 0.6 * 4 / (gain * radius)
+        start = radius * phase * np.array([1.0, 2.0j]) * (1 + 1e-4)
+        path = marched(0.1, 20.0, friction, start, np.linspace(0, 300, 3001), 0.6, 2.0)
+        stays = np.abs(np.abs(path[0, -300:]) / radius - 1).max() < 1e-4
+        told[friction] = bool(found.stable[0, 1])
+        assert stays == told[friction]
+    assert set(told.values()) == {True, False}
+
+
+def test_dry_whirl() -> None:
+    """ω* = [c/μ + √((c/μ)² + 4 m k)]/2m, r* = δ/(1 - c ω*/(μ k_c)): 1.10499 and 1.01117; begun faster it grows."""
+    (found,) = dry_whirls(jeffcott(0.02), 0.1, n_modes=4)
+    assert_allclose([found.whirl / FREQUENCY, found.radius / GAP], [1.10499, 1.01117], rtol=1e-5)
+    assert_allclose(found.whirl / FREQUENCY, (0.2 + np.sqrt(0.04 + 4)) / 2, rtol=1e-6)
+    # With another sense of rotation of force and friction, the same equations in time.
+    for faster, grows in ((1.03, True), (0.97, False)):
+        w, r = found.whirl / FREQUENCY * faster, found.radius / GAP
+        path = marched(0.02, 20.0, 0.1, np.array([r, -1j * w * r]), np.linspace(0, 200, 2001))
+        assert (np.abs(path[0, -200:]).max() > 1.005 * r) == grows
+
+
+@pytest.mark.parametrize("damping", [0.2, 0.5])
+def test_the_threshold_of_dry_whirl(damping: float) -> None:
+    """It needs μ > c √((k + k_c)/m)/k_c."""
+    threshold = damping * np.sqrt(21.0) / 20.0
+    assert dry_whirls(jeffcott(damping), 1.005 * threshold, n_modes=4)
+    assert not dry_whirls(jeffcott(damping), 0.995 * threshold, n_modes=4)
+
+
+def test_the_rub_is_drawn() -> None:
+    (axes,) = rub(np.linspace(0.2, 4.5, 60), 0.05).plot().axes
+    assert {"in the gap", "rubbing", "rubbing, unstable", "gap"} <= set(axes.get_legend_handles_labels()[1])
+
+
+def test_what_has_no_circle_is_refused() -> None:
+    with pytest.raises(RigError, match="its supports differ in y and z, so that no motion is a circle"):
+        dry_whirls(jeffcott(0.1, density=10.0, translation=1e6, translation_y=2e6), 0.1)
+    with pytest.raises(ClearanceError, match=r"friction -0.1 must be a coefficient >= 0"):
+        rub([1.0], -0.1)
+    with pytest.raises(ClearanceError, match="bushing 3 is not there: rig 'jeffcott' has 1"):
+        dry_whirls(jeffcott(0.1), 0.1, bushing=3)
+    rig = jeffcott(0.1)
+    aside = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], offset=1e-5),))
+    with pytest.raises(RigError, match=r"bushings\[0\].offset is 1e-05 m; a circle needs its middle"):
+        dry_whirls(aside, 0.1, n_modes=4)
