@@ -22,7 +22,7 @@ PIECES = 3  # elements for each one of the finer rotors
 LATERAL = (0, 1, 3, 4)  # of a node's x, y, z and rotations about them
 
 
-def main(speeds, modes):
+def main(speeds, modes, bearings):
     found = {}
     for name in EXAMPLES:
         with contextlib.redirect_stdout(io.StringIO()):
@@ -32,7 +32,17 @@ def main(speeds, modes):
         seconds = time.process_time() - begun
         finer = [_lateral(_finer(rotor, PIECES), speed, modes) for speed in speeds]
         found[name] = _plain(rotor) | {"poles": poles, "finer": finer, "seconds": seconds}
-    json.dump(found, sys.stdout)
+    json.dump({"rotors": found, "bearings": [_coefficients(**case) for case in bearings]}, sys.stdout)
+
+
+def _coefficients(spin, load, viscosity, radius, length, clearance):
+    """Stiffness and damping of ROSS' short bearing."""
+    bearing = ross.CylindricalBearing(
+        n=0, speed=ross.Q_([spin], "rad/s"), weight=load, bearing_length=length, journal_diameter=2 * radius,
+        radial_clearance=clearance, oil_viscosity=viscosity,
+    )  # fmt: skip
+    at = ross.Q_(spin, "rad/s")
+    return [np.asarray(matrix)[:2, :2].tolist() for matrix in (bearing.K(at), bearing.C(at))]
 
 
 def _example(name):

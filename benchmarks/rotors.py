@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance_mj import Rig, Sensor
+from clearance_mj.clearance import ShortBearing
 from clearance_mj.rotors import turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -21,6 +22,8 @@ from .case import row
 
 SPEEDS = [0.0, 200.0, 400.0, 800.0]  # rad/s
 MODES = 6
+OIL = {"viscosity": 0.1, "radius": 0.05, "length": 0.03, "clearance": 1e-4}
+BEARINGS = [OIL | {"spin": spin, "load": load} for spin in (50.0, 157.0, 400.0) for load in (100.0, 525.0, 4000.0)]
 HIGHEST_DAMPING = 0.5  # damping ratio up to which a motion counts
 SOFT = 1e-3  # of the largest modulus: a sleeve softer than this only has mass
 
@@ -31,13 +34,17 @@ def measure():
     if not Path(path).is_file():
         return {"rows": [], "skipped": {"ROSS": "ROSS_PYTHON names no interpreter that has it; make bench makes one"}}
     script = Path(__file__).resolve().with_name("ross_rotors.py")
+    asked = {"speeds": SPEEDS, "modes": MODES, "bearings": BEARINGS}
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(
-            [Path(path).absolute(), "-W", "ignore", script, json.dumps({"speeds": SPEEDS, "modes": MODES})],
+            [Path(path).absolute(), "-W", "ignore", script, json.dumps(asked)],
             capture_output=True, text=True, check=True, cwd=folder, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
         )  # fmt: skip
     rows, frequencies = [], {}
-    for name, data in json.loads(run.stdout.splitlines()[-1]).items():
+    answer = json.loads(run.stdout.splitlines()[-1])
+    apart = max(_film_apart(case, other) for case, other in zip(BEARINGS, answer["bearings"]))
+    rows.append(row("short oil bearings, largest difference of eight coefficients", [100 * apart], "%", "<= 0.1"))
+    for name, data in answer["rotors"].items():
         begun = time.process_time()
         shaft = turning_shaft(_rig(name, data), 20)
         own = [shaft.poles(speed).value for speed in SPEEDS]
@@ -50,6 +57,13 @@ def measure():
         rows.append(row(f"{name}, ROSS' time / ours", [data["seconds"] / seconds], "x", ""))
         frequencies[name] = {"clearance_mj": own.tolist(), "ROSS": other.tolist(), "ROSS, finer": finer.tolist()}
     return {"rows": rows, "speeds": SPEEDS, "frequencies": frequencies, "skipped": {}}
+
+
+def _film_apart(case, other):
+    """Largest difference of a bearing's coefficients from ROSS', over the largest of their kind."""
+    film = ShortBearing(**{name: case[name] for name in OIL})
+    own = film.coefficients(film.equilibrium([0.0, -case["load"]], case["spin"]), case["spin"])
+    return max(np.abs(mine - theirs).max() / np.abs(theirs).max() for mine, theirs in zip(own, np.array(other)))
 
 
 def _frequencies(poles):
