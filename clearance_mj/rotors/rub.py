@@ -8,14 +8,16 @@ gyroscopic moments and all, and u the free motion under the unbalance,
 
 - synchronous rub (ω = Ω) has |ρ + H k_c (ρ - δ)(1 + i μ)| = |u|, a quadratic equation for ρ: two branches at most;
 - dry whirl, which friction alone drives, backward, has 1 + H(-ω) k_c (1 - δ/ρ)(1 + i μ) = 0: at whirls ω with
-  Im H = -μ Re H, Re H < 0.
+  Im H = -μ Re H, Re H < 0;
+- a shaft of radius R that rolls inside the bushing without sliding has ω ρ = Ω R and needs less friction than acts
+  where it slides.
 
 Source: Black, J. Mech. Eng. Sci. 10, 1968; Jiang & Ulbrich, Nonlinear Dynamics 24, 2001, for a Jeffcott rotor.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -30,7 +32,7 @@ from .turning import TurningShaft, turning_shaft
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["DryWhirl", "SynchronousRub", "dry_whirls", "synchronous_rub"]
+__all__ = ["DryWhirl", "SynchronousRub", "dry_whirls", "rolling_whirls", "synchronous_rub"]
 
 ALIKE = 1e-6  # share by which frequencies of the two planes may differ
 GROWING = 1e-9  # of a pole's size: real part above which a motion grows
@@ -121,6 +123,7 @@ class DryWhirl(NamedTuple):
 
     whirl: float  #: rad/s
     radius: float  #: m
+    friction: float  #: coefficient that acts: all there is where it slides, less where it rolls
 
 
 @checks_kinds
@@ -208,18 +211,73 @@ def dry_whirls(
         found = circling.receptance(-whirl, spin)
         return found.imag + friction * found.real
 
-    # No whirl is faster than the shaft with the contact closed.
-    closed = np.diag(circling.omega**2) + circling.stiffness * np.outer(circling.at, circling.at)
-    highest = 2 * np.sqrt(np.linalg.eigvalsh(closed)[-1])
-    grid = np.geomspace(0.1 * circling.omega[0], highest, WHIRLS)
-    value = np.array([driven(whirl) for whirl in grid])
     found = []
-    for i in np.flatnonzero(value[1:] * value[:-1] < 0):
-        whirl = float(scipy.optimize.brentq(driven, grid[i], grid[i + 1], xtol=1e-12 * highest))
+    for whirl in _roots(driven, circling, np.inf):
         against = -(1 / circling.receptance(-whirl, spin)).real  # k_c (1 - δ/ρ)
         if 0 < against < circling.stiffness:
-            found.append(DryWhirl(whirl, circling.gap / (1 - against / circling.stiffness)))
+            found.append(DryWhirl(whirl, circling.gap / (1 - against / circling.stiffness), friction))
     return tuple(found)
+
+
+@checks_kinds
+def rolling_whirls(rig: Rig, friction: float, spin: float, bushing: int = 0, n_modes: int = 16) -> tuple[DryWhirl, ...]:
+    """Find the backward whirls in which a shaft rolls inside a bushing without sliding, by rising frequency.
+
+    Parameters
+    ----------
+    rig : Rig
+        A rig with a beam or one shaft, alike in both planes and round at the bushing.
+    friction : float
+        Coefficient μ between shaft and bushing, >= 0: whirls that need more are left out.
+    spin : float
+        Ω, rad/s, > 0.
+    bushing, n_modes
+        As in `synchronous_rub`.
+
+    Raises
+    ------
+    RigError
+        If the planes differ, the structure is no such shaft, or there is no such bushing.
+    LawError
+        If friction is negative.
+    """
+    _, circling = _circling(rig, friction, bushing, n_modes)
+    rolled = spin * _radius(rig, bushing)
+
+    def apart(whirl: float) -> float:
+        free = circling.receptance(-whirl, spin)
+        # Both sides times |H|², which has no poles where H is zero.
+        return free.real + abs(free) ** 2 * circling.stiffness * (1 - circling.gap * whirl / rolled)
+
+    found = []
+    for whirl in _roots(apart, circling, rolled / circling.gap):
+        against = 1 / circling.receptance(-whirl, spin)
+        acting = against.imag / against.real
+        if against.real < 0 and 0 <= acting <= friction:
+            found.append(DryWhirl(whirl, rolled / whirl, acting))
+    return tuple(found)
+
+
+def _roots(function: Callable[[float], float], circling: _Circling, highest: float) -> list[float]:
+    """Return the whirls, rad/s, at which a function is zero; none is faster than the shaft with the contact closed."""
+    closed = np.diag(circling.omega**2) + circling.stiffness * np.outer(circling.at, circling.at)
+    fastest = min(highest, 2 * float(np.sqrt(np.linalg.eigvalsh(closed)[-1])))
+    grid = np.geomspace(0.1 * circling.omega[0], fastest, WHIRLS)
+    value = np.array([function(whirl) for whirl in grid])
+    between = np.flatnonzero(value[1:] * value[:-1] < 0)
+    return [float(scipy.optimize.brentq(function, grid[i], grid[i + 1], xtol=1e-12 * fastest)) for i in between]
+
+
+def _radius(rig: Rig, bushing: int) -> float:
+    """Radius of the shaft in a bushing, m."""
+    (shaft,) = rig.linear.shafts
+    at = rig.linear.place(rig.bushings[bushing].position)[1]
+    i = int(np.clip(np.searchsorted(shaft.edges, at) - 1, 0, len(shaft.sections) - 1))
+    diameter = shaft.sections[i].diameter
+    if diameter is None:
+        raise RigError(f"rig {rig.name!r}: sections[{i}] in bushings[{bushing}] is not round, so it does not roll")
+    share = (at - shaft.edges[i]) / shaft.sections[i].length
+    return float(diameter[0] + share * (diameter[1] - diameter[0])) / 2
 
 
 def _circling(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[TurningShaft, _Circling]:

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, RigError, Sensor
-from clearance_mj.rotors import dry_whirls, synchronous_rub
+from clearance_mj.rotors import dry_whirls, rolling_whirls, synchronous_rub
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 FREQUENCY, MASS, GAP = 60.0, 3.0, 1e-4  # rad/s, kg, m: times, masses and lengths of the closed forms
@@ -117,6 +117,21 @@ def test_the_threshold_of_dry_whirl(damping: float) -> None:
     threshold = damping * np.sqrt(21.0) / 20.0
     assert dry_whirls(jeffcott(damping), 1.005 * threshold, n_modes=4)
     assert not dry_whirls(jeffcott(damping), 0.995 * threshold, n_modes=4)
+
+
+def test_a_shaft_rolls_in_its_bushing() -> None:
+    """With ω r = Ω R and m ω² = k + k_c (1 - δ/r), Ω R = 50: ω = 4.387, r = 11.40; damping needs friction."""
+    rig = jeffcott(0.0)
+    radius = rig.structure.sections[0].diameter[0] / 2
+    spin = 50 * FREQUENCY * GAP / radius
+    (found,) = rolling_whirls(rig, 0.1, spin, n_modes=4)
+    assert (round(found.whirl / FREQUENCY, 3), round(found.radius / GAP, 2)) == (4.387, 11.40)
+    assert_allclose(found.friction, 0.0, atol=1e-9)
+    omega = found.whirl / FREQUENCY
+    assert_allclose(omega**2, 1 + 20 * (1 - omega / 50), rtol=1e-4)
+    (damped,) = rolling_whirls(jeffcott(0.2), 0.1, spin, n_modes=4)
+    assert_allclose(damped.friction, 0.2 * omega / (20 * (1 - omega / 50)), rtol=1e-3)
+    assert not rolling_whirls(jeffcott(0.2), 0.04, spin, n_modes=4)
 
 
 def test_the_rub_is_drawn() -> None:
