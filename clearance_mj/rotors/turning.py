@@ -204,7 +204,7 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     Raises
     ------
     RigError
-        If the structure is no such shaft, or has something attached to it.
+        If the structure is no such shaft, has something attached to it, or a bushing that is not on the base.
     """
     shafts = rig.linear.shafts
     if len(shafts) != 1:
@@ -213,6 +213,9 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
         raise RigError(
             f"rig {rig.name!r}: a shaft that turns has no housings, fixture, springs, planes or oscillators yet"
         )
+    for j, bushing in enumerate(rig.bushings):
+        if bushing.to is not None:
+            raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
     (shaft,) = shafts
     try:
         planes = tuple(_in_plane(rig, each, n_modes) for each in (shaft.in_other_plane, shaft))

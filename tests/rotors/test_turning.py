@@ -161,6 +161,9 @@ def test_what_does_not_turn_is_refused() -> None:
     with pytest.raises(RigError, match=r"sections\[0\] is .* a shaft that turns needs sections that are as stiff in"):
         turning_shaft(flat)
     rig = jeffcott()
+    inner = Bushing(0.5, 1e-3, 0.0, Grease(2e5), Contact(1e6), to=0.7)
+    with pytest.raises(RigError, match=r"bushings\[0\].to is on the shaft itself, which turns"):
+        turning_shaft(rig.replace(bushings=(inner,)))
     with pytest.raises(RigError, match="a shaft that turns has no housings, fixture, springs"):
         turning_shaft(rig.replace(springs=(Spring(0.5, 1e4),)))
     with pytest.raises(RigError, match="speeds must be rising spins in rad/s"):
