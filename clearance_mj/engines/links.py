@@ -86,7 +86,7 @@ def _add_chain(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
     shaft, prefix = chain.shaft, _prefix(whole, i)
     if chain.starts[0] > shaft.start:
         at = shaft.start, aside, chain.starts[0] - shaft.start
-        _visual(spec.worldbody, f"{prefix}clamped", *at, _half_depth(shaft, shaft.start))
+        _visual(spec.worldbody, f"{prefix}clamped", *at, shaft.half_depth(shaft.start))
     joints = iter(zip(_joints(whole, i), chain.stiffness, whole.damping[whole.slices[i]]))
     body, origin = spec.worldbody, (0.0, 0.0)
     for n, (name, link) in enumerate(zip(names, chain.links)):
@@ -94,7 +94,7 @@ def _add_chain(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
         _set_inertia(body, link)
         for _ in range(chain.slides + chain.turns if name.endswith("root") else 1):
             _add_joint(body, *next(joints))
-        _visual(body, name, 0.0, 0.0, link.end - link.start, _half_depth(shaft, (link.start + link.end) / 2))
+        _visual(body, name, 0.0, 0.0, link.end - link.start, shaft.half_depth((link.start + link.end) / 2))
         _add_sensors(spec, whole, i, n)
     _add_sensors(spec, whole, i, -1)
 
@@ -117,15 +117,7 @@ def _joints(whole: Linkage, i: int) -> list[str]:
 
 def _aside(whole: Linkage, i: int) -> float:
     """Where a shaft is along y, m: each beside the others."""
-    return i * SHAFT_SPACING * max(_half_depth(c.shaft, x) for c in whole.chains for x in c.shaft.edges)
-
-
-def _half_depth(shaft: Shaft, x: float) -> float:
-    """Of a shaft at x, m, in the direction of vibration; at a step that of what follows."""
-    edges = shaft.edges
-    i = int(np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(shaft.sections) - 1))
-    section = shaft.sections[i]
-    return float(np.interp(x, edges[i : i + 2], section.diameter or section.height or (0.0, 0.0))) / 2
+    return i * SHAFT_SPACING * max(c.shaft.half_depth(x) for c in whole.chains for x in c.shaft.edges)
 
 
 def _visual(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, depth: float) -> None:
@@ -213,7 +205,7 @@ def _add_bushing(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
     """Plates, and collars at both ends."""
     bushing = whole.rig.bushings[j]
     i, x = whole.rig.linear.place(bushing.position)
-    depth = _half_depth(whole.chains[i].shaft, x)
+    depth = whole.chains[i].shaft.half_depth(x)
     _add_plates(spec, j, bushing, x, _aside(whole, i), depth)
     site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": f"bushing{j}"}
     spec.add_sensor(name=f"displacement{j}", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, **site)

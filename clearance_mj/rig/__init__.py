@@ -5,9 +5,10 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 """
 
 from ..structure import Beam
-from .clearance import Bushing, Contact, Grease
+from .clearance import Bushing, Contact, Friction, Grease, OilFilm
 from .instruments import BASE_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
 from .rig import PointMass, Rig, rig_schema
+from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
 
 __all__ = [
@@ -18,11 +19,15 @@ __all__ = [
     "Beam",
     "Bushing",
     "Contact",
+    "Friction",
     "Grease",
+    "OilFilm",
     "PointMass",
     "Rig",
     "Sensor",
     "Shaker",
+    "Spin",
     "Tolerance",
+    "Unbalance",
     "rig_schema",
 ]

@@ -13,7 +13,7 @@ from ..structure import Point
 from ..structure.attached import Housing
 from ..structure.base import moved, parse_dof, parse_place
 
-__all__ = ["Bushing", "Contact", "Grease"]
+__all__ = ["Bushing", "Contact", "Friction", "Grease", "OilFilm"]
 
 
 @checked(RigError)
@@ -70,6 +70,38 @@ class Contact:
 
 
 @checked(RigError)
+class Friction:
+    """Dry friction of shaft and bushing: bristles that bend up to the largest force, then slide."""
+
+    coefficient: NotNegative
+    """μ, largest friction over the normal force where it slides fast"""
+    stiffness: Positive | None = seldom(default=None)
+    """N/m, of the bristles; None: that of the datasheet contact"""
+    damping: NotNegative = seldom(default=0.0)
+    """N s/m, of the bristles while they stick"""
+    static_ratio: Annotated[Number, Field(ge=1)] = seldom(default=1.0)
+    """largest friction where sliding begins, over that of fast sliding"""
+    stribeck_speed: Positive | None = seldom(default=None)
+    """m/s, at which the friction has fallen by 63 % of the way to that of fast sliding"""
+
+    def __post_init__(self) -> None:
+        if self.static_ratio > 1 and self.stribeck_speed is None:
+            raise ValueError("stribeck_speed is missing; static_ratio > 1 needs a speed over which the friction falls")
+
+
+@checked(RigError)
+class OilFilm:
+    """Oil in a short plain bearing (Ocvirk): what fills a round clearance in the place of grease."""
+
+    viscosity: Positive
+    """Pa s"""
+    asperities: NotNegative = seldom(default=0.0)
+    """m: height of both surfaces' asperities, the thinnest film"""
+    cavitated: bool = seldom(default=True)
+    """whether oil cannot pull; False: pressure below the surroundings' too, all around"""
+
+
+@checked(RigError)
 class Bushing:
     """A clearance: a bushing around a shaft, or a degree of freedom that meets a stop, or another one, beyond a gap.
 
@@ -89,22 +121,47 @@ class Bushing:
     to: Point | None = None
     """the point, of another shaft or part, relative to which ``position`` moves; None: the base"""
     offset: Number = seldom(default=0.0)
-    """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there"""
+    """m from the bushing's middle to where the shaft stands at rest, within the gap; the film is thinner there. Along
+    z, and of a rig with gravity without the shaft's weight"""
     stops: Literal["both", "upper", "lower"] = seldom(default="both")
     """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
     housing: Housing | None = seldom(default=None)
     """what holds the bushing where it gives; None: it is fixed to the base"""
     probe_delay: Number = seldom(default=0.0)
     """s, by which the samples of the bushing's displacement probe are late"""
+    offset_y: Number = seldom(default=0.0)
+    """m, the same along y, in space"""
+    friction: Friction | None = seldom(default=None)
+    """of the contact, in space; None: it slides without"""
+    film: OilFilm | None = seldom(default=None)
+    """oil in the gap, in space; None: grease"""
+    radius: Positive | None = seldom(default=None)
+    """m, of the shaft where it touches; None: half the section's depth there"""
+    probe_angle: Number = seldom(default=0.0)
+    """rad, by which two displacement probes in space are turned from y and z, > 0 from y to z"""
 
     def __post_init__(self) -> None:
-        if abs(self.offset) >= self.gap:
+        if math.hypot(self.offset_y, self.offset) >= self.gap:
+            where = f"{self.offset:g} m" if not self.offset_y else f"({self.offset_y:g}, {self.offset:g}) m along y, z"
             raise ValueError(
-                f"offset {self.offset:g} m lies beyond the gap {self.gap:g} m: at rest the shaft touches neither wall"
+                f"offset {where} lies beyond the gap {self.gap:g} m: at rest the shaft touches no wall"
             )
-
+        if self.film and (self.grease.stiffness or self.grease.damping):
+            raise ValueError("film is oil and grease has a stiffness or damping: one of them fills the gap")
+        if self.film and self.film.asperities >= self.gap:
+            raise ValueError(
+                f"film.asperities {self.film.asperities:g} m are as high as the gap {self.gap:g} m is wide; there is "
+                "no room for oil"
+            )
         if self.housing and self.to is not None:
             raise ValueError('housing holds a bushing to the base, and "to" says that it is on another part')
+
+    @property
+    def in_space_only(self) -> tuple[str, ...]:
+        """Names of its fields that have a meaning only where the shaft moves along y and z."""
+        told = {"offset_y": self.offset_y, "friction": self.friction, "film": self.film, "radius": self.radius,
+                "probe_angle": self.probe_angle}  # fmt: skip
+        return tuple(name for name, value in told.items() if value)
 
     @property
     def walls(self) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Whole, checked, seldom
 from ..structure import Point
-from ..structure.base import AXES, parse_dof
+from ..structure.base import AXES, dof_vector, parse_dof
 
 __all__ = ["BASE_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Sensor", "Shaker", "dof_label"]
 
@@ -26,6 +26,24 @@ def dof_label(node: int, point: float | str) -> str:
     """Return the node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
     dof = parse_dof(point)
     return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
+
+
+Direction: TypeAlias = tuple[Number, Number, Number]
+
+
+def _check_direction(direction: Direction | None) -> None:
+    if direction is not None and not any(direction):
+        raise ValueError("direction must not be zero")
+
+
+def _unit(direction: Direction) -> np.ndarray:
+    return np.array(direction) / np.linalg.norm(direction)
+
+
+def _nearest(node: int, direction: Direction | np.ndarray) -> str:
+    """Node and the axis nearest to a direction."""
+    axis = int(np.argmax(np.abs(direction)))
+    return f"{node}:{'-' if direction[axis] < 0 else '+'}{AXES[axis]}"
 
 
 def _free_node(node: int) -> int:
@@ -51,11 +69,23 @@ class Sensor:
     """what it reads over the acceleration"""
     delay: Number = seldom(default=0.0)
     """s, by which its channel is late"""
+    direction: Direction | None = seldom(default=None)
+    """(x, y, z) along which it measures in space, of any length; None: along z, or its degree of freedom"""
+
+    def __post_init__(self) -> None:
+        _check_direction(self.direction)
+        if self.direction is not None and parse_dof(self.position):
+            raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
+
+    @property
+    def unit_direction(self) -> np.ndarray:
+        """(3,) unit vector along which it measures; zeros of a rotation."""
+        return dof_vector(self.position) if self.direction is None else _unit(self.direction)
 
     @property
     def label(self) -> str:
-        """Node and direction, such as "7:+Z"."""
-        return dof_label(self.node, self.position)
+        """Node and direction, the nearest of X, Y and Z, such as "7:+Z"."""
+        return dof_label(self.node, self.position) if self.direction is None else _nearest(self.node, self.direction)
 
 
 @checked(RigError)
@@ -82,8 +112,9 @@ class Shaker:
     """ "base" or "force" """
     position: Point | None = None
     """m along the shaft, or a degree of freedom such as "12:+Z"; for a force"""
-    direction: tuple[Number, Number, Number] | None = None
-    """(x, y, z) along which the base moves, of any length; None: along z, in which shafts vibrate"""
+    direction: Direction | None = None
+    """(x, y, z) along which the base moves, and a force on a shaft in space acts, of any length; None: along z, in
+    which shafts vibrate"""
     also: tuple[AppliedForce, ...] | None = None
     """further points at which the force acts at the same time"""
     delay: Number = seldom(default=0.0)
@@ -92,8 +123,7 @@ class Shaker:
     def __post_init__(self) -> None:
         if self.kind == "force" and self.position is None:
             raise ValueError('position is missing; a shaker of kind "force" pushes at one point')
-        if self.direction is not None and not any(self.direction):
-            raise ValueError("direction must not be zero")
+        _check_direction(self.direction)
         if self.also and self.position is None:
             raise ValueError("position is missing; also adds points to it")
 
@@ -107,8 +137,7 @@ class Shaker:
     @property
     def unit_direction(self) -> np.ndarray:
         """(3,) unit vector along which the base moves."""
-        direction = np.array(self.direction or (0.0, 0.0, 1.0))
-        return direction / np.linalg.norm(direction)
+        return _unit(self.direction or (0.0, 0.0, 1.0))
 
     def label(self, kind: str) -> str:
         """Return node and direction of an excitation, such as "100:+Z".
@@ -119,7 +148,7 @@ class Shaker:
             Kind of the excitation, "base" or "force".
         """
         if kind == "base":
-            direction = self.unit_direction
-            axis = int(np.argmax(np.abs(direction)))
-            return f"{BASE_NODE}:{'-' if direction[axis] < 0 else '+'}{AXES[axis]}"
+            return _nearest(BASE_NODE, self.unit_direction)
+        if self.direction is not None and parse_dof(self.position or 0.0) is None:
+            return _nearest(SHAKER_NODE, self.unit_direction)
         return dof_label(SHAKER_NODE, 0.0 if self.position is None else self.position)

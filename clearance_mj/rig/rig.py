@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
@@ -23,6 +23,7 @@ from ..structure.base import StructureOfFiles, parse_place
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
+from .dimensions import Gravity, check_motion
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
@@ -30,6 +31,7 @@ from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
 from .plausible import warn_of_units
 from .points import joined_points
 from .spans import check_bushings
+from .spinning import Spin, Unbalance
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
@@ -91,6 +93,15 @@ class Rig(Shown):
     """of a shaft whose two bending planes differ; None: they are alike"""
     tolerances: tuple[Tolerance, ...] = seldom(default=())
     """how well numbers are known; others have defaults, see `identify.priors`"""
+    motion: Literal["planar", "spatial"] = seldom(default="planar")
+    """along z alone, or along y and z in round clearances"""
+    gravity: Gravity | None = seldom(default=None)
+    """m/s² (x, y, z), in space: sag and rest come before the vibration; None: no weight acts, or offsets hold what it
+    does"""
+    spin: Spin | None = seldom(default=None)
+    """of a shaft that turns, in space"""
+    unbalances: tuple[Unbalance, ...] = seldom(default=())
+    """of a shaft that turns"""
 
     def __post_init__(self) -> None:
         if (self.beam is None) == (self.structure is None):
@@ -105,6 +116,7 @@ class Rig(Shown):
         }
         points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
         points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
+        points |= {f"unbalances[{i}].position": each.position for i, each in enumerate(self.unbalances)}
         if self.shaker.position is not None:
             points["shaker.position"] = self.shaker.position
         points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
@@ -125,6 +137,7 @@ class Rig(Shown):
                     f"fixture[{i}].frequency {mode.frequency:g} Hz is that of another mode; put both into one"
                 )
         check_bushings(self.bushings, self.linear.check)
+        check_motion(self)
         for i, tolerance in enumerate(self.tolerances):
             self._check_path(f"tolerances[{i}].of", tolerance.of)
 
@@ -171,9 +184,9 @@ class Rig(Shown):
 
     @property
     def probe_labels(self) -> list[str]:
-        """Degree of freedom of each clearance's relative displacement in records, such as "6:+Z".
+        """Degrees of freedom of the clearances' relative displacements in records, such as "6:+Z".
 
-        Its node is that of the sensor that sits in a bushing around a shaft. Other clearances, at named degrees of
+        A round clearance has two, along y and z. Its node is that of the sensor that sits in a bushing around a shaft. Other clearances, at named degrees of
         freedom, between two points or without a sensor, have nodes of their own: those from 301 on that no sensor has.
         """
         taken = {s.node for s in self.sensors}
@@ -183,7 +196,19 @@ class Rig(Shown):
             node = self._node_in(bushing)
             label = dof_label(next(free) if node is None else node, bushing.position)
             found[label if label not in found else dof_label(next(free), bushing.position)] = None
+        if self.is_spatial:
+            return [f"{label.partition(':')[0]}:+{axis}" for label in found for axis in "YZ"]
         return list(found)
+
+    @property
+    def is_spatial(self) -> bool:
+        """Whether points move along y and z, and clearances are round."""
+        return self.motion == "spatial"
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of coordinates of a clearance: 1 of a planar one, 2 (y, z) of a round one."""
+        return 2 if self.is_spatial else 1
 
     @property
     def clearance_labels(self) -> list[str]:

@@ -1,15 +1,7 @@
-"""A shaft in two bending planes, which its turning couples.
+"""A turning shaft in its gaps: whirl, thresholds of stability, critical speeds, unbalance.
 
-With the modes of both planes as coordinates, y before z, and the spin Ω > 0 from y to z,
-
-    q̈ + (C + Ω G) q̇ + (ω² + Ω H) q = f.
-
-G is skew: the moment of a disc's polar inertia I on its slopes is -I Ω ż' about one and I Ω ẏ' about the other. H is
-skew too: damping that turns with the shaft sees the velocity ẏ + Ω z, ż - Ω y of the turning shaft's material. It is
-the share η2 K of Rayleigh's damping, with K of the shaft alone; all other damping stands still. Above the speed at
-which H puts in more than standing damping takes, the shaft whirls by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor.
-
-Source: Childs, Turbomachinery Rotordynamics, 1993, chapter 3; Krämer, Dynamics of Rotors and Foundations, 1993.
+Above the speed at which damping that turns with the shaft puts in more than standing damping takes, the shaft whirls
+by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor. The equations are those of spatial.py.
 """
 
 from __future__ import annotations
@@ -24,10 +16,8 @@ import scipy.optimize
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
-from ..rig import AppliedForce, Rig, Shaker
-from ..structure import Shaft
-from ..structure.base import Turning
-from ..structure.modal import Reduction
+from ..rig import Rig
+from .spatial import SpatialModel, spatial_model
 
 __all__ = ["Poles", "TurningShaft", "turning_shaft"]
 
@@ -56,7 +46,7 @@ class TurningShaft:
     """(n, n) G, skew, per rad/s of the spin"""
     circulatory: np.ndarray
     """(n, n) H, skew, 1/s: of the damping that turns with the shaft"""
-    _planes: tuple[Reduction, Reduction]
+    _model: SpatialModel
 
     def shapes(self, positions: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return how points of the shaft move along y and z, of modes of unit mass.
@@ -71,12 +61,7 @@ class TurningShaft:
         ndarray, shape (n_points, 2, n)
             1/sqrt(kg).
         """
-        at = [float(x) for x in positions]
-        found = np.zeros((len(at), 2, self.omega.size))
-        first = self._planes[0].omega.size
-        found[:, 0, :first] = self._planes[0].rows(at) @ self._planes[0].transform
-        found[:, 1, first:] = self._planes[1].rows(at) @ self._planes[1].transform
-        return found
+        return self._model.moved([float(x) for x in positions])
 
     def poles(self, spin: float) -> Poles:
         """Return the poles of the shaft at a spin, with the motion of each.
@@ -206,9 +191,6 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     RigError
         If the structure is no such shaft, has something attached to it, or a bushing that is not on the base.
     """
-    shafts = rig.linear.shafts
-    if len(shafts) != 1:
-        raise RigError(f"rig {rig.name!r}: only a beam or one shaft turns; its structure is {len(shafts)} shafts")
     if rig.attached:
         raise RigError(
             f"rig {rig.name!r}: a shaft that turns has no housings, fixture, springs, planes or oscillators yet"
@@ -216,33 +198,9 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     for j, bushing in enumerate(rig.bushings):
         if bushing.to is not None:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
-    (shaft,) = shafts
-    try:
-        planes = tuple(_in_plane(rig, each, n_modes) for each in (shaft.in_other_plane, shaft))
-    except ValueError as error:
-        raise RigError(f"rig {rig.name!r}: {error}") from None
-    (y, y_turning), (z, z_turning) = planes
-    viscous = [np.diag(plane.damping) + (plane.coupling if plane.coupling.size else 0.0) for plane, _ in planes]
-    damped = scipy.linalg.block_diag(*viscous)
-    omega = np.concatenate((y.omega, z.omega))
-    material = shaft.rayleigh[1] * y_turning.strain.T @ z_turning.strain
-    polar = y_turning.polar.T @ z_turning.polar
-    shapes = [plane.rows([b.position for b in rig.bushings]) @ plane.transform for plane in (y, z)]
-    dashpots = [(at.T * [b.grease.damping for b in rig.bushings]) @ at for at in shapes]
-    return TurningShaft(rig, omega, damped + scipy.linalg.block_diag(*dashpots), _skew(polar), _skew(material), (y, z))
-
-
-def _in_plane(rig: Rig, shaft: Shaft, n_modes: int) -> tuple[Reduction, Turning]:
-    """The shaft in one plane, and what couples it to the other one, in its modes."""
-    # A strong damper at a support bends the shaft there: the static shapes under its force are among the coordinates.
-    damped = [AppliedForce(s.position) for s in shaft.supports if s.translation_damping]
-    shaker = Shaker("force", damped[0].position, also=tuple(damped[1:])) if damped else Shaker()
-    found = rig.replace(beam=None, structure=shaft, shaker=shaker, tolerances=()).reduction(n_modes, grease=True)
-    assert found.turning
-    return found, Turning(*(rows @ found.transform for rows in found.turning()))
-
-
-def _skew(coupling: np.ndarray) -> np.ndarray:
-    """A matrix of both planes: what moves along z acts along y, and the other way round with the other sign."""
-    n, m = coupling.shape
-    return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])
+    model = spatial_model(rig, n_modes, True, True)
+    damping = np.diag(model.damping) + (model.coupling if model.coupling.size else 0.0)
+    middles = model.at_points[: len(rig.bushings)]
+    for bushing, at in zip(rig.bushings, middles):
+        damping += bushing.grease.damping * at.T @ at
+    return TurningShaft(rig, model.omega, damping, model.gyroscopic, model.circulatory, model)

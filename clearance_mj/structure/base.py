@@ -250,6 +250,11 @@ class Structure(ABC):
         return ()
 
     @property
+    def in_other_plane(self) -> Structure | None:
+        """The structure as it moves along y, of shafts, which know one plane; None where its points have directions."""
+        return None
+
+    @property
     def span(self) -> tuple[float, float]:
         """Where the first of its shafts begins and the last one ends, m."""
         return min(shaft.start for shaft in self.shafts), max(shaft.end for shaft in self.shafts)

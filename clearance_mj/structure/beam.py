@@ -10,6 +10,7 @@ the residual flexibility of the modes left out (MacNeal 1971; Rubin 1975).
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from typing import Literal
@@ -116,6 +117,11 @@ class Beam(Structure):
     def total_mass(self) -> float:
         """Mass in kg."""
         return self.mass_per_length * self.length
+
+    @property
+    def in_other_plane(self) -> Beam:
+        """The same beam as it bends along y; see `Structure.in_other_plane`."""
+        return dataclasses.replace(self, width=self.height, height=self.width)
 
     @property
     def shafts(self) -> tuple[Shaft, ...]:

@@ -247,20 +247,34 @@ class Shaft(Structure):
 
     @property
     def in_other_plane(self) -> Shaft:
-        """The same shaft as it bends across the plane of vibration: its supports have their stiffnesses of that plane.
+        """The same shaft as it bends along y: its supports and rectangles have their sizes of that plane."""
+        turned = tuple(
+            dataclasses.replace(section, width=section.height, height=section.width) for section in self.sections
+        )
+        supports = tuple(support.in_other_plane for support in self.supports)
+        return dataclasses.replace(self, sections=turned, supports=supports)
 
-        Raises
-        ------
-        ValueError
-            If a section is stiffer in one direction than in another, so that its plane would turn with the shaft.
-        """
+    def check_turning(self) -> None:
+        """Raise a ValueError if a section is stiffer in one direction than in another: its plane turns with it."""
         for i, section in enumerate(self.sections):
             if section.diameter is None and section.width != section.height:
                 raise ValueError(
                     f"sections[{i}] is {section.width} by {section.height} m: a shaft that turns needs sections that "
                     "are as stiff in every direction, or its stiffness would change as it turns"
                 )
-        return dataclasses.replace(self, supports=tuple(support.in_other_plane for support in self.supports))
+
+    def half_depth(self, x: float) -> float:
+        """Return half the depth at x, m, in the direction of vibration; at a step that of what follows.
+
+        Parameters
+        ----------
+        x : float
+            Position, m.
+        """
+        edges = self.edges
+        i = int(np.clip(np.searchsorted(edges, x, side="right") - 1, 0, len(self.sections) - 1))
+        section = self.sections[i]
+        return float(np.interp(x, edges[i : i + 2], section.diameter or section.height or (0.0, 0.0))) / 2
 
     def _elements(self, points: np.ndarray, modes: int) -> list[Element]:
         """Elements between steps, supports, discs and loads, shorter where waves of the highest mode ask for it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from typing import Annotated, Literal
@@ -75,6 +76,11 @@ class Shafts(Structure):
     def shafts(self) -> tuple[Shaft, ...]:
         """The shafts; see `Structure.shafts`."""
         return self.parts
+
+    @property
+    def in_other_plane(self) -> Shafts:
+        """The same shafts as they bend along y, their springs as stiff; see `Structure.in_other_plane`."""
+        return dataclasses.replace(self, parts=tuple(part.in_other_plane for part in self.parts))
 
     @property
     def total_mass(self) -> float:

@@ -1,0 +1,126 @@
+"""What a rig may have where points move along z alone, and what where they move in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+from pydantic import BeforeValidator
+
+from ..core.errors import ClearanceError, RigError
+from ..core.validation import Number
+from ..structure.base import parse_dof, parse_place
+
+if TYPE_CHECKING:
+    from .rig import Rig
+
+__all__ = ["Gravity", "check_motion", "planar", "shaft_radius"]
+
+EARTH = 9.80665  # m/s²
+
+
+def _vector(value: Any) -> Any:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise ValueError(
+            f"{value:g} has no direction; give a vector (x, y, z) in m/s², such as [0.0, 0.0, {-abs(value) or -EARTH:g}]"
+        )
+    return value
+
+
+Gravity: TypeAlias = Annotated[tuple[Number, Number, Number], BeforeValidator(_vector)]
+"""Acceleration of gravity, m/s² (x, y, z)"""
+
+
+def check_motion(rig: Rig) -> None:
+    """Refuse what a planar rig has of space, and what a spatial one cannot have.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig, its other rules checked.
+    """
+    if rig.motion == "planar":
+        _check_planar(rig)
+        return
+    if rig.gravity is not None and not any(rig.gravity):
+        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
+    if rig.unbalances and rig.spin is None:
+        raise ValueError("unbalances act on a shaft that turns; give [spin] with its speed")
+    if rig.attached:
+        raise ValueError(
+            'motion "spatial" knows no housings, fixture, springs, planes or oscillators yet; leave them out, or give '
+            'motion = "planar"'
+        )
+    for i, b in enumerate(rig.bushings):
+        if b.stops != "both":
+            raise ValueError(f'bushings[{i}].stops "{b.stops}" is one wall; a round clearance has its wall all around')
+        dof = parse_dof(b.position)
+        if dof and dof[1] not in "YZ":
+            raise ValueError(f'bushings[{i}].position "{b.position}": a round clearance moves along Y and Z; give one')
+        if b.to is not None and rig.spin and rig.linear.shafts:
+            raise ValueError(f"bushings[{i}].to is on another shaft, and which of them turns is not told; leave it out")
+        if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
+            raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
+    if rig.spin:
+        _check_spin(rig)
+
+
+def _check_planar(rig: Rig) -> None:
+    of_rig = [name for name in ("gravity", "spin", "unbalances") if getattr(rig, name)]
+    names = of_rig + [f"bushings[{i}].{name}" for i, b in enumerate(rig.bushings) for name in b.in_space_only]
+    names += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+    if names:
+        raise ValueError(f'{names[0]} needs motion = "spatial": a planar rig moves along z alone and does not turn')
+
+
+def _check_spin(rig: Rig) -> None:
+    if len(rig.linear.shafts) != 1:
+        raise ValueError("spin needs a beam or one shaft: of other structures it is not known what turns")
+    try:
+        rig.linear.shafts[0].check_turning()
+    except ValueError as error:
+        raise ValueError(f"spin: {error}") from None
+
+
+def planar(rig: Rig, what: str) -> None:
+    """Refuse a rig in space where a calculation knows the plane alone.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    what : str
+        The calculation, the first words of the message.
+
+    Raises
+    ------
+    ClearanceError
+        If the rig is spatial.
+    """
+    if rig.is_spatial:
+        raise ClearanceError(
+            f'{what} knows planar rigs, and rig {rig.name!r} has motion = "spatial"; give one with motion = "planar"'
+        )
+
+
+def shaft_radius(rig: Rig, bushing: int) -> float:
+    """Return the shaft's radius where it touches a bushing, m; 0 where the structure does not tell it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    bushing : int
+        Its number.
+
+    Raises
+    ------
+    RigError
+        If nothing is known of the shaft there, though friction or a film acts.
+    """
+    b = rig.bushings[bushing]
+    if b.radius is not None:
+        return b.radius
+    if parse_place(b.position) is None:
+        return 0.0
+    which, x = rig.linear.place(b.position)
+    return float(rig.linear.shafts[which].half_depth(x))
