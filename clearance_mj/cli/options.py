@@ -35,6 +35,7 @@ __all__ = [
     "parse_columns",
     "pressure",
     "settings",
+    "spin",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
@@ -204,6 +205,11 @@ def length(text: str) -> float:
 def pressure(text: str) -> float:
     """Return a modulus or pressure in Pa of a number that may have a unit, such as 210GPa."""
     return _with_unit(text, "pressure")
+
+
+def spin(text: str) -> float:
+    """Return a spin in rad/s of a number that may have a unit, such as 3000rpm or 50Hz."""
+    return _with_unit(text, "spin")
 
 
 def _with_unit(text: str, quantity: str) -> float:
