@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RecordError
-from clearance_mj.signals import orbits_by_turn, shaft_angle
+from clearance_mj.signals import Response, orbits_by_turn, shaft_angle
 
 FS = 2000.0
 TIME = np.arange(4000) / FS
@@ -98,3 +98,22 @@ def test_the_figure_shows_wall_orbit_marks_and_ellipse_in_micrometres():
     np.testing.assert_allclose(marks, [[20.0, 20.0], [0.0, 0.0]], atol=1e-2)
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_aspect()) == ("y (µm)", "z (µm)", 1.0)
     assert ax.get_title("left").startswith("2 turns at ")
+
+
+def test_a_response_in_space_names_its_rows_and_keeps_its_spin():
+    rows = 1e-5 * np.arange(4.0)[:, None] * np.ones(100)
+    spin = np.linspace(10.0, 20.0, 100)
+    found = Response(
+        FS, np.zeros(100), np.zeros((1, 100)), rows, 0 * rows, 0 * rows, contact_share=np.zeros(2), spin=spin
+    )
+    assert found.is_round
+    again = Response.from_xarray(found.to_xarray())
+    assert again == found and again.is_round
+    assert found.to_xarray()["displacement"].dims == ("bushing_yz", "time")
+    axes = {ax.get_ylabel(): ax for ax in found.plot().axes}
+    names = [line.get_label() for line in axes["Displacement (mm)"].get_lines()]
+    assert names == ["bushing 1, y", "bushing 1, z", "bushing 2, y", "bushing 2, z"]
+    shown = axes["Spin (rev/min)"].get_lines()[0].get_ydata()
+    np.testing.assert_allclose(shown[[0, -1]], [95.493, 190.986], rtol=1e-4)
+    plane = Response(FS, np.zeros(100), np.zeros((1, 100)), rows[:2], contact_share=np.zeros(2))
+    assert not plane.is_round and plane.to_xarray()["displacement"].dims == ("bushing", "time")
