@@ -222,9 +222,11 @@ def _with_unit(text: str, quantity: str) -> float:
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
-    """Return the excitation of one level."""
-    from ..signals.excitation import random, stepped_sine
+    """Return the excitation of one level; of level 0 none, under which gravity and unbalance alone act."""
+    from ..signals.excitation import random, still, stepped_sine
 
+    if rms == 0:
+        return still(options.duration, options.fs, kind)
     if options.sine is not None:
         return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
     return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)

@@ -39,6 +39,7 @@ __all__ = [
     "random",
     "random_blocks",
     "stepped_sine",
+    "still",
     "sweep",
 ]
 
@@ -127,6 +128,23 @@ class Excitation(Shown, ArrayData):
             None if band is None else (float(band[0]), float(band[1])),
             labelled.from_json(ds, "description"),
         )
+
+
+def still(duration: float, fs: float, kind: str = "base") -> Excitation:
+    """No excitation: what moves, gravity and unbalance move.
+
+    Parameters
+    ----------
+    duration : float
+        Length, s.
+    fs : float
+        Samples per second.
+    kind : str
+        "base" or "force".
+    """
+    return Excitation(
+        np.zeros(sample_count(duration, fs)), fs, kind, None, {"generator": "still", "duration": duration}
+    )
 
 
 def random(

@@ -31,38 +31,54 @@ BEHIND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5,
 SPIN: dict[str, Any] = {"color": COLOURS[1], "lw": 0.8, "ls": "--"}
 
 
-def orbit_figure(orbits: Mapping[str, Orbits], gaps: Mapping[str, float]) -> Figure:
-    """Draw orbits, by the names of their points, each in a circle of its radial gap (m) where that is known."""
+def orbit_figure(orbits: Mapping[str, Orbits | np.ndarray], gaps: Mapping[str, float]) -> Figure:
+    """Draw orbits, by the names of their points, each in a circle of its radial gap (m) where that is known.
+
+    Of a shaft that does not turn it is a path (2, n) along y and z, m, without marks.
+    """
     columns = min(len(orbits), 3)
     rows = -(-len(orbits) // columns)
     figure = canvas(0.45 + rows * min(WIDTH / columns, 3.6), WIDTH)
     axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
     for ax in axes[len(orbits) :]:
         ax.axis("off")
+    turning = False
     for ax, (name, found) in zip(axes, orbits.items()):
-        _draw_orbit(ax, name, found, gaps.get(name))
-    looks = {"orbit": PATH, "once-per-turn mark": MARK, "1X, mean of the turns": ONCE}
-    key(figure, of_curves(({"wall": WALL} if gaps else {}) | looks))
+        if isinstance(found, np.ndarray):
+            path, words = found, ""
+        else:
+            path, words, turning = _draw_turns(ax, found), _turns(found), True
+        _draw_orbit(ax, ": ".join(filter(None, (name, words))), MICRO * path, gaps.get(name))
+    looks = {"wall": WALL} if gaps else {}
+    looks |= {"orbit": PATH} | ({"once-per-turn mark": MARK, "1X, mean of the turns": ONCE} if turning else {})
+    key(figure, of_curves(looks))
     return figure
 
 
-def _draw_orbit(ax: Axes, name: str, orbits: Orbits, gap: float | None) -> None:
-    ax.axhline(0, color=FAINT, lw=0.6)
-    ax.axvline(0, color=FAINT, lw=0.6)
-    path = MICRO * np.concatenate((*orbits.position, orbits.position[-1:, :, -1].reshape(2, 1)), axis=1)
+def _draw_turns(ax: Axes, orbits: Orbits) -> np.ndarray:
+    """Draw what is known of turns alone, and return the path."""
+    ax.plot(*MICRO * orbits.filtered().path(), **ONCE, zorder=3)
+    ax.plot(*MICRO * orbits.marks, **MARK, zorder=4)
+    return np.concatenate((*orbits.position,), axis=1)
+
+
+def _draw_orbit(ax: Axes, title: str, path: np.ndarray, gap: float | None) -> None:
     ax.plot(*path, **PATH)
-    ax.plot(*MICRO * orbits.filtered().path(), **ONCE)
-    ax.plot(*MICRO * orbits.marks, **MARK)
-    reach = np.abs(path).max()
+    reach = float(np.abs(path).max())
     if gap is not None:
         turn = np.linspace(0, 2 * np.pi, 361)
         ax.plot(MICRO * gap * np.cos(turn), MICRO * gap * np.sin(turn), **WALL)
         reach = max(reach, MICRO * gap)
-    ax.set_xlim(-1.08 * reach, 1.08 * reach)
-    ax.set_ylim(-1.08 * reach, 1.08 * reach)
+    reach = 1.08 * reach or 1.0
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
     ax.set_aspect("equal")
-    at = f"{len(orbits.time)} turns at {_rpm(orbits.speed)} rev/min"
-    tidy(ax, f"{name}: {at}" if name else at, "z (µm)", "y (µm)")
+    tidy(ax, title, "z (µm)", "y (µm)")
+
+
+def _turns(orbits: Orbits) -> str:
+    n = len(orbits.time)
+    return f"{n} turn{'s' * (n > 1)} at {_rpm(orbits.speed)} rev/min"
 
 
 def _rpm(speed: np.ndarray) -> str:

@@ -91,7 +91,7 @@ def test_what_has_no_turns_is_refused():
 
 def test_the_figure_shows_wall_orbit_marks_and_ellipse_in_micrometres():
     (ax,) = moved(2e-5 * np.exp(1j * ANGLE)).last(2).plot(gap=5e-5).axes
-    *_, path, once, marks, wall = (np.array(line.get_data()) for line in ax.get_lines())
+    once, marks, path, wall = (np.array(line.get_data()) for line in ax.get_lines())
     np.testing.assert_allclose(np.hypot(*path), 20.0, rtol=1e-4)
     np.testing.assert_allclose(np.hypot(*once), 20.0, rtol=1e-4)
     np.testing.assert_allclose(np.hypot(*wall), 50.0)
