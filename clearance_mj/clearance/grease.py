@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import ClassVar
 
 from ..core.errors import LawError
 from ..core.validation import Registered, register
@@ -24,6 +25,8 @@ class GreaseModel(Registered, ABC):
     """
 
     known, refusal, called = GREASES, LawError, "grease"
+    turned: ClassVar[bool] = False
+    """whether its elastic force is what the turning of the shaft does to it, which holds no energy"""
 
     @abstractmethod
     def parameters(self) -> Sequence[float]:

@@ -27,7 +27,7 @@ from .greases.short_bearing import ShortBearing
 from .kernel import WithTable
 from .pointers import at, call_law
 
-__all__ = ["BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "round_contact", "round_filling",
+__all__ = ["BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "keep_step", "round_contact", "round_filling",
            "round_records"]  # fmt: skip
 
 BRISTLES = 3  # where an end remembers their deflection
@@ -58,6 +58,7 @@ class RoundBushing:
     contact_energy: int
     grease_law: int
     grease_energy: int
+    turned: bool  # the filling's elastic force is what turning does to it: it holds no energy
     radius: float  # m, of the shaft where it rubs
     friction: float  # coefficient; 0 of a bushing without friction
     bristle: float  # N/m, of one end
@@ -71,10 +72,14 @@ class RoundState:
 
     y: float  # displacement of its middle in the last step, m
     z: float
+    was_y: float  # the same a step before, for energies
+    was_z: float
     envelope: float  # of the motion, m
     ends: int  # where the memories of both ends begin
     grease: int  # where the state of the filling begins
     contact: int  # where the contact's parameters begin that hold now
+    grease_before: int  # where the filling's state and the contact's parameters of a step before begin, for energies
+    contact_before: int
     out: int  # where models write their six answers
 
 
@@ -141,8 +146,10 @@ def round_records(rig: Rig, law: WithTable, step: float) -> RoundClearance:
             record["bristle_damping"] = friction.damping / 2
             record["excess"] = friction.static_ratio - 1
             record["per_stribeck"] = 1 / friction.stribeck_speed if friction.stribeck_speed else 0.0
-        state["grease"] = place([0.0] * model.round_states())
-        state["contact"] = place(table.parameters[0, j])
+        record["turned"] = model.turned
+        for before in ("", "_before"):
+            state[f"grease{before}"] = place([0.0] * model.round_states())
+            state[f"contact{before}"] = place(table.parameters[0, j])
         state["out"] = place([0.0] * 6)
     return RoundClearance(bushings, states, np.array(numbers, dtype=float))
 
@@ -155,6 +162,16 @@ def at_offset(model: GreaseModel, y: float, z: float) -> tuple[float, float, flo
         model.round_law(parameters, list(states), y, z, 0.0, 0.0, 0.0, 1.0, force)
         model.round_energy(parameters, states, states, y, z, 0.0, 0.0, energy)
     return force[0], force[1], energy[0]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def keep_step(bushing: RoundBushing, state: RoundState, numbers: np.ndarray) -> None:
+    """Keep what a bushing remembers of a step before the next one changes it, for energies."""
+    state.was_y, state.was_z = state.y, state.z
+    for i in range(bushing.states):
+        numbers[state.grease_before + i] = numbers[state.grease + i]
+    for i in range(bushing.width):
+        numbers[state.contact_before + i] = numbers[state.contact + i]
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

@@ -53,6 +53,11 @@ class Equilibrium:
         """
         return np.asarray(self.model.moved(points) @ self.coordinates)
 
+    def columns(self) -> np.ndarray:
+        """Return what an engine's run returns of the bushings at rest: (7 n_bushings,), see `Run.advance`."""
+        touches = self.contact_force.reshape(-1, 2).any(axis=1).astype(float)
+        return np.concatenate((self.displacement, self.contact_force, self.grease_force, touches))
+
     def begin(self, clearance: RoundClearance) -> None:
         """Let the records of compiled loops remember the rest.
 

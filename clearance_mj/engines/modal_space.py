@@ -7,18 +7,17 @@ which keeps the energy at any spin. A simulation begins at the static equilibriu
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import round_records
-from ..core.errors import SimulationError
 from ..rig import Rig
-from ..rotors.spatial import SpatialModel, spatial_model
+from ..rotors.spatial import spatial_model
 from .base import Engine, Run, diverged
 from .equilibrium import static_equilibrium
-from .round_loop import ANGLE, SPIN, RoundMotion, RoundShaft, advance_round
+from .round_energies import OF_BUSHING, OF_END, OF_RIG
+from .round_loop import advance_round
+from .round_scheme import SPIN, RoundMotion, RoundShaft
 
 __all__ = ["SpatialRun", "stiffest_contacts"]
 
@@ -51,10 +50,16 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
     points = np.ascontiguousarray(model.at_points)
     shaft = RoundShaft(
         inverse_mass, np.ascontiguousarray(flow), points, np.array([(s.start, s.stop) for s in model.planes]),
-        np.ascontiguousarray(model.at_sensors), model.input(kind), model.sensors_on_base * float(kind == "base"),
+        np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind), model.sensors_on_base * float(kind == "base"),
         model.weight, model.unbalance, _compliance(points, inverse_mass), np.ascontiguousarray(model.circulatory),
     )  # fmt: skip
     return shaft, viscous
+
+
+def _moving(rows: np.ndarray) -> np.ndarray:
+    """(n_rows, 2) the first number of each row that is not 0, and the one after the last."""
+    places = [np.flatnonzero(row) for row in rows]
+    return np.array([(at[0], at[-1] + 1) if at.size else (0, 0) for at in places]).reshape(-1, 2)
 
 
 def _compliance(points: np.ndarray, inverse_mass: np.ndarray) -> np.ndarray:
@@ -69,9 +74,9 @@ class SpatialRun(Run):
         self.model = spatial_model(rig, modes)
         self.shaft, self.viscous = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
-        rest = static_equilibrium(rig, law, modes=modes)
-        rest.begin(self.clearance)
-        q, flow = rest.coordinates.copy(), self.shaft.flow
+        self.rest = static_equilibrium(rig, law, modes=modes)
+        self.rest.begin(self.clearance)
+        q, flow = self.rest.coordinates.copy(), self.shaft.flow
         leaving = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])  # after a kick that holds q where it is
         speed, spin = flow[2] * q + flow[3] * leaving, rig.spin
         turning = np.array([spin.speed, spin.angle] if spin else [0.0, 0.0])
@@ -86,6 +91,15 @@ class SpatialRun(Run):
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
+        return self._advance(excitation, np.empty((0, 0)))
+
+    def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate one block; return what `advance` does, and the energies (n, columns) of `round_energies`."""
+        n = len(self.rig.bushings)
+        works = np.empty((excitation.size, len(OF_RIG) + n * (len(OF_BUSHING) + 2 * len(OF_END))))
+        return self._advance(excitation, works), works
+
+    def _advance(self, excitation: np.ndarray, works: np.ndarray) -> np.ndarray:
         out = np.empty((self.columns, excitation.size))
         size = SPIN_STEPS if self.changes else max(excitation.size, 1)
         for start in range(0, excitation.size, size):
@@ -93,17 +107,26 @@ class SpatialRun(Run):
             spin = self.motion.turning[SPIN] + self.drive[0] * part.size * self.step / 2
             failed, bushing = advance_round(
                 self.steps, part, self.step, self.shaft, self._coupling(float(spin)), self.drive, self.motion,
-                self.clearance, out, start,
+                self.clearance, out, start, works,
             )  # fmt: skip
             if failed >= 0:
                 raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
             self.steps += part.size
+        return self._as_probes(out.T)
+
+    def before(self) -> np.ndarray:
+        """Return the rest; see `Run.before`."""
+        row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
+        return self._as_probes(np.append(row, self.motion.turning[SPIN] if self.rig.spin else [])[None])[0]
+
+    def _as_probes(self, rows: np.ndarray) -> np.ndarray:
+        """Return columns with the displacements that probes read, which may be turned from y and z."""
         if self.probes is not None:
             first = len(self.rig.sensors)
-            y, z = (out[first + i : first + 2 * len(self.rig.bushings) : 2] for i in (0, 1))
-            cos, sin = self.probes[:, :, None]
+            y, z = (rows[:, first + i : first + 2 * len(self.rig.bushings) : 2] for i in (0, 1))
+            cos, sin = self.probes
             y[:], z[:] = cos * y + sin * z, cos * z - sin * y
-        return out.T
+        return rows
 
     def _coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""

@@ -2,65 +2,42 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
 from ..clearance.kernel import follow_law
-from ..clearance.pointers import OPTIONS, kernel_loop
+from ..clearance.pointers import OPTIONS, at, kernel_loop
 from ..clearance.round_kernel import (
     BRISTLES,
     END_MEMORY,
     RoundBushing,
     RoundClearance,
     friction_limit,
+    keep_step,
     round_contact,
     round_filling,
 )
+from .round_energies import step_energies
+from .round_scheme import ANGLE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
 
-__all__ = ["ANGLE", "SPIN", "RoundMotion", "RoundShaft", "advance_round"]
-
-SPIN, ANGLE = 0, 1  # of the numbers of the turning
-
-
-class RoundShaft(NamedTuple):
-    """The linear part of the equations, in modal coordinates."""
-
-    inverse_mass: np.ndarray  # (n,) smaller for high modes, see modal.py
-    flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
-    at_points: np.ndarray  # (3 n_bushings, 2, n) along y and z: the bushings' middles, then both ends of each
-    spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
-    at_sensors: np.ndarray  # (n_sensors, n)
-    input: np.ndarray  # (n,) force on the modes per unit of excitation
-    base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself
-    weight: np.ndarray  # (n,) force of gravity on the modes
-    unbalance: np.ndarray  # (2, n) force on the modes of Ω² cos φ and Ω² sin φ
-    compliance: np.ndarray  # (3 n_bushings, 3 n_bushings, 2, 2) velocity of each point per unit impulse at each other
-    circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
-
-
-class RoundMotion(NamedTuple):
-    """What changes from step to step, in place."""
-
-    q: np.ndarray  # (n,) now
-    v: np.ndarray  # (n,) velocity before the kick
-    q_before: np.ndarray  # (n,) a step ago
-    turning: np.ndarray  # (2,) spin, rad/s, and angle, rad
-
+__all__ = ["advance_round"]
 
 @kernel_loop(**OPTIONS)
 def advance_round(
     steps: int, excitation: np.ndarray, h: float, shaft: RoundShaft, coupling: np.ndarray, drive: np.ndarray,
-    motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, first: int,
+    motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, first: int, works: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or -1, -1.
 
     ``coupling``: (n, n) damping and gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none.
     ``drive``: rate of the spin, rad/s², time at which it ends, s, and 1/inertia of what friction slows down.
     ``out``: (columns, n), filled from column ``first`` on with what `Run.advance` returns.
+    ``works``: (n, columns) for the energies of `round_energies.py`, filled from row ``first`` on; (0, 0) for none.
     """
-    inverse_mass, flow, at_points, spans, at_sensors, shape, base, weight, unbalance, compliance, circulatory = shaft
+    (
+        inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
+        circulatory,
+    ) = shaft  # fmt: skip
     q, v, q_before, turning = motion
     bushings, states, numbers = clearance
     n, n_sensors, n_points = q.size, at_sensors.shape[0], at_points.shape[0]
@@ -69,7 +46,7 @@ def advance_round(
     # Of each end: n along y and z, elastic force, damping, bristles; then normal force, friction and its limit.
     ends = np.zeros((n_points, 8))
     filling, acts = np.zeros((n_bushings, 6)), np.ones(n_points, np.bool_)
-    total, middle, acceleration, before = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    total, middle, acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
     for i in range(excitation.size):
         a, spin, angle = excitation[i], turning[SPIN], turning[ANGLE]
         rate = drive[0] if (steps + i) * h < drive[1] else 0.0
@@ -81,24 +58,20 @@ def advance_round(
             total[m] = shape[m] * a + weight[m] + cos * unbalance[0, m] + sin * unbalance[1, m]
         if circulatory.size and spin != 0.0:
             for m in range(n):
-                pushed = 0.0
-                for r in range(n):
-                    pushed += circulatory[m, r] * q[r]
-                total[m] -= spin * pushed
+                total[m] -= spin * dot(circulatory, m * n, q, 0, n)
         for m in range(n):
             middle[m] = v[m] + half * inverse_mass[m] * total[m]
         for p in range(n_points):
             for d in range(2):
-                place = 0.0
-                for m in range(spans[d, 0], spans[d, 1]):
-                    place += at_points[p, d, m] * q[m]
-                x[p, d], force[p, d] = place, 0.0
+                x[p, d], force[p, d] = dot(at_points, (2 * p + d) * n, q, spans[d, 0], spans[d, 1]), 0.0
         for j in range(n_bushings):
             bushing, state = bushings[j], states[j]
             y, z = x[j]
             if not abs(y) + abs(z) < 1e3 * bushing.gap + 1.0:
                 return i, j
             _speed(at_points, spans, middle, j, w)
+            if works.size:
+                keep_step(bushing, state, numbers)
             found = round_filling(bushing, state, numbers, y, z, spin)
             for k in range(6):
                 filling[j, k] = found[k]
@@ -136,19 +109,19 @@ def advance_round(
         for p in range(n_points):
             if acts[p]:
                 for d in range(2):
-                    push = force[p, d]
+                    push, row, to = force[p, d], at(at_points, (2 * p + d) * n), at(total, 0)
                     for m in range(spans[d, 0], spans[d, 1]):
-                        total[m] -= at_points[p, d, m] * push
+                        to[m] -= row[m] * push
         if coupling.size:  # at the velocity in the middle of the kick of all other forces
             for m in range(n):
                 middle[m] = v[m] + half * inverse_mass[m] * total[m]
             for m in range(n):
-                damped = 0.0
-                for r in range(n):
-                    damped += coupling[m, r] * middle[r]
-                before[m] = damped
-            for m in range(n):
-                total[m] -= before[m]
+                total[m] -= dot(coupling, m * n, middle, 0, n)
+        if works.size:
+            drawn = RoundForces(x, force, ends, filling, acts)
+            step_energies(
+                works[first + i], a, cos, sin, spin, h, shaft, motion, total, middle, bushings, states, numbers, drawn
+            )
         for m in range(n):
             place = q[m]
             kicked = v[m] + h * inverse_mass[m] * total[m]
@@ -159,7 +132,7 @@ def advance_round(
             q[m] = after
         change = h * (rate - drive[2] * torque)
         turning[SPIN], turning[ANGLE] = spin + change, angle + h * (spin + 0.5 * change)
-        _report(a, first + i, n_sensors, at_sensors, base, acceleration, x, force, acts, out)
+        _report(a, first + i, n_sensors, at_sensors, of_sensors, base, acceleration, x, force, acts, out)
         if out.shape[0] > n_sensors + 7 * n_bushings:
             out[n_sensors + 7 * n_bushings, first + i] = spin
     for m in range(n):  # without bushings nothing else would stop it
@@ -172,10 +145,7 @@ def advance_round(
 def _speed(at_points: np.ndarray, spans: np.ndarray, middle: np.ndarray, p: int, w: np.ndarray) -> None:
     """Fill in the velocity of a point in the middle of the kick of what does not depend on it."""
     for d in range(2):
-        speed = 0.0
-        for m in range(spans[d, 0], spans[d, 1]):
-            speed += at_points[p, d, m] * middle[m]
-        w[p, d] = speed
+        w[p, d] = dot(at_points, (2 * p + d) * middle.size, middle, spans[d, 0], spans[d, 1])
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
@@ -237,16 +207,14 @@ def _touch(
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _report(
-    a: float, row: int, n_sensors: int, at_sensors: np.ndarray, base: np.ndarray, acceleration: np.ndarray,
-    x: np.ndarray, force: np.ndarray, acts: np.ndarray, out: np.ndarray,
+    a: float, row: int, n_sensors: int, at_sensors: np.ndarray, of_sensors: np.ndarray, base: np.ndarray,
+    acceleration: np.ndarray, x: np.ndarray, force: np.ndarray, acts: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill in what `Run.advance` returns of a step."""
     n_bushings = x.shape[0] // 3
     for s in range(n_sensors):
-        value = base[s] * a
-        for m in range(acceleration.size):
-            value += at_sensors[s, m] * acceleration[m]
-        out[s, row] = value
+        row_of = s * acceleration.size
+        out[s, row] = base[s] * a + dot(at_sensors, row_of, acceleration, of_sensors[s, 0], of_sensors[s, 1])
     for j in range(n_bushings):
         left, right = n_bushings + 2 * j, n_bushings + 2 * j + 1
         for d in range(2):

@@ -139,6 +139,7 @@ class Simulation:
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kind, self.step)
+        self.before = self.run.before()  # the filters' past
         self.interpolator = Interpolator(factor)
         self.decimator = Decimator(self.columns, factor)
         of_probes = (b.probe_delay for b in rig.bushings for _ in range(rig.n_coordinates))
@@ -181,7 +182,11 @@ class Simulation:
                 steps += len(outputs)
                 untold = self.columns - outputs.shape[1]  # an engine need not tell where it touches
                 outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+                if self.before is not None:
+                    outputs = outputs - self.before
                 block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
+                if self.before is not None:
+                    block += self.before
                 if len(block):
                     yield waiting[: len(block)], block
                     waiting = waiting[len(block) :]

@@ -53,6 +53,7 @@ class ShortBearing(GreaseModel):
     """A plain bearing that is short for its diameter, filled with oil; `force` acts on the journal."""
 
     name: ClassVar[str] = "short-bearing"
+    turned: ClassVar[bool] = True
     viscosity: Positive
     """μ, Pa s"""
     radius: Positive
