@@ -23,7 +23,6 @@ READ_MODEL = ("law", "gap")  # options that do nothing beside a response
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=10.0, fs=4096.0)
-    parser.set_defaults(engine="modal")
     next(
         a for a in parser._actions if a.dest == "rig"
     ).help = (
@@ -56,7 +55,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     drawings = [draw_orbits(end, options.turns), draw_spectra(end, options.resolution)]
     if not found.is_steady:
         drawings += draw_over_speed(found, 2 * options.resolution)
-    result = {"bushings": of_orbits(end, options.turns), "figures": []}
+    result: dict[str, Any] = {"bushings": of_orbits(end, options.turns), "figures": []}
     for drawing in drawings:
         path = options.out / drawing.write(options.new).name
         result["figures"].append(str(path))

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..core.errors import RecordError
 from ..rotors.whirling import Whirl
 from ..signals.orbit_figures import cascade_figure, full_spectrum_figure, orbit_figure
 from ..signals.orbits import Orbits

@@ -89,6 +89,10 @@ class Whirl:
         turned = self.time[np.flatnonzero(lacking)[-1]] if lacking.any() else self.time[0]
         return self.between(min(steady, turned, max(self.time[-1] - seconds, self.time[0])))
 
+    def _path(self, bushing: int) -> tuple[np.ndarray, np.ndarray]:
+        y, z = self.position[bushing]
+        return y, z
+
     def orbits(self, bushing: int, n_points: int = 128) -> Orbits:
         """Return the orbits in a bushing, turn by turn.
 
@@ -101,7 +105,7 @@ class Whirl:
         """
         if self.angle is None:
             raise RecordError(f"rig {self.rig.name!r} does not turn, and has no orbits by turn; give [spin]")
-        found = orbits_by_turn(*self.position[bushing], self.fs, self.angle, n_points)
+        found = orbits_by_turn(*self._path(bushing), self.fs, self.angle, n_points)
         return replace(found, time=found.time + self.time[0])
 
     def full_spectrum(self, bushing: int, resolution: float = 1.0, window: str = "flattop") -> FullSpectrum:
@@ -116,7 +120,7 @@ class Whirl:
         window : str
             As of `signals.full_spectrum`.
         """
-        return full_spectrum(*self.position[bushing], self.fs, resolution, window)
+        return full_spectrum(*self._path(bushing), self.fs, resolution, window)
 
     def cascade(self, bushing: int, resolution: float = 2.0, window: str = "hann", n_windows: int = 80) -> SpeedCascade:
         """Return full spectra over the speed, of the motion in a bushing.
@@ -134,7 +138,7 @@ class Whirl:
         """
         if self.spin is None:
             raise RecordError(f"rig {self.rig.name!r} does not turn, and has no spectra over speed")
-        return speed_cascade(*self.position[bushing], self.fs, self.spin, resolution, window, n_windows)
+        return speed_cascade(*self._path(bushing), self.fs, self.spin, resolution, window, n_windows)
 
 
 def require_round(rig: Rig) -> None:

@@ -28,7 +28,8 @@ QUICK = ("--engine", "modal", "--duration", "0.05")
 NAMES = ("placement.csv", "placement.json", "comparison.json", "response.csv", "backbone.json", "rattle_map.png",
          "modes.csv", "synthesis.png", "rig.toml", "calibration.json", "updated_rig.json", "motion.json",
          "phase_portraits.png", "energy.csv", "impacts.csv", "index.html", "report.html", "summary.json", "results.nc",
-         "law.json", "identified.json", "lock", "plan.json", "cases.npy", "thesis.tex", "campbell.csv", "orbits.json")  # fmt: skip
+         "law.json", "identified.json", "lock", "plan.json", "cases.npy", "thesis.tex", "campbell.csv",
+         "orbits.json")  # fmt: skip
 
 
 @pytest.fixture
