@@ -6,8 +6,6 @@ bore is drawn as wide as the shaft and its exaggerated gap. Nothing is foreshort
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes

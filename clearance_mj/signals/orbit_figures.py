@@ -11,7 +11,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from ..core.drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, key, of_curves, tidy
+from ..core.drawing import COLOURS, FONT, REPEAT, TEST, WIDTH, canvas, key, of_curves, tidy
 
 if TYPE_CHECKING:
     from .full_spectra import FullSpectrum, SpeedCascade
