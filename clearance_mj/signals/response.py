@@ -26,7 +26,7 @@ HISTORIES = {
     "contact_force": ("bushing", "N"),
     "grease_force": ("bushing", "N"),
 }  # Dimension beside time, and unit
-ROUND = "bushing_yz"  # in the place of "bushing" where clearances are round: y and z of each
+COORDINATE = "coordinate"  # the dimension in the place of bushings where each has two rows
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -144,15 +144,17 @@ class Response(Shown, ArrayData):
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
         ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
-        ``grease_force`` (bushing, time), of round clearances (bushing_yz, time), ``contact_share`` (bushing,) and
+        ``grease_force`` (bushing, time; coordinate, time of round clearances), ``contact_share`` (bushing,) and
         ``spin`` (time,) what the response has.
         """
         if self.kind not in EXCITATION_UNITS:
             raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
         variables: dict[str, Any] = {"excitation": ("time", self.excitation, EXCITATION_UNITS[self.kind])}
+        n_shares = None if self.contact_share is None else len(self.contact_share)
         for name, (rows, units) in HISTORIES.items():
-            rows = ROUND if rows == "bushing" and self.is_round else rows
-            variables[name] = (rows, "time"), getattr(self, name), units
+            value = getattr(self, name)
+            round_ones = rows == "bushing" and value is not None and n_shares not in (None, len(value))
+            variables[name] = (COORDINATE if round_ones else rows, "time"), value, units
         variables["contact_share"] = ("bushing", self.contact_share, "1")
         variables["spin"] = ("time", self.spin, "rad s-1")
         attributes = {
@@ -182,7 +184,7 @@ class Response(Shown, ArrayData):
         band = ds.attrs.get("band")
         provenance = labelled.from_json(ds, "provenance")
         histories = {
-            name: labelled.values(ds, name, ROUND if ROUND in ds[name].dims else rows, "time")
+            name: labelled.values(ds, name, COORDINATE if COORDINATE in ds[name].dims else rows, "time")
             for name, (rows, _) in HISTORIES.items()
             if name in ds
         }

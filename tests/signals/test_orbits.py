@@ -109,7 +109,7 @@ def test_a_response_in_space_names_its_rows_and_keeps_its_spin():
     assert found.is_round
     again = Response.from_xarray(found.to_xarray())
     assert again == found and again.is_round
-    assert found.to_xarray()["displacement"].dims == ("bushing_yz", "time")
+    assert found.to_xarray()["displacement"].dims == ("coordinate", "time")
     axes = {ax.get_ylabel(): ax for ax in found.plot().axes}
     names = [line.get_label() for line in axes["Displacement (mm)"].get_lines()]
     assert names == ["bushing 1, y", "bushing 1, z", "bushing 2, y", "bushing 2, z"]
