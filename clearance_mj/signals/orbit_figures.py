@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,10 +12,6 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from ..core.drawing import COLOURS, FONT, REPEAT, TEST, WIDTH, canvas, key, of_curves, tidy
-
-if TYPE_CHECKING:
-    from .full_spectra import FullSpectrum, SpeedCascade
-    from .orbits import Orbits
 
 __all__ = ["cascade_figure", "full_spectrum_figure", "orbit_figure", "shown_to"]
 
@@ -29,6 +25,56 @@ MARK: dict[str, Any] = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.5,
 ONCE: dict[str, Any] = {"color": COLOURS[2], "lw": 1.2, "ls": (0, (4, 1.5))}
 BEHIND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}
 SPIN: dict[str, Any] = {"color": COLOURS[1], "lw": 0.8, "ls": "--"}
+
+
+class Ellipse(Protocol):
+    """A filtered orbit."""
+
+    def path(self, n_points: int = ...) -> np.ndarray:
+        """Return the ellipse (2, n_points), m."""
+
+
+class Orbits(Protocol):
+    """Orbits by turn."""
+
+    @property
+    def time(self) -> np.ndarray: ...
+    @property
+    def speed(self) -> np.ndarray: ...
+    @property
+    def position(self) -> np.ndarray: ...
+    @property
+    def marks(self) -> np.ndarray: ...
+
+    def filtered(self, order: int = ...) -> Ellipse:
+        """Return the ellipse that goes with the shaft."""
+
+
+class Lines(Protocol):
+    """A full spectrum, or several over speed."""
+
+    @property
+    def frequency(self) -> np.ndarray: ...
+    @property
+    def amplitude(self) -> np.ndarray: ...
+    @property
+    def window(self) -> str: ...
+    @property
+    def resolution(self) -> float: ...
+
+
+class Spectrum(Lines, Protocol):
+    """A full spectrum."""
+
+    @property
+    def averages(self) -> int: ...
+
+
+class Cascade(Lines, Protocol):
+    """Full spectra over speed."""
+
+    @property
+    def speed(self) -> np.ndarray: ...
 
 
 def orbit_figure(orbits: Mapping[str, Orbits | np.ndarray], gaps: Mapping[str, float]) -> Figure:
@@ -86,7 +132,7 @@ def _rpm(speed: np.ndarray) -> str:
     return f"{low:.4g}" if high - low < 5e-3 * abs(high) else f"{low:.4g} to {high:.4g}"
 
 
-def full_spectrum_figure(spectra: Mapping[str, FullSpectrum], spin: float | None = None) -> Figure:
+def full_spectrum_figure(spectra: Mapping[str, Spectrum], spin: float | None = None) -> Figure:
     """Draw full spectra, by the names of their points, one above the other; lines of the spin (rad/s) where known."""
     figure = canvas(0.5 + 1.9 * len(spectra))
     axes = np.ravel(figure.subplots(len(spectra), 1, sharex=True, squeeze=False))
@@ -133,7 +179,7 @@ def shown_to(frequency: np.ndarray, spin: float | None) -> float:
     return min(last, ORDERS * abs(spin) / (2 * np.pi)) if spin else last
 
 
-def cascade_figure(cascades: Mapping[str, SpeedCascade], highest: float | None = None) -> Figure:
+def cascade_figure(cascades: Mapping[str, Cascade], highest: float | None = None) -> Figure:
     """Draw amplitudes over frequency and speed, by the names of points, one above the other, to a frequency (Hz)."""
     figure = canvas(0.4 + 2.9 * len(cascades))
     axes = np.ravel(figure.subplots(len(cascades), 1, sharex=True, squeeze=False))
@@ -154,7 +200,7 @@ def cascade_figure(cascades: Mapping[str, SpeedCascade], highest: float | None =
     return figure
 
 
-def _draw_cascade(ax: Axes, cascade: SpeedCascade, highest: float, reverse: bool) -> QuadMesh:
+def _draw_cascade(ax: Axes, cascade: Cascade, highest: float, reverse: bool) -> QuadMesh:
     shown = np.abs(cascade.frequency) <= highest
     order = np.argsort(cascade.speed, kind="stable")
     rpm = RPM * cascade.speed[order]
