@@ -8,6 +8,7 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.animation import write
+from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.space_clip import deflection_in_space, space_clip
 from clearance_mj.report.space_stage import SpaceStage
 from clearance_mj.rig import Friction, Spin, Unbalance
@@ -114,3 +115,17 @@ def test_the_animation_of_the_command_line_is_a_picture_after_the_other(tmp_path
         first = np.array(image.convert("RGB"), dtype=float)
         image.seek(5)
         assert np.abs(np.array(image.convert("RGB"), dtype=float) - first).max() > 100  # it moves
+
+
+def test_the_drawing_of_a_rig_in_space_has_weight_spin_and_unbalance():
+    drawing = rig_drawing(rotor(RUBBED))
+    (ax,) = drawing.figure.axes
+    words = [text.get_text() for text in ax.texts]
+    assert "g" in words and "1337 to 1528\nrev/min" in words  # 140 and 160 rad/s
+    assert "unbalance" in words
+    (place,) = [line.get_xdata()[0] for line in ax.get_lines() if line.get_color() == "#d55e00"]
+    assert place == 0.35
+    for said in ("gravity (0, 0, -9.81) m/s²", "1337 rev/min", "unbalance 300 g mm", "friction"):
+        assert said in drawing.caption
+    plane = rotor(RUBBED).replace(motion="planar", gravity=None, spin=None, unbalances=(), bushings=(WATCHED,))
+    assert "rev/min" not in rig_drawing(plane).caption and "gravity" not in rig_drawing(plane).caption
