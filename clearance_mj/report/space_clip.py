@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 import scipy.linalg
 
@@ -99,12 +100,19 @@ def _modal_motion(model: SpatialModel, steady: np.ndarray, seen: Whirl, step: fl
     motion = np.empty_like(steady)
     flows = _Flows(model, spin, step, scale)
     for first, last in _blocks(spin):
-        flow, of_force, of_change = flows.at(float(spin[first:last].mean()))
+        flow, of_force, of_change = map(np.ascontiguousarray, flows.at(float(spin[first:last].mean())))
         driven = force[first:last] @ of_force.T + change[first:last] @ of_change.T
-        for i in range(first, last):
-            motion[i] = state[:n]
-            state = flow @ state + driven[i - first]
+        state = _advance(flow, driven, state, motion[first:last])
     return motion / scale
+
+
+@numba.njit(cache=True, nogil=True)
+def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Fill the first half (n_t, n) of the states, and return the one after the last."""
+    for i in range(len(driven)):
+        motion[i] = state[: motion.shape[1]]
+        state = flow @ state + driven[i]
+    return state
 
 
 def _unbalance(model: SpatialModel, seen: Whirl, step: float) -> np.ndarray | float:
