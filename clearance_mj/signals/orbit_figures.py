@@ -94,7 +94,7 @@ def orbit_figure(orbits: Mapping[str, Orbits | np.ndarray], gaps: Mapping[str, f
             path, words = found, ""
         else:
             path, words, turning = _draw_turns(ax, found), _turns(found), True
-        _draw_orbit(ax, ": ".join(filter(None, (name, words))), MICRO * path, gaps.get(name))
+        _draw_orbit(ax, (": " if columns < 3 else "\n").join(filter(None, (name, words))), MICRO * path, gaps.get(name))
     looks = {"wall": WALL} if gaps else {}
     looks |= {"orbit": PATH} | ({"once-per-turn mark": MARK, "1X, mean of the turns": ONCE} if turning else {})
     key(figure, of_curves(looks))
