@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown, few
+from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 
@@ -97,6 +97,12 @@ class Response(Shown, ArrayData):
         """S"""
         return self.excitation.size / self.fs
 
+    @property
+    def is_round(self) -> bool:
+        """Whether each clearance has two rows of displacement and forces, along y and z; known of simulations."""
+        share, moved = self.contact_share, self.displacement
+        return share is not None and moved is not None and len(moved) == 2 * share.size > 0
+
     def _overview(self) -> Overview:
         (what, unit), band = ("base acceleration", "m/s²") if self.kind == "base" else ("force", "N"), self.band
         facts = {
@@ -108,13 +114,14 @@ class Response(Shown, ArrayData):
             "contact force": _largest(self.contact_force, "N"),
             "in contact": _in_contact(self.contact_share),
             "grease force": _largest(self.grease_force, "N"),
+            "spin": "" if self.spin is None else span(self.spin, "rev/min", 30 / np.pi),
             "from": _origin(self.provenance),
         }
         count = f"{len(self.acceleration)} sensors"
         return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
 
     def plot(self, sensors: Sequence[int] | None = None, time: tuple[float, float] | None = None) -> Figure:
-        """Draw excitation and accelerations over time, and displacement and forces at the bushings where known.
+        """Draw excitation and accelerations over time; displacement and forces at bushings, and spin, where known.
 
         Parameters
         ----------
