@@ -19,6 +19,8 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 
 _SHARED = [
     *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")),
+    "engines/round_points.py",
+    "engines/round_scheme.py",
     "periodic/forces.py",
     "physical/library.py",  # where in MuJoCo's structures a value lies
 ]  # Files with what compiled functions of other files call or read
