@@ -18,7 +18,10 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
 _SHARED = [
-    *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")),
+    *(
+        f"clearance/{part}.py"
+        for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")
+    ),
     "engines/round_points.py",
     "engines/round_scheme.py",
     "periodic/forces.py",

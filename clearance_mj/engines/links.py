@@ -20,7 +20,6 @@ from ..clearance.law import Law
 from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
-from ..structure import Shaft
 from .base import Engine, Run, register
 from .linkage import Linkage, linkage
 from .links_parts import add_fixed_tendon, add_spring, add_support, armature, finish_supports, set_inertia, visual
