@@ -225,9 +225,9 @@ def linkage(rig: Rig, links: int) -> Linkage:
     RigError
         If the rig's structure has no shafts, or shafts with shear flexibility.
     """
-    shafts = rig.linear.shafts
+    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
     if not shafts:
-        raise RigError(f"rig {rig.name!r}: links needs a shaft; use modal or modal-mj")
+        raise RigError(f"rig {rig.name!r}: links needs a shaft; use {others}")
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         raise RigError(
             f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
@@ -237,7 +237,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
         ("oscillators", rig.oscillators),
     ):  # fmt: skip
         if there:
-            raise RigError(f"rig {rig.name!r}: links knows no {what}; use modal or modal-mj")
+            raise RigError(f"rig {rig.name!r}: links knows no {what}; use {others}")
     masses = [list(of_discs(shaft)) for shaft in shafts]
     for mass in rig.point_masses:
         i, x = rig.linear.place(mass.position)

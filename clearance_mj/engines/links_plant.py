@@ -16,7 +16,7 @@ from ..rig import Rig
 from ..rotors.spatial import spatial_model
 from .linkage_space import SpatialLinkage, spatial_linkage
 from .links_parts import armature
-from .links_space import build_spatial, joint_names, tendon_names
+from .links_space import joint_names, spatial_spec, tendon_names
 from .modal_space import stiffest_contacts
 from .plant import ITERATIONS, stable_step_with
 
@@ -74,7 +74,7 @@ def largest_spatial_step(rig: Rig, law: Law, links: int) -> float:
 def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
     """Compile a spatial rig's chains for the engine."""
     spatial_model(rig).input(rig.shaker.kind)  # refuses what cannot be excited so, or does not turn
-    whole, spec = spatial_linkage(rig, links), build_spatial(rig, links)
+    whole, spec = spatial_linkage(rig, links), spatial_spec(rig, links)
     # What only takes time: shapes, sensors, which sit on straight links, and looking for contacts of bodies.
     spec.compiler.discardvisual = True
     off = mujoco.mjtDisableBit

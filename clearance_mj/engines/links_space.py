@@ -22,7 +22,7 @@ from .linkage_space import SpatialLinkage, spatial_linkage
 from .links_parts import add_spring, add_support, finish_supports, set_inertia, visual
 from .plant import set_solver, soften
 
-__all__ = ["build_spatial", "joint_names", "tendon_names"]
+__all__ = ["build_spatial", "joint_names", "spatial_spec", "tendon_names"]
 
 NO_DIRECTION = 1e-9
 """m, by which a bushing's site is off the axis of a centred shaft along y and along z
@@ -30,6 +30,7 @@ NO_DIRECTION = 1e-9
 A tendon without length has no direction, so that MuJoCo would find no inertia behind it; with this it is that of both
 planes, and the gap changes by less than digits of a file show.
 """
+DIGITS = 6  # that MuJoCo writes of a number
 STAVES = 24  # boxes that a bushing is drawn of
 AXES = "yz"
 
@@ -37,7 +38,8 @@ AXES = "yz"
 def build_spatial(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     """Describe a spatial rig as a MuJoCo model of rigid links, with the softness of the datasheet.
 
-    It does not know the turning of the shaft and friction, which MuJoCo has no elements for.
+    It does not know the turning of the shaft and friction, which MuJoCo has no elements for. Places along the shaft are
+    those that a file of six digits holds.
 
     Parameters
     ----------
@@ -46,6 +48,14 @@ def build_spatial(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     links : int
         Number of links of each shaft.
     """
+    spec = spatial_spec(rig, links)
+    _round_places(spec)
+    apply(spec)
+    return spec
+
+
+def spatial_spec(rig: Rig, links: int) -> mujoco.MjSpec:
+    """Return the same with exact places, without softness."""
     whole = spatial_linkage(rig, links)
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
@@ -60,8 +70,25 @@ def build_spatial(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     _add_supports(spec, whole)
     for j in range(len(rig.bushings)):
         _add_bushing(spec, whole, j)
-    apply(spec)
     return spec
+
+
+def _round_places(spec: mujoco.MjSpec) -> None:
+    """Round places along the shaft to decimals of which six digits lose nothing.
+
+    Sites of a clearance then stay at the same place however many links are between them. Otherwise their tendon would
+    be along the shaft, where MuJoCo finds no inertia.
+    """
+    exact = {"world": 0.0}
+    for body in spec.bodies[1:]:
+        exact[body.name] = exact[body.parent.name] + body.pos[0]
+    decimals = DIGITS - 1 - int(np.floor(np.log10(max(abs(x) for x in exact.values()))))
+    rounded = {name: round(x, decimals) for name, x in exact.items()}
+    for body in spec.bodies[1:]:
+        body.pos[0] = round(rounded[body.name] - rounded[body.parent.name], decimals)
+    for site in spec.sites:
+        carrier = site.parent.name
+        site.pos[0] = round(round(exact[carrier] + site.pos[0], decimals) - rounded[carrier], decimals)
 
 
 def joint_names(whole: SpatialLinkage) -> list[str]:
