@@ -1,0 +1,284 @@
+"""Forces of round clearances along one period of a motion, and their derivatives; compiled.
+
+Points stand as in the engines: the bushings' middles (filling), then both ends of each (contact); each moves along y
+and z. What remembers is marched over periods until it is periodic; a contact that is open somewhere forgets there, so
+that one period does. Derivatives are differences: by what acts at the same sample, or, of what remembers and where a
+contact begins or ends, carried along the march to the harmonics of the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from ...clearance.pointers import OPTIONS, kernel_loop
+from .elements import INPUTS, RoundLaws, contact_between, filling_between
+
+__all__ = ["RoundSlopes", "Sampled", "fill_round_forces"]
+
+MAX_PERIODS = 32  # until what is remembered is periodic
+PERIODIC = 1e-11  # change of a memory from period to period, over its size, that counts as none
+DIFFERENCE = 1e-7  # step of difference quotients, over the motion
+OUTPUTS = 4  # force along y and z at a sample, and what it adds to the sample before
+
+
+class Sampled(NamedTuple):
+    """A periodic motion at samples."""
+
+    place: np.ndarray  # (n_points, 2, N) m
+    speed: np.ndarray  # (n_points, 2, N) m/s
+    omega: float  # 1/s
+    spin: float  # rad/s
+
+
+class RoundSlopes(NamedTuple):
+    """Derivatives of the forces at every sample of a period; changed in place."""
+
+    x: np.ndarray  # (n_points, 2, 2, N) force by displacement at the same sample, N/m
+    v: np.ndarray  # (n_points, 2, 2, N) by the velocity, N s/m
+    step: np.ndarray  # (n_points, N, m + 2, m + 8) memory, then both forces, by memory and what a step is given
+    carried: np.ndarray  # (n_points, N) whether the latter holds in the place of the former
+    whole: np.ndarray  # (n_points, 2, K, 2 K) of the force's harmonics by those of y, then z: what is carried
+    remembers: np.ndarray  # (n_points,) whether that is not zero
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _take(motion: Sampled, p: int, last: int, i: int, u: np.ndarray) -> None:
+    """Fill in what a step of a point from one sample to the next one is given."""
+    for d in range(2):
+        u[d], u[2 + d] = motion.place[p, d, last], motion.place[p, d, i]
+        u[4 + d], u[6 + d] = motion.speed[p, d, last], motion.speed[p, d, i]
+
+
+@kernel_loop(**OPTIONS)
+def _step(
+    laws: RoundLaws, j: int, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
+) -> None:
+    """Fill out with memory, force now and what is added to the force before, of one step of bushing j."""
+    if contact:
+        contact_between(laws.bushings[j], laws.states[j], laws.numbers, memory, u, spin, out)
+    else:
+        filling_between(laws.bushings[j], laws.states[j], laws.numbers, size, memory, u, spin, out)
+
+
+@kernel_loop(**OPTIONS)
+def _differences(
+    laws: RoundLaws, j: int, contact: bool, told: int, size: int, memory: np.ndarray, u: np.ndarray, motion: Sampled,
+    eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray, first: int,
+) -> None:  # fmt: skip
+    """Fill slope (told + 4, told + 8): a step by its memory, ``size`` numbers, and what it is given from ``first`` on."""
+    quicker = eps * motion.omega
+    for d in range(size):
+        kept, change = memory[d], quicker if contact and d == 0 else eps
+        memory[d] = kept + change
+        _step(laws, j, contact, size, memory, u, motion.spin, moved)
+        memory[d] = kept
+        for k in range(told + OUTPUTS):
+            slope[k, d] = (moved[k] - now[k]) / change
+    for d in range(first, INPUTS):
+        kept, change = u[d], quicker if d >= 4 else eps
+        u[d] = kept + change
+        _step(laws, j, contact, size, memory, u, motion.spin, moved)
+        u[d] = kept
+        for k in range(told + OUTPUTS):
+            slope[k, told + d] = (moved[k] - now[k]) / change
+
+
+@kernel_loop(**OPTIONS)
+def _add_rows(
+    slope: np.ndarray, row: int, size: int, omega: float, basis: np.ndarray, rate: np.ndarray, last: int, i: int,
+    carried: np.ndarray, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Add to out (2 K,) what a row of derivatives says by harmonics of y, then z."""
+    harmonics = basis.shape[1]
+    for d in range(2):
+        a, b = slope[row, size + d], slope[row, size + 2 + d]
+        c, e = omega * slope[row, size + 4 + d], omega * slope[row, size + 6 + d]
+        for r in range(harmonics):
+            out[d * harmonics + r] += a * basis[last, r] + b * basis[i, r] + c * rate[last, r] + e * rate[i, r]
+    for k in range(size):
+        share = slope[row, k]
+        if share != 0.0:
+            for r in range(2 * harmonics):
+                out[r] += share * carried[k, r]
+
+
+@kernel_loop(**OPTIONS)
+def _reach(place: np.ndarray) -> float:
+    found = 0.0
+    for d in range(place.shape[0]):
+        for i in range(place.shape[1]):
+            found = max(found, abs(place[d, i]))
+    return found
+
+
+@kernel_loop(**OPTIONS)
+def _open_at(bushing: np.ndarray, place: np.ndarray) -> tuple[bool, int]:
+    """Return whether an end touches at all, and the last sample at which it does not, or -1."""
+    touches, still = False, -1
+    for i in range(place.shape[1]):
+        y, z = place[0, i] + bushing.offset_y, place[1, i] + bushing.offset_z
+        if math.sqrt(y * y + z * z) - bushing.gap > 0.0:
+            touches = True
+        else:
+            still = i
+    return touches, still
+
+
+@kernel_loop(**OPTIONS)
+def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reach: float, speed: float) -> bool:
+    for k in range(size):
+        if abs(memory[k] - old[k]) > PERIODIC * (speed if contact and k == 0 else reach):
+            return False
+    return True
+
+
+@kernel_loop(**OPTIONS)
+def _over_period(
+    laws: RoundLaws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
+    want: bool, force: np.ndarray, slopes: RoundSlopes,
+) -> None:  # fmt: skip
+    """Add to row p of force and slopes what acts there: the filling of bushing j, or the contact of one end."""
+    n, harmonics, contact = motion.place.shape[2], basis.shape[1], p >= laws.bushings.size
+    bushing, still = laws.bushings[j], -1
+    if contact:
+        touches, still = _open_at(bushing, motion.place[p])
+        if not touches:
+            return
+    bushing.step = 2.0 * np.pi / (motion.omega * n)
+    size = (2 if laws.remembers[j] else 0) if contact else laws.memory[j]
+    told = 2 if contact else size  # numbers before the forces in what a step returns
+    reach = _reach(motion.place[p])
+    eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
+    memory, old, u = np.zeros(max(laws.room, 2)), np.zeros(max(laws.room, 2)), np.zeros(INPUTS)
+    now, moved, slope = np.zeros(told + OUTPUTS), np.zeros(told + OUTPUTS), np.zeros((told + OUTPUTS, told + INPUTS))
+    carried, later = np.zeros((told, 2 * harmonics)), np.zeros((told, 2 * harmonics))
+    of_force = np.zeros((2, n, 2 * harmonics)) if want else np.zeros((2, 0, 0))
+    once = not size or still >= 0
+    start = still + 1 if contact and still >= 0 else 0
+    closed, by_harmonics = start == 0 and contact and still < 0, False
+    for m in range(n if once else MAX_PERIODS * n):
+        i = (start + m) % n
+        last = i - 1 if i > 0 else n - 1
+        if m % n == 0 and not once:
+            if m > n and _settled(memory, old, size, contact, reach, reach * motion.omega):
+                break
+            for k in range(size):
+                old[k] = memory[k]
+            force[p] = 0.0  # the last period alone counts
+            of_force[:] = 0.0
+        _take(motion, p, last, i, u)
+        before = closed
+        if contact:
+            closed = _beyond(bushing, u[2], u[3])
+            if m == 0:
+                before = _beyond(bushing, u[0], u[1])
+            if not (before or closed):
+                continue
+        _step(laws, j, contact, size, memory, u, motion.spin, now)
+        for d in range(2):
+            force[p, d, i] += now[told + d]
+            force[p, d, last] += now[told + 2 + d]
+            if not contact:
+                force[p, d, i] -= laws.spring[j] * u[2 + d] + laws.damper[j] * u[6 + d]
+        if want:
+            whole = size > 0 or before != closed
+            first = 0 if whole else 2
+            _differences(laws, j, contact, told, size, memory, u, motion, eps, now, moved, slope, first)
+            if not contact:
+                for d in range(2):
+                    slope[told + d, told + 2 + d] -= laws.spring[j]
+                    slope[told + d, told + 6 + d] -= laws.damper[j]
+            if whole:
+                by_harmonics = True
+                slopes.carried[p, i] = True
+                _keep(slope, told, slopes.step[p, i])
+                for k in range(size):
+                    later[k] = 0.0
+                    _add_rows(slope, k, told, motion.omega, basis, rate, last, i, carried, later[k])
+                for d in range(2):
+                    _add_rows(slope, told + d, told, motion.omega, basis, rate, last, i, carried, of_force[d, i])
+                    if before != closed:
+                        _add_rows(
+                            slope, told + 2 + d, told, motion.omega, basis, rate, last, i, carried, of_force[d, last]
+                        )
+                if size:
+                    carried, later = later, carried
+            else:
+                for a in range(2):
+                    for b in range(2):
+                        slopes.x[p, a, b, i] = slope[told + a, told + 2 + b]
+                        slopes.v[p, a, b, i] = slope[told + a, told + 6 + b]
+        for k in range(size):
+            memory[k] = now[k]
+    if by_harmonics:
+        slopes.remembers[p] = True
+        for d in range(2):
+            slopes.whole[p, d] = np.dot(project, of_force[d])
+
+
+@kernel_loop(**OPTIONS)
+def _keep(slope: np.ndarray, size: int, out: np.ndarray) -> None:
+    """Keep derivatives of memory and of the whole force of a step."""
+    width = out.shape[1]
+    for k in range(size + 2):
+        row = k if k < size else out.shape[0] - 2 + k - size
+        for d in range(size + INPUTS):
+            column = d if d < size else width - INPUTS + d - size
+            out[row, column] = slope[k, d] + (slope[k + 2, d] if k >= size else 0.0)
+
+
+@kernel_loop(**OPTIONS)
+def _beyond(bushing: np.ndarray, y: float, z: float) -> bool:
+    r_y, r_z = y + bushing.offset_y, z + bushing.offset_z
+    return math.sqrt(r_y * r_y + r_z * r_z) - bushing.gap > 0.0
+
+
+@kernel_loop(**OPTIONS)
+def _same(place: np.ndarray, p: int, q: int) -> bool:
+    for d in range(2):
+        for i in range(place.shape[2]):
+            if place[p, d, i] != place[q, d, i]:
+                return False
+    return True
+
+
+@kernel_loop(**OPTIONS)
+def _copy_end(force: np.ndarray, slopes: RoundSlopes, p: int) -> None:
+    """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
+    force[p + 1] = force[p]
+    slopes.x[p + 1], slopes.v[p + 1] = slopes.x[p], slopes.v[p]
+    slopes.carried[p + 1], slopes.remembers[p + 1] = slopes.carried[p], slopes.remembers[p]
+    if slopes.remembers[p]:
+        slopes.step[p + 1], slopes.whole[p + 1] = slopes.step[p], slopes.whole[p]
+
+
+@kernel_loop(**OPTIONS)
+def fill_round_forces(
+    laws: RoundLaws, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray, want: bool,
+    force: np.ndarray, slopes: RoundSlopes,
+) -> None:  # fmt: skip
+    """Fill force (n_points, 2, N) and, if wanted, slopes along one period.
+
+    ``basis`` and ``rate`` (N, K) are the harmonic functions and their derivatives by the angle, ``project`` (K, N)
+    takes the harmonics of N samples.
+    """
+    force[:] = 0.0
+    if want:
+        slopes.x[:] = 0.0
+        slopes.v[:] = 0.0
+        slopes.carried[:] = False
+        slopes.remembers[:] = False
+    count = laws.bushings.size
+    for j in range(count):
+        if not laws.linear[j]:
+            _over_period(laws, j, j, motion, basis, rate, project, want, force, slopes)
+        p = count + 2 * j
+        _over_period(laws, j, p, motion, basis, rate, project, want, force, slopes)
+        if _same(motion.place, p, p + 1):
+            _copy_end(force, slopes, p)
+        else:
+            _over_period(laws, j, p + 1, motion, basis, rate, project, want, force, slopes)

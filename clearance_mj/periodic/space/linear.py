@@ -1,0 +1,139 @@
+"""The linear part of a rig in space, q̈ + (C + Ω G) q̇ + (K + Ω H) q = b(t) - Pᵀ f, seen from its clearances.
+
+At a spin that stays, receptances come from poles and residues, found once; where the spin changes along a branch, from
+the dynamic stiffness of every harmonic.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from ...clearance.pointers import OPTIONS, kernel_loop
+from ..harmonic_balance import Linear, receptances
+
+__all__ = ["Dynamics", "SteadySpin", "Structured", "VaryingSpin"]
+
+
+class Structured(NamedTuple):
+    """Matrices in modes of unit mass, and where the clearances are."""
+
+    stiffness: np.ndarray  # (n, n) K, references of the fillings included
+    damping: np.ndarray  # (n, n) C, likewise
+    gyroscopic: np.ndarray  # (n, n) G
+    circulatory: np.ndarray  # (n, n) H
+    points: np.ndarray  # (2 n_points, n) P: rows of each point along y, then z
+    weight: np.ndarray  # (n,) force of gravity
+    drive: np.ndarray  # (H + 1, n) complex amplitudes of the excitation's force; of an unbalance per Ω²
+    unbalance: bool  # whether the excitation grows with Ω²
+
+    def viscous(self, spin: float) -> np.ndarray:
+        """Return C + Ω G."""
+        return self.damping + spin * self.gyroscopic
+
+    def stiff(self, spin: float) -> np.ndarray:
+        """Return K + Ω H."""
+        return self.stiffness + spin * self.circulatory
+
+    def flow(self, spin: float, step: float) -> np.ndarray:
+        """Return the motion (2 n, 2 n) of displacements and velocities over a step, s."""
+        import scipy.linalg
+
+        return np.ascontiguousarray(scipy.linalg.expm(step * self.state(spin)))
+
+    def state(self, spin: float) -> np.ndarray:
+        """Return the derivative (2 n, 2 n) of displacements and velocities by time."""
+        n = len(self.stiffness)
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-self.stiff(spin), -self.viscous(spin)]])
+
+    def driven(self, spin: float, weight: float, level: float) -> np.ndarray:
+        """Return forces (H + 1, n) on the modes at shares of weight and level."""
+        force = self.drive * (level * spin**2 if self.unbalance else level)
+        force[0] = weight * self.weight
+        return force
+
+
+class Dynamics(ABC):
+    """How a linear system moves under harmonic forces."""
+
+    structured: Structured
+
+    @abstractmethod
+    def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return receptances (H + 1, 2 n_points, 2 n_points) and driven displacements (H + 1, 2 n_points)."""
+
+    @abstractmethod
+    def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
+        """Return complex amplitudes (H + 1, n) of the modes under forces on them (H + 1, n)."""
+
+
+class SteadySpin(Dynamics):
+    """At one spin: by poles."""
+
+    def __init__(self, structured: Structured, spin: float):
+        self.structured = structured
+        self.values, vectors = np.linalg.eig(structured.state(spin))
+        n, harmonics = len(structured.stiffness), len(structured.drive) - 1
+        self.shapes, self.forced = vectors[:n], np.linalg.inv(vectors)[:, n:]
+        points, to_poles = structured.points @ self.shapes, self.forced @ structured.points.T
+        residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, to_poles))
+        self.linear = Linear(
+            self.values, residues, np.zeros((1, 1), dtype=complex), np.zeros(harmonics + 1, dtype=complex),
+            np.zeros((1, 1)), np.zeros(1, dtype=int),
+        )  # fmt: skip
+        self.points = points
+        self.room = np.empty((2, harmonics + 1, *residues.shape[1:]), dtype=complex)
+        self.unused = np.empty((2, harmonics + 1, residues.shape[1]), dtype=complex)
+
+    def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+        compliance = self.room[0]
+        receptances(self.linear, omega, False, compliance, self.room[1], self.unused[0], self.unused[1])
+        force = self.structured.driven(spin, weight, level)
+        driven = np.zeros((len(force), len(self.points)), dtype=complex)
+        for h in np.flatnonzero(force.any(axis=1)):
+            driven[h] = self.points @ (self.forced @ force[h] / (1j * h * omega - self.values))
+        return compliance, driven
+
+    def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
+        turning = 1j * omega * np.arange(len(force))
+        return (force @ self.forced.T / (turning[:, None] - self.values)) @ self.shapes.T
+
+
+class VaryingSpin(Dynamics):
+    """At any spin: by the dynamic stiffness of every harmonic."""
+
+    def __init__(self, structured: Structured):
+        self.structured = structured
+
+    def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+        own = self.structured
+        return _solved(own.stiff(spin), own.viscous(spin), own.points, own.driven(spin, weight, level), omega)
+
+    def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
+        own, order = self.structured, omega * np.arange(len(force))[:, None, None]
+        dynamic = own.stiff(spin) - order**2 * np.eye(len(own.stiffness)) + 1j * order * own.viscous(spin)
+        return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])
+
+
+@kernel_loop(**OPTIONS)
+def _solved(
+    stiffness: np.ndarray, viscous: np.ndarray, points: np.ndarray, force: np.ndarray, omega: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Receptances (H + 1, 2 n_points, 2 n_points) and driven displacements (H + 1, 2 n_points)."""
+    rows, n = points.shape
+    compliance, driven = np.empty((len(force), rows, rows), np.complex128), np.empty((len(force), rows), np.complex128)
+    right, dynamic = np.zeros((n, rows + 1), np.complex128), np.empty((n, n), np.complex128)
+    seen = points.astype(np.complex128)
+    for h in range(len(force)):
+        for a in range(n):
+            for b in range(n):
+                dynamic[a, b] = stiffness[a, b] + 1j * h * omega * viscous[a, b]
+            dynamic[a, a] -= (h * omega) ** 2
+            for p in range(rows):
+                right[a, p] = points[p, a]
+            right[a, rows] = force[h, a]
+        found = np.dot(seen, np.linalg.solve(dynamic, right))
+        compliance[h], driven[h] = found[:, :rows], found[:, rows]
+    return compliance, driven

@@ -1,0 +1,133 @@
+"""Harmonic balance of one condensed rig in space: forced or under unbalance, over frequency, speed or level."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..condensed import grid
+from ..continuation import Follower, Motion, NoConvergence
+from .balance import round_balance
+from .condensed import UNBALANCE, RoundCondensed, round_slopes
+from .linear import Dynamics, SteadySpin, VaryingSpin
+
+__all__ = ["RoundSolver"]
+
+NEARBY = 1e-6  # share of the parameter by which derivatives by it are found
+SMALLEST_LEVEL = 1e-3  # share of the excitation from which on it is raised
+BEFORE_CONTACT = 0.9  # share of the smallest gap that the first motion fills
+
+
+class RoundSolver(Follower):
+    """Newton's method and continuation along frequency, or speed where the excitation is an unbalance.
+
+    While a branch's first motion is looked for, the parameter is a share of the weight, then of the excitation.
+    """
+
+    def __init__(self, system: RoundCondensed, harmonics: int, samples: int, spin: float):
+        self.system, self.harmonics, self.samples = system, harmonics, samples
+        self.grid = grid(harmonics, samples)
+        self.rows, count = system.basis.shape
+        self.least = 1e-3 * system.size
+        self.size = count * (2 * harmonics + 1)
+        self.slopes = round_slopes(system.laws, self.rows // 2, samples, harmonics)
+        self.jacobian = np.zeros((self.size + 1, self.size + 1))
+        self.spin = spin
+        varies = system.kind == UNBALANCE and (system.structured.gyroscopic.any() or system.structured.circulatory.any())
+        self.dynamics: Dynamics = VaryingSpin(system.structured) if varies else SteadySpin(system.structured, spin)
+        self.raised = ""  # what the parameter is a share of: "weight", "level", or nothing
+        self.at = 0.0  # the frequency, 1/s, then
+
+    def frequency(self, motion: Motion) -> float:
+        """Return the angular frequency of a motion's first harmonic, 1/s."""
+        return self.at if self.raised else motion.omega
+
+    def share(self, motion: Motion) -> float:
+        """Return the share of the excitation's level at which a motion is."""
+        return motion.omega if self.raised == "level" else 1.0
+
+    def spin_of(self, omega: float) -> float:
+        """Return the shaft's spin at a frequency, rad/s."""
+        return omega if self.system.kind == UNBALANCE else self.spin
+
+    def _balance(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        omega = self.at if self.raised else parameter
+        weight, level = 1.0, 1.0
+        if self.raised == "weight":
+            weight, level = parameter, 0.0
+        elif self.raised == "level":
+            level = parameter
+        spin, system = self.spin_of(omega), self.system
+        compliance, driven = self.dynamics.seen(omega, spin, weight, level)
+        return round_balance(
+            compliance, driven, system.basis, system.owner, self.grid, system.laws, self.slopes, omega, spin, z, y,
+            want, self.jacobian,
+        )  # fmt: skip
+
+    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        found = self._balance(parameter, z, y, want)
+        if want:
+            nearby = parameter * (1 + NEARBY)
+            changed = self._balance(nearby, z, y, False)[0]
+            self.jacobian[: self.size, -1] = (changed - found[0]).ravel() / (nearby - parameter)
+        return found
+
+    def first(self, omega: float) -> Motion:
+        """Return the motion at a frequency that grows out of the static equilibrium with the level of the excitation.
+
+        Raises
+        ------
+        NoConvergence
+            If it does not reach the level.
+        """
+        still = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
+        z, y = still, np.zeros((self.rows, still.shape[1]))
+        self.at = omega
+        try:
+            if self.system.structured.weight.any():
+                z, y = self._raised("weight", z, y, omega)
+            z, y = self._raised("level", z, y, omega)
+        finally:
+            self.raised = ""
+        found = self.solve(omega, z, y, np.append(np.zeros(self.size), 1.0), self._scale(z))
+        if found is None:
+            raise NoConvergence(omega)
+        return found
+
+    def _scale(self, z: np.ndarray) -> float:
+        return max(float(np.linalg.norm(z)), self.least)
+
+    def _raised(self, what: str, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Raise weight or excitation from nearly nothing to all of it, around folds."""
+        self.raised = what
+        left, _, moved = self._balance(0.0, z, y, False)
+        ahead, _, further = self._balance(1.0, z, y, False)
+        way, beside = left - ahead, further - moved
+        size = float(np.abs((self.system.basis @ way + beside) @ self.grid.basis.T).max())
+        if size == 0:
+            return z, y
+        least = min(1.0, max(SMALLEST_LEVEL, BEFORE_CONTACT * self.system.size / size) if not z.any() else SMALLEST_LEVEL)
+        row = np.append(np.zeros(self.size), 1.0)
+        start, near = z + least * way, y + least * beside
+        motion = self.solve(least, start, near, row, self._scale(start))
+        if motion is None:
+            raise NoConvergence(omega)
+        if least < 1.0:
+            try:
+                *_, motion = self.within(motion, 1e-3 * least, 1.0)
+            except NoConvergence:
+                raise NoConvergence(omega) from None
+            if abs(motion.omega - 1.0) > 1e-9:
+                raise NoConvergence(omega)
+        return motion.z, motion.y
+
+    def branch(self, start: float, stop: float) -> Iterator[Motion]:
+        """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.
+
+        Raises
+        ------
+        NoConvergence
+            Where Newton's method finds no next motion; what was yielded stays.
+        """
+        yield from self.within(self.first(start), min(start, stop), max(start, stop), stop > start)
