@@ -19,10 +19,10 @@ __all__ = ["round_balance"]
 
 @kernel_loop(**OPTIONS)
 def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: RoundSlopes) -> np.ndarray:
-    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates, 0 between those of two owners."""
+    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates of one owner."""
     rows, r = basis.shape
     samples, harmonics = grid.basis.shape
-    found = np.zeros((r, r, harmonics, harmonics))
+    found = np.empty((r, r, harmonics, harmonics))
     means, series = np.zeros((2, 2 * harmonics - 1)), np.zeros((2, samples))
     for a in range(r):
         for b in range(r):
@@ -30,6 +30,7 @@ def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slop
                 continue
             series[:] = 0.0
             block = found[a, b]
+            block[:] = 0.0
             for row in range(rows):
                 if basis[row, a] == 0.0:
                     continue
@@ -41,10 +42,12 @@ def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slop
                     for i in range(samples):
                         series[0, i] += weight * slopes.x[p, d, e, i]
                         series[1, i] += weight * slopes.v[p, d, e, i]
-                    if slopes.remembers[p]:
+                    used = slopes.used[p]
+                    if used > 0:
+                        carried = np.dot(slopes.onto[p, :used].T, slopes.rows[p, d, e, :used])
                         for k in range(harmonics):
                             for l in range(harmonics):
-                                block[k, l] += weight * slopes.whole[p, d, k, e * harmonics + l]
+                                block[k, l] += weight * carried[k, l]
             if np.any(series != 0.0):
                 np.dot(series, grid.moments, means)
                 add_products(means, omega, block)

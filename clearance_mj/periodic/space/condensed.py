@@ -22,7 +22,7 @@ from .linear import Structured
 __all__ = ["UNBALANCE", "RoundCondensed", "round_condensed", "round_slopes"]
 
 UNBALANCE = "unbalance"
-STIFF = 1e-3
+STIFF = 3e-3
 """Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
 FILM = 100.0  # stiffness of a film near the wall over that in its middle
 
@@ -102,7 +102,7 @@ def round_condensed(
             "defined; add a support, oil, or grease with stiffness"
         )
     of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
-    stiffest = of_contact + [FILM * k if b.film else k for k, b in zip(laws.spring, rig.bushings)]
+    stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
     middles = structure.at_points[: len(rig.bushings)]
     on_modes = float(np.max(of_contact[:, None] * np.sum(middles**2, axis=2)))
     basis, owner = _coordinates(structured, rows, stiffest)
@@ -194,6 +194,6 @@ def round_slopes(laws: RoundLaws, points: int, samples: int, harmonics: int) -> 
     most = max(int(laws.memory.max()), 2)
     x, v = np.zeros((2, points, 2, 2, samples))
     step = np.zeros((points, samples, most + 2, most + 8))
-    whole = np.zeros((points, 2, 2 * harmonics + 1, 2 * (2 * harmonics + 1)))
-    carried, remembers = np.zeros((points, samples), dtype=bool), np.zeros(points, dtype=bool)
-    return RoundSlopes(x, v, step, carried, whole, remembers)
+    rows = np.zeros((points, 2, 2, samples, 2 * harmonics + 1))
+    onto, used = np.zeros((points, samples, 2 * harmonics + 1)), np.zeros(points, dtype=int)
+    return RoundSlopes(x, v, step, np.zeros((points, samples), dtype=bool), rows, onto, used)

@@ -15,6 +15,7 @@ import numba
 import numpy as np
 
 from ...clearance.pointers import OPTIONS, kernel_loop
+from ...clearance.round_kernel import RoundBushing, RoundState
 from .elements import INPUTS, RoundLaws, contact_between, filling_between
 
 __all__ = ["RoundSlopes", "Sampled", "fill_round_forces"]
@@ -41,8 +42,9 @@ class RoundSlopes(NamedTuple):
     v: np.ndarray  # (n_points, 2, 2, N) by the velocity, N s/m
     step: np.ndarray  # (n_points, N, m + 2, m + 8) memory, then both forces, by memory and what a step is given
     carried: np.ndarray  # (n_points, N) whether the latter holds in the place of the former
-    whole: np.ndarray  # (n_points, 2, K, 2 K) of the force's harmonics by those of y, then z: what is carried
-    remembers: np.ndarray  # (n_points,) whether that is not zero
+    rows: np.ndarray  # (n_points, 2, 2, N, K) force at some samples by the harmonics of y and z: what is carried
+    onto: np.ndarray  # (n_points, N, K) what a force at each of them is in harmonics
+    used: np.ndarray  # (n_points,) how many they are
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
@@ -55,33 +57,34 @@ def _take(motion: Sampled, p: int, last: int, i: int, u: np.ndarray) -> None:
 
 @kernel_loop(**OPTIONS)
 def _step(
-    laws: RoundLaws, j: int, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
-) -> None:
-    """Fill out with memory, force now and what is added to the force before, of one step of bushing j."""
+    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray,
+    u: np.ndarray, spin: float, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill out with memory, force now and what is added to the force before, of one step of a bushing."""
     if contact:
-        contact_between(laws.bushings[j], laws.states[j], laws.numbers, memory, u, spin, out)
+        contact_between(bushing, state, numbers, memory, u, spin, out)
     else:
-        filling_between(laws.bushings[j], laws.states[j], laws.numbers, size, memory, u, spin, out)
+        filling_between(bushing, state, numbers, size, memory, u, spin, out)
 
 
 @kernel_loop(**OPTIONS)
 def _differences(
-    laws: RoundLaws, j: int, contact: bool, told: int, size: int, memory: np.ndarray, u: np.ndarray, motion: Sampled,
-    eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray, first: int,
+    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, told: int, size: int,
+    memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray, first: int,
 ) -> None:  # fmt: skip
     """Fill slope (told + 4, told + 8): a step by its memory, ``size`` numbers, and what it is given from ``first`` on."""
-    quicker = eps * motion.omega
+    quicker = eps * omega
     for d in range(size):
         kept, change = memory[d], quicker if contact and d == 0 else eps
         memory[d] = kept + change
-        _step(laws, j, contact, size, memory, u, motion.spin, moved)
+        _step(bushing, state, numbers, contact, size, memory, u, spin, moved)
         memory[d] = kept
         for k in range(told + OUTPUTS):
             slope[k, d] = (moved[k] - now[k]) / change
     for d in range(first, INPUTS):
         kept, change = u[d], quicker if d >= 4 else eps
         u[d] = kept + change
-        _step(laws, j, contact, size, memory, u, motion.spin, moved)
+        _step(bushing, state, numbers, contact, size, memory, u, spin, moved)
         u[d] = kept
         for k in range(told + OUTPUTS):
             slope[k, told + d] = (moved[k] - now[k]) / change
@@ -90,20 +93,21 @@ def _differences(
 @kernel_loop(**OPTIONS)
 def _add_rows(
     slope: np.ndarray, row: int, size: int, omega: float, basis: np.ndarray, rate: np.ndarray, last: int, i: int,
-    carried: np.ndarray, out: np.ndarray,
+    carried: np.ndarray, out: np.ndarray, to: int,
 ) -> None:  # fmt: skip
-    """Add to out (2 K,) what a row of derivatives says by harmonics of y, then z."""
+    """Add to out (2, n, K), at one of n, what a row of derivatives says by harmonics of y, then z."""
     harmonics = basis.shape[1]
     for d in range(2):
         a, b = slope[row, size + d], slope[row, size + 2 + d]
         c, e = omega * slope[row, size + 4 + d], omega * slope[row, size + 6 + d]
         for r in range(harmonics):
-            out[d * harmonics + r] += a * basis[last, r] + b * basis[i, r] + c * rate[last, r] + e * rate[i, r]
+            out[d, to, r] += a * basis[last, r] + b * basis[i, r] + c * rate[last, r] + e * rate[i, r]
     for k in range(size):
         share = slope[row, k]
         if share != 0.0:
-            for r in range(2 * harmonics):
-                out[r] += share * carried[k, r]
+            for d in range(2):
+                for r in range(harmonics):
+                    out[d, to, r] += share * carried[d, k, r]
 
 
 @kernel_loop(**OPTIONS)
@@ -116,12 +120,13 @@ def _reach(place: np.ndarray) -> float:
 
 
 @kernel_loop(**OPTIONS)
-def _open_at(bushing: np.ndarray, place: np.ndarray) -> tuple[bool, int]:
-    """Return whether an end touches at all, and the last sample at which it does not, or -1."""
+def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tuple[bool, int]:
+    """Fill in at which samples an end touches; return whether at any, and the last one at which it does not, or -1."""
     touches, still = False, -1
-    for i in range(place.shape[1]):
+    for i in range(closed.size):
         y, z = place[0, i] + bushing.offset_y, place[1, i] + bushing.offset_z
-        if math.sqrt(y * y + z * z) - bushing.gap > 0.0:
+        closed[i] = math.sqrt(y * y + z * z) - bushing.gap > 0.0
+        if closed[i]:
             touches = True
         else:
             still = i
@@ -143,68 +148,70 @@ def _over_period(
 ) -> None:  # fmt: skip
     """Add to row p of force and slopes what acts there: the filling of bushing j, or the contact of one end."""
     n, harmonics, contact = motion.place.shape[2], basis.shape[1], p >= laws.bushings.size
-    bushing, still = laws.bushings[j], -1
+    bushing, still, closed = laws.bushings[j], -1, np.zeros(n, np.bool_)
+    size = (2 if laws.remembers[j] else 0) if contact else laws.memory[j]
     if contact:
-        touches, still = _open_at(bushing, motion.place[p])
+        touches, still = _closed(bushing, motion.place[p], closed)
         if not touches:
             return
-    bushing.step = 2.0 * np.pi / (motion.omega * n)
-    size = (2 if laws.remembers[j] else 0) if contact else laws.memory[j]
+    state, numbers, omega, spin = laws.states[j], laws.numbers, motion.omega, motion.spin
+    bushing.step = 2.0 * np.pi / (omega * n)
     told = 2 if contact else size  # numbers before the forces in what a step returns
     reach = _reach(motion.place[p])
     eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
     memory, old, u = np.zeros(max(laws.room, 2)), np.zeros(max(laws.room, 2)), np.zeros(INPUTS)
     now, moved, slope = np.zeros(told + OUTPUTS), np.zeros(told + OUTPUTS), np.zeros((told + OUTPUTS, told + INPUTS))
-    carried, later = np.zeros((told, 2 * harmonics)), np.zeros((told, 2 * harmonics))
-    of_force = np.zeros((2, n, 2 * harmonics)) if want else np.zeros((2, 0, 0))
-    once = not size or still >= 0
-    start = still + 1 if contact and still >= 0 else 0
-    closed, by_harmonics = start == 0 and contact and still < 0, False
+    carried, later = np.zeros((2, told, harmonics)), np.zeros((2, told, harmonics))
+    of_force = slopes.rows[p]
+    shown, used = np.full(n, -1), 0  # row of each sample in what is carried
+    once, start = not size or still >= 0, still + 1
     for m in range(n if once else MAX_PERIODS * n):
         i = (start + m) % n
         last = i - 1 if i > 0 else n - 1
         if m % n == 0 and not once:
-            if m > n and _settled(memory, old, size, contact, reach, reach * motion.omega):
+            if m > n and _settled(memory, old, size, contact, reach, reach * omega):
                 break
             for k in range(size):
                 old[k] = memory[k]
             force[p] = 0.0  # the last period alone counts
-            of_force[:] = 0.0
+            used, shown[:] = 0, -1
+        if contact and not (closed[last] or closed[i]):
+            continue
         _take(motion, p, last, i, u)
-        before = closed
-        if contact:
-            closed = _beyond(bushing, u[2], u[3])
-            if m == 0:
-                before = _beyond(bushing, u[0], u[1])
-            if not (before or closed):
-                continue
-        _step(laws, j, contact, size, memory, u, motion.spin, now)
+        _step(bushing, state, numbers, contact, size, memory, u, spin, now)
         for d in range(2):
             force[p, d, i] += now[told + d]
             force[p, d, last] += now[told + 2 + d]
             if not contact:
                 force[p, d, i] -= laws.spring[j] * u[2 + d] + laws.damper[j] * u[6 + d]
         if want:
-            whole = size > 0 or before != closed
+            begins_or_ends = closed[last] != closed[i]
+            whole = size > 0 or begins_or_ends
             first = 0 if whole else 2
-            _differences(laws, j, contact, told, size, memory, u, motion, eps, now, moved, slope, first)
+            _differences(
+                bushing, state, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope, first
+            )
             if not contact:
                 for d in range(2):
                     slope[told + d, told + 2 + d] -= laws.spring[j]
                     slope[told + d, told + 6 + d] -= laws.damper[j]
             if whole:
-                by_harmonics = True
                 slopes.carried[p, i] = True
                 _keep(slope, told, slopes.step[p, i])
+                later[:] = 0.0
                 for k in range(size):
-                    later[k] = 0.0
-                    _add_rows(slope, k, told, motion.omega, basis, rate, last, i, carried, later[k])
+                    _add_rows(slope, k, told, omega, basis, rate, last, i, carried, later, k)
+                for at in (i, last) if begins_or_ends else (i, i):
+                    if shown[at] < 0:
+                        shown[at] = used
+                        of_force[:, :, used] = 0.0
+                        slopes.onto[p, used] = project[:, at]
+                        used += 1
                 for d in range(2):
-                    _add_rows(slope, told + d, told, motion.omega, basis, rate, last, i, carried, of_force[d, i])
-                    if before != closed:
-                        _add_rows(
-                            slope, told + 2 + d, told, motion.omega, basis, rate, last, i, carried, of_force[d, last]
-                        )
+                    _add_rows(slope, told + d, told, omega, basis, rate, last, i, carried, of_force[d], shown[i])
+                    if begins_or_ends:
+                        at = shown[last]
+                        _add_rows(slope, told + 2 + d, told, omega, basis, rate, last, i, carried, of_force[d], at)
                 if size:
                     carried, later = later, carried
             else:
@@ -214,10 +221,7 @@ def _over_period(
                         slopes.v[p, a, b, i] = slope[told + a, told + 6 + b]
         for k in range(size):
             memory[k] = now[k]
-    if by_harmonics:
-        slopes.remembers[p] = True
-        for d in range(2):
-            slopes.whole[p, d] = np.dot(project, of_force[d])
+    slopes.used[p] = used
 
 
 @kernel_loop(**OPTIONS)
@@ -229,12 +233,6 @@ def _keep(slope: np.ndarray, size: int, out: np.ndarray) -> None:
         for d in range(size + INPUTS):
             column = d if d < size else width - INPUTS + d - size
             out[row, column] = slope[k, d] + (slope[k + 2, d] if k >= size else 0.0)
-
-
-@kernel_loop(**OPTIONS)
-def _beyond(bushing: np.ndarray, y: float, z: float) -> bool:
-    r_y, r_z = y + bushing.offset_y, z + bushing.offset_z
-    return math.sqrt(r_y * r_y + r_z * r_z) - bushing.gap > 0.0
 
 
 @kernel_loop(**OPTIONS)
@@ -251,9 +249,11 @@ def _copy_end(force: np.ndarray, slopes: RoundSlopes, p: int) -> None:
     """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
     force[p + 1] = force[p]
     slopes.x[p + 1], slopes.v[p + 1] = slopes.x[p], slopes.v[p]
-    slopes.carried[p + 1], slopes.remembers[p + 1] = slopes.carried[p], slopes.remembers[p]
-    if slopes.remembers[p]:
-        slopes.step[p + 1], slopes.whole[p + 1] = slopes.step[p], slopes.whole[p]
+    used = slopes.used[p]
+    slopes.carried[p + 1], slopes.used[p + 1] = slopes.carried[p], used
+    if used:
+        slopes.step[p + 1] = slopes.step[p]
+        slopes.onto[p + 1, :used], slopes.rows[p + 1, :, :, :used] = slopes.onto[p, :used], slopes.rows[p, :, :, :used]
 
 
 @kernel_loop(**OPTIONS)
@@ -271,7 +271,7 @@ def fill_round_forces(
         slopes.x[:] = 0.0
         slopes.v[:] = 0.0
         slopes.carried[:] = False
-        slopes.remembers[:] = False
+        slopes.used[:] = 0
     count = laws.bushings.size
     for j in range(count):
         if not laws.linear[j]:

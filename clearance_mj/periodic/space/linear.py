@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...clearance.pointers import OPTIONS, kernel_loop
-from ..harmonic_balance import Linear, receptances
 
 __all__ = ["Dynamics", "SteadySpin", "Structured", "VaryingSpin"]
 
@@ -70,35 +69,36 @@ class Dynamics(ABC):
 
 
 class SteadySpin(Dynamics):
-    """At one spin: by poles."""
+    """At one spin: by poles. Those of a pair have conjugate residues, so that real matrices are summed."""
 
     def __init__(self, structured: Structured, spin: float):
         self.structured = structured
         self.values, vectors = np.linalg.eig(structured.state(spin))
-        n, harmonics = len(structured.stiffness), len(structured.drive) - 1
+        n = len(structured.stiffness)
         self.shapes, self.forced = vectors[:n], np.linalg.inv(vectors)[:, n:]
-        points, to_poles = structured.points @ self.shapes, self.forced @ structured.points.T
-        residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, to_poles))
-        self.linear = Linear(
-            self.values, residues, np.zeros((1, 1), dtype=complex), np.zeros(harmonics + 1, dtype=complex),
-            np.zeros((1, 1)), np.zeros(1, dtype=int),
-        )  # fmt: skip
-        self.points = points
-        self.room = np.empty((2, harmonics + 1, *residues.shape[1:]), dtype=complex)
-        self.unused = np.empty((2, harmonics + 1, residues.shape[1]), dtype=complex)
+        self.points = structured.points @ self.shapes
+        residues = np.einsum("pj,jq->jpq", self.points, self.forced @ structured.points.T)
+        residues = residues.reshape(len(self.values), -1)
+        upper, real = self.values.imag > 0, self.values.imag == 0
+        self.pairs, self.single = self.values[upper], self.values[real].real
+        self.matrices = np.concatenate((residues[upper].real, residues[upper].imag, residues[real].real))
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
-        compliance = self.room[0]
-        receptances(self.linear, omega, False, compliance, self.room[1], self.unused[0], self.unused[1])
         force = self.structured.driven(spin, weight, level)
-        driven = np.zeros((len(force), len(self.points)), dtype=complex)
+        turning, rows = 1j * omega * np.arange(len(force))[:, None], len(self.points)
+        near, mirrored = 1 / (turning - self.pairs), 1 / (turning - self.pairs.conj())
+        factors = np.concatenate((near + mirrored, 1j * (near - mirrored), 1 / (turning - self.single)), axis=1)
+        compliance = np.empty((len(force), rows, rows), dtype=complex)
+        flat = compliance.reshape(len(force), -1)
+        flat.real, flat.imag = factors.real @ self.matrices, factors.imag @ self.matrices
+        driven = np.zeros((len(force), rows), dtype=complex)
         for h in np.flatnonzero(force.any(axis=1)):
-            driven[h] = self.points @ (self.forced @ force[h] / (1j * h * omega - self.values))
+            driven[h] = self.points @ (self.forced @ force[h] / (turning[h] - self.values))
         return compliance, driven
 
     def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
-        turning = 1j * omega * np.arange(len(force))
-        return (force @ self.forced.T / (turning[:, None] - self.values)) @ self.shapes.T
+        turning = 1j * omega * np.arange(len(force))[:, None]
+        return np.asarray((force @ self.forced.T / (turning - self.values)) @ self.shapes.T)
 
 
 class VaryingSpin(Dynamics):
