@@ -8,11 +8,11 @@ from .contacts.hunt_crossley_1975 import HuntCrossley1975
 from .contacts.kelvin_voigt import KelvinVoigt
 from .grease import GreaseModel
 from .greases.maxwell_slip import MaxwellSlip
+from .greases.short_bearing import ShortBearing
 from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law
 from .modelled import nominal_law
-from .oil_film import ShortBearing
 from .walls import describing_function, gap
 
 __all__ = [

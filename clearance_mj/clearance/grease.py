@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import ClassVar
 
 from ..core.errors import LawError
 from ..core.validation import Registered, register
 from .contact import Numbers
-from .pointers import GREASE_ENERGY, GREASE_LAW, address
+from .pointers import GREASE_ENERGY, GREASE_LAW, ROUND_ENERGY, ROUND_LAW, address
 
 __all__ = ["GREASES", "GreaseModel", "register"]
 
@@ -24,6 +25,8 @@ class GreaseModel(Registered, ABC):
     """
 
     known, refusal, called = GREASES, LawError, "grease"
+    turned: ClassVar[bool] = False
+    """whether its elastic force is what the turning of the shaft does to it, which holds no energy"""
 
     @abstractmethod
     def parameters(self) -> Sequence[float]:
@@ -82,6 +85,69 @@ class GreaseModel(Registered, ABC):
         out : sequence of float
             Filled with the energies stored and lost, J.
         """
+
+    def round_states(self) -> int:
+        """Return how many numbers remember a motion along y and z; all are 0 at first."""
+        raise self._one_direction()
+
+    @staticmethod
+    def round_law(
+        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """Advance a motion along y and z by one step and find the force, elastic + damping times velocity.
+
+        On a line through the middle it is that of `law`.
+
+        Parameters
+        ----------
+        p : sequence of float
+            The model's `parameters`.
+        state : sequence of float
+            `round_states` numbers before the step; changed in place.
+        y, z, dy, dz : float
+            Displacement from the bushing's middle after the step, and its change, m.
+        spin : float
+            Ω of the shaft, rad/s, > 0 from y to z.
+        step : float
+            Time that it took, s.
+        out : sequence of float
+            Filled with the elastic force along y and z, N, and the damping, N s/m: yy, yz, zy, zz.
+        """
+
+    @staticmethod
+    def round_energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """Find the energy that the elastic force of `round_law` holds, and what it lost in a step.
+
+        Parameters
+        ----------
+        p, before, state, y, z, dy, dz
+            As in `round_law`, the states before and after the step.
+        out : sequence of float
+            Filled with the energies stored and lost, J.
+        """
+
+    def round_addresses(self) -> tuple[int, int]:
+        """Return the addresses of the compiled `round_law` and `round_energy`.
+
+        Raises
+        ------
+        LawError
+            If the model knows motion in one direction only.
+        """
+        kind = type(self)
+        if kind.round_law is GreaseModel.round_law:
+            raise self._one_direction()
+        return address(kind.round_law, ROUND_LAW), address(kind.round_energy, ROUND_ENERGY)
+
+    def _one_direction(self) -> LawError:
+        return LawError(
+            f'grease "{getattr(self, "name", type(self).__name__)}" knows motion in one direction only; '
+            "for a spatial rig give it round_states, round_law and round_energy"
+        )
 
     def at_rest(self, offset: float) -> tuple[float, float]:
         """Return force, N, and energy, J, of the springs of a shaft that has come to rest off the bushing's middle.

@@ -18,7 +18,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
 _SHARED = [
-    *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),
+    *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")),
     "periodic/forces.py",
     "physical/library.py",  # where in MuJoCo's structures a value lies
 ]  # Files with what compiled functions of other files call or read
@@ -58,6 +58,8 @@ CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
 CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)
 GREASE_LAW = types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
 GREASE_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBERS)
+ROUND_LAW = types.void(_NUMBERS, _NUMBERS, *[_NUMBER] * 6, _NUMBERS)
+ROUND_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, *[_NUMBER] * 4, _NUMBERS)
 
 _COMPILED: dict[tuple[Callable[..., Any], Any], tuple[int, Any]] = {}
 
@@ -98,6 +100,7 @@ def caller(signature: Any) -> Any:
 
 call_contact_energy = caller(CONTACT_ENERGY)
 call_grease_energy = caller(GREASE_ENERGY)
+call_round_energy = caller(ROUND_ENERGY)
 
 
 @intrinsic

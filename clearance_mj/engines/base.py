@@ -38,6 +38,10 @@ class Run(ABC):
         Raises `SimulationError` if the simulation diverges or its solver warns.
         """
 
+    def before(self) -> np.ndarray | None:
+        """Return what `advance` would have returned at rest before the start, (columns,); None if that is zeros."""
+        return None
+
     def equations(self) -> Equations:
         """Return the equations that the coordinates of consecutive steps satisfy, for energy balances."""
         raise ClearanceError("the engine does not tell the equations of its steps, so its energies cannot be balanced")

@@ -34,6 +34,7 @@ from ..signals.excitation import Excitation
 from ..signals.response import Response
 from .base import Engine, Run, get_engine
 from .energy_loop import BushingEnergies, bushing_energies, follow_impacts
+from .energy_space import spatial_energies
 from .simulation import Simulation
 
 __all__ = ["EnergyBalance", "Impact", "energy_balance"]
@@ -49,7 +50,7 @@ class Impact:
     time: float  #: s, of the first touch
     bushing: int  #: index of the bushing
     end: str  #: "a", nearer to the clamp, or "b"
-    side: str  #: "upper" or "lower"
+    side: str  #: "upper" or "lower", or of a round bushing the nearest of "+Y", "-Y", "+Z" and "-Z"
     v_in: float  #: m/s, speed into the wall in the step before the first touch
     v_out: float  #: m/s, speed off the wall in the step that leaves it
     peak_force: float  #: N
@@ -93,6 +94,15 @@ class EnergyBalance:
     """(n_bushings, n_t) stored in contacts"""
     impacts: tuple[Impact, ...]
     """in the order of their ends"""
+    friction: np.ndarray | None = None
+    """(n_bushings, n_t) lost where a shaft in space rubs"""
+    weight: np.ndarray | None = None
+    """(n_t,) put in by gravity, of a rig in space; stored energies are those above the rest under it"""
+    unbalance: np.ndarray | None = None
+    """(n_t,) put in by what drives the unbalance of a turning shaft"""
+    drive: np.ndarray | None = None
+    """(n_t,) put in by what drives a turning shaft against friction and its own damping; a film's drag is not known,
+    so that a film that feeds a whirl has a loss below 0"""
 
     @property
     def time(self) -> np.ndarray:
@@ -101,13 +111,15 @@ class EnergyBalance:
 
     @property
     def put_in(self) -> np.ndarray:
-        """(n_t,) J, by the excitation and by the law."""
-        return self.input + self.law_work.sum(axis=0)
+        """(n_t,) J, by the excitation and by the law; in space also by gravity, unbalance and drive."""
+        others = [work for work in (self.weight, self.unbalance, self.drive) if work is not None]
+        return np.asarray(self.input + self.law_work.sum(axis=0) + sum(others))
 
     @property
     def lost(self) -> np.ndarray:
         """(n_t,) J, all losses together."""
-        return self.damping + (self.hysteresis + self.film + self.contact_loss).sum(axis=0)
+        rubbed = 0.0 if self.friction is None else self.friction.sum(axis=0)
+        return np.asarray(self.damping + (self.hysteresis + self.film + self.contact_loss).sum(axis=0) + rubbed)
 
     @property
     def stored(self) -> np.ndarray:
@@ -121,8 +133,13 @@ class EnergyBalance:
 
     @property
     def imbalance(self) -> float:
-        """Largest residual as a share of the largest energy put in; 0 where nothing was put in."""
+        """Largest residual as a share of the largest energy put in; 0 where nothing was put in.
+
+        In space, where gravity and turning take back what they put in, of the largest of all energies.
+        """
         most = np.max(self.put_in)
+        if self.friction is not None:
+            most = max(np.max(np.abs(part)) for part in (self.input, self.put_in, self.lost, self.stored))
         return float(np.max(np.abs(self.residual)) / most) if most > 0 else 0.0
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -130,6 +147,8 @@ class EnergyBalance:
         found = {"time": self.time}
         for name in (f.name for f in fields(self) if f.name not in ("response", "fs", "impacts")):
             value = getattr(self, name)
+            if value is None:
+                continue
             found |= {name: value} if value.ndim == 1 else {f"{name}[{j}]": v for j, v in enumerate(value)}
         return found | {"residual": self.residual}
 
@@ -171,6 +190,8 @@ def energy_balance(
     """
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine))
+    if rig.is_spatial:
+        return EnergyBalance(**spatial_energies(simulation, Impact, progress))
     factor, n = simulation.interpolator.factor, excitation.value.size
     steps = (n + simulation.interpolator.ahead) * factor
     with tqdm(total=steps, desc="energy", unit="step", disable=not progress) as bar:

@@ -24,9 +24,11 @@ from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
 from ..core.validation import Positive, Whole
 from ..rig import Rig
+from ..rotors.spatial import spatial_model
 from ..signals.sampling import lowpass
 from .base import Engine, Equations, Run, diverged, register
 from .modal_loop import Motion, Shaft, advance, advance_whole
+from .modal_space import SpatialRun, scheme, stiffest_contacts
 
 __all__ = ["Modal", "ModalRun", "SideBySide"]
 
@@ -43,25 +45,27 @@ class Modal(Engine):
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
-        model = ritz_model(rig, self.modes)
-        stiffest, _ = law.largest([b.gap for b in rig.bushings])
-        contact = np.sqrt(np.max(stiffest * np.sum(model.at_bushings**2, axis=1), initial=0.0))
+        if rig.is_spatial:
+            space, stiffest = spatial_model(rig, self.modes), stiffest_contacts(rig, law)
+            fastest, moved = np.max(space.omega), np.max(np.sum(space.at_points[: stiffest.size] ** 2, axis=2), axis=1)
+        else:
+            model, stiffest = ritz_model(rig, self.modes), law.largest([b.gap for b in rig.bushings])[0]
+            fastest, moved = model.omega[-1], np.sum(model.at_bushings**2, axis=1)
+        contact = np.sqrt(np.max(stiffest * moved, initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
-        return self.resolution / max(model.omega[-1], 4 * contact)
+        return float(self.resolution / max(fastest, 4 * contact))
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
+        if rig.is_spatial:
+            return SpatialRun(self, rig, law, kind, step, self.modes)
         return ModalRun(self, rig, law, kind, step)
 
 
 @functools.lru_cache(maxsize=128)
 def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     model = ritz_model(rig, modes)
-    half, decay = model.omega * step / 2, np.zeros(model.size) if model.coupling.size else model.damping / 2
-    w = np.emath.sqrt(model.omega**2 - decay**2)  # imaginary for an overdamped mode
-    cos, sin = np.cos(w * step).real, step * np.sinc(w * step / np.pi).real
-    flow = np.exp(-decay * step) * np.array([cos + decay * sin, sin, -(model.omega**2) * sin, cos - decay * sin])
-    inverse_mass = np.divide(np.tan(half), half, out=np.ones_like(half), where=half > 0)
+    flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
     viscous = np.diag(model.damping) + model.coupling if model.coupling.size else model.coupling
     # Damping that couples modes is a kick, at the velocity in its own middle: stable however strong a dashpot is.
     kicked = np.linalg.solve(np.eye(len(viscous)) + step / 2 * (viscous * inverse_mass[: len(viscous)]), viscous)

@@ -134,14 +134,16 @@ class Simulation:
         if refusal := rig.linear.refusal(excitation.kind):
             raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
-        self.columns = len(rig.sensors) + 4 * len(rig.bushings)
+        self.columns = len(rig.sensors) + sum(count for _, count in _blocks_of(rig))
         with computable(rig.name, rig.to_dict):
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kind, self.step)
+        self.before = self.run.before()  # the filters' past
         self.interpolator = Interpolator(factor)
         self.decimator = Decimator(self.columns, factor)
-        late = [*(s.delay for s in rig.sensors), *(b.probe_delay for b in rig.bushings)]
+        of_probes = (b.probe_delay for b in rig.bushings for _ in range(rig.n_coordinates))
+        late = [*(s.delay for s in rig.sensors), *of_probes]
         delays = np.pad(late, (0, self.columns - len(late))) - rig.shaker.delay
         self.late = LateChannels(delays / self.step, factor) if delays.any() else None
 
@@ -180,7 +182,11 @@ class Simulation:
                 steps += len(outputs)
                 untold = self.columns - outputs.shape[1]  # an engine need not tell where it touches
                 outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+                if self.before is not None:
+                    outputs = outputs - self.before
                 block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
+                if self.before is not None:
+                    block += self.before
                 if len(block):
                     yield waiting[: len(block)], block
                     waiting = waiting[len(block) :]
@@ -203,19 +209,30 @@ class Simulation:
 
         The columns of forces and contact may be missing: then it has no provenance either.
         """
-        n_sensors, n_bushings = len(self.rig.sensors), len(self.rig.bushings)
-        *histories, touches = np.split(output.T, n_sensors + n_bushings * np.arange(4))
-        names = ("acceleration", "displacement", "contact_force", "grease_force")
+        names, counts = zip(*_blocks_of(self.rig))
+        acceleration, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
+        parts = dict(zip(names, rows))
         whole = output.shape[1] == self.columns
-        known = names if whole else names[:2]
+        known = names[:3] if whole else names[:1]
         # The filter does not change a mean: decimated, the steps in contact are the same share of the time.
-        share = None if np.isnan(touches).any() or not whole else np.clip(touches.mean(axis=1), 0.0, 1.0)
+        touches, spin = parts.get("contact_share"), parts.get("spin")
+        share = None
+        if whole and touches is not None and not np.isnan(touches).any():
+            share = np.clip(touches.mean(axis=1), 0.0, 1.0)
         kind = self.excitation.kind
         return Response(
-            self.excitation.fs, excitation, **dict(zip(known, histories)), kind=kind, band=self.excitation.band,
-            responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
+            self.excitation.fs, excitation, acceleration, **{name: parts[name] for name in known}, kind=kind,
+            band=self.excitation.band, responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
             provenance=self.provenance if whole else {}, contact_share=share,
+            spin=spin[0] if whole and spin is not None else None,
         )  # fmt: skip
+
+
+def _blocks_of(rig: Rig) -> list[tuple[str, int]]:
+    """What an engine returns beside the sensors, and how many columns of it."""
+    n, each = len(rig.bushings), rig.n_coordinates
+    found = [(name, each * n) for name in ("displacement", "contact_force", "grease_force")]
+    return [*found, ("contact_share", n), *([("spin", 1)] if rig.spin else [])]
 
 
 def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:

@@ -148,6 +148,8 @@ class Bushing:
             )
         if self.film and (self.grease.stiffness or self.grease.damping):
             raise ValueError("film is oil and grease has a stiffness or damping: one of them fills the gap")
+        if self.film and not self.length:
+            raise ValueError("film needs the bushing's length: a short bearing carries with its cube")
         if self.film and self.film.asperities >= self.gap:
             raise ValueError(
                 f"film.asperities {self.film.asperities:g} m are as high as the gap {self.gap:g} m is wide; there is "

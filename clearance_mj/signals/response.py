@@ -47,7 +47,8 @@ class Response(Shown, ArrayData):
     acceleration: np.ndarray
     """(n_sensors, n_t) absolute acceleration, m/s²"""
     displacement: np.ndarray | None = None
-    """(n_bushings, n_t) relative to the bushing, m"""
+    """(n_bushings, n_t) relative to the bushing, m; of round clearances (2 n_bushings, n_t), y and z of each, also of
+    the forces; see `Rig.probe_labels`"""
     contact_force: np.ndarray | None = None
     """(n_bushings, n_t) force of the bushing on the shaft's motion, positive against positive displacement, N"""
     grease_force: np.ndarray | None = None
@@ -65,6 +66,8 @@ class Response(Shown, ArrayData):
     contact_share: np.ndarray | None = None
     """(n_bushings,) share of the time in contact: of the simulation's own steps at which an end of the bushing lies
     beyond its gap, before the anti-alias filter, which rings into the gap; None where that was not counted"""
+    spin: np.ndarray | None = None
+    """(n_t,) rad/s, of a shaft that turns"""
 
     def __post_init__(self) -> None:
         self._set(excitation=read_only(self.excitation))
@@ -79,8 +82,9 @@ class Response(Shown, ArrayData):
                     f"{self.excitation.shape}"
                 )
             self._set(**{name: value})
-        if self.contact_share is not None:
-            self._set(contact_share=read_only(self.contact_share))
+        for name in ("contact_share", "spin"):
+            if (value := getattr(self, name)) is not None:
+                self._set(**{name: read_only(value)})
 
     @property
     def time(self) -> np.ndarray:

@@ -6,6 +6,7 @@ It holds λ k x²/2 + (1-λ) k z²/(2A) and loses (1-λ) k/A |z|ⁿ (β |z ẋ| 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -24,6 +25,7 @@ __all__ = [
     "LinearWithFilm",
     "bouc_wen_step",
     "film_damping",
+    "round_slope",
     "spring_and_film",
     "values_of_film",
 ]
@@ -92,6 +94,57 @@ class BoucWen(GreaseModel):
         spring, z = (1.0 - p[1]) * p[0] / p[2], 0.5 * (before[0] + state[0])
         out[0] = 0.5 * (p[1] * p[0] * x * x + spring * state[0] * state[0])
         out[1] = spring * abs(z) ** p[5] * (p[4] * z * dx + p[3] * abs(z * dx))
+
+
+    def round_states(self) -> int:
+        """Deflections along y and z."""
+        return 2
+
+    @staticmethod
+    def round_law(
+        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """As `law`, with the hysteresis of `round_slope` by the midpoint rule."""
+        if p[1] < 1.0:
+            slope_y, slope_z = round_slope(state[0], state[1], dy, dz, p[2], p[3], p[4], p[5])
+            half_y, half_z = state[0] + 0.5 * slope_y, state[1] + 0.5 * slope_z
+            slope_y, slope_z = round_slope(half_y, half_z, dy, dz, p[2], p[3], p[4], p[5])
+            state[0] += slope_y
+            state[1] += slope_z
+        out[0] = p[0] * (p[1] * y + (1.0 - p[1]) * state[0])
+        out[1] = p[0] * (p[1] * z + (1.0 - p[1]) * state[1])
+        out[2] = out[5] = film_damping(math.sqrt(y * y + z * z), p[6], p[7], p[8])
+        out[3] = out[4] = 0.0
+
+    @staticmethod
+    def round_energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """As `energy`: the loss is that at the mean deflection of the step."""
+        spring = (1.0 - p[1]) * p[0] / p[2]
+        mean_y, mean_z = 0.5 * (before[0] + state[0]), 0.5 * (before[1] + state[1])
+        along, size = mean_y * dy + mean_z * dz, math.sqrt(mean_y * mean_y + mean_z * mean_z)
+        out[0] = 0.5 * (p[1] * p[0] * (y * y + z * z) + spring * (state[0] * state[0] + state[1] * state[1]))
+        out[1] = spring * size ** p[5] * (p[4] * along + p[3] * abs(along))
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def round_slope(
+    y: float, z: float, dy: float, dz: float, a: float, beta: float, gamma: float, exponent: float
+) -> tuple[float, float]:
+    """Return dz = A du - |z|ⁿ e (β |du·e| + γ du·e) along e = z/|z|, isotropic.
+
+    Park, Wen & Ang (Earthquake Eng. Struct. Dyn. 14, 1986) have β (|du_y z_y| + |du_z z_z|) in the place of β |du·z|,
+    which would let the force depend on how the axes lie; on an axis both are the planar law.
+    """
+    size = math.sqrt(y * y + z * z)
+    if size == 0.0:
+        return a * dy, a * dz
+    along = (dy * y + dz * z) / size
+    drag = power(size, exponent) * (gamma * along + beta * abs(along)) / size
+    return a * dy - drag * y, a * dz - drag * z
 
 
 @register_family

@@ -7,6 +7,7 @@ that friction falls with speed: R. Stribeck, Z. VDI 46, 1902, in the form of Bo 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
@@ -111,6 +112,52 @@ class MaxwellSlip(GreaseModel):
             stored += p[7 + i] * state[i] * state[i]
             now = abs(state[i])
             lost += p[7 + i] * max(now, 0.5 * (now + abs(before[i]))) * abs(before[i] + dx - state[i])
+        out[0] = 0.5 * stored
+        out[1] = lost
+
+
+    def round_states(self) -> int:
+        """Deflections of each spring along y and z, m."""
+        return 2 * len(self.springs)
+
+    @staticmethod
+    def round_law(
+        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """Each spring follows the motion up to its limit, back to which it returns along its own direction."""
+        n, more = int(p[0]), p[5]
+        force_y, force_z = p[1] * y, p[1] * z
+        if more > 0.0:
+            ratio = (dy * dy + dz * dz) / (step * step) * p[6] * p[6]
+            more = more * math.exp(-ratio)
+        for i in range(n):
+            limit = (1.0 + more) * p[7 + n + i] / p[7 + i]
+            to_y, to_z = state[2 * i] + dy, state[2 * i + 1] + dz
+            size = math.sqrt(to_y * to_y + to_z * to_z)
+            if size > limit:
+                to_y, to_z = to_y * limit / size, to_z * limit / size
+            state[2 * i], state[2 * i + 1] = to_y, to_z
+            force_y += p[7 + i] * to_y
+            force_z += p[7 + i] * to_z
+        out[0], out[1] = force_y, force_z
+        out[2] = out[5] = film_damping(math.sqrt(y * y + z * z), p[2], p[3], p[4])
+        out[3] = out[4] = 0.0
+
+    @staticmethod
+    def round_energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """As `energy`, with the force of each spring after the step times the way that its slider went along it."""
+        n = int(p[0])
+        stored = p[1] * (y * y + z * z)
+        lost = 0.0
+        for i in range(n):
+            to_y, to_z = state[2 * i], state[2 * i + 1]
+            stored += p[7 + i] * (to_y * to_y + to_z * to_z)
+            slid_y, slid_z = before[2 * i] + dy - to_y, before[2 * i + 1] + dz - to_z
+            lost += p[7 + i] * (to_y * slid_y + to_z * slid_z)
         out[0] = 0.5 * stored
         out[1] = lost
 

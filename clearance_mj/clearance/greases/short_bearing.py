@@ -13,13 +13,19 @@ pressure all around.
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.optimize
+from numba.extending import register_jitable
 
-from ..core.errors import LawError
-from ..core.validation import NotNegative, Positive, checked, seldom
+from ...core.errors import LawError
+from ...core.validation import Flag, NotNegative, Positive, seldom
+from ..contact import Numbers
+from ..grease import GreaseModel, register
+from ..lanes import smaller
 
 __all__ = ["ShortBearing"]
 
@@ -27,10 +33,27 @@ DIFFERENCE = 1e-30  # m and m/s, of derivatives along the imaginary axis, which 
 FULLEST = 1 - 1e-9  # eccentricity ratio up to which a load is searched
 
 
-@checked(LawError)
-class ShortBearing:
-    """A plain bearing that is short for its diameter, filled with oil; forces act on the journal."""
+@register_jitable
+def _film(ratio: Any, cavitated: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Factors of the film at an eccentricity ratio: of Ω radial and across, of speeds radial, coupled and across."""
+    thin = 1.0 - ratio * ratio
+    root = thin**0.5
+    whole = 2.0 - cavitated  # an uncavitated film has pressure on both halves
+    return (
+        cavitated * 2.0 * ratio * ratio / (thin * thin),
+        whole * np.pi * ratio / (2.0 * thin * root),
+        whole * np.pi * (1.0 + 2.0 * ratio * ratio) / (thin * thin * root),
+        cavitated * 4.0 * ratio / (thin * thin),
+        whole * np.pi / (thin * root),
+    )
 
+
+@register
+class ShortBearing(GreaseModel):
+    """A plain bearing that is short for its diameter, filled with oil; `force` acts on the journal."""
+
+    name: ClassVar[str] = "short-bearing"
+    turned: ClassVar[bool] = True
     viscosity: Positive
     """μ, Pa s"""
     radius: Positive
@@ -41,7 +64,7 @@ class ShortBearing:
     """C, m, radial"""
     asperities: NotNegative = seldom(default=0.0)
     """m: height of both surfaces' asperities, at which the film ends and contact begins"""
-    cavitated: bool = seldom(default=True)
+    cavitated: Flag = seldom(default=True)
     """whether oil cannot pull; False: pressure below the surroundings' too, all around"""
 
     def __post_init__(self) -> None:
@@ -60,6 +83,66 @@ class ShortBearing:
     def widest(self) -> float:
         """Largest eccentricity ratio that leaves a film."""
         return 1 - self.asperities / self.clearance
+
+    def parameters(self) -> tuple[float, ...]:
+        """B, 1/C, the largest ratio, and 1 of a cavitated film, 0 of another."""
+        return self.scale, 1 / self.clearance, min(self.widest, FULLEST), float(self.cavitated)
+
+    def states(self) -> int:
+        """Nothing remembers the motion."""
+        return 0
+
+    def round_states(self) -> int:
+        """Nothing remembers the motion."""
+        return 0
+
+    def small_motion(self) -> tuple[float, float]:
+        """Return no stiffness, and the damping of a centred squeeze film."""
+        return 0.0, self.scale * _film(0.0, float(self.cavitated))[2] / self.clearance
+
+    @staticmethod
+    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
+        """Squeeze film of a journal that does not turn, on a line through the middle."""
+        ratio = smaller(abs(x) * p[1], p[2])
+        out[0] = 0.0 * x
+        out[1] = p[0] * p[1] * _film(ratio, p[3])[2]
+
+    @staticmethod
+    def energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+    ) -> None:
+        """A film holds no energy; what it loses is its damping's."""
+        out[0] = out[1] = 0.0
+
+    @staticmethod
+    def round_law(
+        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """See the module: what turning does is the elastic force; the half with pressure is that of the last step."""
+        e = math.sqrt(y * y + z * z)
+        n_y, n_z = (y / e, z / e) if e > 0.0 else (1.0, 0.0)
+        ratio = min(e * p[1], p[2])
+        spun, wedge, squeeze, mixed, across = _film(ratio, p[3])
+        along = (n_y * dz - n_z * dy) / step * p[1]
+        side = -1.0 if ratio * spin < 2.0 * along else 1.0
+        radial, tangential = p[0] * side * spun * spin, p[0] * wedge * spin
+        out[0] = radial * n_y + tangential * n_z
+        out[1] = radial * n_z - tangential * n_y
+        scale = p[0] * p[1]
+        rr, tt, rt, tr = scale * squeeze, scale * across, -scale * side * mixed, -scale * mixed
+        out[2] = rr * n_y * n_y - (rt + tr) * n_y * n_z + tt * n_z * n_z
+        out[3] = (rr - tt) * n_y * n_z + rt * n_y * n_y - tr * n_z * n_z
+        out[4] = (rr - tt) * n_y * n_z - rt * n_z * n_z + tr * n_y * n_y
+        out[5] = rr * n_z * n_z + (rt + tr) * n_y * n_z + tt * n_y * n_y
+
+    @staticmethod
+    def round_energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """A film holds no energy; what it loses is its forces'."""
+        out[0] = out[1] = 0.0
 
     def force(self, displacement: Any, velocity: Any, spin: float) -> np.ndarray:
         """Return the film's force on the journal, N.
@@ -88,13 +171,10 @@ class ShortBearing:
         ratio = e / self.clearance
         ratio = np.where(ratio.real > most, most, ratio)
         inwards, along = (np.sum(v * to, axis=-1) / self.clearance for to in (n, t))
-        turning, thin = ratio * spin - 2 * along, 1 - ratio**2  # ε (Ω - 2φ'), smooth in the middle
-        squeeze, wedge = np.pi * (1 + 2 * ratio**2) * inwards / thin**2.5, np.pi * turning / (2 * thin**1.5)
-        if self.cavitated:
-            across = np.where(turning.real < 0, -turning, turning)
-            radial, tangential = squeeze + 2 * ratio * across / thin**2, wedge + 4 * ratio * inwards / thin**2
-        else:
-            radial, tangential = 2 * squeeze, 2 * wedge
+        spun, wedge, squeeze, mixed, across = _film(ratio, float(self.cavitated))
+        side = np.where((ratio * spin - 2 * along).real < 0, -1.0, 1.0)
+        radial = side * (spun * spin - mixed * along) + squeeze * inwards
+        tangential = wedge * spin - across * along + mixed * inwards
         return np.asarray(self.scale * (tangential[..., None] * t - radial[..., None] * n))
 
     def coefficients(self, displacement: Any, spin: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,220 @@
+"""Where a structure in space rests before it vibrates: gravity, fillings and films, contact, friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..clearance.follower import SLOWEST_IMPACT
+from ..clearance.grease import GreaseModel
+from ..clearance.law import Law
+from ..clearance.modelled import Modelled, rig_and_law
+from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, at_offset, fillings_of
+from ..core.errors import SimulationError
+from ..core.kinds import checks_kinds
+from ..rig import Bushing, Rig
+from ..rotors.spatial import SpatialModel, spatial_model
+
+__all__ = ["Equilibrium", "static_equilibrium"]
+
+PATH = 64  # pieces of the way from the unloaded place on which hysteresis is followed
+SMALL = 1e-6  # of a gap: differences of which stiffnesses are made
+TOLERANCE = 1e-12  # of the forces that act, their imbalance at the end
+ITERATIONS = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A rig at rest under its weight, turning or not. Made by `static_equilibrium`."""
+
+    rig: Rig
+    """the rig"""
+    displacement: np.ndarray
+    """(2 n_bushings,) y and z in the bushings' middles from the unloaded shaft, m; see `Rig.probe_labels`"""
+    contact_force: np.ndarray
+    """(2 n_bushings,) of the bushings on the shaft, positive against positive displacement, N"""
+    grease_force: np.ndarray
+    """(2 n_bushings,) of fillings, same sign, N"""
+    coordinates: np.ndarray
+    """(n,) of the modes"""
+    model: SpatialModel
+    """whose modes they are"""
+    _fillings: tuple[_Filling, ...]
+
+    def deflection(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return how far points have sagged from the unloaded shaft: y and z (n_points, 2), m.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
+        """
+        return np.asarray(self.model.moved(points) @ self.coordinates)
+
+    def columns(self) -> np.ndarray:
+        """Return what an engine's run returns of the bushings at rest: (7 n_bushings,), see `Run.advance`."""
+        touches = self.contact_force.reshape(-1, 2).any(axis=1).astype(float)
+        return np.concatenate((self.displacement, self.contact_force, self.grease_force, touches))
+
+    def begin(self, clearance: RoundClearance) -> None:
+        """Let the records of compiled loops remember the rest.
+
+        Parameters
+        ----------
+        clearance : RoundClearance
+            Of the rig, changed in place.
+        """
+        n = len(self.rig.bushings)
+        at = self.model.at_points @ self.coordinates
+        for j, filling in enumerate(self._fillings):
+            bushing, state = clearance.bushings[j], clearance.states[j]
+            state["y"], state["z"] = at[j]
+            filling.moved(at[j])
+            clearance.numbers[state["grease"] : state["grease"] + bushing["states"]] = filling.states
+            for end in range(2):
+                place = at[n + 2 * j + end]
+                r = place + (bushing["offset_y"], bushing["offset_z"])
+                e = float(np.hypot(*r))
+                if e > bushing["gap"]:
+                    memory = state["ends"] + END_MEMORY * end
+                    clearance.numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *(r / e)
+                    clearance.numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *place
+
+
+class _Filling:
+    """What fills a bushing, moved slowly from the unloaded place."""
+
+    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float):
+        self.offset, self.model, self.spin = np.array([bushing.offset_y, bushing.offset]), model, spin
+        self.parameters, self.states = model.parameters(), [0.0] * model.round_states()
+        self.preload = np.array(at_offset(model, *self.offset)[:2])
+
+    def moved(self, place: np.ndarray) -> np.ndarray:
+        """Return the force at a place (2,), m, above that at the offset; the states are those there."""
+        self.states = [0.0] * len(self.states)
+        pieces = PATH if self.states and not self.model.is_linear() else 1
+        out, step = [0.0] * 6, place / pieces
+        for i in range(1, pieces + 1):
+            y, z = self.offset + i * step
+            self.model.round_law(self.parameters, self.states, y, z, *step, self.spin, 1e6, out)
+        return np.array(out[:2]) - self.preload
+
+
+class _Contact:
+    """One end of a bushing, whose shaft lies or slides on it."""
+
+    def __init__(self, bushing: Bushing, parameters: np.ndarray, law: object, surface: float):
+        self.bushing, self.parameters, self.law = bushing, tuple(parameters), law
+        sliding = np.sign(surface) * (bushing.friction.coefficient if bushing.friction else 0.0)
+        self.friction, self.offset = float(sliding), np.array([bushing.offset_y, bushing.offset])
+
+    def moved(self, place: np.ndarray) -> np.ndarray:
+        """Return the force at a place (2,), m."""
+        r = place + self.offset
+        e = float(np.hypot(*r))
+        depth = e - self.bushing.gap
+        if depth <= 0:
+            return np.zeros(2)
+        out = [0.0, 0.0]
+        self.law(self.parameters, depth, 0.0, SLOWEST_IMPACT, out)  # type: ignore[operator]
+        n = r / e
+        return np.asarray(out[0] / 2 * depth * (n + self.friction * np.array([-n[1], n[0]])))
+
+
+@checks_kinds
+def static_equilibrium(model: Rig | Modelled, law: Law | None = None, modes: int = 8) -> Equilibrium:
+    """Find where a spatial rig rests under gravity: its sag, its place in the bushings, contact and films included.
+
+    Fillings are followed on a straight way from the unloaded shaft. In a contact a shaft that does not turn was put
+    down, without sliding; one that turns slides. Unbalance and excitation do not act.
+
+    Parameters
+    ----------
+    model : Model or Rig
+        With ``motion = "spatial"``.
+    law : Law, optional
+        Contact and filling of a rig; without one, its datasheet values.
+    modes : int
+        Modes of each plane, to which static shapes are added.
+
+    Raises
+    ------
+    SimulationError
+        If no equilibrium is found: nothing holds the shaft, or friction and films leave it none.
+    """
+    rig, law = rig_and_law(model, law)
+    whole = spatial_model(rig, modes)
+    spin = rig.spin.speed if rig.spin else 0.0
+    fillings, contacts = _forces(rig, law, spin)
+    q = _rest(rig, whole, [*fillings, *contacts], spin)
+    at = whole.at_points @ q
+    n = len(rig.bushings)
+    pushed = np.array([c.moved(r) for c, r in zip(contacts, at[n:])]).reshape(n, 2, 2).sum(axis=1)
+    held = np.array([f.moved(r) for f, r in zip(fillings, at)]).reshape(n, 2)
+    return Equilibrium(rig, at[:n].ravel(), pushed.ravel(), held.ravel(), q, whole, tuple(fillings))
+
+
+def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Contact]]:
+    table = law.table(len(rig.bushings))
+    contacts = [
+        _Contact(bushing, table.parameters[0, j], table.kinds[j].law, spin)
+        for j, bushing in enumerate(rig.bushings)
+        for _ in range(2)
+    ]
+    return [_Filling(b, m, spin) for b, m in zip(rig.bushings, fillings_of(rig, law))], contacts
+
+
+def _rest(rig: Rig, model: SpatialModel, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
+    """(n,) coordinates at which all forces are in equilibrium, by Newton's steps damped as Levenberg's."""
+    points, gaps = model.at_points, [rig.bushings[0].gap] if rig.bushings else []
+    small = SMALL * min((b.gap for b in rig.bushings), default=1.0) if gaps else 1.0
+    stiffness = np.diag(model.omega**2)
+    if model.circulatory.size:
+        stiffness = stiffness + spin * model.circulatory
+    scale = 1 / np.sqrt(model.omega**2 + np.mean(model.omega) ** 2 * 1e-4 + 1.0)
+
+    def imbalance(q: np.ndarray) -> np.ndarray:
+        total = stiffness @ q - model.weight
+        for force, at in zip(forces, points):
+            total += at.T @ force.moved(at @ q)
+        return total
+
+    q = np.zeros(model.size)
+    off = imbalance(q)
+    least = TOLERANCE * max(float(np.linalg.norm(scale * model.weight)), float(np.linalg.norm(scale * off)))
+    damping = 0.0 if model.omega.all() else 1.0
+    for _ in range(ITERATIONS):
+        size = float(np.linalg.norm(scale * off))
+        if size <= least:
+            return q
+        jacobian = stiffness.copy()
+        for force, at in zip(forces, points):
+            here = at @ q
+            change = [force.moved(here + d) - force.moved(here - d) for d in small * np.eye(2)]
+            jacobian += at.T @ (np.array(change).T / (2 * small)) @ at
+        while True:
+            weighted = damping * np.diag(1 / scale**2)
+            step = _solved(jacobian + weighted, off)
+            new = None if step is None else imbalance(q - step)
+            if new is not None and np.linalg.norm(scale * new) < size:
+                q, off, damping = q - step, new, damping / 10 if damping > 1e-9 else 0.0
+                break
+            damping = max(10 * damping, 1e-6)
+            if damping > 1e12:
+                if size <= 1e3 * least:
+                    return q
+                raise SimulationError(
+                    f"rig {rig.name!r}: no static equilibrium under gravity {rig.gravity} m/s² at a spin of {spin:g} "
+                    "rad/s: nothing holds the shaft, or films and friction leave it no place to rest"
+                )
+    raise SimulationError(f"rig {rig.name!r}: the static equilibrium was not found in {ITERATIONS} steps")
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return None
+    return found if np.isfinite(found).all() else None

@@ -1,0 +1,225 @@
+"""The compiled loop of the modal engine in space: two bending planes, round clearances, a shaft that turns."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from ..clearance.kernel import follow_law
+from ..clearance.pointers import OPTIONS, at, kernel_loop
+from ..clearance.round_kernel import (
+    BRISTLES,
+    END_MEMORY,
+    RoundBushing,
+    RoundClearance,
+    friction_limit,
+    keep_step,
+    round_contact,
+    round_filling,
+)
+from .round_energies import step_energies
+from .round_scheme import ANGLE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
+
+__all__ = ["advance_round"]
+
+@kernel_loop(**OPTIONS)
+def advance_round(
+    steps: int, excitation: np.ndarray, h: float, shaft: RoundShaft, coupling: np.ndarray, drive: np.ndarray,
+    motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, first: int, works: np.ndarray,
+) -> tuple[int, int]:  # fmt: skip
+    """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or -1, -1.
+
+    ``coupling``: (n, n) damping and gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none.
+    ``drive``: rate of the spin, rad/s², time at which it ends, s, and 1/inertia of what friction slows down.
+    ``out``: (columns, n), filled from column ``first`` on with what `Run.advance` returns.
+    ``works``: (n, columns) for the energies of `round_energies.py`, filled from row ``first`` on; (0, 0) for none.
+    """
+    (
+        inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
+        circulatory,
+    ) = shaft  # fmt: skip
+    q, v, q_before, turning = motion
+    bushings, states, numbers = clearance
+    n, n_sensors, n_points = q.size, at_sensors.shape[0], at_points.shape[0]
+    n_bushings, half, per_step2 = n_points // 3, 0.5 * h, 1.0 / (h * h)
+    x, w, force = np.zeros((n_points, 2)), np.zeros((n_points, 2)), np.zeros((n_points, 2))
+    # Of each end: n along y and z, elastic force, damping, bristles; then normal force, friction and its limit.
+    ends = np.zeros((n_points, 8))
+    filling, acts = np.zeros((n_bushings, 6)), np.ones(n_points, np.bool_)
+    total, middle, acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
+    for i in range(excitation.size):
+        a, spin, angle = excitation[i], turning[SPIN], turning[ANGLE]
+        rate = drive[0] if (steps + i) * h < drive[1] else 0.0
+        cos, sin = 0.0, 0.0
+        if spin != 0.0 or rate != 0.0:
+            c, s = np.cos(angle), np.sin(angle)
+            cos, sin = spin * spin * c + rate * s, spin * spin * s - rate * c
+        for m in range(n):
+            total[m] = shape[m] * a + weight[m] + cos * unbalance[0, m] + sin * unbalance[1, m]
+        if circulatory.size and spin != 0.0:
+            for m in range(n):
+                total[m] -= spin * dot(circulatory, m * n, q, 0, n)
+        for m in range(n):
+            middle[m] = v[m] + half * inverse_mass[m] * total[m]
+        for p in range(n_points):
+            for d in range(2):
+                x[p, d], force[p, d] = dot(at_points, (2 * p + d) * n, q, spans[d, 0], spans[d, 1]), 0.0
+        for j in range(n_bushings):
+            bushing, state = bushings[j], states[j]
+            y, z = x[j]
+            if not abs(y) + abs(z) < 1e3 * bushing.gap + 1.0:
+                return i, j
+            _speed(at_points, spans, middle, j, w)
+            if works.size:
+                keep_step(bushing, state, numbers)
+            found = round_filling(bushing, state, numbers, y, z, spin)
+            for k in range(6):
+                filling[j, k] = found[k]
+            square = (y + bushing.offset_y) ** 2 + (z + bushing.offset_z) ** 2
+            follow_law(bushing, state, numbers, np.sqrt(square), (steps + i) * h)
+            for end in range(2):
+                p = n_bushings + 2 * j + end
+                r_y, r_z = x[p, 0] + bushing.offset_y, x[p, 1] + bushing.offset_z
+                acts[p] = r_y * r_y + r_z * r_z > bushing.gap * bushing.gap
+                if acts[p]:
+                    _speed(at_points, spans, middle, p, w)
+                depth, n_y, n_z, stiff, damping, bristles = round_contact(
+                    bushing, state, numbers, end, x[p, 0], x[p, 1], w[p, 0], w[p, 1], spin
+                )
+                if acts[p]:
+                    ends[p, 0], ends[p, 1], ends[p, 2], ends[p, 3], ends[p, 4] = (
+                        n_y, n_z, stiff * depth, damping, bristles,
+                    )  # fmt: skip
+                    ends[p, 5] = ends[p, 6] = 0.0
+        for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
+            for j in range(n_bushings):
+                _fill(filling[j], compliance, acts, half, j, w, force)
+                for end in range(2):
+                    p = n_bushings + 2 * j + end
+                    if acts[p]:
+                        _touch(bushings[j], ends[p], compliance, acts, half, p, spin, w, force)
+        torque = 0.0
+        for j in range(n_bushings):
+            for end in range(2):
+                p, bushing = n_bushings + 2 * j + end, bushings[j]
+                if acts[p] and bushing.friction > 0.0:
+                    torque += bushing.radius * ends[p, 6]
+                    most = ends[p, 7] / bushing.bristle  # beyond it they slide
+                    numbers[states[j].ends + END_MEMORY * end + BRISTLES] = min(max(ends[p, 4], -most), most)
+        for p in range(n_points):
+            if acts[p]:
+                for d in range(2):
+                    push, row, to = force[p, d], at(at_points, (2 * p + d) * n), at(total, 0)
+                    for m in range(spans[d, 0], spans[d, 1]):
+                        to[m] -= row[m] * push
+        if coupling.size:  # at the velocity in the middle of the kick of all other forces
+            for m in range(n):
+                middle[m] = v[m] + half * inverse_mass[m] * total[m]
+            for m in range(n):
+                total[m] -= dot(coupling, m * n, middle, 0, n)
+        if works.size:
+            drawn = RoundForces(x, force, ends, filling, acts)
+            step_energies(
+                works[first + i], a, cos, sin, spin, h, shaft, motion, total, middle, bushings, states, numbers, drawn
+            )
+        for m in range(n):
+            place = q[m]
+            kicked = v[m] + h * inverse_mass[m] * total[m]
+            v[m] = flow[2, m] * place + flow[3, m] * kicked
+            after = flow[0, m] * place + flow[1, m] * kicked
+            acceleration[m] = (after - 2.0 * place + q_before[m]) * per_step2
+            q_before[m] = place
+            q[m] = after
+        change = h * (rate - drive[2] * torque)
+        turning[SPIN], turning[ANGLE] = spin + change, angle + h * (spin + 0.5 * change)
+        _report(a, first + i, n_sensors, at_sensors, of_sensors, base, acceleration, x, force, acts, out)
+        if out.shape[0] > n_sensors + 7 * n_bushings:
+            out[n_sensors + 7 * n_bushings, first + i] = spin
+    for m in range(n):  # without bushings nothing else would stop it
+        if not abs(q[m]) < np.inf:
+            return excitation.size, 0
+    return -1, -1
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _speed(at_points: np.ndarray, spans: np.ndarray, middle: np.ndarray, p: int, w: np.ndarray) -> None:
+    """Fill in the velocity of a point in the middle of the kick of what does not depend on it."""
+    for d in range(2):
+        w[p, d] = dot(at_points, (2 * p + d) * middle.size, middle, spans[d, 0], spans[d, 1])
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _push(
+    compliance: np.ndarray, acts: np.ndarray, half: float, p: int, y: float, z: float, w: np.ndarray, force: np.ndarray
+) -> None:
+    """Let the force at a point change by y, z, N, against the displacement."""
+    force[p, 0] += y
+    force[p, 1] += z
+    for r in range(acts.size):
+        if acts[r]:
+            own = compliance[r, p]
+            w[r, 0] -= half * (own[0, 0] * y + own[0, 1] * z)
+            w[r, 1] -= half * (own[1, 0] * y + own[1, 1] * z)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _fill(
+    found: np.ndarray, compliance: np.ndarray, acts: np.ndarray, half: float, p: int, w: np.ndarray, force: np.ndarray
+) -> None:
+    """Find the force of a filling at the velocity that it leaves."""
+    own, yy, yz, zy, zz = compliance[p, p], found[2], found[3], found[4], found[5]
+    free_y = w[p, 0] + half * (own[0, 0] * force[p, 0] + own[0, 1] * force[p, 1])
+    free_z = w[p, 1] + half * (own[1, 0] * force[p, 0] + own[1, 1] * force[p, 1])
+    a = 1.0 + half * (yy * own[0, 0] + yz * own[1, 0])
+    b = half * (yy * own[0, 1] + yz * own[1, 1])
+    c = half * (zy * own[0, 0] + zz * own[1, 0])
+    d = 1.0 + half * (zy * own[0, 1] + zz * own[1, 1])
+    y, z = found[0] + yy * free_y + yz * free_z, found[1] + zy * free_y + zz * free_z
+    determinant = a * d - b * c
+    new_y, new_z = (d * y - b * z) / determinant, (a * z - c * y) / determinant
+    _push(compliance, acts, half, p, new_y - force[p, 0], new_z - force[p, 1], w, force)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _touch(
+    bushing: RoundBushing, end: np.ndarray, compliance: np.ndarray, acts: np.ndarray, half: float, p: int, spin: float,
+    w: np.ndarray, force: np.ndarray,
+) -> None:  # fmt: skip
+    """Find the normal force of a contact, then its friction, at the velocities that they leave."""
+    own, y, z, damping = compliance[p, p], end[0], end[1], end[3]
+    give = half * (own[0, 0] * y * y + (own[0, 1] + own[1, 0]) * y * z + own[1, 1] * z * z)
+    free = y * w[p, 0] + z * w[p, 1] + give * end[5]
+    normal = (end[2] + damping * free) / (1.0 + damping * give)
+    if not bushing.adhesion:
+        normal = max(normal, 0.0)
+    change, end[5] = normal - end[5], normal
+    _push(compliance, acts, half, p, change * y, change * z, w, force)
+    if bushing.friction > 0.0:
+        y, z, damping = -end[1], end[0], bushing.bristle_damping
+        give = half * (own[0, 0] * y * y + (own[0, 1] + own[1, 0]) * y * z + own[1, 1] * z * z)
+        free = y * w[p, 0] + z * w[p, 1] + give * end[6] + bushing.radius * spin
+        rubbed = (bushing.bristle * end[4] + damping * free) / (1.0 + damping * give)
+        limit = friction_limit(bushing, max(normal, 0.0), free - give * rubbed)
+        rubbed = min(max(rubbed, -limit), limit)
+        end[7], change, end[6] = limit, rubbed - end[6], rubbed
+        _push(compliance, acts, half, p, change * y, change * z, w, force)
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _report(
+    a: float, row: int, n_sensors: int, at_sensors: np.ndarray, of_sensors: np.ndarray, base: np.ndarray,
+    acceleration: np.ndarray, x: np.ndarray, force: np.ndarray, acts: np.ndarray, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill in what `Run.advance` returns of a step."""
+    n_bushings = x.shape[0] // 3
+    for s in range(n_sensors):
+        row_of = s * acceleration.size
+        out[s, row] = base[s] * a + dot(at_sensors, row_of, acceleration, of_sensors[s, 0], of_sensors[s, 1])
+    for j in range(n_bushings):
+        left, right = n_bushings + 2 * j, n_bushings + 2 * j + 1
+        for d in range(2):
+            column = n_sensors + 2 * j + d
+            out[column, row] = x[j, d]
+            out[column + 2 * n_bushings, row] = force[left, d] + force[right, d]
+            out[column + 4 * n_bushings, row] = force[j, d]
+        out[n_sensors + 6 * n_bushings + j, row] = 1.0 if acts[left] or acts[right] else 0.0

@@ -1,0 +1,59 @@
+"""What the compiled loop of the modal engine in space knows and changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from ..clearance.pointers import at
+
+__all__ = ["ANGLE", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
+
+SPIN, ANGLE = 0, 1  # of the numbers of the turning
+
+
+class RoundShaft(NamedTuple):
+    """The linear part of the equations, in modal coordinates."""
+
+    inverse_mass: np.ndarray  # (n,) smaller for high modes, see modal.py
+    flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
+    at_points: np.ndarray  # (3 n_bushings, 2, n) along y and z: the bushings' middles, then both ends of each
+    spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
+    at_sensors: np.ndarray  # (n_sensors, n)
+    of_sensors: np.ndarray  # (n_sensors, 2) first coordinate that moves each, and the one after the last
+    input: np.ndarray  # (n,) force on the modes per unit of excitation
+    base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself
+    weight: np.ndarray  # (n,) force of gravity on the modes
+    unbalance: np.ndarray  # (2, n) force on the modes of Ω² cos φ and Ω² sin φ
+    compliance: np.ndarray  # (3 n_bushings, 3 n_bushings, 2, 2) velocity of each point per unit impulse at each other
+    circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
+
+
+class RoundMotion(NamedTuple):
+    """What changes from step to step, in place."""
+
+    q: np.ndarray  # (n,) now
+    v: np.ndarray  # (n,) velocity before the kick
+    q_before: np.ndarray  # (n,) a step ago
+    turning: np.ndarray  # (2,) spin, rad/s, and angle, rad
+
+
+class RoundForces(NamedTuple):
+    """What acts in one step at the points of the bushings: their middles, then both ends of each."""
+
+    x: np.ndarray  # (n_points, 2) m
+    force: np.ndarray  # (n_points, 2) against the displacement, N
+    ends: np.ndarray  # (n_points, 8) see `advance_round`
+    filling: np.ndarray  # (n_bushings, 6) elastic force along y and z, N, and damping yy, yz, zy, zz, N s/m
+    acts: np.ndarray  # (n_points,) whether there is a force
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def dot(rows: np.ndarray, row: int, vector: np.ndarray, start: int, stop: int) -> float:
+    """Return the product of a row, which begins at a place of an array, and a vector, between two of its numbers."""
+    left, right, total = at(rows, row), at(vector, 0), 0.0  # pointers: no index is looked at for being negative
+    for m in range(start, stop):
+        total += left[m] * right[m]
+    return total
