@@ -19,7 +19,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 
 _SHARED = [
     *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")),
-    "periodic/forces.py",
+    *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),
     "physical/library.py",  # where in MuJoCo's structures a value lies
 ]  # Files with what compiled functions of other files call or read
 

@@ -15,13 +15,12 @@ import numba
 import numpy as np
 
 from ...clearance.follower import pushing
-from ...clearance.round_kernel import RoundBushing, RoundState, friction_limit, round_contact, round_filling
+from ...clearance.round_kernel import BRISTLES, RoundBushing, RoundState, friction_limit, round_contact, round_filling
 
 __all__ = ["INPUTS", "Y", "Z", "RoundLaws", "contact_between", "filling_between"]
 
 INPUTS = 8  # y, z before and now, velocities along y and z before and now
 Y, Z = 2, 3  # where y and z now stand
-IMPACT, BRISTLES = 0, 3  # in the memory of an end
 
 
 class RoundLaws(NamedTuple):
