@@ -20,8 +20,9 @@ from .elements import INPUTS, RoundLaws, contact_between, filling_between
 
 __all__ = ["RoundSlopes", "Sampled", "fill_round_forces"]
 
+PIECES = 64  # of the way on which a filling is moved from the unloaded place
 MAX_PERIODS = 32  # until what is remembered is periodic
-PERIODIC = 1e-11  # change of a memory from period to period, over its size, that counts as none
+PERIODIC = 1e-10  # change of a memory from period to period, over its size, that counts as none
 DIFFERENCE = 1e-7  # step of difference quotients, over the motion
 OUTPUTS = 4  # force along y and z at a sample, and what it adds to the sample before
 
@@ -92,16 +93,16 @@ def _differences(
 
 @kernel_loop(**OPTIONS)
 def _add_rows(
-    slope: np.ndarray, row: int, size: int, omega: float, basis: np.ndarray, rate: np.ndarray, last: int, i: int,
-    carried: np.ndarray, out: np.ndarray, to: int,
+    slope: np.ndarray, row: int, size: int, omega: float, was: np.ndarray, basis: np.ndarray, was_rate: np.ndarray,
+    rate: np.ndarray, carried: np.ndarray, out: np.ndarray, to: int,
 ) -> None:  # fmt: skip
     """Add to out (2, n, K), at one of n, what a row of derivatives says by harmonics of y, then z."""
-    harmonics = basis.shape[1]
+    harmonics = basis.size
     for d in range(2):
         a, b = slope[row, size + d], slope[row, size + 2 + d]
         c, e = omega * slope[row, size + 4 + d], omega * slope[row, size + 6 + d]
         for r in range(harmonics):
-            out[d, to, r] += a * basis[last, r] + b * basis[i, r] + c * rate[last, r] + e * rate[i, r]
+            out[d, to, r] += a * was[r] + b * basis[r] + c * was_rate[r] + e * rate[r]
     for k in range(size):
         share = slope[row, k]
         if share != 0.0:
@@ -131,6 +132,43 @@ def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tup
         else:
             still = i
     return touches, still
+
+
+@kernel_loop(**OPTIONS)
+def _begin(
+    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, size: int, motion: Sampled, p: int,
+    eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, want: bool, basis: np.ndarray, carried: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill in what is remembered at the last sample by what was moved there from rest, and its derivatives.
+
+    A filling comes from the unloaded place, a contact from the middle of the motion.
+    """
+    last, rest = motion.place.shape[2] - 1, np.zeros(2)
+    if contact:
+        for d in range(2):
+            rest[d] = np.mean(motion.place[p, d])
+    pieces = 1 if contact else PIECES
+    first = np.zeros(size)
+    for shift in range(2, -1 if want else 1, -1):  # where it is, then a little further along z and y
+        for k in range(size):
+            memory[k] = 0.0
+        for piece in range(pieces):
+            for d in range(2):
+                way = motion.place[p, d, last] - rest[d] + (eps if d == shift else 0.0)
+                u[d], u[2 + d] = rest[d] + way * piece / pieces, rest[d] + way * (piece + 1) / pieces
+                u[4 + d] = u[6 + d] = motion.speed[p, d, last] if contact else 0.0
+            _step(bushing, state, numbers, contact, size, memory, u, motion.spin, out)
+            for k in range(size):
+                memory[k] = out[k]
+        for k in range(size):
+            if shift == 2:
+                first[k] = memory[k]
+            else:
+                change = (memory[k] - first[k]) / eps
+                for r in range(basis.shape[1]):
+                    carried[shift, k, r] = change * (basis[last, r] - (1.0 if contact and r == 0 else 0.0))
+    for k in range(size):
+        memory[k] = first[k]
 
 
 @kernel_loop(**OPTIONS)
@@ -165,12 +203,22 @@ def _over_period(
     of_force = slopes.rows[p]
     shown, used = np.full(n, -1), 0  # row of each sample in what is carried
     once, start = not size or still >= 0, still + 1
-    for m in range(n if once else MAX_PERIODS * n):
+    if not once:
+        _begin(bushing, state, numbers, contact, size, motion, p, eps, memory, u, now, want, basis, carried)
+    differs, stop = want, n if once else MAX_PERIODS * n
+    for m in range(MAX_PERIODS * n):
         i = (start + m) % n
         last = i - 1 if i > 0 else n - 1
+        if m == stop:
+            break
         if m % n == 0 and not once:
-            if m > n and _settled(memory, old, size, contact, reach, reach * omega):
-                break
+            settled = m > n and _settled(memory, old, size, contact, reach, reach * omega)
+            if m == n:
+                differs = False
+            elif not differs and (settled or m == (MAX_PERIODS - 2) * n):
+                if not want and settled:
+                    break
+                differs, stop = want, m + 2 * n  # a period in which derivatives become periodic, and one that counts
             for k in range(size):
                 old[k] = memory[k]
             force[p] = 0.0  # the last period alone counts
@@ -184,12 +232,11 @@ def _over_period(
             force[p, d, last] += now[told + 2 + d]
             if not contact:
                 force[p, d, i] -= laws.spring[j] * u[2 + d] + laws.damper[j] * u[6 + d]
-        if want:
+        if differs:
             begins_or_ends = closed[last] != closed[i]
             whole = size > 0 or begins_or_ends
-            first = 0 if whole else 2
             _differences(
-                bushing, state, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope, first
+                bushing, state, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope, 0 if whole else 2
             )
             if not contact:
                 for d in range(2):
@@ -199,8 +246,9 @@ def _over_period(
                 slopes.carried[p, i] = True
                 _keep(slope, told, slopes.step[p, i])
                 later[:] = 0.0
+                rows = (basis[last], basis[i], rate[last], rate[i])
                 for k in range(size):
-                    _add_rows(slope, k, told, omega, basis, rate, last, i, carried, later, k)
+                    _add_rows(slope, k, told, omega, *rows, carried, later, k)
                 for at in (i, last) if begins_or_ends else (i, i):
                     if shown[at] < 0:
                         shown[at] = used
@@ -208,10 +256,10 @@ def _over_period(
                         slopes.onto[p, used] = project[:, at]
                         used += 1
                 for d in range(2):
-                    _add_rows(slope, told + d, told, omega, basis, rate, last, i, carried, of_force[d], shown[i])
+                    _add_rows(slope, told + d, told, omega, *rows, carried, of_force[d], shown[i])
                     if begins_or_ends:
                         at = shown[last]
-                        _add_rows(slope, told + 2 + d, told, omega, basis, rate, last, i, carried, of_force[d], at)
+                        _add_rows(slope, told + 2 + d, told, omega, *rows, carried, of_force[d], at)
                 if size:
                     carried, later = later, carried
             else:
