@@ -27,8 +27,10 @@ from .greases.short_bearing import ShortBearing
 from .kernel import WithTable
 from .pointers import at, call_law
 
-__all__ = ["BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "keep_step", "round_contact", "round_filling",
-           "round_records"]  # fmt: skip
+__all__ = [
+    "BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "keep_step", "round_contact",
+    "round_filling", "round_records",
+]  # fmt: skip
 
 BRISTLES = 3  # where an end remembers their deflection
 END_MEMORY = 6  # numbers that an end remembers: impact speed, n along y and z, bristles, displacement along y and z

@@ -6,6 +6,7 @@ import pkgutil
 from ..rig import Rig
 from .base import Engine, get_engine, register
 from .batch import simulate_batch, simulate_each
+from .equilibrium import Equilibrium, static_equilibrium
 from .links import Links, build_links
 from .modal import Modal
 from .modal_mj import ModalMujoco, build_modes
@@ -14,6 +15,7 @@ from .together import simulate_and_keep, simulate_together
 
 __all__ = [
     "Engine",
+    "Equilibrium",
     "Links",
     "Modal",
     "ModalMujoco",
@@ -26,6 +28,7 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "simulate_together",
+    "static_equilibrium",
 ]
 
 for _module in pkgutil.iter_modules(__path__):

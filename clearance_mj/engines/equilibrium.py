@@ -22,7 +22,8 @@ __all__ = ["Equilibrium", "static_equilibrium"]
 PATH = 64  # pieces of the way from the unloaded place on which hysteresis is followed
 SMALL = 1e-6  # of a gap: differences of which stiffnesses are made
 TOLERANCE = 1e-12  # of the forces that act, their imbalance at the end
-ITERATIONS = 500
+ITERATIONS = 200
+SOFTENING = 10.0 ** -np.arange(8)  # of springs that hold what can move without bending, over weight per gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,7 @@ class Equilibrium:
             clearance.numbers[state["grease"] : state["grease"] + bushing["states"]] = filling.states
             for end in range(2):
                 place = at[n + 2 * j + end]
-                r = place + (bushing["offset_y"], bushing["offset_z"])
+                r = place + filling.offset
                 e = float(np.hypot(*r))
                 if e > bushing["gap"]:
                     memory = state["ends"] + END_MEMORY * end
@@ -98,7 +99,7 @@ class _Filling:
         out, step = [0.0] * 6, place / pieces
         for i in range(1, pieces + 1):
             y, z = self.offset + i * step
-            self.model.round_law(self.parameters, self.states, y, z, *step, self.spin, 1e6, out)
+            self.model.round_law(self.parameters, self.states, y, z, step[0], step[1], self.spin, 1e6, out)
         return np.array(out[:2]) - self.preload
 
 
@@ -124,7 +125,7 @@ class _Contact:
 
 
 @checks_kinds
-def static_equilibrium(model: Rig | Modelled, law: Law | None = None, modes: int = 8) -> Equilibrium:
+def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: int = 8) -> Equilibrium:
     """Find where a spatial rig rests under gravity: its sag, its place in the bushings, contact and films included.
 
     Fillings are followed on a straight way from the unloaded shaft. In a contact a shaft that does not turn was put
@@ -136,7 +137,7 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, modes: int
         With ``motion = "spatial"``.
     law : Law, optional
         Contact and filling of a rig; without one, its datasheet values.
-    modes : int
+    n_modes : int
         Modes of each plane, to which static shapes are added.
 
     Raises
@@ -145,7 +146,7 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, modes: int
         If no equilibrium is found: nothing holds the shaft, or friction and films leave it none.
     """
     rig, law = rig_and_law(model, law)
-    whole = spatial_model(rig, modes)
+    whole = spatial_model(rig, n_modes)
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
     q = _rest(rig, whole, [*fillings, *contacts], spin)
@@ -167,49 +168,74 @@ def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Cont
 
 
 def _rest(rig: Rig, model: SpatialModel, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
-    """(n,) coordinates at which all forces are in equilibrium, by Newton's steps damped as Levenberg's."""
-    points, gaps = model.at_points, [rig.bushings[0].gap] if rig.bushings else []
-    small = SMALL * min((b.gap for b in rig.bushings), default=1.0) if gaps else 1.0
-    stiffness = np.diag(model.omega**2)
-    if model.circulatory.size:
-        stiffness = stiffness + spin * model.circulatory
-    scale = 1 / np.sqrt(model.omega**2 + np.mean(model.omega) ** 2 * 1e-4 + 1.0)
+    """(n,) coordinates at which all forces are in equilibrium.
 
-    def imbalance(q: np.ndarray) -> np.ndarray:
-        total = stiffness @ q - model.weight
-        for force, at in zip(forces, points):
-            total += at.T @ force.moved(at @ q)
-        return total
-
+    What can move without bending is held by springs at first, which soften to nothing.
+    """
+    gap = min((b.gap for b in rig.bushings), default=1.0)
+    balance = _Balance(model, forces, spin, SMALL * gap)
     q = np.zeros(model.size)
-    off = imbalance(q)
-    least = TOLERANCE * max(float(np.linalg.norm(scale * model.weight)), float(np.linalg.norm(scale * off)))
-    damping = 0.0 if model.omega.all() else 1.0
-    for _ in range(ITERATIONS):
-        size = float(np.linalg.norm(scale * off))
-        if size <= least:
-            return q
-        jacobian = stiffness.copy()
-        for force, at in zip(forces, points):
+    if not model.omega.all():
+        weight = float(np.linalg.norm(rig.gravity or 0.0))
+        for held in weight / gap * SOFTENING:
+            q = balance.settled(q, held)[0]
+    q, settled = balance.settled(q)
+    if not settled:
+        raise SimulationError(
+            f"rig {rig.name!r}: no static equilibrium under gravity {rig.gravity} m/s² at a spin of {spin:g} rad/s: "
+            "nothing holds the shaft, or films and friction leave it no place to rest"
+        )
+    return q
+
+
+class _Balance:
+    """Forces on the modes at rest, and Newton's steps to where they are none, damped as Levenberg's."""
+
+    def __init__(self, model: SpatialModel, forces: Sequence[_Filling | _Contact], spin: float, small: float):
+        self.forces, self.points, self.weight, self.small = forces, model.at_points, model.weight, small
+        self.stiffness = np.diag(model.omega**2)
+        if model.circulatory.size:
+            self.stiffness = self.stiffness + spin * model.circulatory
+        self.scale = 1 / np.sqrt(model.omega**2 + 1e-4 * np.mean(model.omega) ** 2 + 1.0)
+
+    def off(self, q: np.ndarray, held: float) -> np.ndarray:
+        """Return what is not in equilibrium (n,), with springs on all modes, 1/s²."""
+        total = self.stiffness @ q + held * q - self.weight
+        for force, at in zip(self.forces, self.points):
+            total += at.T @ force.moved(at @ q)
+        return np.asarray(total)
+
+    def tangent(self, q: np.ndarray, held: float) -> np.ndarray:
+        """Return the derivative of `off` (n, n)."""
+        found = self.stiffness + held * np.eye(q.size)
+        for force, at in zip(self.forces, self.points):
             here = at @ q
-            change = [force.moved(here + d) - force.moved(here - d) for d in small * np.eye(2)]
-            jacobian += at.T @ (np.array(change).T / (2 * small)) @ at
-        while True:
-            weighted = damping * np.diag(1 / scale**2)
-            step = _solved(jacobian + weighted, off)
-            new = None if step is None else imbalance(q - step)
-            if new is not None and np.linalg.norm(scale * new) < size:
-                q, off, damping = q - step, new, damping / 10 if damping > 1e-9 else 0.0
+            change = [force.moved(here + d) - force.moved(here - d) for d in self.small * np.eye(2)]
+            found += at.T @ (np.array(change).T / (2 * self.small)) @ at
+        return found
+
+    def settled(self, q: np.ndarray, held: float = 0.0) -> tuple[np.ndarray, bool]:
+        """Return the coordinates to which Newton's steps lead, and whether that is an equilibrium."""
+        off = self.off(q, held)
+        size = float(np.linalg.norm(self.scale * off))
+        least = TOLERANCE * max(float(np.linalg.norm(self.scale * self.weight)), size)
+        damping = 0.0
+        for _ in range(ITERATIONS):
+            if size <= least:
+                return q, True
+            tangent, found = self.tangent(q, held), False
+            while not found and damping < 1e12:
+                step = _solved(tangent + damping * np.diag(1 / self.scale**2), off)
+                new = None if step is None else self.off(q - step, held)
+                reached = np.inf if new is None else float(np.linalg.norm(self.scale * new))
+                if step is not None and new is not None and reached < size:
+                    q, off, size, damping = q - step, new, reached, damping / 10 if damping > 1e-9 else 0.0
+                    found = True
+                else:
+                    damping = max(10 * damping, 1e-6)
+            if not found:
                 break
-            damping = max(10 * damping, 1e-6)
-            if damping > 1e12:
-                if size <= 1e3 * least:
-                    return q
-                raise SimulationError(
-                    f"rig {rig.name!r}: no static equilibrium under gravity {rig.gravity} m/s² at a spin of {spin:g} "
-                    "rad/s: nothing holds the shaft, or films and friction leave it no place to rest"
-                )
-    raise SimulationError(f"rig {rig.name!r}: the static equilibrium was not found in {ITERATIONS} steps")
+        return q, size <= 1e3 * least
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:

@@ -20,7 +20,6 @@ from ..clearance.law import Law
 from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
-from ..structure import Shaft
 from .base import Engine, Run, register
 from .chain import Link
 from .linkage import Linkage, linkage

@@ -1,12 +1,13 @@
 """The modal engine in space: both bending planes of the rig's structure in round clearances; see modal.py.
 
-Gyroscopic moments act as damping that couples modes does: at the velocity in the middle of the kick of all other forces,
-which keeps the energy at any spin. A simulation begins at the static equilibrium under gravity and spin.
+Gyroscopic moments act as damping that couples modes does: at the velocity in the middle of the kick of all other
+forces, which keeps the energy at any spin. A simulation begins at the static equilibrium under gravity and spin.
 """
 
 from __future__ import annotations
 
 import functools
+
 import numpy as np
 
 from ..clearance.law import Law
@@ -50,7 +51,8 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
     points = np.ascontiguousarray(model.at_points)
     shaft = RoundShaft(
         inverse_mass, np.ascontiguousarray(flow), points, np.array([(s.start, s.stop) for s in model.planes]),
-        np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind), model.sensors_on_base * float(kind == "base"),
+        np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind),
+        model.sensors_on_base * float(kind == "base"),
         model.weight, model.unbalance, _compliance(points, inverse_mass), np.ascontiguousarray(model.circulatory),
     )  # fmt: skip
     return shaft, viscous
@@ -74,7 +76,7 @@ class SpatialRun(Run):
         self.model = spatial_model(rig, modes)
         self.shaft, self.viscous = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
-        self.rest = static_equilibrium(rig, law, modes=modes)
+        self.rest = static_equilibrium(rig, law, modes)
         self.rest.begin(self.clearance)
         q, flow = self.rest.coordinates.copy(), self.shaft.flow
         leaving = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])  # after a kick that holds q where it is

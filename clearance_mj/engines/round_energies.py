@@ -1,8 +1,8 @@
 """Energies of the modal engine in space, step by step.
 
 From one step to the next every mode satisfies M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = f with numbers of the
-scheme's own (`ModalRun.equations`), so that with the travel (q₊ - q₋)/2 what forces put in is what is lost and stored, to
-rounding. What does not add up is the error of what contacts, bristles and fillings are said to hold and to lose.
+scheme's own (`ModalRun.equations`), so that with the travel (q₊ - q₋)/2 what forces put in is what is lost and stored,
+to rounding. What does not add up is the error of what contacts, bristles and fillings are said to hold and to lose.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def step_energies(
 ) -> None:  # fmt: skip
     """Fill a row with the energies of `OF_RIG`, then those of each bushing, then of each end.
 
-    ``total`` is the whole force on the modes, which have not moved yet; ``travel`` is overwritten. Contacts and fillings
-    have moved already; what they were before is what `keep_step` kept.
+    ``total`` is the whole force on the modes, which have not moved yet; ``travel`` is overwritten. Contacts and
+    fillings have moved already; what they were before is what `keep_step` kept.
     """
     n, n_bushings = travel.size, bushings.size
     kinetic = strain = work = lost = 0.0

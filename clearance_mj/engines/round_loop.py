@@ -22,6 +22,7 @@ from .round_scheme import ANGLE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
 
 __all__ = ["advance_round"]
 
+
 @kernel_loop(**OPTIONS)
 def advance_round(
     steps: int, excitation: np.ndarray, h: float, shaft: RoundShaft, coupling: np.ndarray, drive: np.ndarray,
@@ -94,6 +95,7 @@ def advance_round(
         for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
             for j in range(n_bushings):
                 _fill(filling[j], compliance, acts, half, j, w, force)
+            for j in range(n_bushings):
                 for end in range(2):
                     p = n_bushings + 2 * j + end
                     if acts[p]:

@@ -143,9 +143,7 @@ class Bushing:
     def __post_init__(self) -> None:
         if math.hypot(self.offset_y, self.offset) >= self.gap:
             where = f"{self.offset:g} m" if not self.offset_y else f"({self.offset_y:g}, {self.offset:g}) m along y, z"
-            raise ValueError(
-                f"offset {where} lies beyond the gap {self.gap:g} m: at rest the shaft touches no wall"
-            )
+            raise ValueError(f"offset {where} lies beyond the gap {self.gap:g} m: at rest the shaft touches no wall")
         if self.film and (self.grease.stiffness or self.grease.damping):
             raise ValueError("film is oil and grease has a stiffness or damping: one of them fills the gap")
         if self.film and not self.length:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import Annotated, Any, Protocol, TypeAlias
 
 from pydantic import BeforeValidator
 
-from ..core.errors import ClearanceError, RigError
+from ..core.errors import ClearanceError
 from ..core.validation import Number
+from ..structure import Structure
+from ..structure.attached import Attached
 from ..structure.base import parse_dof, parse_place
-
-if TYPE_CHECKING:
-    from .rig import Rig
+from .clearance import Bushing
+from .instruments import Sensor
+from .spinning import Spin, Unbalance
 
 __all__ = ["Gravity", "check_motion", "planar", "shaft_radius"]
 
@@ -21,7 +23,8 @@ EARTH = 9.80665  # m/s²
 def _vector(value: Any) -> Any:
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(
-            f"{value:g} has no direction; give a vector (x, y, z) in m/s², such as [0.0, 0.0, {-abs(value) or -EARTH:g}]"
+            f"{value:g} has no direction; give a vector (x, y, z) in m/s², such as "
+            f"[0.0, 0.0, {-abs(value) or -EARTH:g}]"
         )
     return value
 
@@ -30,7 +33,47 @@ Gravity: TypeAlias = Annotated[tuple[Number, Number, Number], BeforeValidator(_v
 """Acceleration of gravity, m/s² (x, y, z)"""
 
 
-def check_motion(rig: Rig) -> None:
+class InSpace(Protocol):
+    """What is asked of a `Rig` here."""
+
+    @property
+    def name(self) -> str:
+        """Name."""
+
+    @property
+    def motion(self) -> str:
+        """Planar or spatial."""
+
+    @property
+    def gravity(self) -> tuple[float, float, float] | None:
+        """Gravity."""
+
+    @property
+    def spin(self) -> Spin | None:
+        """Turning."""
+
+    @property
+    def unbalances(self) -> tuple[Unbalance, ...]:
+        """Unbalances."""
+
+    @property
+    def bushings(self) -> tuple[Bushing, ...]:
+        """Clearances."""
+
+    @property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """Sensors."""
+
+    @property
+    def linear(self) -> Structure:
+        """Structure."""
+
+    @property
+    def attached(self) -> Attached:
+        """What it has beside it."""
+
+
+def check_motion(rig: InSpace) -> None:
     """Refuse what a planar rig has of space, and what a spatial one cannot have.
 
     Parameters
@@ -64,7 +107,7 @@ def check_motion(rig: Rig) -> None:
         _check_spin(rig)
 
 
-def _check_planar(rig: Rig) -> None:
+def _check_planar(rig: InSpace) -> None:
     of_rig = [name for name in ("gravity", "spin", "unbalances") if getattr(rig, name)]
     names = of_rig + [f"bushings[{i}].{name}" for i, b in enumerate(rig.bushings) for name in b.in_space_only]
     names += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
@@ -72,7 +115,7 @@ def _check_planar(rig: Rig) -> None:
         raise ValueError(f'{names[0]} needs motion = "spatial": a planar rig moves along z alone and does not turn')
 
 
-def _check_spin(rig: Rig) -> None:
+def _check_spin(rig: InSpace) -> None:
     if len(rig.linear.shafts) != 1:
         raise ValueError("spin needs a beam or one shaft: of other structures it is not known what turns")
     try:
@@ -81,7 +124,7 @@ def _check_spin(rig: Rig) -> None:
         raise ValueError(f"spin: {error}") from None
 
 
-def planar(rig: Rig, what: str) -> None:
+def planar(rig: InSpace, what: str) -> None:
     """Refuse a rig in space where a calculation knows the plane alone.
 
     Parameters
@@ -96,13 +139,13 @@ def planar(rig: Rig, what: str) -> None:
     ClearanceError
         If the rig is spatial.
     """
-    if rig.is_spatial:
+    if rig.motion == "spatial":
         raise ClearanceError(
             f'{what} knows planar rigs, and rig {rig.name!r} has motion = "spatial"; give one with motion = "planar"'
         )
 
 
-def shaft_radius(rig: Rig, bushing: int) -> float:
+def shaft_radius(rig: InSpace, bushing: int) -> float:
     """Return the shaft's radius where it touches a bushing, m; 0 where the structure does not tell it.
 
     Parameters

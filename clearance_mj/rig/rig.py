@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,7 +18,7 @@ from ..core.plain_numbers import find_numbers
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
-from ..structure.base import StructureOfFiles, parse_place
+from ..structure.base import StructureOfFiles
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
@@ -27,7 +26,8 @@ from .dimensions import Gravity, check_motion
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import PROBE_NODE, Sensor, Shaker, dof_label
+from .instruments import Sensor, Shaker
+from .labels import clearance_labels, probe_labels
 from .plausible import warn_of_units
 from .points import joined_points
 from .spans import check_bushings
@@ -186,19 +186,11 @@ class Rig(Shown):
     def probe_labels(self) -> list[str]:
         """Degrees of freedom of the clearances' relative displacements in records, such as "6:+Z".
 
-        A round clearance has two, along y and z. Its node is that of the sensor that sits in a bushing around a shaft. Other clearances, at named degrees of
-        freedom, between two points or without a sensor, have nodes of their own: those from 301 on that no sensor has.
+        A round clearance has two, along y and z. Its node is that of the sensor that sits in a bushing around a shaft.
+        Other clearances, at named degrees of freedom, between two points or without a sensor, have nodes of their own:
+        those from 301 on that no sensor has.
         """
-        taken = {s.node for s in self.sensors}
-        free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
-        found: dict[str, None] = {}
-        for bushing in self.bushings:
-            node = self._node_in(bushing)
-            label = dof_label(next(free) if node is None else node, bushing.position)
-            found[label if label not in found else dof_label(next(free), bushing.position)] = None
-        if self.is_spatial:
-            return [f"{label.partition(':')[0]}:+{axis}" for label in found for axis in "YZ"]
-        return list(found)
+        return probe_labels(self.bushings, self.sensors, self.is_spatial)
 
     @property
     def is_spatial(self) -> bool:
@@ -217,22 +209,7 @@ class Rig(Shown):
         A bushing that is placed by a number has the name of the sensor in it, such as "6:+Z", or else its place in the
         rig file, such as "bushings[0]", which is also added where several clearances are at one place.
         """
-        found = [self._named(j, bushing) for j, bushing in enumerate(self.bushings)]
-        return [f"{name} bushings[{j}]" if found.count(name) > 1 else name for j, name in enumerate(found)]
-
-    def _named(self, j: int, bushing: Bushing) -> str:
-        if isinstance(bushing.position, str):
-            return bushing.where
-        node = self._node_in(bushing)
-        return f"bushings[{j}]" if node is None else dof_label(node, bushing.position)
-
-    def _node_in(self, bushing: Bushing) -> int | None:
-        """Node of the sensor nearest to the middle of a bushing around a shaft, None if it is not inside."""
-        place = parse_place(bushing.position)
-        if place is None or bushing.to is not None:
-            return None
-        inside = [(parse_place(s.position), s.node) for s in self.sensors if bushing.holds(s.position)]
-        return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]
+        return clearance_labels(self.bushings, self.sensors)
 
     @property
     def clearance_points(self) -> tuple[tuple[float | str, ...], ...]:

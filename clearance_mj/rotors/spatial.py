@@ -153,7 +153,7 @@ class SpatialModel:
 
     @functools.cached_property
     def unbalance(self) -> np.ndarray:
-        """(2, n) what Ω² cos φ and Ω² sin φ drive of the modes, φ the shaft's angle: y and z parts of all unbalances."""
+        """(2, n) force of all unbalances on the modes per Ω² cos φ and Ω² sin φ, with φ the shaft's angle."""
         found = np.zeros((2, self.size))
         for each in self.rig.unbalances:
             y, z = each.moment * self.moved([each.position])[0]

@@ -95,7 +95,6 @@ class BoucWen(GreaseModel):
         out[0] = 0.5 * (p[1] * p[0] * x * x + spring * state[0] * state[0])
         out[1] = spring * abs(z) ** p[5] * (p[4] * z * dx + p[3] * abs(z * dx))
 
-
     def round_states(self) -> int:
         """Deflections along y and z."""
         return 2

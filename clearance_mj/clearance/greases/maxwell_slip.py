@@ -115,7 +115,6 @@ class MaxwellSlip(GreaseModel):
         out[0] = 0.5 * stored
         out[1] = lost
 
-
     def round_states(self) -> int:
         """Deflections of each spring along y and z, m."""
         return 2 * len(self.springs)

@@ -15,6 +15,7 @@ from .linear import Dynamics, SteadySpin, VaryingSpin
 __all__ = ["RoundSolver"]
 
 NEARBY = 1e-6  # share of the parameter by which derivatives by it are found
+AT_REST = 4  # samples of a rig at rest
 SMALLEST_LEVEL = 1e-3  # share of the excitation from which on it is raised
 BEFORE_CONTACT = 0.9  # share of the smallest gap that the first motion fills
 
@@ -81,26 +82,41 @@ class RoundSolver(Follower):
         NoConvergence
             If it does not reach the level.
         """
-        still = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
-        z, y = still, np.zeros((self.rows, still.shape[1]))
-        self.at = omega
-        try:
-            if self.system.structured.weight.any():
-                z, y = self._raised("weight", z, y, omega)
-            z, y = self._raised("level", z, y, omega)
-        finally:
-            self.raised = ""
+        shape = self.system.basis.shape[1], 2 * self.harmonics + 1
+        z, y = np.zeros(shape), np.zeros((self.rows, shape[1]))
+        if self.system.structured.weight.any():
+            z[:, :1], y[:, :1] = self.rest(omega)
+        z, y = self._raised("level", z, y, omega)
         found = self.solve(omega, z, y, np.append(np.zeros(self.size), 1.0), self._scale(z))
         if found is None:
             raise NoConvergence(omega)
         return found
+
+    def rest(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the rig rests under its weight, turning as at a frequency: z (r, 1) and y (2 n_points, 1), m.
+
+        Raises
+        ------
+        NoConvergence
+            If the weight is not reached.
+        """
+        structured = self.system.structured
+        still = self.system._replace(structured=structured._replace(drive=structured.drive[:1]))
+        solver = RoundSolver(still, 0, AT_REST, self.spin)
+        return solver._raised("weight", np.zeros((still.basis.shape[1], 1)), np.zeros((self.rows, 1)), omega)
 
     def _scale(self, z: np.ndarray) -> float:
         return max(float(np.linalg.norm(z)), self.least)
 
     def _raised(self, what: str, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Raise weight or excitation from nearly nothing to all of it, around folds."""
-        self.raised = what
+        self.raised, self.at = what, omega
+        try:
+            return self._along_share(z, y, omega)
+        finally:
+            self.raised = ""
+
+    def _along_share(self, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
         left, _, moved = self._balance(0.0, z, y, False)
         ahead, _, further = self._balance(1.0, z, y, False)
         way, beside = left - ahead, further - moved
