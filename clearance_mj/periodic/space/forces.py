@@ -84,11 +84,17 @@ def _differences(
             slope[k, d] = (moved[k] - now[k]) / change
     for d in range(first, INPUTS):
         kept, change = u[d], quicker if d >= 4 else eps
+        together = first == 0 and d in (2, 3)  # both places: where nothing moves, a step forgets exactly
         u[d] = kept + change
+        before = u[d - 2] if together else 0.0
+        if together:
+            u[d - 2] = before + change
         _step(bushing, state, numbers, contact, size, memory, u, spin, moved)
         u[d] = kept
+        if together:
+            u[d - 2] = before
         for k in range(told + OUTPUTS):
-            slope[k, told + d] = (moved[k] - now[k]) / change
+            slope[k, told + d] = (moved[k] - now[k]) / change - (slope[k, told + d - 2] if together else 0.0)
 
 
 @kernel_loop(**OPTIONS)
