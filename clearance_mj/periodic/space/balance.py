@@ -23,35 +23,46 @@ def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slop
     rows, r = basis.shape
     samples, harmonics = grid.basis.shape
     found = np.empty((r, r, harmonics, harmonics))
-    means, series = np.zeros((2, 2 * harmonics - 1)), np.zeros((2, samples))
+    count = 0
     for a in range(r):
         for b in range(r):
-            if owner[a] != owner[b]:
-                continue
-            series[:] = 0.0
-            block = found[a, b]
-            block[:] = 0.0
-            for row in range(rows):
-                if basis[row, a] == 0.0:
-                    continue
-                p, d = row // 2, row % 2
-                for e in range(2):
-                    weight = basis[row, a] * basis[2 * p + e, b]
-                    if weight == 0.0:
-                        continue
-                    for i in range(samples):
-                        series[0, i] += weight * slopes.x[p, d, e, i]
-                        series[1, i] += weight * slopes.v[p, d, e, i]
-                    used = slopes.used[p]
-                    if used > 0:
-                        carried = np.dot(slopes.onto[p, :used].T, slopes.rows[p, d, e, :used])
-                        for k in range(harmonics):
-                            for l in range(harmonics):
-                                block[k, l] += weight * carried[k, l]
-            if np.any(series != 0.0):
-                np.dot(series, grid.moments, means)
-                add_products(means, omega, block)
+            count += owner[a] == owner[b]
+    series, pair = np.zeros((2 * count, samples)), 0
+    for a in range(r):
+        for b in range(r):
+            if owner[a] == owner[b]:
+                found[a, b] = 0.0
+                _add_pair(basis[:, a].copy(), basis[:, b].copy(), slopes, series[pair : pair + 2], found[a, b])
+                pair += 2
+    means, pair = np.dot(series, grid.moments), 0
+    for a in range(r):
+        for b in range(r):
+            if owner[a] == owner[b]:
+                add_products(means[pair : pair + 2], omega, found[a, b])
+                pair += 2
     return found
+
+
+@kernel_loop(**OPTIONS)
+def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndarray, block: np.ndarray) -> None:
+    """Add the derivatives of the force along coordinate a (2 n_points,) by coordinate b, at samples and by harmonics."""
+    harmonics = block.shape[0]
+    for row in range(a.size):
+        if a[row] == 0.0:
+            continue
+        p, d = row // 2, row % 2
+        for e in range(2):
+            weight, used = a[row] * b[2 * p + e], slopes.used[p]
+            if weight == 0.0:
+                continue
+            for i in range(series.shape[1]):
+                series[0, i] += weight * slopes.x[p, d, e, i]
+                series[1, i] += weight * slopes.v[p, d, e, i]
+            if used > 0:
+                carried = np.dot(slopes.onto[p, :used].T, slopes.rows[p, d, e, :used])
+                for k in range(harmonics):
+                    for l in range(harmonics):
+                        block[k, l] += weight * carried[k, l]
 
 
 @kernel_loop(**OPTIONS)

@@ -17,7 +17,7 @@ import numpy as np
 from ...clearance.follower import pushing
 from ...clearance.round_kernel import BRISTLES, RoundBushing, RoundState, friction_limit, round_contact, round_filling
 
-__all__ = ["INPUTS", "Y", "Z", "RoundLaws", "contact_between", "filling_between"]
+__all__ = ["INPUTS", "Y", "Z", "RoundLaws", "contact_between", "contact_now", "filling_between"]
 
 INPUTS = 8  # y, z before and now, velocities along y and z before and now
 Y, Z = 2, 3  # where y and z now stand
@@ -94,6 +94,16 @@ def _recall(bushing: RoundBushing, state: RoundState, numbers: np.ndarray, memor
     e = math.sqrt(y * y + z * z)
     numbers[at], numbers[at + 3] = memory[0], memory[1]
     numbers[at + 1], numbers[at + 2], numbers[at + 4], numbers[at + 5] = y / e, z / e, u[0], u[1]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def contact_now(
+    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, y: float, z: float, speed_y: float, speed_z: float,
+    spin: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the force along y and z of an end that touched before, too, and remembers nothing, N."""
+    numbers[state.ends] = 0.0
+    return _end_force(bushing, state, numbers, y, z, speed_y, speed_z, spin, -1.0)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

@@ -33,15 +33,16 @@ def depth(solver: RoundSolver, motion: Motion) -> float:
 
 def with_first_contacts(solver: RoundSolver, motions: Iterator[Motion], found: list[Motion]) -> Iterator[Motion]:
     """Yield motions that follow each other, and those at which contact begins or ends, which are also put into a list."""
-    before: Motion | None = None
+    before, touched = None, False
     for motion in motions:
-        if before is not None and (depth(solver, before) > 0) != (depth(solver, motion) > 0):
+        touches = depth(solver, motion) > 0
+        if before is not None and touched != touches:
             between = _grazing(solver, before, motion)
             if between is not None:
                 found.append(between)
                 yield between
         yield motion
-        before = motion
+        before, touched = motion, touches
 
 
 def _grazing(solver: RoundSolver, before: Motion, after: Motion) -> Motion | None:

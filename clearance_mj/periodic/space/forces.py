@@ -16,7 +16,7 @@ import numpy as np
 
 from ...clearance.pointers import OPTIONS, kernel_loop
 from ...clearance.round_kernel import RoundBushing, RoundState
-from .elements import INPUTS, RoundLaws, contact_between, filling_between
+from .elements import INPUTS, RoundLaws, contact_between, contact_now, filling_between
 
 __all__ = ["RoundSlopes", "Sampled", "fill_round_forces"]
 
@@ -69,6 +69,22 @@ def _step(
 
 
 @kernel_loop(**OPTIONS)
+def _flips(bushing: RoundBushing, u: np.ndarray, d: int, change: float, together: bool) -> bool:
+    """Return whether moving one place of a step, or both, lets a sample pass the wall."""
+    for at in range(0, 4, 2):
+        if at == 2 * (d // 2) or together:
+            y, z = u[at] + bushing.offset_y, u[at + 1] + bushing.offset_z
+            was = math.sqrt(y * y + z * z) > bushing.gap
+            if d % 2:
+                z += change
+            else:
+                y += change
+            if (math.sqrt(y * y + z * z) > bushing.gap) != was:
+                return True
+    return False
+
+
+@kernel_loop(**OPTIONS)
 def _differences(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, told: int, size: int,
     memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray, first: int,
@@ -85,6 +101,8 @@ def _differences(
     for d in range(first, INPUTS):
         kept, change = u[d], quicker if d >= 4 else eps
         together = first == 0 and d in (2, 3)  # both places: where nothing moves, a step forgets exactly
+        if contact and d < 4 and _flips(bushing, u, d, change, together):
+            change = -change  # a sample stays on its side of the wall
         u[d] = kept + change
         before = u[d - 2] if together else 0.0
         if together:
@@ -186,6 +204,33 @@ def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reac
 
 
 @kernel_loop(**OPTIONS)
+def _lasting(
+    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, place: np.ndarray, speed: np.ndarray,
+    closed: np.ndarray, spin: float, eps: float, quicker: float, want: bool, force: np.ndarray, by_place: np.ndarray,
+    by_speed: np.ndarray,
+) -> None:  # fmt: skip
+    """Add the forces (2, N) of an end that remembers nothing where it touched at the sample before, too."""
+    for i in range(closed.size):
+        if not (closed[i] and closed[i - 1]):
+            continue
+        y, z, speed_y, speed_z = place[0, i], place[1, i], speed[0, i], speed[1, i]
+        now_y, now_z = contact_now(bushing, state, numbers, y, z, speed_y, speed_z, spin)
+        force[0, i] += now_y
+        force[1, i] += now_z
+        if not want:
+            continue
+        for d in range(4):
+            a, b = (eps if d == 0 else 0.0), (eps if d == 1 else 0.0)
+            c, e = (quicker if d == 2 else 0.0), (quicker if d == 3 else 0.0)
+            moved_y, moved_z = contact_now(bushing, state, numbers, y + a, z + b, speed_y + c, speed_z + e, spin)
+            per = 1.0 / (a + b + c + e)
+            if d < 2:
+                by_place[0, d, i], by_place[1, d, i] = (moved_y - now_y) * per, (moved_z - now_z) * per
+            else:
+                by_speed[0, d - 2, i], by_speed[1, d - 2, i] = (moved_y - now_y) * per, (moved_z - now_z) * per
+
+
+@kernel_loop(**OPTIONS)
 def _over_period(
     laws: RoundLaws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: RoundSlopes,
@@ -209,6 +254,9 @@ def _over_period(
     of_force = slopes.rows[p]
     shown, used = np.full(n, -1), 0  # row of each sample in what is carried
     once, start = not size or still >= 0, still + 1
+    if contact and size == 0:
+        _lasting(bushing, state, numbers, motion.place[p], motion.speed[p], closed, spin, eps, eps * omega, want,
+                 force[p], slopes.x[p], slopes.v[p])  # fmt: skip
     if not once:
         _begin(bushing, state, numbers, contact, size, motion, p, eps, memory, u, now, want, basis, carried)
     differs, stop = want, n if once else MAX_PERIODS * n
@@ -229,7 +277,7 @@ def _over_period(
                 old[k] = memory[k]
             force[p] = 0.0  # the last period alone counts
             used, shown[:] = 0, -1
-        if contact and not (closed[last] or closed[i]):
+        if contact and (closed[last] == closed[i] if size == 0 else not (closed[last] or closed[i])):
             continue
         _take(motion, p, last, i, u)
         _step(bushing, state, numbers, contact, size, memory, u, spin, now)

@@ -80,25 +80,46 @@ class SteadySpin(Dynamics):
         residues = np.einsum("pj,jq->jpq", self.points, self.forced @ structured.points.T)
         residues = residues.reshape(len(self.values), -1)
         upper, real = self.values.imag > 0, self.values.imag == 0
-        self.pairs, self.single = self.values[upper], self.values[real].real
-        self.matrices = np.concatenate((residues[upper].real, residues[upper].imag, residues[real].real))
+        # A real pole stands as half of a pair.
+        self.pairs = np.concatenate((self.values[upper], self.values[real]))
+        both = np.concatenate((residues[upper], residues[real] / 2))
+        self.parts = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
+        self.driving = [(h, self.forced @ each) for h, each in enumerate(structured.drive) if each.any()]
+        self.sagging = structured.points @ np.linalg.solve(structured.stiff(spin), structured.weight)
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
-        force = self.structured.driven(spin, weight, level)
-        turning, rows = 1j * omega * np.arange(len(force))[:, None], len(self.points)
-        near, mirrored = 1 / (turning - self.pairs), 1 / (turning - self.pairs.conj())
-        factors = np.concatenate((near + mirrored, 1j * (near - mirrored), 1 / (turning - self.single)), axis=1)
-        compliance = np.empty((len(force), rows, rows), dtype=complex)
-        flat = compliance.reshape(len(force), -1)
-        flat.real, flat.imag = factors.real @ self.matrices, factors.imag @ self.matrices
-        driven = np.zeros((len(force), rows), dtype=complex)
-        for h in np.flatnonzero(force.any(axis=1)):
-            driven[h] = self.points @ (self.forced @ force[h] / (turning[h] - self.values))
+        rows, harmonics = len(self.points), len(self.structured.drive)
+        compliance = np.empty((harmonics, rows, rows), dtype=complex)
+        _sum_pairs(self.pairs, *self.parts, omega, compliance.reshape(harmonics, -1))
+        driven = np.zeros((harmonics, rows), dtype=complex)
+        factor = level * spin**2 if self.structured.unbalance else level
+        for h, of_poles in self.driving:
+            driven[h] = self.points @ (factor * of_poles / (1j * h * omega - self.values))
+        driven[0] = weight * self.sagging
         return compliance, driven
 
     def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
         turning = 1j * omega * np.arange(len(force))[:, None]
         return np.asarray((force @ self.forced.T / (turning - self.values)) @ self.shapes.T)
+
+
+@kernel_loop(**OPTIONS)
+def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega: float, out: np.ndarray) -> None:
+    """Fill out (H + 1, n) with the sum of residues/(ihω - pole) over poles and their conjugates."""
+    n = out.shape[1]
+    re, im = np.empty(n), np.empty(n)
+    for h in range(out.shape[0]):
+        re[:] = 0.0
+        im[:] = 0.0
+        for j in range(pairs.size):
+            near, mirrored = 1.0 / (1j * h * omega - pairs[j]), 1.0 / (1j * h * omega - np.conj(pairs[j]))
+            total, apart = near + mirrored, 1j * (near - mirrored)
+            a, b, c, d = total.real, apart.real, total.imag, apart.imag
+            for k in range(n):
+                re[k] += a * real[j, k] + b * imaginary[j, k]
+                im[k] += c * real[j, k] + d * imaginary[j, k]
+        for k in range(n):
+            out[h, k] = complex(re[k], im[k])
 
 
 class VaryingSpin(Dynamics):
