@@ -51,9 +51,8 @@ def round_monodromy(
 ) -> np.ndarray:
     """Return the derivative of the state after a period by that before.
 
-    The state: modal coordinates, their velocities, then what each point remembers, ``memory`` (n_points,) numbers, and
-    of every point its displacements and velocities a sample before. ``flow`` (2 n, 2 n) moves the linear system by a
-    step, s; ``at_points`` (2 n_points, n).
+    The state: modal coordinates, their velocities, then what each point remembers, ``memory`` (n_points,) numbers.
+    ``flow`` (2 n, 2 n) moves the linear system by a step, s; ``at_points`` (2 n_points, n).
     """
     rows, n = at_points.shape
     points, samples = rows // 2, slopes.x.shape[3]
@@ -61,17 +60,19 @@ def round_monodromy(
     for p in range(points):
         start[p] = size
         size += memory[p]
-    kept = size  # where displacements and velocities a sample before begin
-    size += 2 * rows
     state = np.eye(size)
     compliance = np.dot(at_points, at_points.T)
     old = np.empty((max(np.max(memory), 1), size))
     x, v, push = np.empty((rows, size)), np.empty((rows, size)), np.zeros((rows, size))
+    x_old, v_old = np.empty((rows, size)), np.empty((rows, size))
     seen, before = np.empty((4, size)), np.empty((4, size))
     moved, damping, damped = np.empty((2 * n, size)), np.zeros((rows, 2)), np.empty((rows, rows))
     for i in range(samples):
+        x, x_old, v, v_old = x_old, x, v_old, v
         np.dot(at_points, state[:n], x)
         np.dot(at_points, state[n : 2 * n], v)
+        if i == 0:
+            x_old[:], v_old[:] = x - step * v, v
         acts = False
         push[:] = 0.0
         damping[:] = 0.0
@@ -80,7 +81,7 @@ def round_monodromy(
             if carried:
                 for d in range(2):
                     seen[d], seen[2 + d] = x[2 * p + d], v[2 * p + d]
-                    before[d], before[2 + d] = state[kept + 2 * p + d], state[kept + rows + 2 * p + d]
+                    before[d], before[2 + d] = x_old[2 * p + d], v_old[2 * p + d]
                 slope = slopes.step[p, i]
                 _remembered(slope, memory[p], start[p], p, seen, before, state, old, push[2 * p : 2 * p + 2])
                 for d in range(2):
@@ -110,8 +111,6 @@ def round_monodromy(
             for a in range(n):
                 for c in range(size):
                     state[n + a, c] -= step * kick[a, c]
-        for a in range(rows):
-            state[kept + a], state[kept + rows + a] = x[a], v[a]
         np.dot(flow, state[: 2 * n], moved)
         state[: 2 * n] = moved
     return state
