@@ -21,11 +21,11 @@ from .floquet import monodromy
 from .forces import fill_forces
 
 __all__ = [
-    "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
+    "BRANCH_POINT", "FIRST_CONTACT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
     "samples_of_period", "unstable", "with_fold",
 ]  # fmt: skip
 
-FOLD, PERIOD_DOUBLING = "fold", "period doubling"
+FOLD, PERIOD_DOUBLING, FIRST_CONTACT = "fold", "period doubling", "first contact"
 NEIMARK_SACKER, BRANCH_POINT = "Neimark-Sacker", "branch point"
 ROUNDING = 1e-5  # beyond 1: multipliers on the unit circle, such as those of springs whose sliders stand still
 TURN = 0.5  # rad by which the stiffest contact may turn from sample to sample
@@ -103,7 +103,7 @@ def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
     omega = [point.motion.omega for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
-    if middle in (0, len(points) - 1) or points[middle].kind == FOLD:
+    if middle in (0, len(points) - 1) or points[middle].kind in (FOLD, FIRST_CONTACT):
         return points
     at, sign = _between(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
 

@@ -16,50 +16,51 @@ from .condensed import UNBALANCE
 from .solver import RoundSolver
 from .stability import all_points
 
-__all__ = ["FIRST_CONTACT", "depth", "expand", "with_first_contacts"]
+__all__ = ["expand", "with_first_contacts"]
 
-FIRST_CONTACT = "first contact"
+GRAZES = 1e-5  # of a gap
 EXACT = 1e-7  # of a step: where contact begins
-
-
-def depth(solver: RoundSolver, motion: Motion) -> float:
-    """Return the largest penetration of any end over a period, m; below 0 how far the nearest one is from its wall."""
-    bushings = solver.system.rig.bushings
-    x = (all_points(solver, motion) @ solver.grid.basis.T).reshape(-1, 2, solver.samples)[len(bushings) :]
-    offset = np.repeat([(b.offset_y, b.offset) for b in bushings], 2, axis=0)
-    away = np.sqrt(np.sum((x + offset[:, :, None]) ** 2, axis=1)).max(axis=1)
-    return float(np.max(away - np.repeat([b.gap for b in bushings], 2)))
 
 
 def with_first_contacts(solver: RoundSolver, motions: Iterator[Motion], found: list[Motion]) -> Iterator[Motion]:
     """Yield motions that follow each other, and those at which contact begins or ends, which are also put into a list."""
-    before, touched = None, False
-    for motion in motions:
-        touches = depth(solver, motion) > 0
-        if before is not None and touched != touches:
-            between = _grazing(solver, before, motion)
-            if between is not None:
-                found.append(between)
-                yield between
-        yield motion
-        before, touched = motion, touches
+    before, away = None, 0.0
+    try:
+        for motion in motions:
+            beyond = solver.depth(motion.z, motion.y)
+            between = None
+            if before is not None:
+                if (away > 0) != (beyond > 0):
+                    between = _grazing(solver, before, away, motion, beyond)
+                    found += [between] if between is not None else []
+                yield before
+                if between is not None and between is not before and between is not motion:
+                    yield between
+            before, away = motion, beyond
+    finally:
+        if before is not None:
+            yield before
 
 
-def _grazing(solver: RoundSolver, before: Motion, after: Motion) -> Motion | None:
+def _grazing(solver: RoundSolver, before: Motion, away: float, after: Motion, beyond: float) -> Motion | None:
+    """Return the motion between two, of which one touches, that grazes a wall."""
+    nearer, least = (before, away) if abs(away) < abs(beyond) else (after, beyond)
+    if abs(least) < GRAZES * solver.system.size:  # at a corner nothing may lie in between
+        return nearer
     way = difference(before, after)
     length = float(np.linalg.norm(way))
     known: dict[float, Motion | None] = {0.0: before, 1.0: after}
 
-    def beyond(share: float) -> float:
+    def depth(share: float) -> float:
         if share not in known:
             known[share] = solver.ahead(before, share * length, way / length)
         motion = known[share]
         if motion is None:
             raise ArithmeticError
-        return depth(solver, motion)
+        return solver.depth(motion.z, motion.y)
 
     try:
-        return known[brentq(beyond, 0.0, 1.0, xtol=EXACT)]
+        return known[brentq(depth, 0.0, 1.0, xtol=EXACT)]
     except (ArithmeticError, KeyError):
         return None
 

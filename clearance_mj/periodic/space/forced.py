@@ -13,9 +13,9 @@ from ..branch import Branch
 from ..continuation import Motion
 from ..following import farthest, follow
 from ..resolution import resolution
-from ..stability import samples_of_period
+from ..stability import FIRST_CONTACT, samples_of_period
 from .condensed import UNBALANCE, round_condensed
-from .following import FIRST_CONTACT, with_first_contacts
+from .following import with_first_contacts
 from .solver import RoundSolver
 
 __all__ = ["follow_unbalance", "respond", "speeds_of"]

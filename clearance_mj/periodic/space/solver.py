@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..condensed import grid
-from ..continuation import Follower, Motion, NoConvergence
+from ..continuation import CORNERS, Follower, Motion, NoConvergence
 from .balance import round_balance
 from .condensed import UNBALANCE, RoundCondensed, round_slopes
 from .linear import Dynamics, SteadySpin, VaryingSpin
@@ -17,6 +17,7 @@ __all__ = ["RoundSolver"]
 NEARBY = 1e-6  # share of the parameter by which derivatives by it are found
 AT_REST = 4  # samples of a rig at rest
 SMALLEST_LEVEL = 1e-3  # share of the excitation from which on it is raised
+ACROSS = (1e-6, 1e-5, 1e-4, 3e-4, 1e-3)  # of a motion: how far the other side of a wall is looked for
 BEFORE_CONTACT = 0.9  # share of the smallest gap that the first motion fills
 
 
@@ -104,6 +105,46 @@ class RoundSolver(Follower):
         still = self.system._replace(structured=structured._replace(drive=structured.drive[:1]))
         solver = RoundSolver(still, 0, AT_REST, self.spin)
         return solver._raised("weight", np.zeros((still.basis.shape[1], 1)), np.zeros((self.rows, 1)), omega)
+
+    def depth(self, z: np.ndarray, y: np.ndarray) -> float:
+        """Return the largest penetration of any end over a period, m; below 0 how far the nearest is from its wall."""
+        bushings = self.system.rig.bushings
+        x = ((self.system.basis @ z + y) @ self.grid.basis.T).reshape(-1, 2, self.samples)[len(bushings) :]
+        offset = np.repeat([(b.offset_y, b.offset) for b in bushings], 2, axis=0)
+        away = np.sqrt(np.sum((x + offset[:, :, None]) ** 2, axis=1)).max(axis=1)
+        return float(np.max(away - np.repeat([b.gap for b in bushings], 2)))
+
+    def _around_corner(self, motion: Motion) -> Motion | None:
+        """Return a motion beyond a corner: of those that go on along the tangent, or of the branch on the other side.
+
+        Where a circle meets the wall all around it, the branch may turn by more than a right angle, as its phase does.
+        """
+        found = super()._around_corner(motion)
+        if found is not None:
+            return found
+        touches, direction = self.depth(motion.z, motion.y) > 0, motion.tangent
+        for reach in ACROSS:
+            omega = motion.omega * (1 + reach * direction[-1])
+            z = motion.z + reach * motion.scale * direction[:-1].reshape(motion.z.shape)
+            if (self.depth(z, motion.y) > 0) != touches:
+                return self._beyond(motion, omega, z, -1.0 if touches else 1.0)
+        return None
+
+    def _beyond(self, motion: Motion, omega: float, z: np.ndarray, side: float) -> Motion | None:
+        """Return a motion on the branch whose tangent is that at a point across the wall, to its side."""
+        self._left(omega, z, motion.y, True)
+        factors = self._factors(motion.tangent, motion.scale, omega)
+        way = self._solved(factors, np.append(np.zeros(self.size), 1.0))
+        way /= np.linalg.norm(way)
+        by_way = motion.scale * way[:-1].reshape(z.shape)
+        farther = self.depth(z + CORNERS[-1] * by_way, motion.y) - self.depth(z, motion.y)
+        way = way if side * farther > 0 else -way
+        for step in reversed(CORNERS):
+            guess = z + step * motion.scale * way[:-1].reshape(z.shape)
+            found = self.solve(omega * (1 + step * way[-1]), guess, motion.y, way, motion.scale)
+            if found is not None and side * self.depth(found.z, found.y) > 0:
+                return self._turned(found, motion, way, 1.0)
+        return None
 
     def _scale(self, z: np.ndarray) -> float:
         return max(float(np.linalg.norm(z)), self.least)
