@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..branch import Branch, SpecialPoint
-from ..continuation import Motion, difference
+from ..continuation import Motion, NoConvergence, difference
 from ..following import expanded, of_folds, place
 from ..stability import Located
 from ..vibrations import complex_amplitudes
@@ -18,7 +18,7 @@ from .stability import all_points
 
 __all__ = ["expand", "with_first_contacts"]
 
-GRAZES = 1e-5  # of a gap
+GRAZES = 2e-4  # of a gap
 EXACT = 1e-7  # of a step: where contact begins
 
 
@@ -37,16 +37,16 @@ def with_first_contacts(solver: RoundSolver, motions: Iterator[Motion], found: l
                 if between is not None and between is not before and between is not motion:
                     yield between
             before, away = motion, beyond
-    finally:
+    except NoConvergence:
         if before is not None:
             yield before
+        raise
+    if before is not None:
+        yield before
 
 
 def _grazing(solver: RoundSolver, before: Motion, away: float, after: Motion, beyond: float) -> Motion | None:
     """Return the motion between two, of which one touches, that grazes a wall."""
-    nearer, least = (before, away) if abs(away) < abs(beyond) else (after, beyond)
-    if abs(least) < GRAZES * solver.system.size:  # at a corner nothing may lie in between
-        return nearer
     way = difference(before, after)
     length = float(np.linalg.norm(way))
     known: dict[float, Motion | None] = {0.0: before, 1.0: after}
@@ -61,8 +61,9 @@ def _grazing(solver: RoundSolver, before: Motion, away: float, after: Motion, be
 
     try:
         return known[brentq(depth, 0.0, 1.0, xtol=EXACT)]
-    except (ArithmeticError, KeyError):
-        return None
+    except (ArithmeticError, KeyError):  # at a corner nothing lies in between
+        inner, least = (before, away) if away <= 0 else (after, beyond)
+        return inner if abs(least) < GRAZES * solver.system.size else None
 
 
 @place.register
