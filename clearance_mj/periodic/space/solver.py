@@ -60,7 +60,13 @@ class RoundSolver(Follower):
             weight, level = parameter, 0.0
         elif self.raised == "level":
             level = parameter
-        spin, system = self.spin_of(omega), self.system
+        return self.balance_at(omega, self.spin_of(omega), weight, level, z, y, want)
+
+    def balance_at(
+        self, omega: float, spin: float, weight: float, level: float, z: np.ndarray, y: np.ndarray, want: bool
+    ) -> tuple[np.ndarray, ...]:
+        """Return what is left of the balance, forces and displacements beside at shares of weight and excitation."""
+        system = self.system
         compliance, driven = self.dynamics.seen(omega, spin, weight, level)
         return round_balance(
             compliance, driven, system.basis, system.owner, self.grid, system.laws, self.slopes, omega, spin, z, y,
@@ -103,8 +109,12 @@ class RoundSolver(Follower):
         """
         structured = self.system.structured
         still = self.system._replace(structured=structured._replace(drive=structured.drive[:1]))
-        solver = RoundSolver(still, 0, AT_REST, self.spin)
-        return solver._raised("weight", np.zeros((still.basis.shape[1], 1)), np.zeros((self.rows, 1)), omega)
+        return RoundSolver(still, 0, AT_REST, self.spin).raised_to_weight(omega)
+
+    def raised_to_weight(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return coordinates and what is beside them under the whole weight and no excitation."""
+        z = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
+        return self._raised("weight", z, np.zeros((self.rows, z.shape[1])), omega)
 
     def depth(self, z: np.ndarray, y: np.ndarray) -> float:
         """Return the largest penetration of any end over a period, m; below 0 how far the nearest is from its wall."""
