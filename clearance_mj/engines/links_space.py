@@ -7,7 +7,6 @@ tendon between a site on the shaft's axis and one on the bushing's, with the gap
 
 from __future__ import annotations
 
-import functools
 from itertools import pairwise
 
 import mujoco
@@ -99,7 +98,7 @@ def joint_names(whole: SpatialLinkage) -> list[str]:
 def tendon_names(whole: SpatialLinkage) -> list[str | None]:
     """Return the name of the tendon at each bushing end; None where nothing moves."""
     ends = [f"clearance{j}{end}" for j in range(len(whole.rig.bushings)) for end in "ab"]
-    moves = whole.at_points[len(ends) // 2 :].any(axis=(1, 2))
+    moves = np.abs(whole.at_points[len(ends) // 2 :]).max(axis=(1, 2), initial=0.0) > 0
     return [name if moving else None for name, moving in zip(ends, moves)]
 
 
@@ -150,7 +149,9 @@ def _add_joints(body: mujoco.MjsBody, whole: SpatialLinkage, i: int, start: floa
     for d, plane in enumerate(whole.planes):
         chain, part = plane.chains[i], plane.slices[i]
         values = zip(_joints(whole, d, i), _places(chain), chain.stiffness, plane.damping[part])
-        found += [(n, -d, *value) for n, value in enumerate(values) if abs(value[1] - start) < 1e-9 * chain.shaft.length]
+        found += [
+            (n, -d, *value) for n, value in enumerate(values) if abs(value[1] - start) < 1e-9 * chain.shaft.length
+        ]
     for n, d, name, _, stiffness, damping in sorted(found, key=lambda joint: joint[:2]):
         slides = whole.planes[-d].chains[i].slides and n == 0
         kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
