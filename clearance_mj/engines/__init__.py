@@ -47,7 +47,14 @@ def mjcf(rig: Rig) -> dict[str, str]:
     Returns
     -------
     dict of str
-        "links", where the structure has shafts, and "modes".
+        "links", where the structure has shafts, and "modes" of a planar rig.
+
+    Raises
+    ------
+    RigError
+        For a spatial rig without shafts, or what links cannot show.
     """
+    if rig.is_spatial:
+        return {"links": build_links(rig).to_xml()}
     links = {"links": build_links(rig).to_xml()} if rig.linear.shafts else {}
     return links | {"modes": build_modes(rig).to_xml()}

@@ -144,9 +144,10 @@ class Chain:
     @functools.cached_property
     def links(self) -> tuple[Link, ...]:
         """The moving links, from left to right, with what sits on them."""
-        return tuple(self._link(start, end) for start, end in pairwise((*self.starts, self.shaft.end)))
+        return tuple(self.link(start, end) for start, end in pairwise((*self.starts, self.shaft.end)))
 
-    def _link(self, start: float, end: float) -> Link:
+    def link(self, start: float, end: float) -> Link:
+        """Return a piece of the shaft, with what sits on it."""
         at, weight, rigidity = self.shaft.integration(start, end)
         mass, last = weight * rigidity.mass, end == self.shaft.end
         parts = [(m, x, own) for x, m, own in self.masses if start <= x < end or (last and x >= end)]

@@ -91,6 +91,12 @@ class Linkage:
         ]
         return np.array(ends).reshape(-1, self.size)
 
+    @functools.cached_property
+    def ends_of_links(self) -> np.ndarray:
+        """(2 n_bushings, nv) relative displacement of the straight links at both ends of each clearance."""
+        ends = [self._relative(points, "lever") for b in self.rig.bushings for points in b.joined_ends]
+        return np.array(ends).reshape(-1, self.size)
+
     def _relative(self, joined: Sequence[float | str], kind: str) -> np.ndarray:
         rows = self._rows(kind, joined)
         return rows[0] - rows[1] if len(rows) > 1 else rows[0]
@@ -219,9 +225,9 @@ def linkage(rig: Rig, links: int) -> Linkage:
     RigError
         If the rig's structure has no shafts, or shafts with shear flexibility.
     """
-    shafts = rig.linear.shafts
+    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
     if not shafts:
-        raise RigError(f"rig {rig.name!r}: links needs a shaft; use modal or modal-mj")
+        raise RigError(f"rig {rig.name!r}: links needs a shaft; use {others}")
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         raise RigError(
             f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
@@ -231,7 +237,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
         ("oscillators", rig.oscillators),
     ):  # fmt: skip
         if there:
-            raise RigError(f"rig {rig.name!r}: links knows no {what}; use modal or modal-mj")
+            raise RigError(f"rig {rig.name!r}: links knows no {what}; use {others}")
     masses = [list(of_discs(shaft)) for shaft in shafts]
     for mass in rig.point_masses:
         i, x = rig.linear.place(mass.position)

@@ -21,10 +21,13 @@ from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
 from .base import Engine, Run, register
-from .chain import Link
 from .linkage import Linkage, linkage
+from .links_parts import add_fixed_tendon, add_spring, add_support, armature, finish_supports, set_inertia, visual
+from .links_plant import largest_spatial_step, spatial_plant
+from .links_space import build_spatial
 from .mujoco_loop import MujocoRun
-from .plant import ARMATURE, ITERATIONS, NO_WALL, STIFF_ROOT, Maps, Plant, set_solver, settling, soften, stable_step
+from .mujoco_space import SpatialMujocoRun
+from .plant import ITERATIONS, NO_WALL, Maps, Plant, set_solver, soften, stable_step
 
 __all__ = ["Links", "build_links"]
 
@@ -43,11 +46,15 @@ class Links(Engine):
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
+        if rig.is_spatial:
+            return self.safety * largest_spatial_step(rig, law, self.links)
         whole, points = linkage(rig, self.links), _plant(rig, self.links).maps.at_points
-        return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, _armature(whole), *whole.beside)
+        return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, armature(whole), *whole.beside)
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
+        if rig.is_spatial:
+            return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
         ritz_model(rig).input(kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
@@ -57,7 +64,10 @@ def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
 
     Hinges are about -y, so that positive angles lift the shaft along z. A contact of shaft and base is an explicit pair
     of a collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
+    For a spatial rig see `links_space.build_spatial`.
     """
+    if rig.is_spatial:
+        return build_spatial(rig, links)
     whole = linkage(rig, links)
     spec = mujoco.MjSpec()
     spec.modelname = rig.name
@@ -85,15 +95,15 @@ def _add_chain(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
     shaft, prefix = chain.shaft, _prefix(whole, i)
     if chain.starts[0] > shaft.start:
         at = shaft.start, aside, chain.starts[0] - shaft.start
-        _visual(spec.worldbody, f"{prefix}clamped", *at, shaft.half_depth(shaft.start))
+        visual(spec.worldbody, f"{prefix}clamped", *at, shaft.half_depth(shaft.start))
     joints = iter(zip(_joints(whole, i), chain.stiffness, whole.damping[whole.slices[i]]))
     body, origin = spec.worldbody, (0.0, 0.0)
     for n, (name, link) in enumerate(zip(names, chain.links)):
         body, origin = body.add_body(name=name, pos=[link.start - origin[0], aside - origin[1], 0]), (link.start, aside)
-        _set_inertia(body, link)
+        set_inertia(body, link)
         for _ in range(chain.slides + chain.turns if name.endswith("root") else 1):
             _add_joint(body, *next(joints))
-        _visual(body, name, 0.0, 0.0, link.end - link.start, shaft.half_depth((link.start + link.end) / 2))
+        visual(body, name, 0.0, 0.0, link.end - link.start, shaft.half_depth((link.start + link.end) / 2))
         _add_sensors(spec, whole, i, n)
     _add_sensors(spec, whole, i, -1)
 
@@ -117,19 +127,6 @@ def _joints(whole: Linkage, i: int) -> list[str]:
 def _aside(whole: Linkage, i: int) -> float:
     """Where a shaft is along y, m: each beside the others."""
     return i * SHAFT_SPACING * max(c.shaft.half_depth(x) for c in whole.chains for x in c.shaft.edges)
-
-
-def _visual(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, depth: float) -> None:
-    body.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[x, y, 0, x + length, y, 0], size=[depth, 0, 0],
-        contype=0, conaffinity=0, rgba=[0.55, 0.6, 0.66, 1],
-    )  # fmt: skip
-
-
-def _set_inertia(body: mujoco.MjsBody, link: Link) -> None:
-    body.mass, body.ipos = link.mass, [link.centre - link.start, 0, 0]
-    body.inertia = [1e-6 * link.inertia, link.inertia, link.inertia]
-    body.explicitinertial = True
 
 
 def _add_joint(body: mujoco.MjsBody, name: str, stiffness: float, damping: float) -> None:
@@ -172,32 +169,18 @@ def _add_site(
     body.add_site(name=name, pos=at, size=[size, 0, 0], **({"rgba": rgba} if rgba else {}))
 
 
-def _add_tendon(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) -> mujoco.MjsTendon:
-    """A fixed tendon over all joints of the shafts that it belongs to."""
-    tendon = spec.add_tendon(name=name, springlength=[0, 0])
-    for i, part in enumerate(whole.slices):
-        if row[part].any():
-            for joint, share in zip(_joints(whole, i), row[part]):
-                tendon.wrap_joint(joint, share)
-    return tendon
+def _over(whole: Linkage, row: np.ndarray) -> list[tuple[list[str], np.ndarray]]:
+    """A row of the coordinates as the joints of each shaft and their shares."""
+    return [(_joints(whole, i), row[part]) for i, part in enumerate(whole.slices)]
 
 
 def _add_supports(spec: mujoco.MjSpec, whole: Linkage) -> None:
     """Rigid supports that are no joints, as equality constraints, and springs."""
     for i, row in enumerate(whole.fixed):
-        _add_tendon(spec, whole, f"support{i}", row)
-        tendon = {"type": mujoco.mjtEq.mjEQ_TENDON, "objtype": mujoco.mjtObj.mjOBJ_TENDON, "name1": f"support{i}"}
-        solref = settling(spec.option.timestep)
-        spec.add_equality(name=f"support{i}", solref=solref, solimp=[0.9999, 0.9999, 1, 0.5, 1], **tendon)
+        add_support(spec, f"support{i}", _over(whole, row))
     for i, (row, stiffness, damping) in enumerate(zip(*whole.springs)):
-        spring = _add_tendon(spec, whole, f"spring{i}", row)
-        spring.stiffness, spring.damping = [stiffness, 0, 0], [damping, 0, 0]
-    if spec.equalities or spec.tendons:  # MuJoCo's implicit damping of joints alone would not hold supports still
-        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-        for joint in spec.joints:  # explicit dampers act half a step late: so much more inertia makes up for it
-            joint.armature = spec.option.timestep / 2 * joint.damping[0]
-    if spec.equalities:
-        spec.option.iterations = 100  # rows as they are; engines make them orthogonal
+        add_spring(spec, f"spring{i}", _over(whole, row), stiffness, damping)
+    finish_supports(spec)
 
 
 def _add_bushing(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
@@ -245,7 +228,7 @@ def _add_clearance(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
     bushing = whole.rig.bushings[j]
     walls = np.clip(bushing.walls, -NO_WALL, NO_WALL)
     for end, row in zip("ab", whole.at_ends[2 * j :]):
-        tendon = _add_tendon(spec, whole, f"clearance{j}{end}", row)
+        tendon = add_fixed_tendon(spec, f"clearance{j}{end}", _over(whole, row))
         tendon.limited, tendon.range = 1, walls
         name = {"objtype": mujoco.mjtObj.mjOBJ_TENDON, "objname": tendon.name}
         spec.add_sensor(name=tendon.name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, **name)
@@ -258,17 +241,6 @@ def _reduce_to_face(plate: mujoco.MjsGeom) -> None:
     plate.type = mujoco.mjtGeom.mjGEOM_PLANE
     plate.pos[2] -= side * plate.size[2]
     plate.quat = [0, 1, 0, 0] if side > 0 else [1, 0, 0, 0]
-
-
-def _armature(whole: Linkage) -> np.ndarray:
-    """(nv,) of the joints, see `ARMATURE` and `STIFF_ROOT`."""
-    found = np.full(whole.size, ARMATURE)
-    for chain, part in zip(whole.chains, whole.slices):
-        roots = chain.slides + chain.turns
-        first, reach = chain.stiffness[roots], chain.hinges[0] - chain.elements[0].start
-        gives = np.array([first / reach**2] * chain.slides + [first] * chain.turns)
-        found[part][:roots][chain.stiffness[:roots] > gives] = STIFF_ROOT
-    return found
 
 
 @functools.lru_cache(maxsize=32)
@@ -296,4 +268,4 @@ def _plant(rig: Rig, links: int) -> Plant:
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )
-    return Plant(model, maps, float(rig.shaker.unit_direction[2]), whole.rayleigh[0], _armature(whole))
+    return Plant(model, maps, float(rig.shaker.unit_direction[2]), whole.rayleigh[0], armature(whole))

@@ -43,6 +43,7 @@ class ModalMujoco(Engine):
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the modes with every contact, film and dashpot at its hardest."""
+        _check_planar(rig)
         ritz, mass, maps = ritz_model(rig, self.modes), _mass(rig, self.modes), _plant(rig, self.modes).maps
         inertia, joints = mass * np.eye(ritz.size), mass * ritz.omega**2
         step = stable_step(inertia, joints, maps.at_points, rig, law)
@@ -65,6 +66,7 @@ class ModalMujoco(Engine):
 
 def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of its modes, with the softness of the datasheet."""
+    _check_planar(rig)
     ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
     spec = mujoco.MjSpec()
     spec.modelname = f"{rig.name} modes"
@@ -90,6 +92,11 @@ def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
             soften(spec, "tendon", tendon.name, bushing)
     apply(spec)
     return spec
+
+
+def _check_planar(rig: Rig) -> None:
+    if rig.is_spatial:
+        raise ClearanceError(f"rig {rig.name!r}: modal-mj knows motion along z alone; use links or modal in space")
 
 
 @functools.lru_cache(maxsize=32)

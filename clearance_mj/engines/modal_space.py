@@ -19,10 +19,9 @@ from .equilibrium import static_equilibrium
 from .round_energies import OF_BUSHING, OF_END, OF_RIG
 from .round_loop import advance_round
 from .round_scheme import SPIN, RoundMotion, RoundShaft
+from .turning import SPIN_STEPS, as_probes, turning_of
 
 __all__ = ["SpatialRun", "stiffest_contacts"]
-
-SPIN_STEPS = 64  # steps for which gyroscopic moments are those of one speed while the spin changes
 
 
 def stiffest_contacts(rig: Rig, law: Law) -> np.ndarray:
@@ -80,16 +79,11 @@ class SpatialRun(Run):
         self.rest.begin(self.clearance)
         q, flow = self.rest.coordinates.copy(), self.shaft.flow
         leaving = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])  # after a kick that holds q where it is
-        speed, spin = flow[2] * q + flow[3] * leaving, rig.spin
-        turning = np.array([spin.speed, spin.angle] if spin else [0.0, 0.0])
-        self.motion = RoundMotion(q, speed, q.copy(), turning)
-        free = 1 / spin.inertia if spin and spin.inertia else 0.0
-        self.drive = np.array([spin.rate if spin else 0.0, spin.ramp_end if spin else np.inf, free])
+        turning, self.drive = turning_of(rig)
+        self.motion = RoundMotion(q, flow[2] * q + flow[3] * leaving, q.copy(), turning)
         self.changes = bool(self.drive[0] or self.drive[2]) and self.model.gyroscopic.size > 0
         self.kicked: tuple[float, np.ndarray] | None = None
-        self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(spin is not None)
-        turned = np.array([b.probe_angle for b in rig.bushings])
-        self.probes = np.array([np.cos(turned), np.sin(turned)]) if turned.any() else None
+        self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
@@ -114,21 +108,12 @@ class SpatialRun(Run):
             if failed >= 0:
                 raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
             self.steps += part.size
-        return self._as_probes(out.T)
+        return as_probes(self.rig, out.T)
 
     def before(self) -> np.ndarray:
         """Return the rest; see `Run.before`."""
         row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
-        return self._as_probes(np.append(row, self.motion.turning[SPIN] if self.rig.spin else [])[None])[0]
-
-    def _as_probes(self, rows: np.ndarray) -> np.ndarray:
-        """Return columns with the displacements that probes read, which may be turned from y and z."""
-        if self.probes is not None:
-            first = len(self.rig.sensors)
-            y, z = (rows[:, first + i : first + 2 * len(self.rig.bushings) : 2] for i in (0, 1))
-            cos, sin = self.probes
-            y[:], z[:] = cos * y + sin * z, cos * z - sin * y
-        return rows
+        return as_probes(self.rig, np.append(row, self.motion.turning[SPIN] if self.rig.spin else [])[None])[0]
 
     def _coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""

@@ -8,11 +8,7 @@ interpreter lock, and results do not depend on the number of threads.
 from __future__ import annotations
 
 import copy
-import ctypes
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numba
@@ -22,44 +18,14 @@ from ..clearance.follower import contact_force
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
 from ..clearance.pointers import OPTIONS, kernel_loop
-from ..core.errors import LawError, SimulationError
+from ..core.errors import LawError
 from ..physical import SOLREF_PER_UNIT
-from ..physical.library import LIBRARY, external
 from ..rig import Rig
-from .base import Engine, Equations, Run, diverged, location
+from .base import Engine, Equations, Run, diverged
+from .mujoco_step import check_warnings, contact_rows, mj_step, warnings_counted
 from .plant import Maps, Plant, hold, tendon_rows
 
 __all__ = ["MujocoRun"]
-
-
-_mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
-
-
-@contextmanager
-def _warnings_counted() -> Iterator[None]:
-    """Let MuJoCo count its warnings, which a run looks at, instead of writing a log into the working folder."""
-    global _counting
-    with _COUNTING:
-        if not _counting:
-            _HANDLER.value, _PREVIOUS.value = ctypes.cast(_ignore.ctypes, ctypes.c_void_p).value, _HANDLER.value
-        _counting += 1
-    try:
-        yield
-    finally:
-        with _COUNTING:
-            _counting -= 1
-            if not _counting:
-                _HANDLER.value = _PREVIOUS.value
-
-
-@numba.cfunc(numba.types.void(numba.types.voidptr))
-def _ignore(_: Any) -> None:
-    pass
-
-
-_HANDLER = ctypes.c_void_p.in_dll(LIBRARY, "mju_user_warning")
-_PREVIOUS = ctypes.c_void_p()
-_COUNTING, _counting = threading.Lock(), 0
 
 
 class _Views(NamedTuple):
@@ -101,7 +67,7 @@ class MujocoRun(Run):
         for field in ("body_mass", "body_subtreemass", "body_inertia"):
             getattr(self.model, field)[:] *= self.heavier
         self.base = kind == "base"
-        from_constraint = _from_constraint(plant.maps.at_points[n_bushings:], hold(self.model))
+        from_constraint = contact_rows(plant.maps.at_points[n_bushings:], hold(self.model))
         self.data, self.gravity = mujoco.MjData(self.model), -plant.vertical / self.heavier
         model, data = self.model, self.data
         self.views = _Views(
@@ -113,11 +79,12 @@ class MujocoRun(Run):
         """Simulate one block; see `Run.advance`."""
         out = np.empty((excitation.size, len(self.maps.output) + 4 * len(self.rig.bushings)))
         models = self.base, self.gravity, self.views, self.maps, self.clearance
-        with _warnings_counted():
+        with warnings_counted():
             failed, bushing = _advance(self.steps, excitation, *models, SOLREF_PER_UNIT, out)
         if failed >= 0:
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
-        self._check_warnings()
+        largest = int(np.argmax(np.abs(self.clearance.states["displacement"]))) if self.rig.bushings else 0
+        check_warnings(self.rig, self.data, self.steps * self.step, largest)
         self.steps += excitation.size
         return out
 
@@ -147,28 +114,6 @@ class MujocoRun(Run):
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return joint coordinates and impact speeds; see `Run.snapshot`."""
         return self.data.qpos, self.clearance.numbers[: 2 * len(self.rig.bushings)]
-
-    def _check_warnings(self) -> None:
-        for index in np.flatnonzero(self.data.warning.number):
-            name = mujoco.mjtWarning(int(index)).name
-            largest = int(np.argmax(np.abs(self.clearance.states["displacement"]))) if self.rig.bushings else 0
-            raise SimulationError(
-                f"rig {self.rig.name!r}: MuJoCo's solver warned {name} between t = {self.steps * self.step:.6f} s and "
-                f"{self.data.time:.6f} s, the largest motion {location(self.rig, largest)}"
-            )
-
-
-def _from_constraint(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """(n_bushings, nv) contact force of each bushing, the sum over its ends, per joint force of the solver's.
-
-    These come from contacts at ``ends`` and reactions of supports ``held``. (0, nv) where the joints' forces do not
-    distinguish them, as where a support and a bushing are on one rigid link.
-    """
-    rows, n_bushings = np.vstack((ends, held)), len(ends) // 2
-    found = np.linalg.pinv(rows.T)[: len(ends)].reshape(n_bushings, 2, rows.shape[1]).sum(axis=1)
-    wanted = np.hstack((np.repeat(np.eye(n_bushings), 2, axis=1), np.zeros((n_bushings, len(held)))))
-    distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
-    return np.ascontiguousarray(-found) if distinct else np.zeros((0, rows.shape[1]))
 
 
 @kernel_loop(**OPTIONS)
@@ -221,7 +166,7 @@ def _advance(
                 row = limits[2 * j + end]
                 if row >= 0:
                     of_limits[row, 0], of_limits[row, 1] = per_unit * k, per_unit * c
-        _mj_step(model, data)
+        mj_step(model, data)
         for s in range(n_sensors):
             value = on_base[s] * a if base else 0.0
             for m in range(nv):

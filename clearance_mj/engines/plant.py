@@ -24,6 +24,7 @@ __all__ = [
     "settling",
     "soften",
     "stable_step",
+    "stable_step_with",
     "tendon_rows",
 ]
 
@@ -98,10 +99,12 @@ def hold(model: mujoco.MjModel) -> np.ndarray:
 
 
 def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
-    """Return (ntendon, nv) lengths of a model's fixed tendons per coordinate."""
+    """Return (ntendon, nv) lengths of a model's fixed tendons per coordinate; zeros of spatial ones."""
     rows = np.zeros((model.ntendon, model.nv))
     for row, first, count in zip(rows, model.tendon_adr, model.tendon_num):
         wraps = slice(first, first + count)
+        if model.wrap_type[first] != int(mujoco.mjtWrap.mjWRAP_JOINT):
+            continue  # a spatial tendon
         row[model.jnt_dofadr[model.wrap_objid[wraps]]] = model.wrap_prm[wraps]
     return rows
 
@@ -145,6 +148,15 @@ def stable_step(
     contact_k, contact_c = law.largest([b.gap for b in rig.bushings])
     k = np.concatenate((grease[:, 0], np.repeat(contact_k / 2, 2)))
     c = np.concatenate((grease[:, 1], np.repeat(contact_c / 2, 2)))
+    return stable_step_with(mass, joints, at_points, k, c, armature, other, free)
+
+
+def stable_step_with(
+    mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, k: np.ndarray, c: np.ndarray,
+    armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
+    free: np.ndarray | None = None,
+) -> float:  # fmt: skip
+    """Return the same with stiffness k and damping c, (n_points,) each, at the points."""
     springs, dampers = np.diag(joints) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
     if other:
         springs, dampers = springs + other[0], dampers + other[1]

@@ -12,12 +12,12 @@ from ..clearance.round_kernel import (
     END_MEMORY,
     RoundBushing,
     RoundClearance,
-    friction_limit,
     keep_step,
     round_contact,
     round_filling,
 )
 from .round_energies import step_energies
+from .round_points import fill, push, rub, speed_of
 from .round_scheme import ANGLE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
 
 __all__ = ["advance_round"]
@@ -70,7 +70,7 @@ def advance_round(
             y, z = x[j]
             if not abs(y) + abs(z) < 1e3 * bushing.gap + 1.0:
                 return i, j
-            _speed(at_points, spans, middle, j, w)
+            speed_of(at_points, spans, middle, j, w)
             if works.size:
                 keep_step(bushing, state, numbers)
             found = round_filling(bushing, state, numbers, y, z, spin)
@@ -83,7 +83,7 @@ def advance_round(
                 r_y, r_z = x[p, 0] + bushing.offset_y, x[p, 1] + bushing.offset_z
                 acts[p] = r_y * r_y + r_z * r_z > bushing.gap * bushing.gap
                 if acts[p]:
-                    _speed(at_points, spans, middle, p, w)
+                    speed_of(at_points, spans, middle, p, w)
                 depth, n_y, n_z, stiff, damping, bristles = round_contact(
                     bushing, state, numbers, end, x[p, 0], x[p, 1], w[p, 0], w[p, 1], spin
                 )
@@ -94,7 +94,7 @@ def advance_round(
                     ends[p, 5] = ends[p, 6] = 0.0
         for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
             for j in range(n_bushings):
-                _fill(filling[j], compliance, acts, half, j, w, force)
+                fill(filling[j], compliance, acts, half, j, w, force)
             for j in range(n_bushings):
                 for end in range(2):
                     p = n_bushings + 2 * j + end
@@ -144,45 +144,6 @@ def advance_round(
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def _speed(at_points: np.ndarray, spans: np.ndarray, middle: np.ndarray, p: int, w: np.ndarray) -> None:
-    """Fill in the velocity of a point in the middle of the kick of what does not depend on it."""
-    for d in range(2):
-        w[p, d] = dot(at_points, (2 * p + d) * middle.size, middle, spans[d, 0], spans[d, 1])
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def _push(
-    compliance: np.ndarray, acts: np.ndarray, half: float, p: int, y: float, z: float, w: np.ndarray, force: np.ndarray
-) -> None:
-    """Let the force at a point change by y, z, N, against the displacement."""
-    force[p, 0] += y
-    force[p, 1] += z
-    for r in range(acts.size):
-        if acts[r]:
-            own = compliance[r, p]
-            w[r, 0] -= half * (own[0, 0] * y + own[0, 1] * z)
-            w[r, 1] -= half * (own[1, 0] * y + own[1, 1] * z)
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def _fill(
-    found: np.ndarray, compliance: np.ndarray, acts: np.ndarray, half: float, p: int, w: np.ndarray, force: np.ndarray
-) -> None:
-    """Find the force of a filling at the velocity that it leaves."""
-    own, yy, yz, zy, zz = compliance[p, p], found[2], found[3], found[4], found[5]
-    free_y = w[p, 0] + half * (own[0, 0] * force[p, 0] + own[0, 1] * force[p, 1])
-    free_z = w[p, 1] + half * (own[1, 0] * force[p, 0] + own[1, 1] * force[p, 1])
-    a = 1.0 + half * (yy * own[0, 0] + yz * own[1, 0])
-    b = half * (yy * own[0, 1] + yz * own[1, 1])
-    c = half * (zy * own[0, 0] + zz * own[1, 0])
-    d = 1.0 + half * (zy * own[0, 1] + zz * own[1, 1])
-    y, z = found[0] + yy * free_y + yz * free_z, found[1] + zy * free_y + zz * free_z
-    determinant = a * d - b * c
-    new_y, new_z = (d * y - b * z) / determinant, (a * z - c * y) / determinant
-    _push(compliance, acts, half, p, new_y - force[p, 0], new_z - force[p, 1], w, force)
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
 def _touch(
     bushing: RoundBushing, end: np.ndarray, compliance: np.ndarray, acts: np.ndarray, half: float, p: int, spin: float,
     w: np.ndarray, force: np.ndarray,
@@ -195,16 +156,8 @@ def _touch(
     if not bushing.adhesion:
         normal = max(normal, 0.0)
     change, end[5] = normal - end[5], normal
-    _push(compliance, acts, half, p, change * y, change * z, w, force)
-    if bushing.friction > 0.0:
-        y, z, damping = -end[1], end[0], bushing.bristle_damping
-        give = half * (own[0, 0] * y * y + (own[0, 1] + own[1, 0]) * y * z + own[1, 1] * z * z)
-        free = y * w[p, 0] + z * w[p, 1] + give * end[6] + bushing.radius * spin
-        rubbed = (bushing.bristle * end[4] + damping * free) / (1.0 + damping * give)
-        limit = friction_limit(bushing, max(normal, 0.0), free - give * rubbed)
-        rubbed = min(max(rubbed, -limit), limit)
-        end[7], change, end[6] = limit, rubbed - end[6], rubbed
-        _push(compliance, acts, half, p, change * y, change * z, w, force)
+    push(compliance, acts, half, p, change * y, change * z, w, force)
+    rub(bushing, end, max(normal, 0.0), compliance, acts, half, p, spin, w, force)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

@@ -1,0 +1,275 @@
+"""A rig's shafts as chains of rigid links in both bending planes; matrices in the coordinates of both, y before z.
+
+Each plane is a `Linkage` of its own, whose supports and sections are those of that plane. What couples them is the
+turning of the shaft: G and H are those of rotors/spatial.py, with the chains' slopes and hinges.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import scipy.linalg
+
+from ..rig import Rig
+from ..structure import Beam
+from .chain import Chain
+from .linkage import Linkage, linkage
+
+__all__ = ["ChainModes", "SpatialLinkage", "spatial_linkage"]
+
+RIGID = 1e-14
+"""Share of the largest stiffness per mass below which a mode has none: what rounding leaves of zero"""
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialLinkage:
+    """A rig's shafts as chains along y and z. Made by `spatial_linkage`."""
+
+    rig: Rig
+    planes: tuple[Linkage, Linkage]
+    """along y and along z"""
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates, of both planes."""
+        return sum(plane.size for plane in self.planes)
+
+    @property
+    def spans(self) -> tuple[slice, slice]:
+        """The coordinates along y and those along z."""
+        first = self.planes[0].size
+        return slice(0, first), slice(first, self.size)
+
+    def diagonal(self, of_plane: Callable[[Linkage], np.ndarray]) -> np.ndarray:
+        """Return the matrix (nv, nv) of both planes, which it does not couple.
+
+        Parameters
+        ----------
+        of_plane : callable
+            Returns the matrix of one plane, or (0, 0) for none.
+        """
+        found = np.zeros((self.size, self.size))
+        for plane, part in zip(self.planes, self.spans):
+            own = of_plane(plane)
+            if own.size:
+                found[part, part] = own
+        return found
+
+    def moved(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return how points on the curved shafts move along y and z per coordinate, (n_points, 2, nv).
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or named points on shafts.
+        """
+        return self._rows(lambda plane: plane.deflection(points), len(points))
+
+    def _rows(self, of_plane: Callable[[Linkage], np.ndarray], count: int) -> np.ndarray:
+        found = np.zeros((count, 2, self.size))
+        for d, (plane, part) in enumerate(zip(self.planes, self.spans)):
+            found[:, d, part] = of_plane(plane)
+        return found
+
+    def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
+        """Return how points move in directions, (n_points, nv).
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or named points on shafts.
+        direction : ndarray, shape (n_points, 3) or (3,)
+            Unit vectors; nothing moves along x.
+        """
+        along = np.broadcast_to(direction, (len(points), 3))[:, 1:]
+        return np.asarray(np.einsum("pd,pdn->pn", along, self.moved(points)))
+
+    @functools.cached_property
+    def at_points(self) -> np.ndarray:
+        """(3 n_bushings, 2, nv) relative motion along y and z of the clearances' middles, then of both ends of each.
+
+        Of the curved shafts in the middles, and of the straight links at the ends, where MuJoCo looks for contact.
+        """
+        n = len(self.rig.bushings)
+        middles = self._rows(lambda plane: plane.at_bushings, n)
+        return np.concatenate((middles, self._rows(lambda plane: plane.ends_of_links, 2 * n)))
+
+    @functools.cached_property
+    def at_sensors(self) -> np.ndarray:
+        """(n_sensors, nv) displacement of the sensors relative to the base, in their directions, times their gains."""
+        sensors = self.rig.sensors
+        along = np.array([s.unit_direction for s in sensors])
+        return np.array([s.gain for s in sensors])[:, None] * self.directed([s.position for s in sensors], along)
+
+    @functools.cached_property
+    def sensors_on_base(self) -> np.ndarray:
+        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
+        along = self.rig.shaker.unit_direction
+        return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
+
+    @functools.cached_property
+    def influence(self) -> np.ndarray:
+        """(nv, 2) force of a unit gravity along y and z."""
+        found = np.zeros((self.size, 2))
+        for d, (plane, part) in enumerate(zip(self.planes, self.spans)):
+            found[part, d] = np.concatenate([_weight(chain) for chain in plane.chains])
+        return found
+
+    @property
+    def weight(self) -> np.ndarray:
+        """(nv,) force of gravity; that along x bends nothing in a linear shaft and is left out."""
+        return self.influence @ np.array((self.rig.gravity or (0.0, 0.0, 0.0))[1:])
+
+    def push(self) -> np.ndarray:
+        """Return the force (nv,) of the shaker per N."""
+        points, factors = zip(*self.rig.shaker.forces)
+        return np.asarray(np.array(factors) @ self.directed(points, self.rig.shaker.unit_direction))
+
+    @functools.cached_property
+    def unbalance(self) -> np.ndarray:
+        """(2, nv) what Ω² cos φ and Ω² sin φ drive, φ the shaft's angle: y and z parts of all unbalances."""
+        found = np.zeros((2, self.size))
+        for each in self.rig.unbalances:
+            y, z = each.moment * self.moved([each.position])[0]
+            cos, sin = np.cos(each.phase), np.sin(each.phase)
+            found += np.array([cos * y + sin * z, cos * z - sin * y])
+        return found
+
+    @functools.cached_property
+    def gyroscopic(self) -> np.ndarray:
+        """(nv, nv) G, skew, per rad/s of the spin; (0, 0) of a rig that does not turn."""
+        return self._skew(_polar) if self.rig.spin else np.zeros((0, 0))
+
+    @functools.cached_property
+    def circulatory(self) -> np.ndarray:
+        """(nv, nv) H, skew, of the damping that turns with the shaft; (0, 0) if there is none."""
+        eta2 = self.planes[1].rayleigh[1] if self.rig.spin else 0.0
+        return eta2 * self._skew(_strain) if eta2 else np.zeros((0, 0))
+
+    def _skew(self, rows: Callable[[Chain], np.ndarray]) -> np.ndarray:
+        """What moves along z acts along y, and the other way round with the other sign."""
+        (y,), (z,) = (plane.chains for plane in self.planes)
+        coupling, found = rows(y).T @ rows(z), np.zeros((self.size, self.size))
+        along_y, along_z = self.spans
+        found[along_y, along_z], found[along_z, along_y] = coupling, -coupling.T
+        return found
+
+    @functools.cached_property
+    def free(self) -> np.ndarray:
+        """(nv, n) basis of the motions that the supports allow."""
+        return np.asarray(scipy.linalg.block_diag(*(plane.free for plane in self.planes)))
+
+    @functools.cached_property
+    def modes(self) -> ChainModes:
+        """All natural modes of the chains, in which statics are solved."""
+        mass, stiffness = (
+            self.free.T @ self.diagonal(of) @ self.free for of in (lambda p: p.mass, lambda p: p.whole_stiffness)
+        )
+        square, shapes = scipy.linalg.eigh(stiffness, mass)
+        rigid = square < RIGID * square[-1]
+        return ChainModes(self, np.sqrt(np.where(rigid, 0.0, np.abs(square))), self.free @ shapes)
+
+
+@dataclass(frozen=True, eq=False)
+class ChainModes:
+    """Natural modes of the chains: what `equilibrium` asks of a structure."""
+
+    whole: SpatialLinkage
+    omega: np.ndarray
+    """(n,) natural circular frequencies, 1/s"""
+    shapes: np.ndarray
+    """(nv, n) joint coordinates per modal coordinate, of modes of unit mass"""
+    more: np.ndarray | float = 0.0
+    """(nv,) forces beside gravity"""
+
+    @property
+    def size(self) -> int:
+        """Number of modes."""
+        return self.omega.size
+
+    @property
+    def weight(self) -> np.ndarray:
+        """(n,) steady force on the modes."""
+        return np.asarray(self.shapes.T @ (self.whole.weight + self.more))
+
+    @property
+    def circulatory(self) -> np.ndarray:
+        """(n, n) H; (0, 0) if there is none."""
+        material = self.whole.circulatory
+        return self.shapes.T @ material @ self.shapes if material.size else material
+
+    @functools.cached_property
+    def at_points(self) -> np.ndarray:
+        """(3 n_bushings, 2, n) as `SpatialLinkage.at_points`."""
+        return self.whole.at_points @ self.shapes
+
+    def moved(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return how points move along y and z, (n_points, 2, n).
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or named points on shafts.
+        """
+        return self.whole.moved(points) @ self.shapes
+
+    def under(self, more: np.ndarray) -> ChainModes:
+        """Return the same with forces (nv,) beside gravity.
+
+        Parameters
+        ----------
+        more : ndarray, shape (nv,)
+            N, or N m.
+        """
+        return dataclasses.replace(self, more=more)
+
+
+@functools.lru_cache(maxsize=32)
+def spatial_linkage(rig: Rig, links: int) -> SpatialLinkage:
+    """Cut every shaft of a spatial rig into so many links, along y and along z.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    links : int
+        Number of links of each shaft.
+
+    Raises
+    ------
+    RigError
+        As `linkage`.
+    """
+    upright = linkage(rig, links)
+    across = rig.linear.in_other_plane
+    if across == rig.linear:
+        return SpatialLinkage(rig, (upright, upright))
+    turned = rig.replace(beam=across) if isinstance(across, Beam) else rig.replace(structure=across)
+    return SpatialLinkage(rig, (linkage(cast(Rig, turned), links), upright))
+
+
+def _weight(chain: Chain) -> np.ndarray:
+    masses = np.array([link.mass for link in chain.links])
+    return np.asarray(masses @ chain.lever([link.centre for link in chain.links]))
+
+
+def _polar(chain: Chain) -> np.ndarray:
+    """(n, nv) slopes times the root of the polar inertia there: of sections, twice their rotary inertia, and discs."""
+    shaft = chain.shaft
+    places, inertia = [d.position for d in shaft.discs], [d.about_axis for d in shaft.discs]
+    for element in chain.elements:
+        at, weight, rigidity = shaft.integration(element.start, element.end)
+        places.extend(at)
+        inertia.extend(2 * weight * rigidity.rotary)
+    return np.asarray(np.sqrt(inertia)[:, None] * chain.slope(places))
+
+
+def _strain(chain: Chain) -> np.ndarray:
+    """(n_hinges, nv) strains of unit energy of the hinges."""
+    roots = chain.slides + chain.turns
+    return np.diag(np.sqrt(chain.stiffness))[roots:]

@@ -1,0 +1,184 @@
+"""A simulation by the links engine in space: both planes of the chains in MuJoCo, turning, in round clearances.
+
+It begins where the chains rest under gravity, in MuJoCo's own geometry. See mujoco_round.py for the steps.
+"""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+
+from ..clearance.law import Law
+from ..clearance.round_kernel import fillings_of, round_records
+from ..core.errors import LawError
+from ..physical import SOLREF_PER_UNIT
+from ..rig import Rig
+from .base import Engine, Run, diverged
+from .equilibrium import Equilibrium, equilibrium_of
+from .linkage_space import SpatialLinkage
+from .links_plant import ChainMaps, SpatialPlant
+from .mujoco_round import Foresight, RoundViews, advance_links
+from .mujoco_step import check_warnings, contact_rows, warnings_counted
+from .plant import hold
+from .round_scheme import SPIN
+from .turning import SPIN_STEPS, as_probes, turning_of
+
+__all__ = ["SpatialMujocoRun"]
+
+REST_SWEEPS = 6  # each leaves of the error what the square of the shaft's slope is, some 1e-3
+
+
+class SpatialMujocoRun(Run):
+    """A MuJoCo simulation in space, with a model of its own."""
+
+    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: SpatialPlant):
+        self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
+        self.clearance = round_records(rig, law, step)
+        if np.any(self.clearance.bushings["adhesion"]):
+            raise LawError(
+                f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal"
+            )
+        self.weight = np.array((rig.gravity or (0.0, 0.0, 0.0))[1:])
+        self.base = rig.shaker.unit_direction[1:] * float(kind == "base")
+        self.model, inertia = _heavier(plant, step)
+        self.lighter = 1 / (1 + step / 2 * plant.whole.planes[1].rayleigh[0])
+        self.maps = _before_dampers(plant, inertia, step)
+        held = hold(self.model)[:, self.maps.order]
+        self.turning, self.drive = turning_of(rig)
+        self.foresight = _foresight(rig, law, plant, inertia, held, step)
+        self.changes = bool(self.drive[0] or self.drive[2]) and self.whole.gyroscopic.size > 0
+        self.kicked: tuple[float, np.ndarray] | None = None
+        self.data = mujoco.MjData(self.model)
+        self.rest = self._rest(law)
+        self.rest.begin(self.clearance)
+        self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
+        model, data = self.model, self.data
+        self.views = RoundViews(
+            model._address, data._address, model.opt.gravity, model.tendon_solref_lim, data.qpos, data.qvel,
+            data.qfrc_applied, data.qfrc_constraint, data.qacc,
+        )  # fmt: skip
+
+    def advance(self, excitation: np.ndarray) -> np.ndarray:
+        """Simulate one block; see `Run.advance`."""
+        out = np.empty((excitation.size, self.columns))
+        size = SPIN_STEPS if self.changes else max(excitation.size, 1)
+        for start in range(0, excitation.size, size):
+            part = excitation[start : start + size]
+            spin = self.turning[SPIN] + self.drive[0] * part.size * self.step / 2
+            with warnings_counted():
+                failed, bushing = advance_links(
+                    self.steps, part, self.step, self.base, self.weight, self.lighter, self.views, self.maps,
+                    self.foresight, self._coupling(float(spin)), self.drive, self.turning, self.clearance,
+                    SOLREF_PER_UNIT, out, start,
+                )  # fmt: skip
+            if failed >= 0:
+                raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
+            moved = np.hypot(self.clearance.states["y"], self.clearance.states["z"])
+            check_warnings(self.rig, self.data, self.steps * self.step, int(np.argmax(moved)) if moved.size else 0)
+            self.steps += part.size
+        return as_probes(self.rig, out)
+
+    def before(self) -> np.ndarray:
+        """Return the rest; see `Run.before`."""
+        row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
+        return as_probes(self.rig, np.append(row, self.turning[SPIN] if self.rig.spin else [])[None])[0]
+
+    def _coupling(self, spin: float) -> np.ndarray:
+        """Return what turning makes of velocities at a spin, rad/s, in the middle of its own kick; (0, 0) for nothing."""
+        if self.kicked is None or self.kicked[0] != spin:
+            moments = spin * self.whole.gyroscopic
+            if not spin and not self.changes:
+                moments = np.zeros((0, 0))
+            elif moments.size:
+                own = np.eye(len(moments)) + moments @ self.foresight.of_force
+                moments = np.ascontiguousarray(np.linalg.solve(own, moments))
+            self.kicked = spin, moments
+        return self.kicked[1]
+
+    def _rest(self, law: Law) -> Equilibrium:
+        """Move the data to the static equilibrium, of MuJoCo's own geometry, and return it."""
+        whole, model, data, order = self.whole, self.model, self.data, self.maps.order
+        modes = whole.modes
+        rest = equilibrium_of(self.rig, law, modes)
+        if not self.weight.any():
+            return rest
+        model.opt.gravity[1:] = self.lighter * self.weight
+        linear = whole.diagonal(lambda plane: plane.whole_stiffness)
+        for _ in range(REST_SWEEPS):
+            q = modes.shapes @ rest.coordinates
+            data.qpos[order] = q
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            own = (data.qfrc_passive - data.qfrc_bias)[order]
+            rest = equilibrium_of(self.rig, law, modes.under(own - whole.weight + linear @ q))
+        data.qpos[order] = modes.shapes @ rest.coordinates
+        return rest
+
+
+def _heavier(plant: SpatialPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:
+    """A model for a step, s, and its mass matrix (nv, nv) in the order of the coordinates.
+
+    Armatures correct the frequencies of the integrator, and stand for joints' dampers that are implicit or, where they
+    are explicit, half a step late. So are those of damping in proportion to the mass.
+    """
+    model, whole, order = copy.copy(plant.model), plant.whole, plant.maps.order
+    model.opt.timestep = step
+    stiffness = np.concatenate([p.stiffness for p in whole.planes])
+    damping = np.concatenate([p.damping for p in whole.planes])
+    armature = plant.armature * step**2 * stiffness + step * damping / (2 if plant.explicit else 1)
+    model.dof_armature[order] = armature
+    heavier = 1 + step / 2 * whole.planes[1].rayleigh[0]
+    for field in ("body_mass", "body_subtreemass", "body_inertia"):
+        getattr(model, field)[:] *= heavier
+    return model, heavier * whole.diagonal(lambda plane: plane.mass) + np.diag(armature)
+
+
+def _before_dampers(plant: SpatialPlant, inertia: np.ndarray, step: float) -> ChainMaps:
+    """The maps with sensors that read accelerations before implicit dampers change them, as in the plane."""
+    if plant.explicit:
+        return plant.maps
+    implicit = np.diag(step * np.concatenate([p.damping for p in plant.whole.planes]))
+    at_sensors = plant.maps.at_sensors @ (np.eye(len(inertia)) + np.linalg.solve(inertia - implicit, implicit))
+    return plant.maps._replace(at_sensors=np.ascontiguousarray(at_sensors))
+
+
+def _foresight(
+    rig: Rig, law: Law, plant: SpatialPlant, inertia: np.ndarray, held: np.ndarray, step: float
+) -> Foresight:  # fmt: skip
+    """The linear model of a step with a mass matrix (nv, nv) and rows (n, nv) of what rigid supports hold."""
+    whole, points = plant.whole, plant.maps.at_points
+    free = whole.free
+    mobility = free @ np.linalg.solve(free.T @ inertia @ free, free.T)
+    half = step / 2 * mobility
+    films = np.array([g.turned for g in fillings_of(rig, law)], dtype=bool)
+    rubs = any(b.friction and b.friction.coefficient for b in rig.bushings)
+    return Foresight(
+        needed=bool(films.any() or rubs or whole.gyroscopic.size),
+        of_position=-half @ whole.diagonal(lambda plane: plane.whole_stiffness),
+        of_velocity=np.eye(whole.size) - half @ _dampers(whole),
+        of_force=half,
+        compliance=np.ascontiguousarray(np.einsum("pdm,mn,qen->pqde", points, mobility, points)),
+        films=films,
+        contact=_contact_rows(whole, held),
+    )
+
+
+def _dampers(whole: SpatialLinkage) -> np.ndarray:
+    """(nv, nv) of joints and springs."""
+    springs = whole.diagonal(lambda plane: (plane.springs.rows.T * plane.springs.damping) @ plane.springs.rows)
+    return np.diag(np.concatenate([p.damping for p in whole.planes])) + springs
+
+
+def _contact_rows(whole: SpatialLinkage, held: np.ndarray) -> np.ndarray:
+    """(n_bushings, 2, nv) contact forces along y and z per joint force of the solver's; (0, 2, nv) if not distinct."""
+    n = len(whole.rig.bushings)
+    found = np.zeros((n, 2, whole.size))
+    for d, part in enumerate(whole.spans):
+        of_plane = held[held[:, part].any(axis=1)][:, part]
+        rows = contact_rows(whole.at_points[n:, d, part], of_plane)
+        if len(rows) != n:
+            return np.zeros((0, 2, whole.size))
+        found[:, d, part] = rows
+    return found

@@ -1,0 +1,72 @@
+"""MuJoCo's step for compiled loops: its warnings are counted instead of logged, and its contact forces found."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import mujoco
+import numba
+import numpy as np
+
+from ..core.errors import SimulationError
+from ..physical.library import LIBRARY, external
+from ..rig import Rig
+from .base import location
+
+__all__ = ["check_warnings", "contact_rows", "mj_step", "warnings_counted"]
+
+
+mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
+
+
+@contextmanager
+def warnings_counted() -> Iterator[None]:
+    """Let MuJoCo count its warnings, which a run looks at, instead of writing a log into the working folder."""
+    global _counting
+    with _COUNTING:
+        if not _counting:
+            _HANDLER.value, _PREVIOUS.value = ctypes.cast(_ignore.ctypes, ctypes.c_void_p).value, _HANDLER.value
+        _counting += 1
+    try:
+        yield
+    finally:
+        with _COUNTING:
+            _counting -= 1
+            if not _counting:
+                _HANDLER.value = _PREVIOUS.value
+
+
+@numba.cfunc(numba.types.void(numba.types.voidptr))
+def _ignore(_: Any) -> None:
+    pass
+
+
+_HANDLER = ctypes.c_void_p.in_dll(LIBRARY, "mju_user_warning")
+_PREVIOUS = ctypes.c_void_p()
+_COUNTING, _counting = threading.Lock(), 0
+
+
+def check_warnings(rig: Rig, data: mujoco.MjData, start: float, largest: int) -> None:
+    """Raise a SimulationError if MuJoCo's solver warned since a time, s; the motion is largest at a bushing."""
+    for index in np.flatnonzero(data.warning.number):
+        raise SimulationError(
+            f"rig {rig.name!r}: MuJoCo's solver warned {mujoco.mjtWarning(int(index)).name} between t = {start:.6f} s and "
+            f"{data.time:.6f} s, the largest motion {location(rig, largest)}"
+        )
+
+
+def contact_rows(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Return the contact force (n_bushings, nv) of each bushing, the sum over its ends, per joint force of the solver's.
+
+    These come from contacts at ``ends`` and reactions of supports ``held``. (0, nv) where the joints' forces do not
+    distinguish them, as where a support and a bushing are on one rigid link.
+    """
+    rows, n_bushings = np.vstack((ends, held)), len(ends) // 2
+    found = np.linalg.pinv(rows.T)[: len(ends)].reshape(n_bushings, 2, rows.shape[1]).sum(axis=1)
+    wanted = np.hstack((np.repeat(np.eye(n_bushings), 2, axis=1), np.zeros((n_bushings, len(held)))))
+    distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
+    return np.ascontiguousarray(-found) if distinct else np.zeros((0, rows.shape[1]))
