@@ -1,17 +1,26 @@
-"""Figures of shafts that turn, on docs/structures.md: ``python -m experiments.rotors``."""
+"""Figures of shafts that turn, on docs/structures.md and docs/rotors.md: ``python -m experiments.rotors``."""
 
 import argparse
 from pathlib import Path
 
 import numpy as np
 
+import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.files import replacing
-from clearance_mj.rotors import campbell, synchronous_rub
+from clearance_mj.report.animation import write
+from clearance_mj.report.figures import rig_drawing
+from clearance_mj.report.space_clip import space_clip
+from clearance_mj.report.whirl import draw_over_speed
+from clearance_mj.rig import Spin
+from clearance_mj.rotors import campbell, synchronous_rub, whirl
+from clearance_mj.signals.orbit_figures import full_spectrum_figure, orbit_figure
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 ROOT = Path(__file__).resolve().parents[1]
 STEEL = Material(2.1e11, 7800.0)
+FS = 4096.0
+SPEEDS = {"touches below": 140.0, "bounces": 180.0, "rubs all around": 260.0}  # rad/s
 
 
 def overhung():
@@ -30,6 +39,28 @@ def between_supports():
     return Rig("rotor in a bushing", None, (bushing,), (Sensor(1, 0.5),), structure=shaft)
 
 
+def at_one_speed(rig, spin):
+    """Return the whirl of a rig at a constant spin, rad/s, once it is steady."""
+    rig = rig.replace(spin=Spin(spin))
+    return whirl(rig, cm.simulate(rig, cm.excitation.still(8.0, FS), engine="modal")).between(4.0)
+
+
+def seen(rig):
+    """Return figures of a rotor at three speeds, and over its run-up, and the animation of it."""
+    steady = {words: at_one_speed(rig, spin) for words, spin in SPEEDS.items()}
+    gaps = dict.fromkeys(steady, rig.bushings[0].gap)
+    response = cm.simulate(rig, cm.excitation.still(13.0, FS), engine="modal")
+    waterfall, bode = draw_over_speed(whirl(rig, response), 2.0)
+    drawn = {
+        "rig": rig_drawing(rig).figure,
+        "orbits": orbit_figure({words: found.orbits(0).last(10) for words, found in steady.items()}, gaps),
+        "full_spectrum": full_spectrum_figure({"bounces": steady["bounces"].full_spectrum(0)}, SPEEDS["bounces"]),
+        "waterfall": waterfall.figure,
+        "bode": bode.figure,
+    }
+    return drawn, space_clip(rig, response, start=4.2, seconds=0.1, slow=50.0)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="python -m experiments.rotors", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs", help="folder of the figures")
@@ -40,9 +71,11 @@ def main():
         "campbell": campbell(overhung(), np.linspace(0.0, 2000.0, 81), n=4).plot(),
         "rub": synchronous_rub(between_supports(), speeds, 0.5, 6e-5, friction=0.02).plot(),
     }
-    for name, figure in drawn.items():
+    figures, clip = seen(Rig.load(ROOT / "models" / "rotor.toml"))
+    for name, figure in (drawn | figures).items():
         with replacing(given.out / f"rotor_{name}.png") as temporary:
             figure.savefig(temporary, format="png", dpi=110)
+    write(clip, given.out / "rotor_whirl.gif")
 
 
 if __name__ == "__main__":

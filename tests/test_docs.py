@@ -109,6 +109,14 @@ def test_live(clone):
     assert "x = 0.7918 m: rattles" in out and "(8, 431) 0.0002" in out
 
 
+def test_rotors(clone):
+    """The largest 1X motion of the run-up is where the page says."""
+    radius, speed = re.search(r"largest 1X: (\d+) µm at (\d+) rev/min", run_python("rotors.md", clone)).groups()
+    page = (DOCS / "rotors.md").read_text(encoding="utf-8")
+    assert float(speed) == pytest.approx(float(re.search(r"without contact, to (\d+) rev/min", page)[1]), abs=15)
+    assert float(radius) > 4 * 200  # the gap is 200 µm
+
+
 def test_data_model(clone):
     """Its asserts hold."""
     run_python("data_model.md", clone)

@@ -24,7 +24,7 @@ _SHARED = [
     ),
     "engines/round_points.py",
     "engines/round_scheme.py",
-    "periodic/forces.py",
+    *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),
     "physical/library.py",  # where in MuJoCo's structures a value lies
 ]  # Files with what compiled functions of other files call or read
 

@@ -44,7 +44,8 @@ for _module in (
         "convert",
         "modes",
     ),
-    *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "vehicle"),
+    *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map"),
+    *("campbell", "orbits", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)
 

@@ -37,13 +37,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
     from ..report.animation import check, write
     from ..report.clip import clip
+    from ..report.space_clip import space_clip
 
     check(options.out, options.renderer)
     out_file(options.out, (options.out.suffix.lower(),), inputs(options), is_marked)
     model = load_model(options)
     response = model.simulate(excitation(options, model.rig.shaker.kind, options.rms), options.engine)
     cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
-    shown = clip(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
+    in_space = model.rig.is_spatial
+    cut_out = space_clip if in_space else clip
+    shown = cut_out(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
     comment = json.dumps(provenance(options))
     reason = write(shown, options.out, options.renderer, not options.quiet, comment)
     if reason:
@@ -51,7 +54,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     print(f"animation: {options.out}")
     return {
         "out": str(options.out),
-        "renderer": "matplotlib" if reason or options.renderer == "matplotlib" else "mujoco",
+        "renderer": "matplotlib" if reason or in_space or options.renderer == "matplotlib" else "mujoco",
         "start": float(shown.time[0]),
         "end": float(shown.time[-1]),
         "pictures": int(shown.time.size),

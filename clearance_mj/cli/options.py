@@ -35,6 +35,7 @@ __all__ = [
     "parse_columns",
     "pressure",
     "settings",
+    "spin",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
@@ -113,11 +114,16 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
 
 
 def load_model(options: argparse.Namespace) -> Model:
-    """Return the model of the options of `add_rig`, see `Model.load`, with the gaps that are asked for."""
+    """Return the model of the options of `add_rig`, see `Model.load`, with the gaps that are asked for.
+
+    An engine that was not asked for is then known.
+    """
     from ..model import Model
     from ..rig.plausible import check_units
 
     model, values = Model.load(options.rig, options.law), [text.rpartition("=") for text in options.gap]
+    if getattr(options, "engine", "") is None:
+        options.engine = "modal" if model.rig.is_spatial else "links"
     if not values:
         return model
     if len(values) > 1 and not all(name for name, _, _ in values):
@@ -134,7 +140,7 @@ def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float =
     """Add the options of a command that simulates a rig."""
     add_rig(parser)
     option = parser.add_argument
-    option("--engine", default="links", help="links, modal or modal-mj (default: %(default)s)")
+    option("--engine", help="links, modal or modal-mj (default: links; of a spatial rig modal)")
     option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
     option("--seed", type=int, default=0, help="of noise (default: %(default)s)")
@@ -206,6 +212,11 @@ def pressure(text: str) -> float:
     return _with_unit(text, "pressure")
 
 
+def spin(text: str) -> float:
+    """Return a spin in rad/s of a number that may have a unit, such as 3000rpm or 50Hz."""
+    return _with_unit(text, "spin")
+
+
 def _with_unit(text: str, quantity: str) -> float:
     from ..core.units import si_value
 
@@ -216,9 +227,11 @@ def _with_unit(text: str, quantity: str) -> float:
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
-    """Return the excitation of one level."""
-    from ..signals.excitation import random, stepped_sine
+    """Return the excitation of one level; of level 0 none, under which gravity and unbalance alone act."""
+    from ..signals.excitation import random, stepped_sine, still
 
+    if rms == 0:
+        return still(options.duration, options.fs, kind)
     if options.sine is not None:
         return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
     return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)

@@ -10,7 +10,6 @@ import dataclasses
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 import scipy.linalg
@@ -250,7 +249,7 @@ def spatial_linkage(rig: Rig, links: int) -> SpatialLinkage:
     if across == rig.linear:
         return SpatialLinkage(rig, (upright, upright))
     turned = rig.replace(beam=across) if isinstance(across, Beam) else rig.replace(structure=across)
-    return SpatialLinkage(rig, (linkage(cast(Rig, turned), links), upright))
+    return SpatialLinkage(rig, (linkage(turned, links), upright))
 
 
 def _weight(chain: Chain) -> np.ndarray:

@@ -7,7 +7,6 @@ tendon between a site on the shaft's axis and one on the bushing's, with the gap
 
 from __future__ import annotations
 
-import functools
 from itertools import pairwise
 
 import mujoco
@@ -101,7 +100,7 @@ def joint_names(whole: SpatialLinkage) -> list[str]:
 def tendon_names(whole: SpatialLinkage) -> list[str | None]:
     """Return the name of the tendon at each bushing end; None where nothing moves."""
     ends = [f"clearance{j}{end}" for j in range(len(whole.rig.bushings)) for end in "ab"]
-    moves = whole.at_points[len(ends) // 2 :].any(axis=(1, 2))
+    moves = np.abs(whole.at_points[len(ends) // 2 :]).max(axis=(1, 2), initial=0.0) > 0
     return [name if moving else None for name, moving in zip(ends, moves)]
 
 
@@ -147,16 +146,18 @@ def _add_shaft(spec: mujoco.MjSpec, whole: SpatialLinkage, i: int) -> None:
 
 def _add_joints(body: mujoco.MjsBody, whole: SpatialLinkage, i: int, start: float) -> None:
     """The joints of both planes at the start of a link; slides before turns, along z before y."""
-    found = []
-    for d, plane in enumerate(whole.planes):
-        chain, part = plane.chains[i], plane.slices[i]
-        values = zip(_joints(whole, d, i), _places(chain), chain.stiffness, plane.damping[part])
-        found += [(n, -d, *value) for n, value in enumerate(values) if abs(value[1] - start) <= SAME_PLACE * chain.shaft.length]
-    for n, d, name, _, stiffness, damping in sorted(found, key=lambda joint: joint[:2]):
-        slides = whole.planes[-d].chains[i].slides and n == 0
-        kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
-        up, across = ([0, 0, 1], [0, 1, 0]) if slides else ([0, -1, 0], [0, 0, 1])
-        axis = up if d else across
+    planes = [(d, plane, plane.chains[i]) for d, plane in enumerate(whole.planes)]
+    here = [
+        (n, d) for d, _, chain in reversed(planes) for n, x in enumerate(_places(chain))
+        if abs(x - start) <= SAME_PLACE * chain.shaft.length
+    ]  # fmt: skip
+    for n, d in sorted(here, key=lambda joint: joint[0]):
+        _, plane, chain = planes[d]
+        kind, axis = mujoco.mjtJoint.mjJNT_HINGE, ([0, 0, 1], [0, -1, 0])[d]
+        if chain.slides and n == 0:
+            kind, axis = mujoco.mjtJoint.mjJNT_SLIDE, ([0, 1, 0], [0, 0, 1])[d]
+        stiffness, damping = chain.stiffness[n], plane.damping[plane.slices[i]][n]
+        name = _joints(whole, d, i)[n]
         body.add_joint(type=kind, axis=axis, name=name, stiffness=[stiffness, 0, 0], damping=[damping, 0, 0])
 
 

@@ -86,6 +86,9 @@ def simulate_and_keep(
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
     of_shape: dict[object, list[int]] = defaultdict(list)
     for i, simulation in enumerate(simulations):
+        if simulation.rig.is_spatial:  # one after the other
+            of_shape[i].append(i)
+            continue
         of_shape[simulation.step, tuple(part.shape for part in _run(simulation).shaft)].append(i)
     groups = [group[i : i + LANES[-1]] for group in of_shape.values() for i in range(0, len(group), LANES[-1])]
 
@@ -93,7 +96,7 @@ def simulate_and_keep(
 
     def kept(group: Sequence[int]) -> list[T]:
         of_group = [simulations[i] for i in group]
-        if any(simulation.late for simulation in of_group):
+        if any(simulation.late or simulation.rig.is_spatial for simulation in of_group):
             return [keep(simulation.whole()) for simulation in of_group]
         responses = _side_by_side(of_group, drives[of_group[0].interpolator.factor], forces)
         return [keep(response) for response in responses]

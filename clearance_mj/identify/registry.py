@@ -19,6 +19,7 @@ from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Rig
+from ..rig.dimensions import planar
 from ..version import __version__
 from .forces.restoring import possible_forces, restoring_force
 from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
@@ -307,6 +308,7 @@ def identify(dataset: Dataset, method: str = "bench", progress: bool = False) ->
     RecordError
         If the dataset holds nothing to identify from.
     """
+    planar(dataset.rig, "identification")
     return get_method(method).find(dataset, progress)
 
 

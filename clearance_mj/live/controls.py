@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from ..clearance import ConstantLaw, ContactLaw, Law
@@ -14,10 +13,11 @@ from ..core.validation import json_schema
 from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Bushing, Grease, Rig
+from .control import Control, Value
+from .controls_in_space import motion_changes, of_motion, of_round, round_changes
 
-__all__ = ["RECORD", "Control", "Value", "built", "checked_values", "controls"]
+__all__ = ["NONE", "RECORD", "Control", "Value", "built", "checked_values", "controls"]
 
-Value = float | str
 RECORD = "record: "  # before the name of a record whose measured excitation drives the rig
 SPAN = 10.0  # ratio of a slider's ends to the identified value
 MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
@@ -25,30 +25,14 @@ LARGEST_NUMBER = 1e300  # of any number
 BAND = (5.0, 220.0)  # Hz, of noise without records that say theirs
 LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
 ENGINES = ("modal", "links", "modal-mj")
+NONE = "none"
 EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
 _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
 
 
-@dataclass(frozen=True)
-class Control:
-    """A slider with a field, or a choice."""
-
-    name: str  #: such as "bushings[0].gap"
-    group: str  #: under whose heading it stands
-    label: str  #: in words
-    value: Value  #: as the rig and the law were given: what "reset" brings back
-    unit: str = ""  #: as shown
-    scale: float = 1.0  #: shown value over the value in SI units
-    low: float = 0.0  #: left end of the slider; the field takes what the rig or the law takes
-    high: float = 0.0  #: right end
-    log: bool = False  #: the slider moves the logarithm
-    whole: bool = False  #: takes whole numbers only
-    choices: tuple[str, ...] = ()  #: of a choice; empty: a number
-
-
 def controls(model: Model, dataset: Dataset | None = None) -> tuple[Control, ...]:
     """Return everything that can be moved, in the order of the page."""
-    found = [*_of_excitation(model.rig, dataset)]
+    found = [*_of_excitation(model.rig, dataset), *of_motion(model.rig)]
     for i, bushing in enumerate(model.rig.bushings):
         found += _of_bushing(model.rig, model.law, i, bushing)
     return tuple(found)
@@ -60,7 +44,9 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     records = tuple(RECORD + r.name for r in dataset.records) if dataset else ()
     fs = dataset.records[0].fs if dataset else 2048.0
     low, high = next((r.band for r in dataset.records if r.band), BAND) if dataset else BAND
-    yield Control("excitation", group, "Kind", "random", choices=EXCITATIONS + records)
+    # In space weight and unbalance move the shaft as well.
+    also, first = ((NONE,), NONE) if rig.is_spatial else ((), "random")
+    yield Control("excitation", group, "Kind", first, choices=also + EXCITATIONS + records)
     if len(kinds) > 1:
         yield Control("kind", group, "Drives the", rig.shaker.kind, choices=kinds)
     unit = "m/s² or N" if len(kinds) > 1 else "N" if "force" in kinds else "m/s²"
@@ -74,7 +60,8 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("duration", group, "Duration", 10.0, "s", 1.0, 4.0, 60.0)
     yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)
     yield Control("resolution", group, "Lines every", 0.5, "Hz", 1.0, 0.2, 5.0, log=True)
-    yield Control("engine", group, "Engine", "modal", choices=ENGINES if rig.linear.shafts else ("modal", "modal-mj"))
+    engines = ENGINES if rig.linear.shafts else ("modal", "modal-mj")
+    yield Control("engine", group, "Engine", "modal", choices=("modal",) if rig.is_spatial else engines)
 
 
 def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:
@@ -82,9 +69,12 @@ def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Contro
     gap = bushing.gap
     yield Control(f"{name}.gap", group, "Gap", gap, "µm", 1e6, gap / SPAN, gap * SPAN, log=True)
     yield Control(f"{name}.offset", group, "Offset at rest", bushing.offset, "µm", 1e6, -gap, gap)
+    yield from of_round(rig, i)
     for field, value in _contact(law, i, len(rig.bushings)).items():
         yield _number(f"{name}.contact.{field}", group, "Contact", field, value, _contact_units(law, i))
     grease = _grease(rig, law, i)
+    if bushing.film:
+        return
     for field, value in _numbers(grease).items():
         yield _number(f"{name}.grease.{field}", group, "Grease", field, value, _units(type(grease)))
 
@@ -172,17 +162,23 @@ def built(model: Model, values: Mapping[str, Value]) -> Model:
     """Return the model with the values of controls; what is impossible is a ClearanceError."""
     rig, law, n = model.rig, model.law, len(model.rig.bushings)
     if not n:
-        return model
-    greases = [_changed(_grease(rig, law, i), values, f"bushings[{i}].grease.") for i in range(n)]
+        return Model(rig.replace(**motion_changes(rig, values)), law)
+    greases = [
+        b.grease if b.film else _changed(_grease(rig, law, i), values, f"bushings[{i}].grease.")
+        for i, b in enumerate(rig.bushings)
+    ]
     own = law.grease is None
     bushings = tuple(
         dataclasses.replace(
             b, gap=float(values[f"bushings[{i}].gap"]), offset=float(values[f"bushings[{i}].offset"]),
-            grease=greases[i] if own else b.grease,
+            grease=greases[i] if own else b.grease, **round_changes(b, values, f"bushings[{i}]"),
         )
         for i, b in enumerate(rig.bushings)
     )  # fmt: skip
-    return Model(rig.replace(bushings=bushings), _law(law, values, n, None if own else tuple(greases)))
+    return Model(
+        rig.replace(bushings=bushings, **motion_changes(rig, values)),
+        _law(law, values, n, None if own else tuple(greases)),
+    )
 
 
 def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:

@@ -12,7 +12,8 @@ from ..io.record import Record
 from ..rig import Rig
 from ..signals import excitation
 from ..signals.excitation import Excitation
-from .controls import MAX_SAMPLES, RECORD, Value
+from .control import Value
+from .controls import MAX_SAMPLES, NONE, RECORD
 
 __all__ = ["excited", "record_named", "segment", "stepped"]
 
@@ -30,6 +31,8 @@ def excited(rig: Rig, values: Mapping[str, Value], dataset: Dataset | None) -> E
     if not duration * fs <= MAX_SAMPLES:
         raise ExcitationError(f"{duration:g} s at {fs:g} Hz are more than {MAX_SAMPLES} samples; take fewer")
     band, seed, peak = (low, high), int(float(values["seed"])), math.sqrt(2) * level
+    if what == NONE:
+        return excitation.still(duration, fs, kind)
     if what == "sine":
         return excitation.stepped_sine(duration, fs, frequency, peak, kind)
     if what in ("sweep up", "sweep down"):

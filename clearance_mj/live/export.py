@@ -16,11 +16,14 @@ from matplotlib.figure import Figure
 from ..core.files import sha256, to_json
 from ..core.provenance import made_from
 from ..report.style import COLOURS, FONT, TEST, canvas, phase, sensor_title, tidy
+from ..report.whirl import draw_orbits, draw_spectra
+from ..rotors import whirl
 from ..signals.frf import FRF
 from .session import Shown
 
 __all__ = ["exported"]
 
+TURNS = 8  # last ones of a shaft that turns
 README = """Made by clearance-mj live. rig.toml and law.json belong together: clearance-mj simulate FOLDER
 setting.json: every slider, SI units. provenance.json: versions, digests of all files.
 frf.csv: magnitude, phase (degrees) and coherence of every sensor.
@@ -39,7 +42,7 @@ def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ())
         shown.model.save(folder)
         (folder / "setting.json").write_text(json.dumps(shown.values, indent=1) + "\n", encoding="utf-8")
         (folder / "README.txt").write_text(README, encoding="utf-8")
-        figures = {"displacement": _displacement(shown)}
+        figures = _whirl(shown) if shown.model.rig.is_spatial else {"displacement": _displacement(shown)}
         if shown.frf is not None:
             (folder / "frf.csv").write_text(_table(shown.frf), encoding="utf-8")
             figures["frf"] = _frf(shown, shown.frf, test)
@@ -86,6 +89,14 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
     tidy(below, "", "Coherence", "Frequency (Hz)")
     above.legend(fontsize=FONT - 2, ncols=3, frameon=False)
     return figure
+
+
+def _whirl(shown: Shown) -> dict[str, Figure]:
+    """Orbits and full spectra of a rig in space."""
+    if not shown.model.rig.bushings:
+        return {}
+    end = whirl(shown.model.rig, shown.response).ending(1.0, TURNS)
+    return {"orbits": draw_orbits(end, TURNS).figure, "full_spectra": draw_spectra(end, 1.0).figure}
 
 
 def _displacement(shown: Shown) -> Figure:

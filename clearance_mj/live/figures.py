@@ -18,7 +18,8 @@ from ..signals.response import Response
 from ..statistics.contact import contact_statistics
 
 __all__ = [
-    "Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "orbits", "shaft", "spectrum", "thinned",
+    "MODES", "PICTURES", "SHOWN", "SLOW", "Numbers", "about_strongest", "frequencies_in_gap", "frf_numbers", "history",
+    "motion", "orbits", "shaft", "spectrum", "thinned",
 ]  # fmt: skip
 
 POINTS = 1600  # of a history over time: what a screen has across
@@ -118,11 +119,16 @@ def motion(rig: Rig, response: Response) -> Numbers:
                 "walls": list(bushing.walls),
             }
         )  # fmt: skip
-    strongest = int(np.argmax(np.abs(force).max(axis=0)))
-    count = min(int(PORTRAIT * response.fs), x.shape[1])
-    start = min(max(strongest - count // 2, 0), x.shape[1] - count)
-    part = slice(start, start + count)
+    part = about_strongest(response, np.abs(force))
     return Numbers({"clearances": rows}, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
+
+
+def about_strongest(response: Response, force: np.ndarray) -> slice:
+    """Return the samples of a second about the largest of forces (n_clearances, n_t)."""
+    strongest, size = int(np.argmax(force.max(axis=0))), force.shape[1]
+    count = min(int(PORTRAIT * response.fs), size)
+    start = min(max(strongest - count // 2, 0), size - count)
+    return slice(start, start + count)
 
 
 def orbits(rig: Rig) -> list[tuple[int, int]]:

@@ -11,13 +11,14 @@ from ..core.errors import ClearanceError, ExcitationError
 from ..engines import get_engine
 from ..engines.simulation import Simulation
 from ..periodic.summaries import stable_points
+from ..rig.dimensions import planar
 from ..signals.stepped_sines import harmonic_amplitudes
 from ..study.periodic import from_both_ends
-from . import figures
-from .controls import Value, built
+from .control import Value
+from .controls import built
 from .excite import stepped
 from .figures import Numbers
-from .session import Session, Watch
+from .session import Session, Watch, contact
 
 __all__ = ["branch", "steps", "sweep"]
 
@@ -53,6 +54,7 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     """
     model = built(session.model, values)
     rig = model.rig
+    planar(rig, "the branch of periodic vibrations")
     kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
     heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
     found = from_both_ends(model, level, (low, high), n_harmonics=HARMONICS, kind=kind, watch=heard)
@@ -146,13 +148,13 @@ def sweep(
         part: Watch = functools.partial(_part_of, watch, i, count)
         part(0.0)
         try:
-            response = session.simulated({**values, name: float(value)}, part).response
+            shown = session.simulated({**values, name: float(value)}, part)
         except ClearanceError as error:
             failed = str(error)
             continue
-        found = figures.motion(session.rig, response).facts["clearances"]
+        found = contact(shown).facts["clearances"]
         share[:, i] = [row["share"] for row in found]
-        rms[:, i] = response.acceleration.std(axis=1)
+        rms[:, i] = shown.response.acceleration.std(axis=1)
     return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
 
 

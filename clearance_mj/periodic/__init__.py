@@ -7,10 +7,12 @@ from .forced import follow_response
 from .isolated import Isolas, find_isolas
 from .over_level import follow_response_over_level
 from .rattle_maps import Jump, RattleMap, map_rattle
+from .space.forced import follow_unbalance
 from .subharmonic import follow_doubled
 from .two_parameter import Curve, follow_folds
 
 __all__ = [
     "Backbone", "Branch", "Curve", "Isolas", "Jump", "RattleMap", "SpecialPoint", "find_first_contact", "find_isolas",
-    "follow_backbone", "follow_doubled", "follow_folds", "follow_response", "follow_response_over_level", "map_rattle",
+    "follow_backbone", "follow_doubled", "follow_folds", "follow_response", "follow_response_over_level",
+    "follow_unbalance", "map_rattle",
 ]  # fmt: skip

@@ -18,7 +18,7 @@ from ..signals.arrays import read_only
 from .branch import Branch
 from .condensed import condensed
 from .continuation import NoConvergence
-from .forced import resolution
+from .resolution import resolution
 from .nonlinear_mode import FreeMotion, NonlinearMode
 from .vibrations import UNITS, Vibrations, complex_amplitudes
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Branch", "SpecialPoint"]
 
-MARKERS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^", "branch point": "D"}
+MARKERS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^", "branch point": "D", "first contact": "x"}
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class SpecialPoint:
     """Where a branch folds or its stability changes."""
 
     kind: str
-    """ "fold", "period doubling", "Neimark-Sacker", or "branch point", where another branch crosses"""
+    """ "fold", "period doubling", "Neimark-Sacker", "branch point", where another branch crosses, or, in space, "first
+    contact", where a vibration grazes a wall"""
     frequency: float
     """Hz"""
     level: float
@@ -46,7 +47,7 @@ class Branch(Vibrations):
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base" or "force": what the excitation is"""
+    """ "base", "force" or, in space, "unbalance": what the excitation is; "whirl" where nothing excites"""
     over: str
     """ "frequency" or "level": what changes along the curve"""
     periods: int
@@ -80,12 +81,16 @@ class Branch(Vibrations):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """name of each clearance, `Rig.clearance_labels`"""
+    """name of each clearance, `Rig.clearance_labels`; of a rig in space of its coordinates, `Rig.probe_labels`"""
+    spin: np.ndarray | None = None
+    """(n,) of the shaft, rad/s, of a rig in space; where a clearance above has one row, it then has one along y and z"""
 
     def __post_init__(self) -> None:
         self._set(frequency=read_only(self.frequency))
         for name in ("level", "end_displacement", *UNITS):
             self._set(**{name: read_only(getattr(self, name), complex)})
+        if self.spin is not None:
+            self._set(spin=read_only(self.spin))
         if self.multipliers is not None:
             self._set(multipliers=read_only(self.multipliers, complex))
 
@@ -145,6 +150,8 @@ class Branch(Vibrations):
         variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
         variables["level"] = (("point", "excited"), self.level, "m s-2" if self.kind == "base" else "N")
         variables |= self._variables()
+        if self.spin is not None:
+            variables["spin"] = ("point", self.spin, "rad s-1")
         if self.multipliers is not None:
             variables["multipliers"] = (("point", "multiplier"), self.multipliers, "1")
             variables["stable"] = ("point", self.stable, "1")

@@ -11,7 +11,8 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
-from .forced import excitation_kind, resolution
+from .forced import excitation_kind
+from .resolution import resolution
 from .in_gap import filled, linear_in_gap
 from .two_parameter import Curve
 

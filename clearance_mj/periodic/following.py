@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -14,13 +16,18 @@ from .continuation import CameBack, Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["expanded", "follow", "place", "resumed"]
+__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest"]
 
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 
-def follow(solver: Solver, motions: Iterator[Motion], stability: bool, progress: bool = False) -> Branch:
+def follow(
+    solver: Any, motions: Iterator[Motion], stability: bool, progress: bool = False,
+    named: Callable[[Motion], str] = lambda motion: "",
+) -> Branch:  # fmt: skip
     """Return the branch of motions that follow each other, with what is special about them.
+
+    ``named`` says what is special about a motion as it comes: a kind of `SpecialPoint`, or "".
 
     Raises
     ------
@@ -31,7 +38,7 @@ def follow(solver: Solver, motions: Iterator[Motion], stability: bool, progress:
     ended, recent = "", 0
     try:
         for motion in tqdm(motions, desc="branch", unit="point", disable=not progress):
-            point = Located(motion, multipliers(solver, motion) if stability else None)
+            point = Located(motion, multipliers(solver, motion) if stability else None, named(motion))
             if not points:
                 points.append(point)
                 continue
@@ -101,22 +108,34 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
     return best
 
 
-def place(solver: Solver, parameter: float) -> str:
-    """Return frequency and level of a solver's parameter in words."""
+@functools.singledispatch
+def place(solver: Any, parameter: float) -> str:
+    """Return where a solver's parameter is in words, such as frequency and level."""
+    raise TypeError(f"no place of a {type(solver).__name__}")
+
+
+@place.register
+def _planar_place(solver: Solver, parameter: float) -> str:
     system = solver.system
     omega, share = (parameter, 1.0) if solver.at is None else (solver.at, parameter)
     unit = "m/s²" if system.kind == "base" else "N"
-    level = share * abs(_strongest(system.linear.excitation))
+    level = share * abs(strongest(system.linear.excitation))
     return f"{omega * system.periods / (2 * np.pi):.6g} Hz and level {level:g} {unit}"
 
 
-def _strongest(excitation: np.ndarray) -> complex:
+def strongest(excitation: np.ndarray) -> complex:
     """The first amplitude that is not zero."""
     return complex(excitation[np.flatnonzero(excitation)[0]])
 
 
-def expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
+@functools.singledispatch
+def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     """Expand motions at the clearances to everything that a branch knows."""
+    raise TypeError(f"no branch of a {type(solver).__name__}")
+
+
+@expanded.register
+def _planar_expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     system = solver.system
     rig, poles, linear, periods = system.rig, system.poles, system.linear, system.periods
     model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]
@@ -136,13 +155,13 @@ def expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     at = model.shapes([sensor.position for sensor in rig.sensors])
     ends = force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2)
     own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning[:, None, :]) * x[:, :count]
-    of_folds = _of_folds(np.array([motion.omega for motion in motions]), [point.kind for point in points])
+    at_folds = of_folds(np.array([motion.omega for motion in motions]), [point.kind for point in points])
     highest = int(np.flatnonzero(linear.excitation)[-1])
     frequency, level = periods * omega / (2 * np.pi), excitation[:, periods : highest + 1 : periods]
     special = tuple(
-        SpecialPoint(point.kind, float(frequency[i]), abs(_strongest(level[i])), i)
+        SpecialPoint(point.kind, float(frequency[i]), abs(strongest(level[i])), i)
         for i, point in enumerate(points)
-        if point.kind and i not in of_folds
+        if point.kind and i not in at_folds
     )
     known = [point.multipliers for point in points if point.multipliers is not None]
     return Branch(
@@ -153,7 +172,7 @@ def expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     )  # fmt: skip
 
 
-def _of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
+def of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
     """Which changes of stability are those of folds, whose multiplier passes 1 there but for rounding of both."""
     found: set[int] = set()
     for fold in (i for i, kind in enumerate(kinds) if kind == FOLD):

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numbers
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ..beam import MAX_MODES
-from ..core.errors import ClearanceError, ExcitationError
+from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..rig import Rig
@@ -16,14 +14,13 @@ from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, Solver
 from .following import farthest, follow
+from .resolution import resolution
+from .space.forced import respond
 from .stability import samples_of_period
 
-__all__ = ["excitation_kind", "follow_response", "resolution"]
+__all__ = ["ends_of_range", "excitation_kind", "follow_response"]
 
-MAX_HARMONICS, MAX_SAMPLES = 500, 16384
 HIGHEST = 1e6  # Hz; no structure of this size vibrates beyond
-SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
-FINER = 4  # times as many samples where a branch ends early with fewer
 
 
 @checks_kinds
@@ -92,6 +89,10 @@ def follow_response(
     levels = _levels(amplitude)
     start, stop = ends_of_range(frequency_range)
     harmonics, counts = resolution(n_harmonics, n_samples, len(levels), n_modes)
+    if model.rig.is_spatial:
+        ends = 2 * np.pi * start, 2 * np.pi * stop
+        of_kind = excitation_kind(model.rig, kind)
+        return respond(model, of_kind, levels, ends, harmonics, counts, n_modes, stability, watch, progress)
     system = condensed(model, excitation_kind(model.rig, kind), levels, harmonics, n_modes)
 
     def found(count: int) -> Branch:
@@ -142,27 +143,3 @@ def ends_of_range(frequency_range: tuple[float, float]) -> tuple[float, float]:
             f"{stop:g}"
         )
     return start, stop
-
-
-def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, tuple[int, ...]]:
-    """Return numbers of harmonics and, each for where those before do not do, of samples; after a check."""
-    for name, value in (("n_harmonics", harmonics), ("n_samples", samples), ("n_modes", modes)):
-        whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
-        if not (whole or (value is None and name == "n_samples")):
-            raise ClearanceError(f"{name} must be a whole number, got {value!r}")
-    if harmonics < max(excited, 1):
-        raise ClearanceError(f"n_harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")
-    if harmonics > MAX_HARMONICS or (samples or 0) > MAX_SAMPLES:
-        raise ClearanceError(
-            f"at most {MAX_HARMONICS} harmonics and {MAX_SAMPLES} samples are computed, got {harmonics} and {samples}"
-        )
-    if not 1 <= modes <= MAX_MODES:
-        raise ClearanceError(f"n_modes must be between 1 and {MAX_MODES}, got {modes}")
-    if samples is None:
-        least = 2 ** int(np.ceil(np.log2(SAMPLES * harmonics)))
-        return int(harmonics), (least, FINER * least)
-    if samples < 4 * harmonics + 1:
-        raise ClearanceError(
-            f"n_samples must be {4 * harmonics + 1} or more for {harmonics} harmonics (4 H + 1), got {samples}"
-        )
-    return int(harmonics), (int(samples),)

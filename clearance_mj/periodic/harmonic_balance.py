@@ -14,7 +14,10 @@ import numpy as np
 from ..clearance.pointers import OPTIONS, kernel_loop
 from .forces import Laws, Slopes, equal, fill_forces
 
-__all__ = ["Grid", "Linear", "balance", "blocks"]
+__all__ = [
+    "Grid", "Linear", "add_jacobian", "add_products", "add_to", "balance", "blocks", "motion_over_period", "projected",
+    "real_harmonics", "receptances", "reduced", "times",
+]  # fmt: skip
 
 
 class Linear(NamedTuple):
@@ -40,7 +43,7 @@ class Grid(NamedTuple):
 
 
 @kernel_loop(**OPTIONS)
-def _receptances(
+def receptances(
     linear: Linear, omega: float, want: bool, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray,
     driven_by: np.ndarray,
 ) -> None:  # fmt: skip
@@ -69,7 +72,7 @@ def _receptances(
 
 
 @kernel_loop(**OPTIONS)
-def _reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
+def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Bᵀ M B of matrices (H + 1, n_points, n_points)."""
     points, r = basis.shape
     found = np.zeros((matrices.shape[0], r, r), np.complex128)
@@ -85,14 +88,14 @@ def _reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 
 @kernel_loop(**OPTIONS)
-def _add(numbers: np.ndarray, to: np.ndarray) -> None:
+def add_to(numbers: np.ndarray, to: np.ndarray) -> None:
     for a in range(to.shape[0]):
         for k in range(to.shape[1]):
             to[a, k] += numbers[a, k]
 
 
 @kernel_loop(**OPTIONS)
-def _times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
+def times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
     """Add a factor times complex matrices (H + 1, n, m) times harmonics (m, K) to out (n, K)."""
     for a in range(out.shape[0]):
         for b in range(values.shape[0]):
@@ -105,7 +108,7 @@ def _times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndar
 
 
 @kernel_loop(**OPTIONS)
-def _real(complex_: np.ndarray) -> np.ndarray:
+def real_harmonics(complex_: np.ndarray) -> np.ndarray:
     """Harmonics (n, K) of complex amplitudes (H + 1, n), of which the real part is meant."""
     highest = complex_.shape[0] - 1
     found = np.empty((complex_.shape[1], 2 * highest + 1))
@@ -145,7 +148,7 @@ def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slope
                         for l in range(harmonics):
                             block[k, l] += weight * slopes.whole[p, k, l]
             np.dot(series, grid.moments, means)
-            _add_products(means, omega, block)
+            add_products(means, omega, block)
             if a != b:
                 for k in range(harmonics):
                     for l in range(harmonics):
@@ -154,7 +157,7 @@ def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slope
 
 
 @kernel_loop(**OPTIONS)
-def _add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
+def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
     """Add the harmonics of f_x(θ) x + f_v(θ) ẋ by those of x to (K, K), from the means of f times cos and sin mθ."""
     highest = block.shape[0] // 2
     a_x, a_v = np.zeros(2 * highest + 1), np.zeros(2 * highest + 1)
@@ -190,7 +193,7 @@ def _add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
 
 
 @kernel_loop(**OPTIONS)
-def _add_jacobian(compliance: np.ndarray, blocks: np.ndarray, owner: np.ndarray, out: np.ndarray) -> None:
+def add_jacobian(compliance: np.ndarray, blocks: np.ndarray, owner: np.ndarray, out: np.ndarray) -> None:
     """Fill the (r K, r K) corner of out with 1 + R D."""
     r, harmonics = blocks.shape[0], blocks.shape[2]
     for a in range(r):
@@ -226,7 +229,7 @@ def _first_equal(values: np.ndarray, p: int) -> int:
 
 
 @kernel_loop(**OPTIONS)
-def _motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return displacements and speeds (n_points, N) of harmonics (n_points, K)."""
     points, n, half = x.shape[0], grid.basis.shape[0], grid.even.shape[1]
     first, count = np.zeros(points, np.int64), 0
@@ -263,7 +266,7 @@ def _motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.nda
 
 
 @kernel_loop(**OPTIONS)
-def _projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
+def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     """Return harmonics (n_points, K) of forces (n_points, N), of which some are zero or equal."""
     points, n = samples.shape
     half, weight = grid.even.shape[1], 2.0 / n
@@ -317,31 +320,31 @@ def balance(
     compliance = np.empty((highest + 1, points, points), np.complex128)
     by_omega = np.empty_like(compliance)
     driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
-    _receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
+    receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
     x = np.dot(linear.basis, z)
-    _add(y, x)
-    place, speed = _motion_over_period(grid, omega, x)
+    add_to(y, x)
+    place, speed = motion_over_period(grid, omega, x)
     samples = np.empty_like(place)
     fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
-    force = _projected(grid, samples)
-    found = _real(driven)
-    _times(-1.0, compliance, force, found)
-    reduced = np.dot(linear.basis.T, found)
-    beside = found - np.dot(linear.basis, reduced)
+    force = projected(grid, samples)
+    found = real_harmonics(driven)
+    times(-1.0, compliance, force, found)
+    own = np.dot(linear.basis.T, found)
+    beside = found - np.dot(linear.basis, own)
     if want:
         by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
-        _add_jacobian(_reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
-        changed = _real(driven_by)
-        _times(-1.0, by_omega, force, changed)
+        add_jacobian(reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
+        changed = real_harmonics(driven_by)
+        times(-1.0, by_omega, force, changed)
         if np.any(slopes.v != 0.0) or np.any(slopes.remembers):  # else forces know nothing of time
             nearby = omega * (1.0 + 1e-6)
             shifted, faster = np.empty_like(samples), speed * (nearby / omega)
             fill_forces(
                 laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes
             )
-            _times(-1.0 / (nearby - omega), compliance, _projected(grid, shifted - samples), changed)
+            times(-1.0 / (nearby - omega), compliance, projected(grid, shifted - samples), changed)
         column = np.dot(linear.basis.T, changed)
         for a in range(r):
             for k in range(harmonics):
                 jacobian[a * harmonics + k, r * harmonics] = -column[a, k]
-    return z - reduced, force, beside, place
+    return z - own, force, beside, place

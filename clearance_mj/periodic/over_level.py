@@ -13,7 +13,8 @@ from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
 from .following import farthest, follow
-from .forced import excitation_kind, resolution
+from .forced import excitation_kind
+from .resolution import resolution
 
 __all__ = ["follow_response_over_level"]
 

@@ -18,7 +18,8 @@ from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .condensed import condensed
 from .continuation import Solver
-from .forced import excitation_kind, resolution
+from .forced import excitation_kind
+from .resolution import resolution
 from .in_gap import filled, linear_in_gap
 from .map_rows import QUANTITIES, Case, row_of
 

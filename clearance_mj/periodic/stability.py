@@ -5,25 +5,27 @@ R. Seydel, Practical Bifurcation and Stability Analysis, Springer 2010, chapter 
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..core.errors import ExcitationError
 from .condensed import grid, slopes
-from .continuation import Motion, Solver, difference
+from .continuation import Follower, Motion, Solver, difference
 from .floquet import monodromy
 from .forces import fill_forces
 
 __all__ = [
-    "BRANCH_POINT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
+    "BRANCH_POINT", "FIRST_CONTACT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
     "samples_of_period", "unstable", "with_fold",
 ]  # fmt: skip
 
-FOLD, PERIOD_DOUBLING = "fold", "period doubling"
+FOLD, PERIOD_DOUBLING, FIRST_CONTACT = "fold", "period doubling", "first contact"
 NEIMARK_SACKER, BRANCH_POINT = "Neimark-Sacker", "branch point"
 ROUNDING = 1e-5  # beyond 1: multipliers on the unit circle, such as those of springs whose sliders stand still
 TURN = 0.5  # rad by which the stiffest contact may turn from sample to sample
@@ -33,7 +35,7 @@ EXACT = 1e-6  # relative error in frequency of special points
 HALVINGS = 40
 
 
-def samples_of_period(solver: Solver, omega: float) -> int:
+def samples_of_period(solver: Any, omega: float) -> int:
     """Return by how many samples contacts are followed over a period; an ExcitationError says if it is too long."""
     stiffest = math.sqrt(solver.system.stiffest)
     finer = max(1.0, 2 * np.pi / (omega * solver.samples) * stiffest / TURN, MIN_SAMPLES / solver.samples)
@@ -45,11 +47,17 @@ def samples_of_period(solver: Solver, omega: float) -> int:
     return int(solver.samples * 2 ** math.ceil(math.log2(finer)))
 
 
-def multipliers(solver: Solver, motion: Motion) -> np.ndarray:
-    """Return Floquet's multipliers (2 n,) of the modal model about a motion, the largest first.
+@functools.singledispatch
+def multipliers(solver: Any, motion: Motion) -> np.ndarray:
+    """Return Floquet's multipliers (2 n,) of the modal model about a motion, the largest first, by the kind of solver.
 
     What greases and contacts remember adds multipliers, of which the smallest are left out.
     """
+    raise TypeError(f"no multipliers of a {type(solver).__name__}")
+
+
+@multipliers.register
+def _planar_multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     system, omega = solver.system, solver.frequency(motion)
     samples = samples_of_period(solver, omega)
     fine = grid(solver.harmonics, samples)
@@ -78,7 +86,7 @@ class Located:
     kind: str = ""
 
 
-def changes(solver: Solver, before: Located, after: Located) -> Iterator[Located]:
+def changes(solver: Follower, before: Located, after: Located) -> Iterator[Located]:
     """Yield where the stability changes between two neighbours that know their multipliers, in order."""
     at = _between(solver, before, after)
     low, last = 0.0, before
@@ -91,11 +99,11 @@ def changes(solver: Solver, before: Located, after: Located) -> Iterator[Located
         last = beyond
 
 
-def with_fold(solver: Solver, points: list[Located]) -> list[Located]:
+def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
     omega = [point.motion.omega for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
-    if middle in (0, len(points) - 1) or points[middle].kind == FOLD:
+    if middle in (0, len(points) - 1) or points[middle].kind in (FOLD, FIRST_CONTACT):
         return points
     at, sign = _between(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
 
@@ -112,7 +120,7 @@ def with_fold(solver: Solver, points: list[Located]) -> list[Located]:
     return [*points[:place], replace(found, kind=FOLD), *points[place:]]
 
 
-def _between(solver: Solver, before: Located, after: Located) -> Callable[..., Located | None]:
+def _between(solver: Follower, before: Located, after: Located) -> Callable[..., Located | None]:
     """What finds the motion at a share of the way from one to another, with multipliers if they have some."""
     way = difference(before.motion, after.motion)
     length = float(np.linalg.norm(way))

@@ -22,6 +22,8 @@ from ..core.files import replacing
 from ..core.provenance import MARK
 from .clip import Clip
 from .rendering import Stroke, View, render
+from .space_clip import SpaceClip
+from .space_stage import SpaceStage
 from .stage import CLAMP, DPI, HALF, MASS, PLATE, STEEL, WALL, Stage
 from .style import COLOURS
 
@@ -44,14 +46,30 @@ def check(path: str | Path, renderer: str) -> None:
         raise ClearanceError(f'renderer "{renderer}" is unknown; use {", ".join(RENDERERS)}')
 
 
-def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = False, comment: str = MARK) -> str:
+def write(
+    shown: Clip | SpaceClip, path: str | Path, renderer: str = "auto", progress: bool = False, comment: str = MARK
+) -> str:
     """Write a ``.gif`` (Pillow) or ``.mp4`` (ffmpeg); return why MuJoCo did not draw it if it might have, else "".
 
     The file carries the ``comment``, such as what it comes from.
-    Renderer "auto" is MuJoCo off screen where there is a GL library for it, else matplotlib.
+    Renderer "auto" is MuJoCo off screen where there is a GL library for it, else matplotlib, which draws what moves in
+    space.
     """
     path = Path(path)
     check(path, renderer)
+    stage, reason = _stage(shown, renderer, progress)
+    numbers = tqdm(range(shown.time.size), desc="drawing", unit="picture", disable=not progress)
+    with replacing(path) as temporary:
+        _WRITERS[path.suffix](stage, numbers, temporary, comment)
+    return reason
+
+
+def _stage(shown: Clip | SpaceClip, renderer: str, progress: bool) -> tuple[Stage | SpaceStage, str]:
+    """The figure of an animation, and why MuJoCo did not draw it if it might have, else ""."""
+    if isinstance(shown, SpaceClip):
+        if renderer == "mujoco":
+            raise ClearanceError("renderer mujoco draws planar rigs; leave it out, and matplotlib draws this one")
+        return SpaceStage(shown), ""
     stage, reason = Stage(shown), ""
     if renderer != "matplotlib":
         images, reason = _rendered(shown, stage, progress)
@@ -60,13 +78,10 @@ def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool 
         stage.show_images(images)
     if not stage.images:
         stage.show_lines()
-    numbers = tqdm(range(shown.time.size), desc="drawing", unit="picture", disable=not progress)
-    with replacing(path) as temporary:
-        _WRITERS[path.suffix](stage, numbers, temporary, comment)
-    return reason
+    return stage, reason
 
 
-def _write_gif(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -> None:
+def _write_gif(stage: Stage | SpaceStage, numbers: Iterable[int], path: Path, comment: str) -> None:
     # One palette for all, out of two pictures: colours do not flicker, and what stands still costs nothing.
     two = np.vstack([stage.picture(i) for i in (0, stage.shown.time.size // 2)])
     palette = Image.fromarray(two).quantize(GIF_COLOURS)
@@ -76,7 +91,7 @@ def _write_gif(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -
     first.save(path, save_all=True, append_images=others, duration=duration, loop=0, comment=said)
 
 
-def _write_mp4(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -> None:
+def _write_mp4(stage: Stage | SpaceStage, numbers: Iterable[int], path: Path, comment: str) -> None:
     height, width, _ = stage.picture(0).shape
     source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {stage.shown.rate:g} -i -".split()
     # Players want half as many colours as pixels, and so an even number of these.

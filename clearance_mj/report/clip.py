@@ -26,7 +26,17 @@ from ..signals.response import Response
 from ..structure import Shaft
 from .outline import outline
 
-__all__ = ["Clip", "clip", "deflection"]
+__all__ = [
+    "MODES",
+    "Clip",
+    "chosen_exaggeration",
+    "clip",
+    "count_pictures",
+    "deflection",
+    "line_of",
+    "points_of",
+    "window",
+]
 
 MODES = 16  # of the shaft's shape
 POINTS = 81  # of a shaft's line, to which its steps are added
@@ -117,38 +127,46 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
         )
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
-    count = _count(seconds, slow, rate)
-    lines = [_line(shaft) for shaft in shafts]
+    count = count_pictures(seconds, slow, rate)
+    lines = [line_of(shaft) for shaft in shafts]
     position, number = np.concatenate(lines), np.repeat(np.arange(len(shafts)), [line.size for line in lines])
-    points = [f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()]
-    lift = deflection(rig, response, points)
-    first, last = _window(response, start, seconds)
+    lift = deflection(rig, response, points_of(shafts, lines))
+    first, last = window(response, start, seconds)
     shown = np.linspace(first, last, count).round().astype(int)
     largest = max(np.abs(lift[first : last + 1]).max(), max(b.gap for b in rig.bushings))
     left, right = rig.linear.span
-    length = right - left
-    if exaggeration is None:
-        exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}")
+    exaggeration = chosen_exaggeration(exaggeration, largest, right - left)
+    trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T
+    return Clip(rig, response.time[shown], position, number, lift[shown], contact[shown], response.time[trace],
+                contact[trace], exaggeration, slow, rate)  # fmt: skip
+
+
+def chosen_exaggeration(asked: float | None, largest: float, length: float) -> float:
+    """Return how many times larger the largest lift (m) of shafts of a length (m) is drawn; refuses what cannot be."""
+    exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}") if asked is None else asked
     most = MAX_LIFT * length / largest
     if not MIN_LIFT * most <= exaggeration <= most:
         raise ClearanceError(
             f"exaggeration {exaggeration:g}: must be {MIN_LIFT * most:.3g} to {most:.3g}, at which the largest lift, "
             f"{1e3 * largest:.3g} mm, is drawn as {MAX_LIFT:g} of the shaft's length"
         )
-    trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T
-    return Clip(rig, response.time[shown], position, number, lift[shown], contact[shown], response.time[trace],
-                contact[trace], exaggeration, slow, rate)  # fmt: skip
+    return exaggeration
 
 
-def _line(shaft: Shaft) -> np.ndarray:
-    """(n_x,) points of a shaft, close on both sides of every step."""
+def points_of(shafts: Sequence[Shaft], lines: Sequence[np.ndarray]) -> list[float | str]:
+    """Return the names of points of shafts' lines."""
+    return [f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()]
+
+
+def line_of(shaft: Shaft) -> np.ndarray:
+    """Return (n_x,) points of a shaft, close on both sides of every step."""
     steps = np.unique(outline(shaft)[0])[1:-1]
     near = 1e-9 * (shaft.end - shaft.start)
     return np.sort(np.concatenate((np.linspace(shaft.start, shaft.end, POINTS), steps - near, steps + near)))
 
 
-def _count(seconds: float, slow: float, rate: float) -> int:
-    """Number of pictures."""
+def count_pictures(seconds: float, slow: float, rate: float) -> int:
+    """Return the number of pictures."""
     for name, value in (("seconds", seconds), ("slow", slow), ("rate", rate)):
         if not 0 < value < math.inf:
             raise ClearanceError(f"{name} {value:g}: must be above 0")
@@ -161,8 +179,8 @@ def _count(seconds: float, slow: float, rate: float) -> int:
     return round(count)
 
 
-def _window(response: Response, start: float | None, seconds: float) -> tuple[int, int]:
-    """First and last sample that is shown."""
+def window(response: Response, start: float | None, seconds: float) -> tuple[int, int]:
+    """Return the first and the last sample that is shown."""
     if seconds > response.duration:
         raise ClearanceError(f"{seconds:g} s cannot be shown of a response of {response.duration:g} s")
     if start is None:

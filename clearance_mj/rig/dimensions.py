@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Protocol, TypeAlias
 
 from pydantic import BeforeValidator
@@ -15,7 +16,7 @@ from .clearance import Bushing
 from .instruments import Sensor
 from .spinning import Spin, Unbalance
 
-__all__ = ["Gravity", "check_motion", "planar", "shaft_radius"]
+__all__ = ["Gravity", "check_motion", "motion_in_words", "planar", "shaft_radius"]
 
 EARTH = 9.80665  # m/s²
 
@@ -122,6 +123,20 @@ def _check_spin(rig: InSpace) -> None:
         rig.linear.shafts[0].check_turning()
     except ValueError as error:
         raise ValueError(f"spin: {error}") from None
+
+
+def motion_in_words(rig: InSpace) -> str:
+    """Return how a spatial rig is loaded and turns, for overviews."""
+    words = ["along y and z"]
+    if rig.gravity:
+        words.append(f"gravity {tuple(rig.gravity)} m/s²")
+    if spin := rig.spin:
+        speeds = [speed for speed in (spin.speed, spin.until) if speed is not None]
+        words.append("turns at " + " to ".join(f"{speed * 30 / math.pi:.4g}" for speed in speeds) + " rev/min")
+        words += ["coasts"] if spin.inertia else []
+    if rig.unbalances:
+        words.append(f"unbalance {sum(each.moment for each in rig.unbalances):.4g} kg m")
+    return ", ".join(words)
 
 
 def planar(rig: InSpace, what: str) -> None:

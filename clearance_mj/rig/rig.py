@@ -22,7 +22,7 @@ from ..structure.base import StructureOfFiles
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
-from .dimensions import Gravity, check_motion
+from .dimensions import Gravity, check_motion, motion_in_words
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
@@ -96,10 +96,9 @@ class Rig(Shown):
     motion: Literal["planar", "spatial"] = seldom(default="planar")
     """along z alone, or along y and z in round clearances"""
     gravity: Gravity | None = seldom(default=None)
-    """m/s² (x, y, z), in space: sag and rest come before the vibration; None: no weight acts, or offsets hold what it
-    does"""
+    """m/s² (x, y, z), in space: it rests under its weight before it vibrates; None: offsets hold what weight does"""
     spin: Spin | None = seldom(default=None)
-    """of a shaft that turns, in space"""
+    """of a shaft in space"""
     unbalances: tuple[Unbalance, ...] = seldom(default=())
     """of a shaft that turns"""
 
@@ -186,9 +185,8 @@ class Rig(Shown):
     def probe_labels(self) -> list[str]:
         """Degrees of freedom of the clearances' relative displacements in records, such as "6:+Z".
 
-        A round clearance has two, along y and z. Its node is that of the sensor that sits in a bushing around a shaft.
-        Other clearances, at named degrees of freedom, between two points or without a sensor, have nodes of their own:
-        those from 301 on that no sensor has.
+        A round clearance has two, along y and z. Its node is that of the sensor in a bushing around a shaft; others, at
+        named degrees of freedom, between two points or without a sensor, have those from 301 on that no sensor has.
         """
         return probe_labels(self.bushings, self.sensors, self.is_spatial)
 
@@ -246,7 +244,7 @@ class Rig(Shown):
         Raises
         ------
         RigError
-            If the structure's mass is not positive or its stiffness negative.
+            If its mass is not positive or its stiffness negative.
         """
         masses = tuple((m.position, m.mass) for m in self.point_masses)
         forces = self.shaker.forces if self.shaker.kind == "force" else ()
@@ -264,6 +262,7 @@ class Rig(Shown):
             "structure": (kind or str(getattr(self.linear, "kind", type(self.linear).__name__))) + length,
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
             "natural frequencies": self._frequencies_in_words(),
+            "motion": motion_in_words(self) if self.is_spatial else "",
             "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
         }
@@ -273,7 +272,7 @@ class Rig(Shown):
                 label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
                 f"{b.grease.stiffness:.4g}, {b.grease.damping:.4g}",
             )
-            for label, b in zip(self.probe_labels, self.bushings)
+            for label, b in zip(self.probe_labels[:: self.n_coordinates], self.bushings)
         ]  # fmt: skip
         return Overview(f"Rig “{self.name}”", facts, [head, *rows] if rows else ())
 

@@ -1,9 +1,10 @@
-"""Shafts that turn: whirl, Campbell diagrams, thresholds of stability, unbalance, rub in a round clearance."""
+"""Shafts that turn: whirl, Campbell diagrams, thresholds of stability, unbalance, rub in a round clearance, orbits."""
 
 from .diagram import Campbell, campbell
 from .rub import DryWhirl, SynchronousRub, dry_whirls, rolling_whirls, synchronous_rub
 from .spatial import SpatialModel, spatial_model
 from .turning import TurningShaft, turning_shaft
+from .whirling import Whirl, require_round, whirl
 
 __all__ = [
     "Campbell",
@@ -11,10 +12,13 @@ __all__ = [
     "SpatialModel",
     "SynchronousRub",
     "TurningShaft",
+    "Whirl",
     "campbell",
     "dry_whirls",
+    "require_round",
     "rolling_whirls",
     "spatial_model",
     "synchronous_rub",
     "turning_shaft",
+    "whirl",
 ]

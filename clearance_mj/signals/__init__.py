@@ -14,7 +14,9 @@ from .ema import Modes, extract_modes
 from .excitation import Excitation
 from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references
 from .frf_error import random_db, random_error
+from .full_spectra import FullSpectrum, SpeedCascade, full_spectrum, speed_cascade
 from .nonlinear import BestLinear, best_linear, stepped_harmonics
+from .orbits import FilteredOrbit, Orbits, orbits_by_turn, shaft_angle
 from .quantities import with_quantity
 from .response import Response
 from .spectra import Spectra
@@ -22,8 +24,10 @@ from .spectra_frf import frf_from_spectra
 from .stepped_sines import SineSteps, sine_steps
 
 __all__ = [
-    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "Modes", "Response", "SineSteps", "Spectra",
-    "accelerance", "align", "best_linear", "compare", "convert_quantity", "csac", "csf", "estimate_frf",
-    "estimate_frf_blocks", "excitation", "extract_modes", "frac", "frf_from_spectra", "join_references", "mac",
-    "mre", "random_db", "random_error", "relative_error", "rmse_db", "sine_steps", "stepped_harmonics", "with_quantity",
+    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "FilteredOrbit", "FullSpectrum", "Modes", "Orbits",
+    "Response", "SineSteps", "Spectra", "SpeedCascade", "accelerance", "align", "best_linear", "compare",
+    "convert_quantity", "csac", "csf", "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac",
+    "frf_from_spectra", "full_spectrum", "join_references", "mac", "mre", "orbits_by_turn", "random_db",
+    "random_error", "relative_error", "rmse_db", "shaft_angle", "sine_steps", "speed_cascade", "stepped_harmonics",
+    "with_quantity",
 ]  # fmt: skip

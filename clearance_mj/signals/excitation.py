@@ -16,6 +16,7 @@ from ..core.errors import ExcitationError
 from ..core.overview import Overview, Shown
 from . import labelled
 from .arrays import ArrayData, read_only
+from .band_noise import band_noise
 from .excitation_checks import (
     Band,
     generator_of,
@@ -31,16 +32,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "Excitation",
-    "burst_random",
-    "hammer",
-    "level_ramp",
-    "multisine",
-    "random",
-    "random_blocks",
-    "stepped_sine",
-    "sweep",
-]
+    "Excitation", "burst_random", "hammer", "level_ramp", "multisine", "random", "random_blocks",
+    "stepped_sine", "still", "sweep",
+]  # fmt: skip
 
 BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
@@ -129,6 +123,23 @@ class Excitation(Shown, ArrayData):
         )
 
 
+def still(duration: float, fs: float, kind: str = "base") -> Excitation:
+    """No excitation at all: gravity, spin and unbalance move what moves.
+
+    Parameters
+    ----------
+    duration : float
+        Length, s.
+    fs : float
+        Samples per second.
+    kind : str
+        "base" or "force".
+    """
+    return Excitation(
+        np.zeros(sample_count(duration, fs)), fs, kind, None, {"generator": "still", "duration": duration}
+    )
+
+
 def random(
     duration: float, fs: float, band: Band = BAND, rms: float = 1.0, seed: int = 0, kind: str = "base"
 ) -> Excitation:
@@ -155,7 +166,7 @@ def random(
         If a parameter is impossible; the message names it.
     """
     require_level(rms=rms)
-    value = rms * _noise(duration, fs, band, seed)
+    value = rms * band_noise(duration, fs, band, seed)
     return _described("random", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
 
 
@@ -179,7 +190,7 @@ def random_blocks(
     window = np.sin(np.pi / 2 * np.sin(np.pi / 2 * (np.arange(half) + 0.5) / half) ** 2)
 
     def segment(number: int) -> np.ndarray:
-        return _noise(2 * half / fs, fs, band, [seed, number]).reshape(2, half)
+        return band_noise(2 * half / fs, fs, band, [seed, number]).reshape(2, half)
 
     _, falling = segment(0)
     for number, start in enumerate(range(0, size, half), 1):
@@ -213,7 +224,7 @@ def burst_random(
     """
     require_level(rms=rms)
     require(0 < burst <= 1, "burst", burst, "must be > 0 and <= 1")
-    value = _noise(duration, fs, band, seed)
+    value = band_noise(duration, fs, band, seed)
     require_period(period, duration, fs)
     phase = np.arange(value.size) / fs % period / (burst * period)
     on = phase < 1
@@ -240,7 +251,7 @@ def level_ramp(
     """
     require(0 < start_rms < np.inf, "start_rms", start_rms, "must be > 0")
     require(0 < end_rms < np.inf, "end_rms", end_rms, "must be > 0")
-    noise = _noise(duration, fs, band, seed)
+    noise = band_noise(duration, fs, band, seed)
     value = noise * np.geomspace(start_rms, end_rms, noise.size)
     parameters = {"duration": duration, "start_rms": start_rms, "end_rms": end_rms, "seed": seed}
     return _described("level_ramp", value, fs, kind, band, **parameters)
@@ -374,17 +385,6 @@ def hammer(
     value = height * np.sin(np.pi * phase)
     parameters = {"duration": duration, "peak": peaks.tolist(), "width": width, "times": times.tolist()}
     return _described("hammer", value, fs, kind, None, **parameters)
-
-
-def _noise(duration: float, fs: float, band: Band, seed: int | list[int]) -> np.ndarray:
-    """Gaussian noise of root mean square 1 that has lines within the band only."""
-    size = sample_count(duration, fs)
-    lines = lines_within_band(size, fs, band)
-    require(lines.size > 0, "duration", duration, f"puts no line of {fs / size:g} Hz into the band {tuple(band)}")
-    spectrum = np.zeros(size // 2 + 1, dtype=complex)
-    spectrum[lines] = generator_of(seed).standard_normal((2, lines.size)).T @ (1, 1j)
-    value = np.fft.irfft(spectrum, size)
-    return value / np.sqrt(np.mean(value**2))
 
 
 def _described(

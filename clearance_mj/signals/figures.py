@@ -77,6 +77,10 @@ class Histories(Protocol):
     def responses(self) -> tuple[str, ...]: ...
     @property
     def reference(self) -> str: ...
+    @property
+    def is_round(self) -> bool: ...
+    @property
+    def spin(self) -> np.ndarray | None: ...
 
 
 def frf_figure(frfs: Mapping[str, Functions], rows: Sequence[int]) -> Figure:
@@ -205,10 +209,10 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
         values = getattr(response, field)
         if values is None or not len(values):
             continue
-        at = {names[i]: values[i] for i in sensors} if field == "acceleration" else {
-            f"bushing {j + 1}": row for j, row in enumerate(values)
-        }  # fmt: skip
+        at = {names[i]: values[i] for i in sensors} if field == "acceleration" else _at_bushings(response, values)
         panels.append((f"{words} ({unit})", {name: factor * row for name, row in at.items()}))
+    if response.spin is not None:
+        panels.append(("Spin (rev/min)", {"shaft": 30 / np.pi * response.spin}))
     figure = canvas(0.4 + 1.5 * len(panels))
     axes = np.ravel(figure.subplots(len(panels), 1, sharex=True))
     for ax, (label, curves) in zip(axes, panels):
@@ -222,3 +226,10 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
     axes[-1].set_xlim(moments[0], moments[-1] if moments.size > 1 else moments[0] + 1 / response.fs)
     figure.align_ylabels(axes)
     return figure
+
+
+def _at_bushings(response: Histories, values: np.ndarray) -> dict[str, np.ndarray]:
+    """Rows of the bushings by their names."""
+    if response.is_round:
+        return {f"bushing {j // 2 + 1}, {'yz'[j % 2]}": row for j, row in enumerate(values)}
+    return {f"bushing {j + 1}": row for j, row in enumerate(values)}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import RecordError
-from ..core.overview import Overview, Shown, few
+from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 
@@ -26,6 +26,7 @@ HISTORIES = {
     "contact_force": ("bushing", "N"),
     "grease_force": ("bushing", "N"),
 }  # Dimension beside time, and unit
+COORDINATE = "coordinate"  # the dimension in the place of bushings where each has two rows
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,6 +97,12 @@ class Response(Shown, ArrayData):
         """S"""
         return self.excitation.size / self.fs
 
+    @property
+    def is_round(self) -> bool:
+        """Whether each clearance has two rows of displacement and forces, along y and z; known of simulations."""
+        share, moved = self.contact_share, self.displacement
+        return share is not None and moved is not None and len(moved) == 2 * share.size > 0
+
     def _overview(self) -> Overview:
         (what, unit), band = ("base acceleration", "m/s²") if self.kind == "base" else ("force", "N"), self.band
         facts = {
@@ -107,13 +114,14 @@ class Response(Shown, ArrayData):
             "contact force": _largest(self.contact_force, "N"),
             "in contact": _in_contact(self.contact_share),
             "grease force": _largest(self.grease_force, "N"),
+            "spin": "" if self.spin is None else span(self.spin, "rev/min", 30 / np.pi),
             "from": _origin(self.provenance),
         }
         count = f"{len(self.acceleration)} sensors"
         return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
 
     def plot(self, sensors: Sequence[int] | None = None, time: tuple[float, float] | None = None) -> Figure:
-        """Draw excitation and accelerations over time, and displacement and forces at the bushings where known.
+        """Draw excitation and accelerations over time; displacement and forces at bushings, and spin, where known.
 
         Parameters
         ----------
@@ -136,13 +144,19 @@ class Response(Shown, ArrayData):
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
         ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
-        ``grease_force`` (bushing, time) and ``contact_share`` (bushing,) what the response has.
+        ``grease_force`` (bushing, time; coordinate, time of round clearances), ``contact_share`` (bushing,) and
+        ``spin`` (time,) what the response has.
         """
         if self.kind not in EXCITATION_UNITS:
             raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
         variables: dict[str, Any] = {"excitation": ("time", self.excitation, EXCITATION_UNITS[self.kind])}
-        variables |= {name: ((rows, "time"), getattr(self, name), units) for name, (rows, units) in HISTORIES.items()}
+        n_shares = None if self.contact_share is None else len(self.contact_share)
+        for name, (rows, units) in HISTORIES.items():
+            value = getattr(self, name)
+            round_ones = rows == "bushing" and value is not None and n_shares not in (None, len(value))
+            variables[name] = (COORDINATE if round_ones else rows, "time"), value, units
         variables["contact_share"] = ("bushing", self.contact_share, "1")
+        variables["spin"] = ("time", self.spin, "rad s-1")
         attributes = {
             "fs": float(self.fs),
             "kind": self.kind,
@@ -170,7 +184,9 @@ class Response(Shown, ArrayData):
         band = ds.attrs.get("band")
         provenance = labelled.from_json(ds, "provenance")
         histories = {
-            name: labelled.values(ds, name, rows, "time") for name, (rows, _) in HISTORIES.items() if name in ds
+            name: labelled.values(ds, name, COORDINATE if COORDINATE in ds[name].dims else rows, "time")
+            for name, (rows, _) in HISTORIES.items()
+            if name in ds
         }
         return cls(
             fs=float(labelled.attribute(ds, "fs")),
@@ -181,6 +197,7 @@ class Response(Shown, ArrayData):
             reference=str(ds["excitation"].attrs.get("dof", "100:+Z")),
             provenance=provenance,
             contact_share=labelled.values(ds, "contact_share", "bushing") if "contact_share" in ds else None,
+            spin=labelled.values(ds, "spin", "time") if "spin" in ds else None,
             **histories,
         )
 

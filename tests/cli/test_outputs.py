@@ -28,18 +28,19 @@ QUICK = ("--engine", "modal", "--duration", "0.05")
 NAMES = ("placement.csv", "placement.json", "comparison.json", "response.csv", "backbone.json", "rattle_map.png",
          "modes.csv", "synthesis.png", "rig.toml", "calibration.json", "updated_rig.json", "motion.json",
          "phase_portraits.png", "energy.csv", "impacts.csv", "index.html", "report.html", "summary.json", "results.nc",
-         "law.json", "identified.json", "lock", "plan.json", "cases.npy", "thesis.tex")  # fmt: skip
+         "law.json", "identified.json", "lock", "plan.json", "cases.npy", "thesis.tex", "campbell.csv",
+         "orbits.json")  # fmt: skip
 
 
 @pytest.fixture
 def mine(tmp_path):
-    """Fifty files of the user's in a folder and beside it, with names of this program's own; all are there after."""
+    """54 files of the user's in a folder and beside it, with names of this program's own; all are there after."""
     for folder in ("mine", "beside"):
         (tmp_path / folder).mkdir()
         for name in NAMES:
             (tmp_path / folder / name).write_bytes(f"{folder} {name}".encode())
     before = content(tmp_path)
-    assert len(before) == 50
+    assert len(before) == 54
     yield tmp_path / "mine"
     after = content(tmp_path)
     assert {name: after.get(name) for name in before} == before
@@ -50,6 +51,8 @@ def mine(tmp_path):
     [
         ("place", RIG),
         ("motion", RIG, *QUICK, "--sine", "50"),
+        ("campbell", RIG, "--speeds", "0", "100"),
+        ("orbits", RIG),
         ("backbone", RIG),
         ("response", RIG, "--level", "1"),
         ("rattle-map", RIG, "--levels", "1"),

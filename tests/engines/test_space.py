@@ -19,8 +19,9 @@ TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 SPACE = TABLE1.replace(motion="spatial")
 NOISE = cm.excitation.random(1.0, 2048.0, band=(5, 220), rms=6.0, seed=3)
 GREASED = cm.ContactLaw(
-    cm.clearance.HuntCrossley1975(2e6, 4e5), grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4)
-)  # fmt: skip
+    cm.clearance.HuntCrossley1975(2e6, 4e5),
+    grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4),
+)
 
 
 @pytest.mark.parametrize("law", [None, GREASED])
@@ -136,7 +137,7 @@ def test_first_contact(speed: float, touches: bool) -> None:
 
 @pytest.mark.parametrize(("friction", "radius"), [(0.0, 1.008635), (0.01, None)])
 def test_the_radius_of_a_synchronous_rub(friction: float, radius: float | None) -> None:
-    """[(k + k_c - mω²) r - k_c δ]² + [(cω + μ k_c) r - μ k_c δ]² = (m e ω²)²; at ω = 1, r = 1.008635 without friction."""
+    """[(k + k_c - mω²) r - k_c δ]² + [(cω + μ k_c) r - μ k_c δ]² = (m e ω²)²; at ω = 1 and μ = 0, r = 1.008635."""
     r = max(np.roots([20**2 + (0.1 + 20 * friction) ** 2, -2 * (400 + (0.1 + 20 * friction) * 20 * friction),
                       400 + 400 * friction**2 - 0.04]).real)  # fmt: skip
     assert radius is None or abs(r - radius) < 1e-6
@@ -248,7 +249,7 @@ def test_gyroscopic_moments_keep_the_energy() -> None:
 
 @pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
 def test_a_journal_whirls_in_oil(share: float, grows: bool) -> None:
-    """A rigid rotor in two short bearings at ε = 0.5 is stable up to ω √(C/g) = 2.54 (2.539 by Childs' coefficients)."""
+    """A rigid rotor in two short bearings is stable at ε = 0.5 up to Ω √(C/g) = 2.54 (2.539, Childs 1993)."""
     clearance, g = 5e-5, 9.81
     speed = share * 2.54 * np.sqrt(g / clearance)
     base = resting(bushings=())
@@ -285,7 +286,8 @@ def test_friction_slows_a_shaft_that_coasts() -> None:
     """What friction takes from the turning, ½ I Ω², is what it and all else lose."""
     rig = resting(spin=Spin(60.0, inertia=2e-4))
     held = tuple(dataclasses.replace(b, friction=Friction(0.1)) for b in rig.bushings)
-    found = cm.simulate(rig.replace(bushings=held), cm.excitation.random(0.4, 4096.0, band=(5, 200), rms=1e-6, seed=0, kind="force"), engine="modal")  # fmt: skip
+    quiet = cm.excitation.random(0.4, 4096.0, band=(5, 200), rms=1e-6, seed=0, kind="force")
+    found = cm.simulate(rig.replace(bushings=held), quiet, engine="modal")
     assert found.spin is not None
     # μ m g R/I rad/s² while it slides; the rest about which it slides changes with nothing.
     slowing = 0.1 * rig.total_mass * 9.81 * 0.015 / 2e-4 * np.cos(np.arctan(0.1))

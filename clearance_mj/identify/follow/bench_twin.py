@@ -20,6 +20,7 @@ from ...estimate.parameter import Parameter
 from ...io.dataset import Record
 from ...model import Model
 from ...rig import Rig
+from ...rig.dimensions import planar
 from ..forces.restoring import SETTLE, restoring_force
 from ..forces.windows import WindowForces
 from ..laws.families import families_of
@@ -74,6 +75,7 @@ def twin(
     LawError
         If the law has a model without a family, or changes by itself.
     """
+    planar(model.rig if model else record.rig, "the twin of a bench")
     whole = _checked(dataclasses.replace(record, rig=model.rig) if model else record, window, learn)
     first = dataclasses.replace(whole, signals=whole.signals[: round(learn * whole.fs)])
     update = None if rig_exact else update_from(whole.rig, [first])

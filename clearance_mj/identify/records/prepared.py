@@ -12,6 +12,7 @@ import numpy as np
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
+from ...rig.dimensions import planar
 from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
 from ...signals.response import Response
@@ -135,5 +136,9 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
     ------
     RecordError
         If there is no record to identify from, or a file cannot be read.
+    ClearanceError
+        If the rig moves in space.
     """
+    if isinstance(dataset, Dataset):
+        planar(dataset.rig, "identification")
     return tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))

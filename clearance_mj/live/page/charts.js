@@ -240,7 +240,7 @@ class Shaft {
     for (const pair of walls) for (const wall of pair) if (wall !== null) this.largest = Math.max(this.largest, Math.abs(wall));
     this.force = 1e-9;
     for (const v of this.pressed) this.force = Math.max(this.force, Math.abs(v));
-    words.textContent = `${facts.slow} times slower, from ${sig(facts.starts)} s on, about the strongest contact; relative to the base. ` +
+    words.textContent = `${facts.slow} times slower, from ${sig(facts.starts)} s on, about the strongest contact; relative to the base. ${facts.views || ""}` +
       `Height of the picture: ±${sig(1e3 * this.largest, 3)} mm. Dashed: the clearances’ walls; arrows: contact forces, up to ${sig(this.force, 3)} N.`;
     this.draw();
   }

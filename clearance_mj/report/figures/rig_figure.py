@@ -12,6 +12,7 @@ from ...rig import Bushing, PointMass, Rig
 from ...structure import Disc, Shaft, Spring
 from ..outline import outline, starts_clamped
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
+from .rig_motion import draw_motion, words_of_motion
 from .rig_scheme import scheme
 from .rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
 
@@ -66,6 +67,7 @@ class _SideView:
         for hung in rig.oscillators:
             self._mass(PointMass(hung.position, hung.mass, f"on a spring, {hung.frequency:.4g} Hz"))
         self._shaker()
+        draw_motion(self.pen, rig, [self._at(each.position) for each in rig.unbalances], self.top + 0.92)
         clamped = starts_clamped(self.shafts)
         tidy(ax, xlabel="Distance from the clamp (m)" if clamped else "Position along the shaft (m)")
         ax.grid(False)
@@ -77,7 +79,7 @@ class _SideView:
         caption = (
             f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are "
             f"drawn wide. Numbered squares: accelerometers. Yellow: grease. {' '.join(map(_words, self.shafts))}"
-            f"{_not_drawn(rig)}"
+            f"{words_of_motion(rig)}{_not_drawn(rig)}"
         )
         kind = "clamped shaft" if rig.beam else "shaft" if len(self.shafts) == 1 else f"{len(self.shafts)} shafts"
         alt = f"Side view of rig {rig.name}: {kind}, {len(rig.bushings)} bushings, {len(rig.sensors)} sensors."
@@ -98,6 +100,11 @@ class _SideView:
             draw_support(self.pen, support, y, self.half(i, support.position), side)
         for disc in shaft.discs:
             self._disc(i, disc)
+
+    def _at(self, point: float | str) -> tuple[float, float, float]:
+        """Place along the shafts, height of the axis there and half height of the shaft."""
+        i, x = self.rig.linear.place(point)
+        return x, self.level(i), self.half(i, x)
 
     def _disc(self, i: int, disc: Disc) -> None:
         y, width, high = self.level(i), 0.12 * self.pen.inch, self.half(i, disc.position) + 0.2

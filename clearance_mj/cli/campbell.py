@@ -1,0 +1,99 @@
+"""clearance-mj campbell: natural frequencies of a turning shaft over its spin."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
+from .command import command, provenance
+from .options import add_plugin, add_rig, load_model, load_plugin, settings, spin
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..rotors import Campbell
+
+RPM = 30 / math.pi
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_rig(parser)
+    option(
+        "--speeds", type=spin, nargs=2, metavar=("FROM", "TO"), required=True,
+        help="spins between which the diagram is drawn: rad/s, or with a unit such as 3000rpm or 50Hz",
+    )  # fmt: skip
+    option("--points", type=int, default=101, help="spins that are computed (default: %(default)s)")
+    option("--n", type=int, default=8, help="natural frequencies that are followed (default: %(default)s)")
+    option("--modes", type=int, default=16, help="of each plane in the shaft's reduction (default: %(default)s)")
+    add_plugin(parser, "a contact or a grease")
+
+
+@command(
+    "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, threshold of whirl",
+    _options, out=Path("results/campbell"), out_help="folder for campbell.csv, .json and .png (default: %(default)s)",
+    writes=("campbell.csv", "campbell.json", "campbell.png"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    import numpy as np
+
+    from ..clearance.modelled import rig_in_gap
+    from ..report.style import Drawing
+    from ..report.tables import write_csv
+    from ..rotors import campbell
+
+    load_plugin(options.plugin)
+    first, last = options.speeds
+    if not 0 <= first < last:
+        raise ClearanceError(f"--speeds {first:g} {last:g} rad/s: must rise, from 0 on")
+    for name in ("points", "n", "modes"):
+        if getattr(options, name) < 1 + (name == "points"):
+            raise ClearanceError(f"--{name} {getattr(options, name)}: must be at least {1 + (name == 'points')}")
+    model = load_model(options)
+    shaft = rig_in_gap(model.rig, model.law)
+    found = campbell(shaft, np.linspace(first, last, options.points), options.n, options.modes)
+    result = _summary(found)
+    write_csv(options.new / "campbell.csv", _rows(found))
+    caption = f"Natural frequencies of rig “{model.rig.name}” over its spin, its bushings filled and not in contact."
+    Drawing("campbell", found.plot(), caption, caption).write(options.new)
+    write_text(options.new / "campbell.json", to_json(settings(model) | result | {"provenance": provenance(options)}))
+    _print(found)
+    print(f"campbell diagram: {options.out}")
+    return result | {"out": str(options.out)}
+
+
+def _summary(found: Campbell) -> dict[str, Any]:
+    return {
+        "speed": found.speed[[0, -1]].tolist(),
+        "frequency_hz": found.frequency[:, [0, -1]].tolist(),
+        "critical_speeds": found.critical_speeds.tolist(),
+        "threshold": found.threshold,
+    }
+
+
+def _rows(found: Campbell) -> Any:
+    """A row for each mode and spin."""
+    import numpy as np
+    import pandas as pd
+
+    modes, speeds = found.frequency.shape
+    columns = {
+        "mode": np.repeat(np.arange(1, modes + 1), speeds),
+        "spin_rad_s": np.tile(found.speed, modes),
+        "frequency_hz": found.frequency.ravel(),
+        "damping_ratio": found.damping_ratio.ravel(),
+        "sense": found.sense.ravel(),
+    }
+    return pd.DataFrame(columns)
+
+
+def _print(found: Campbell) -> None:
+    critical = [f"{RPM * speed:.5g}" for speed in found.critical_speeds]
+    words = f"{', '.join(critical)} rev/min" if critical else "none"
+    print(f"critical speeds up to {RPM * found.speed[-1]:.5g} rev/min: {words}")
+    if found.threshold is None:
+        print("the shaft whirls by itself at none of these speeds")
+    else:
+        print(f"above {RPM * found.threshold:.5g} rev/min the shaft whirls by itself")

@@ -1,0 +1,199 @@
+"""A rig in space condensed to its clearances: its linear structure, and what acts beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...clearance.grease import GreaseModel
+from ...clearance.law import AmplitudeLaw, Law, TimeLaw
+from ...clearance.round_kernel import fillings_of, round_records
+from ...clearance.table import LawTable
+from ...core.errors import ExcitationError, LawError, RigError
+from ...model import Model
+from ...rig import Rig
+from ...rotors import SpatialModel, spatial_model
+from .elements import RoundLaws
+from .forces import RoundSlopes
+from .linear import Structured
+
+__all__ = ["UNBALANCE", "RoundCondensed", "round_condensed", "round_slopes"]
+
+UNBALANCE = "unbalance"
+STIFF = 3e-3
+"""Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
+FILM = 100.0  # stiffness of a film near the wall over that in its middle
+
+
+class RoundCondensed(NamedTuple):
+    """What the harmonic balance of a rig in space, a law and an excitation works with."""
+
+    model: Model
+    kind: str  #: "base", "force" or "unbalance"
+    modes: int
+    structure: SpatialModel
+    structured: Structured
+    basis: np.ndarray  #: (2 n_points, r) B, orthonormal; every column is of one bushing and one direction
+    owner: np.ndarray  #: (r,) which bushing
+    laws: RoundLaws
+    size: float  #: m, that motions are measured by: the smallest distance of a wall
+    stiffest: float  #: 1/s², the largest stiffness of a contact on the modes
+    levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; 1 of an unbalance
+
+    @property
+    def rig(self) -> Rig:
+        """Rig of the model."""
+        return self.model.rig
+
+
+def round_condensed(
+    model: Model, kind: str, levels: Sequence[complex], harmonics: int, modes: int, speed: float
+) -> RoundCondensed:
+    """Condense a rig in space to its clearances.
+
+    Parameters
+    ----------
+    model : Model
+        Rig and law of its clearances.
+    kind : str
+        Kind of the excitation: "base", "force" or "unbalance".
+    levels : sequence of complex
+        Amplitudes of the excitation's harmonics from the first on, m/s² or N; 1 of an unbalance.
+    harmonics : int
+        Number of harmonics of the motion, H.
+    modes : int
+        Modes of each plane.
+    speed : float
+        rad/s: a spin that occurs, by which the stiffness of films is estimated.
+
+    Raises
+    ------
+    RigError
+        If the rig has no clearance, no unbalance where one is asked for, or can move without stiffness.
+    LawError
+        For a law over time or amplitude.
+    ExcitationError
+        If the rig has no position for a force.
+    """
+    rig, law = model.rig, model.law
+    if not rig.bushings:
+        raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear")
+    if isinstance(law, TimeLaw | AmplitudeLaw):
+        over = "time" if isinstance(law, TimeLaw) else "amplitude"
+        raise LawError(f"a law over {over} has no periodic vibration in space; give a ConstantLaw or a ContactLaw")
+    if kind == "force" and rig.shaker.position is None:
+        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
+    if kind == UNBALANCE and not rig.unbalances:
+        raise RigError(f"rig {rig.name!r} has no unbalances; give [[unbalances]] with a position and a moment")
+    structure = spatial_model(rig, modes)
+    laws = _laws(rig, law, speed)
+    rows = structure.at_points.reshape(-1, structure.size)
+    drive = np.zeros((harmonics + 1, structure.size), dtype=complex)
+    if kind == UNBALANCE:
+        drive[1] = structure.unbalance[0] - 1j * structure.unbalance[1]
+    elif levels:
+        drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
+    structured = _structured(structure, laws, rows, drive, kind == UNBALANCE)
+    if np.linalg.eigvalsh(structured.stiffness)[0] <= 1e-12 * structure.omega.max() ** 2:
+        raise RigError(
+            f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
+            "defined; add a support, oil, or grease with stiffness"
+        )
+    of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
+    stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
+    middles = structure.at_points[: len(rig.bushings)]
+    on_modes = float(np.max(of_contact[:, None] * np.sum(middles**2, axis=2)))
+    basis, owner = _coordinates(structured, rows, stiffest)
+    room = min(b.gap - np.hypot(b.offset_y, b.offset) for b in rig.bushings)
+    return RoundCondensed(
+        model, kind, modes, structure, structured, basis, owner, laws, float(room), on_modes,
+        np.asarray(levels, dtype=complex),
+    )  # fmt: skip
+
+
+def _structured(
+    structure: SpatialModel, laws: RoundLaws, rows: np.ndarray, drive: np.ndarray, unbalance: bool
+) -> Structured:
+    n = structure.size
+    stiffness, damping = np.diag(structure.omega**2), np.diag(structure.damping)
+    if structure.coupling.size:
+        damping = damping + structure.coupling
+    for k, c, at in zip(laws.spring, laws.damper, structure.at_points):
+        stiffness = stiffness + k * at.T @ at
+        damping = damping + c * at.T @ at
+    none = np.zeros((n, n))
+    return Structured(
+        stiffness, damping, structure.gyroscopic if structure.gyroscopic.size else none,
+        structure.circulatory if structure.circulatory.size else none, np.ascontiguousarray(rows), structure.weight,
+        drive, unbalance,
+    )  # fmt: skip
+
+
+def _laws(rig: Rig, law: Law, speed: float) -> RoundLaws:
+    """What acts in the clearances. A film has no stiffness of its own in the middle: Ω c/2 is that of its coupling."""
+    fillings = fillings_of(rig, law)
+    records = round_records(rig, law, 1.0)
+    k, c = np.transpose([filling.small_motion() for filling in fillings])
+    films = np.array([b.film is not None for b in rig.bushings])
+    k = np.where(films, np.maximum(k, abs(speed) * c / 2), k)
+    memory = np.array([_memory(f, b.gap) for f, b in zip(fillings, rig.bushings)])
+    linear = np.array([f.is_linear() for f in fillings]) & ~films
+    table = law.table(len(rig.bushings))
+    impacts = np.array([_knows_impacts(table, b.gap, j) for j, b in enumerate(rig.bushings)])
+    rubs = np.array([b.friction is not None and b.friction.coefficient > 0 for b in rig.bushings])
+    room = max(filling.round_states() for filling in fillings)
+    return RoundLaws(*records, np.ascontiguousarray(k), np.ascontiguousarray(c), memory, linear, impacts | rubs,
+                     max(room, 2))  # fmt: skip
+
+
+def _memory(filling: GreaseModel, gap: float) -> int:
+    """How many numbers a filling remembers: none if a loop through the gap leaves them as they were."""
+    state, out = [0.0] * filling.round_states(), [0.0] * 6
+    angle = np.arange(1, 20)
+    y, z = gap * np.sin(angle), gap * np.cos(angle) / 2
+    for now in range(len(angle)):
+        before = (y[now - 1], z[now - 1]) if now else (0.0, 0.0)
+        way = float(y[now] - before[0]), float(z[now] - before[1])
+        filling.round_law(filling.parameters(), state, float(y[now]), float(z[now]), *way, 0.0, 1e-3, out)
+    return filling.round_states() if any(state) else 0
+
+
+def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
+    """Whether a contact's force depends on the speed at which it began."""
+    slow, fast = [0.0, 0.0], [0.0, 0.0]
+    parameters = [float(number) for number in table.parameters[0, j]]
+    table.kinds[j].law(parameters, gap, 100 * gap, 100 * gap, slow)
+    table.kinds[j].law(parameters, gap, 100 * gap, 1000 * gap, fast)
+    return slow != fast
+
+
+def _coordinates(
+    structured: Structured, rows: np.ndarray, stiffest: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal coordinates (2 n_points, r) of the points in which they move enough to matter, and whose they are."""
+    compliance, count = rows @ np.linalg.solve(structured.stiffness, rows.T), len(stiffest)
+    columns, owner = [], []
+    for j, contact in enumerate(stiffest):
+        for d in range(2):
+            own = [2 * p + d for p in (j, count + 2 * j, count + 2 * j + 1)]
+            values, vectors = np.linalg.eigh(compliance[np.ix_(own, own)])
+            least = min(STIFF / contact if contact else np.inf, 1e-3 * values[-1])
+            for value, vector in zip(values, vectors.T):
+                if value > least and value > 1e-12 * values[-1]:
+                    column = np.zeros(len(rows))
+                    column[own] = vector
+                    columns.append(column)
+                    owner.append(j)
+    return np.ascontiguousarray(np.array(columns).T), np.array(owner)
+
+
+def round_slopes(laws: RoundLaws, points: int, samples: int, harmonics: int) -> RoundSlopes:
+    """Return room for the derivatives of the forces at samples of a period."""
+    most = max(int(laws.memory.max()), 2)
+    x, v = np.zeros((2, points, 2, 2, samples))
+    step = np.zeros((points, samples, most + 2, most + 8))
+    rows = np.zeros((points, 2, 2, samples, 2 * harmonics + 1))
+    onto, used = np.zeros((points, samples, 2 * harmonics + 1)), np.zeros(points, dtype=int)
+    return RoundSlopes(x, v, step, np.zeros((points, samples), dtype=bool), rows, onto, used)

@@ -1,0 +1,134 @@
+"""Responses of rigs in space to a periodic excitation, and to unbalance over the speed of the shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from ...core.errors import ExcitationError, RigError
+from ...core.kinds import checks_kinds
+from ...model import Model
+from ..branch import Branch
+from ..continuation import Motion
+from ..following import farthest, follow
+from ..resolution import resolution
+from ..stability import FIRST_CONTACT, samples_of_period
+from .condensed import UNBALANCE, round_condensed
+from .following import with_first_contacts
+from .solver import RoundSolver
+
+__all__ = ["follow_unbalance", "respond", "speeds_of"]
+
+FASTEST = 1e6  # rad/s
+
+
+def respond(
+    model: Model, kind: str, levels: Sequence[complex], ends: tuple[float, float], harmonics: int,
+    counts: Sequence[int], modes: int, stability: bool, watch: Callable[[float], None] | None, progress: bool,
+) -> Branch:  # fmt: skip
+    """Follow the response of a rig in space between two frequencies, 1/s; see `follow_response`."""
+    rig = model.rig
+    if rig.spin and (rig.spin.rate or rig.spin.inertia):
+        raise RigError(
+            f"rig {rig.name!r}: a periodic vibration needs a steady speed; leave out spin.rate, spin.until and spin.inertia"
+        )
+    if kind != UNBALANCE and rig.unbalances:
+        raise ExcitationError(
+            f"rig {rig.name!r}: unbalances at their own speed beside an excitation give no periodic vibration; leave "
+            "out [[unbalances]], or use follow_unbalance"
+        )
+    spin = rig.spin.speed if rig.spin and kind != UNBALANCE else 0.0
+    system = round_condensed(model, kind, levels, harmonics, modes, max(ends) if kind == UNBALANCE else spin)
+
+    def found(count: int) -> Branch:
+        solver = RoundSolver(system, harmonics, count, spin)
+        touched: list[Motion] = []
+        if stability:
+            samples_of_period(solver, min(ends))  # refused before a branch is followed there
+        motions = with_first_contacts(solver, solver.branch(*ends), touched)
+
+        def named(motion: Motion) -> str:
+            return FIRST_CONTACT if any(motion is each for each in touched) else ""
+
+        return follow(solver, _watched(motions, watch), stability, progress, named)
+
+    return farthest(found, counts)
+
+
+def _watched(motions: Iterator[Motion], watch: Callable[[float], None] | None) -> Iterator[Motion]:
+    for motion in motions:
+        if watch is not None:
+            watch(motion.omega / (2 * np.pi))
+        yield motion
+
+
+@checks_kinds
+def follow_unbalance(
+    model: Model,
+    speed_range: tuple[float, float],
+    n_harmonics: int = 11,
+    n_samples: int | None = None,
+    n_modes: int = 8,
+    stability: bool = True,
+    watch: Callable[[float], None] | None = None,
+    progress: bool = False,
+) -> Branch:
+    """Follow how a turning shaft vibrates under its unbalances from one speed to another, around folds.
+
+    The shaft turns once in a period. Gyroscopic moments, damping that turns with the shaft, oil films and the slip of
+    its surface follow the speed. The branch begins with the vibration that grows out of rest with the unbalances.
+
+    Parameters
+    ----------
+    model : Model
+        Rig in space with ``unbalances``, and law, a `ConstantLaw` or a `ContactLaw`.
+    speed_range : tuple of float
+        First and last speed of the shaft, rad/s, > 0; downwards too.
+    n_harmonics : int
+        Number of harmonics of the motion, H; a circle has one.
+    n_samples : int, optional
+        Number of samples of a turn, at least 4 H + 1; None: as in `follow_response`.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+    stability : bool
+        Find Floquet's multipliers of every point, and locate where the stability changes.
+    watch : callable, optional
+        Called with the frequency, Hz, of every point that is found; what it raises ends the search.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Branch
+        Its frequency is that of turning, ``spin`` the speed. If no next point was found, ``ended`` says where.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers of harmonics, samples or modes, or if not even the first point is found.
+    RigError
+        If the rig is planar, has no clearance or no unbalances, or in the gap moves without stiffness.
+    ExcitationError
+        For impossible speeds.
+    LawError
+        For a law over time or amplitude, or one that does not fit the rig.
+    """
+    if not model.rig.is_spatial:
+        raise RigError(f'rig {model.rig.name!r} is planar and does not turn; give motion = "spatial" and [spin]')
+    ends = speeds_of(speed_range)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    return respond(model, UNBALANCE, [1.0], ends, harmonics, counts, n_modes, stability, watch, progress)
+
+
+def speeds_of(speed_range: tuple[float, float]) -> tuple[float, float]:
+    """Return both ends of a range of speeds, rad/s, or refuse it."""
+    try:
+        start, stop = map(float, speed_range)
+    except (TypeError, ValueError):
+        raise ExcitationError(f"speed_range is a pair (from, to) in rad/s, got {speed_range!r}") from None
+    if not (0 < start <= FASTEST and 0 < stop <= FASTEST and start != stop):
+        raise ExcitationError(
+            f"speed_range must be two different speeds > 0 rad/s and at most {FASTEST:g} rad/s, got {start:g} and {stop:g}"
+        )
+    return start, stop

@@ -1,0 +1,107 @@
+"""Whirl that nothing excites: its frequency is unknown, its phase is held; followed over the shaft's speed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..continuation import Follower, Motion
+from .condensed import RoundCondensed
+from .linear import VaryingSpin
+from .solver import RoundSolver
+
+__all__ = ["WhirlSolver"]
+
+NEARBY = 1e-6  # share of frequency and speed by which derivatives by them are found
+
+
+class WhirlSolver(Follower):
+    """Newton's method and continuation of a periodic motion without excitation, along the shaft's speed.
+
+    Unknown are the harmonics of the coordinates and the whirl's frequency, in metres over a frequency of reference.
+    The coordinate ``leader`` has no sine in its fundamental.
+    """
+
+    def __init__(self, system: RoundCondensed, harmonics: int, samples: int, reference: float):
+        self.inner = RoundSolver(system, harmonics, samples, 0.0)
+        self.inner.dynamics = VaryingSpin(system.structured)
+        self.system, self.harmonics, self.samples, self.rows = system, harmonics, samples, self.inner.rows
+        self.grid, self.least, self.leader = self.inner.grid, self.inner.least, 0
+        self.reference = reference / system.size
+        self.size = self.inner.size + 1
+        self.jacobian = np.zeros((self.size + 1, self.size + 1))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Of the coordinates' harmonics."""
+        return self.system.basis.shape[1], 2 * self.harmonics + 1
+
+    def parts(self, z: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return frequency, 1/s, and harmonics (r, K) of the coordinates, m, of the unknowns."""
+        return float(z[-1]) * self.reference, z[:-1].reshape(self.shape)
+
+    def unknowns(self, omega: float, z: np.ndarray) -> np.ndarray:
+        """Return the unknowns of a frequency and harmonics."""
+        return np.append(z.ravel(), omega / self.reference)
+
+    def frequency(self, motion: Motion) -> float:
+        """Return the whirl's angular frequency, 1/s."""
+        return self.parts(motion.z)[0]
+
+    def all_points(self, motion: Motion) -> np.ndarray:
+        """Return the harmonics (2 n_points, K) of all points, m."""
+        return self.system.basis @ self.parts(motion.z)[1] + motion.y
+
+    def depth(self, motion: Motion) -> float:
+        """Return the largest penetration, m, below 0 in the gap."""
+        return self.inner.depth(self.parts(motion.z)[1], motion.y)
+
+    def _balance(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        return self.inner.balance_at(omega, speed, 1.0, 0.0, z, y, want)
+
+    def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
+        omega, own = self.parts(z)
+        if not omega > 0:
+            return np.full(self.size, np.inf), y, y
+        left, force, beside = self._balance(parameter, omega, own, y, want)
+        if want:
+            inner, full, n = self.inner.jacobian, self.jacobian, self.size - 1
+            full[:n, :n] = inner[:n, :n]
+            for column, speed, pace in ((n, parameter, omega * (1 + NEARBY)), (n + 1, parameter * (1 + NEARBY), omega)):
+                changed = self._balance(speed, pace, own, y, False)[0] - left
+                full[:n, column] = changed.ravel() / (NEARBY * (parameter if column > n else omega / self.reference))
+            full[n:] = 0.0
+            full[n, self.leader * own.shape[1] + 2] = 1.0
+        return np.append(left, own[self.leader, 2]), force, beside
+
+    def grown(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, amplitude: np.ndarray) -> Motion | None:
+        """Return the whirl of a small amplitude, harmonics (r, K), about a rest where it begins, turned to larger ones.
+
+        The speed at which it has that amplitude is found; None if none is.
+        """
+        self.leader = int(np.abs(amplitude[:, 1]).argmax())
+        row = np.append(self.unknowns(0.0, amplitude), 0.0)
+        row /= np.linalg.norm(row)
+        found = self.solve(speed, self.unknowns(omega, z + amplitude), y, row, self.least)
+        if found is None:
+            return None
+        return replace(found, tangent=found.tangent * (np.sign(found.tangent @ row) or 1.0))
+
+    def start(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray) -> Motion | None:
+        """Return the whirl at a speed that is near a guess of its frequency and harmonics; None if none is found."""
+        fundamental = z[:, 1] - 1j * z[:, 2]
+        self.leader = int(np.abs(fundamental).argmax())
+        turn = -np.angle(fundamental[self.leader])
+        shifted = rotated(z, turn), rotated(y, turn)
+        row = np.append(np.zeros(self.size), 1.0)
+        scale = max(float(np.linalg.norm(z)), self.least)
+        return self.solve(speed, self.unknowns(omega, shifted[0]), shifted[1], row, scale)
+
+def rotated(x: np.ndarray, turn: float) -> np.ndarray:
+    """Return harmonics (n, K) of a motion that is ahead by an angle of its fundamental, rad."""
+    found = x.copy()
+    for h in range(1, x.shape[1] // 2 + 1):
+        moved = (x[:, 2 * h - 1] - 1j * x[:, 2 * h]) * np.exp(1j * h * turn)
+        found[:, 2 * h - 1], found[:, 2 * h] = moved.real, -moved.imag
+    return found

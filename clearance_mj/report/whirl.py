@@ -1,0 +1,112 @@
+"""Figures of a shaft's whirl in its bushings, and their numbers: orbits, full spectra, and what changes with speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..rotors.whirling import Whirl
+from ..signals.orbit_figures import cascade_figure, full_spectrum_figure, orbit_figure
+from ..signals.orbits import Orbits
+from .style import COLOURS, Drawing, canvas, tidy
+
+__all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest", "of_orbits"]
+
+RPM = 30 / np.pi
+
+
+def finest(whirl: Whirl, resolution: float) -> float:
+    """Return a distance of lines, Hz, that the motion is long enough for: the one asked for, or a coarser one."""
+    return max(resolution, 1.001 * whirl.fs / whirl.time.size)
+
+
+def draw_orbits(whirl: Whirl, turns: int) -> Drawing:
+    """Draw the last turns in each bushing; of a shaft that does not turn the whole path."""
+    names, gaps = whirl.names, [b.gap for b in whirl.rig.bushings]
+    shown: dict[str, Orbits | np.ndarray] = {}
+    for j, name in enumerate(names):
+        shown[name] = whirl.position[j] if whirl.angle is None else whirl.orbits(j).last(turns)
+    words = "the last turns, with the once-per-turn mark and the ellipse that goes with the shaft (1X)"
+    caption = (
+        f"Orbits in the bushings of rig “{whirl.rig.name}”: {words if whirl.angle is not None else 'the whole path'}. "
+        "The circle is the wall: the shaft's line is on it where shaft and bushing begin to touch."
+    )
+    return Drawing("orbits", orbit_figure(shown, dict(zip(names, gaps))), caption, f"Orbits in {len(gaps)} bushings.")
+
+
+def draw_spectra(whirl: Whirl, resolution: float) -> Drawing:
+    """Draw full spectra in each bushing, with lines every so many Hz or as near as the motion is long."""
+    lines = finest(whirl, resolution)
+    spectra = {name: whirl.full_spectrum(j, lines) for j, name in enumerate(whirl.names)}
+    spin = None if whirl.spin is None else float(whirl.spin.mean())
+    caption = (
+        f"Full spectra of the motion in the bushings of rig “{whirl.rig.name}”, {whirl.time[0]:.4g} to "
+        f"{whirl.time[-1]:.4g} s: an ellipse of semi-axes a and b is a forward line (a + b)/2 and a backward one "
+        "(a - b)/2."
+    )
+    return Drawing("full_spectra", full_spectrum_figure(spectra, spin), caption, f"{len(spectra)} full spectra.")
+
+
+def draw_over_speed(whirl: Whirl, resolution: float) -> list[Drawing]:
+    """Draw what changes with the speed: full spectra of windows, and the 1X motion turn by turn."""
+    whirl = whirl.changing
+    lines = finest(whirl, resolution)
+    cascades = {name: whirl.cascade(j, lines) for j, name in enumerate(whirl.names)}
+    name, n = whirl.rig.name, len(cascades)
+    caption = (
+        f"Full spectra over the spin, in the bushings of rig “{name}”. Dashed: the spin (1X), dotted: twice the spin."
+    )
+    waterfall = Drawing("waterfall", cascade_figure(cascades), caption, f"Full spectra over spin, {n} bushings.")
+    caption = (
+        f"What goes with the shaft (1X) turn by turn, in the bushings of rig “{name}”: radius of the forward and of "
+        "the backward circle, and the forward one's phase before the once-per-turn mark; dotted: the gap."
+    )
+    return [waterfall, Drawing("bode", _bode(whirl), caption, f"1X motion over spin at {n} bushings.")]
+
+
+def _bode(whirl: Whirl) -> Figure:
+    n = len(whirl.names)
+    figure = canvas(0.4 + 2.5 * n)
+    axes = figure.subplots(2 * n, 1, sharex=True, height_ratios=(1.7, 1) * n)
+    for j, (name, bushing) in enumerate(zip(whirl.names, whirl.rig.bushings)):
+        orbits = whirl.orbits(j)
+        forward, backward = orbits.harmonic()
+        above, below = axes[2 * j : 2 * j + 2]
+        for part, label, colour in ((forward, "forward", COLOURS[0]), (backward, "backward", COLOURS[1])):
+            above.plot(RPM * orbits.speed, 1e6 * np.abs(part), lw=0.9, color=colour, label=label)
+        above.axhline(1e6 * bushing.gap, color="black", lw=0.8, ls=":", label="gap")
+        phase = np.degrees(np.angle(forward))
+        jumps = np.abs(np.diff(phase, prepend=phase[:1])) > 180
+        below.plot(RPM * orbits.speed, np.ma.masked_array(phase, jumps), lw=0.9, color=COLOURS[0])
+        below.set_ylim(-190, 190)
+        below.set_yticks([-180, 0, 180])
+        tidy(above, name, "1X (µm)")
+        tidy(below, "", "Phase (°)", "Spin (rev/min)" if j == n - 1 else "")
+        above.legend(fontsize=7, frameon=False, ncols=3, loc="upper right", bbox_to_anchor=(1.0, 1.16))
+    figure.align_ylabels(axes)
+    return figure
+
+
+def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
+    """Return the numbers of each bushing's last turns: place, reach, and 1X motion where the shaft turns; SI units."""
+    found = []
+    for j, bushing in enumerate(whirl.rig.bushings):
+        place = whirl.position[j]
+        of: dict[str, Any] = {"bushing": whirl.names[j], "gap": bushing.gap}
+        if whirl.angle is not None:
+            orbits = whirl.orbits(j).last(turns)
+            place = np.concatenate((*orbits.position,), axis=1)
+            of |= {"turns": len(orbits.time), "spin": float(orbits.speed.mean())} | _first(orbits)
+        radius = np.hypot(*place)
+        found.append(of | {"mean": place.mean(axis=1).tolist(), "largest_radius_over_gap": radius.max() / bushing.gap})
+    return found
+
+
+def _first(orbits: Orbits) -> dict[str, Any]:
+    once = orbits.filtered()
+    return {
+        "forward": abs(once.forward), "forward_phase": float(np.angle(once.forward)), "backward": abs(once.backward),
+        "major": once.major, "minor": once.minor, "inclination": once.inclination, "sense": once.sense,
+    }  # fmt: skip

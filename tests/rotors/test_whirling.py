@@ -1,0 +1,90 @@
+"""Whirl out of responses: places in turned probes, parts at one speed, 1X of an unbalance beside the linear theory."""
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
+from clearance_mj.core.errors import RecordError
+from clearance_mj.rig import Spin, Unbalance
+from clearance_mj.rotors import turning_shaft, whirl
+from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+FS = 1024.0
+STEEL = Material(2.1e11, 7800.0)
+
+
+def rotor(**changes):
+    """A disc of 3 kg on a shaft of 20 mm, in an empty bushing of 0.5 mm; softer along y at one end."""
+    supports = Support(0.0, "pinned"), Support(1.0, translation=2e6, translation_y=1e6)
+    disc = Disc(0.35, 3.0, 0.01, polar_inertia=0.02)
+    shaft = Shaft((Section(1.0, (0.02, 0.02)),), supports, (disc,), STEEL, (20.0, 0.0))
+    bushing = Bushing(0.6, 5e-4, 0.02, Grease(0.0, 0.0), Contact(2e6, 50.0))
+    given = {"motion": "spatial", "spin": Spin(90.0), "unbalances": (Unbalance(0.35, 2e-5, 0.5),)} | changes
+    return Rig("rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, **given)
+
+
+def response(rig, displacement, spin):
+    n = displacement.shape[1]
+    return cm.Response(FS, np.zeros(n), np.zeros((1, n)), displacement, contact_share=np.zeros(1), spin=spin)
+
+
+def test_the_1x_orbit_of_an_unbalance_is_that_of_the_linear_theory():
+    """Ellipse of (ω² - Ω² + iΩ(C + ΩG)) q = Ω² f, y and z its real parts times e^(iθ): turning.unbalance_response."""
+    rig = rotor()
+    found = cm.simulate(rig, cm.excitation.still(6.0, FS), engine="modal")
+    orbit = whirl(rig, found).between(4.0).orbits(0).filtered()
+    y, z = turning_shaft(rig, 8).unbalance_response([90.0], 0.35, 2e-5, [0.6])[0, 0] * np.exp(0.5j)
+    assert orbit.y == pytest.approx(y, rel=2e-3)
+    assert orbit.z == pytest.approx(z, rel=2e-3)
+    assert 0.1 < orbit.minor / orbit.major < 0.99  # an ellipse that both planes make
+
+
+def test_places_are_from_the_bushings_middle_along_y_and_z_whatever_the_probes():
+    """Probes 30° from y and z read (cos y + sin z, cos z - sin y)."""
+    bushing = (
+        rotor()
+        .bushings[0]
+        .__class__(0.6, 5e-4, 0.02, Grease(0.0), Contact(2e6), offset=-2e-4, offset_y=1e-4, probe_angle=np.pi / 6)
+    )
+    rig = rotor(spin=Spin(60.0)).replace(bushings=(bushing,))
+    time = np.arange(2048) / FS
+    y, z = 3e-5 * np.cos(60 * time), 2e-5 * np.sin(60 * time)
+    cos, sin = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    read = np.array([cos * y + sin * z, cos * z - sin * y])
+    found = whirl(rig, response(rig, read, np.full(2048, 60.0)))
+    np.testing.assert_allclose(found.position[0], [y + 1e-4, z - 2e-4], atol=1e-18)
+    assert found.names == ["bushing 1, x = 0.6 m"]
+    assert found.is_steady
+
+
+def test_the_end_at_one_speed_and_the_part_that_changes():
+    """A ramp from 50 to 100 rad/s in 2 s, then 2 s at 100: half a percent below it is reached at 1.98 s."""
+    rig = rotor(spin=Spin(50.0, 25.0, 100.0))
+    time = np.arange(4096) / FS
+    found = whirl(rig, response(rig, np.zeros((2, 4096)), rig.spin.speed_at(time)))
+    np.testing.assert_allclose(found.angle, rig.spin.angle_at(time), atol=1e-5)
+    assert not found.is_steady
+    assert found.ending(0.5).time[0] == pytest.approx(1.98, abs=2e-3)
+    assert found.ending(3.0).time[0] == pytest.approx(time[-1] - 3.0, abs=2e-3)
+    assert found.ending(0.1, turns=40).orbits(0).time.size >= 40
+    assert found.changing.time[[0, -1]] == pytest.approx([0.0, 2.0], abs=2e-3)
+    marks = found.orbits(0).time
+    cut = found.between(1.0)
+    assert cut.orbits(0).time[0] == pytest.approx(marks[marks >= 1.0][0], abs=1e-9)  # the marks stay where they are
+    with pytest.raises(RecordError, match=r"7 to inf s: no samples; there are some from 0 to 3\.99902 s"):
+        found.between(7.0)
+
+
+def test_what_has_no_orbits_is_refused():
+    still = rotor(spin=None, unbalances=())
+    rig = rotor()
+    found = whirl(still, response(still, np.zeros((2, 64)), None))
+    with pytest.raises(RecordError, match="rig 'rotor' does not turn, and has no orbits by turn"):
+        found.orbits(0)
+    with pytest.raises(RecordError, match=r"has 1 rows of displacements; orbits in 1 bushings need 301:\+Y, 301:\+Z"):
+        whirl(rig, response(rig, np.zeros((1, 64)), None))
+    with pytest.raises(RecordError, match='moves along z alone and has no orbits; give motion = "spatial"'):
+        whirl(rotor(motion="planar", spin=None, unbalances=()), response(rig, np.zeros((2, 64)), None))
+    with pytest.raises(RecordError, match="has no bushings in which its shaft could whirl"):
+        whirl(rig.replace(bushings=()), response(rig, np.zeros((2, 64)), None))
