@@ -11,9 +11,8 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of
-from ..physical import set_inverse_inertia
+from ..physical import INVERSE_INERTIA, set_inverse_inertia
 from ..rig import Rig
-from ..rotors.spatial import spatial_model
 from .linkage_space import SpatialLinkage, spatial_linkage
 from .links_parts import armature
 from .links_space import joint_names, spatial_spec, tendon_names
@@ -73,7 +72,6 @@ def largest_spatial_step(rig: Rig, law: Law, links: int) -> float:
 @functools.lru_cache(maxsize=32)
 def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
     """Compile a spatial rig's chains for the engine."""
-    spatial_model(rig).input(rig.shaker.kind)  # refuses what cannot be excited so, or does not turn
     whole, spec = spatial_linkage(rig, links), spatial_spec(rig, links)
     # What only takes time: shapes, sensors, which sit on straight links, and looking for contacts of bodies.
     spec.compiler.discardvisual = True
@@ -87,6 +85,7 @@ def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
                 site.pos[1:] = -bushing.offset_y, -bushing.offset
     model = spec.compile()
     set_inverse_inertia(model)
+    model.tendon_invweight0[:] = INVERSE_INERTIA  # also between two bodies that both move
     order = np.array([model.joint(name).dofadr[0] for name in joint_names(whole)], dtype=int)
     limits = [-1 if name is None else model.tendon(name).id for name in tendon_names(whole)]
     viscous = whole.diagonal(lambda plane: plane.viscous)

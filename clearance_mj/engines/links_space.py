@@ -29,6 +29,8 @@ NO_DIRECTION = 1e-9
 A tendon without length has no direction, so that MuJoCo would find no inertia behind it; with this it is that of both
 planes, and the gap changes by less than digits of a file show.
 """
+SAME_PLACE = 1e-9  # of a shaft's length: hinges of both planes that are this close are one joint
+LEAST_INERTIA = 1e-13  # kg m², of a short link between the hinges of both planes: MuJoCo wants some
 DIGITS = 6  # that MuJoCo writes of a number
 STAVES = 24  # boxes that a bushing is drawn of
 AXES = "yz"
@@ -115,10 +117,8 @@ def _prefix(shaft: Shaft, whole: SpatialLinkage) -> str:
 
 def _starts(whole: SpatialLinkage, i: int) -> np.ndarray:
     """(n,) where the links of shaft i begin, m: at the hinges of both planes, which mostly are at the same places."""
-    y, z = (plane.chains[i].starts for plane in whole.planes)
-    if y.shape == z.shape and np.allclose(y, z, rtol=0, atol=1e-9 * np.ptp(z)):
-        return np.asarray(z)
-    return np.union1d(y, z)
+    places = np.sort(np.concatenate([plane.chains[i].starts for plane in whole.planes]))
+    return places[np.diff(places, prepend=-np.inf) > SAME_PLACE * whole.planes[1].chains[i].shaft.length]
 
 
 def _add_shaft(spec: mujoco.MjSpec, whole: SpatialLinkage, i: int) -> None:
@@ -133,6 +133,7 @@ def _add_shaft(spec: mujoco.MjSpec, whole: SpatialLinkage, i: int) -> None:
         name = f"{prefix}link{n}"
         body, origin = body.add_body(name=name, pos=[start - origin, 0, 0]), start
         set_inertia(body, chain.link(start, end))
+        body.inertia = np.maximum(body.inertia, LEAST_INERTIA)
         _add_joints(body, whole, i, start)
         visual(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
     for sensor in whole.rig.sensors:
@@ -145,18 +146,18 @@ def _add_shaft(spec: mujoco.MjSpec, whole: SpatialLinkage, i: int) -> None:
 
 def _add_joints(body: mujoco.MjsBody, whole: SpatialLinkage, i: int, start: float) -> None:
     """The joints of both planes at the start of a link; slides before turns, along z before y."""
-    found = []
-    for d, plane in enumerate(whole.planes):
-        chain, part = plane.chains[i], plane.slices[i]
-        values = zip(_joints(whole, d, i), _places(chain), chain.stiffness, plane.damping[part])
-        found += [
-            (n, -d, *value) for n, value in enumerate(values) if abs(value[1] - start) < 1e-9 * chain.shaft.length
-        ]
-    for n, d, name, _, stiffness, damping in sorted(found, key=lambda joint: joint[:2]):
-        slides = whole.planes[-d].chains[i].slides and n == 0
-        kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
-        up, across = ([0, 0, 1], [0, 1, 0]) if slides else ([0, -1, 0], [0, 0, 1])
-        axis = up if d else across
+    planes = [(d, plane, plane.chains[i]) for d, plane in enumerate(whole.planes)]
+    here = [
+        (n, d) for d, _, chain in reversed(planes) for n, x in enumerate(_places(chain))
+        if abs(x - start) <= SAME_PLACE * chain.shaft.length
+    ]  # fmt: skip
+    for n, d in sorted(here, key=lambda joint: joint[0]):
+        _, plane, chain = planes[d]
+        kind, axis = mujoco.mjtJoint.mjJNT_HINGE, ([0, 0, 1], [0, -1, 0])[d]
+        if chain.slides and n == 0:
+            kind, axis = mujoco.mjtJoint.mjJNT_SLIDE, ([0, 1, 0], [0, 0, 1])[d]
+        stiffness, damping = chain.stiffness[n], plane.damping[plane.slices[i]][n]
+        name = _joints(whole, d, i)[n]
         body.add_joint(type=kind, axis=axis, name=name, stiffness=[stiffness, 0, 0], damping=[damping, 0, 0])
 
 

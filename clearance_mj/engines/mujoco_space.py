@@ -15,6 +15,7 @@ from ..clearance.round_kernel import fillings_of, round_records
 from ..core.errors import LawError
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
+from ..rotors.spatial import spatial_model
 from .base import Engine, Run, diverged
 from .equilibrium import Equilibrium, equilibrium_of
 from .linkage_space import SpatialLinkage
@@ -34,6 +35,7 @@ class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: SpatialPlant):
+        spatial_model(rig).input(kind)  # refuses what cannot be excited so
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         if np.any(self.clearance.bushings["adhesion"]):

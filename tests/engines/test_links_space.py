@@ -1,0 +1,361 @@
+"""The links engine in space beside the planar one, the modal one and closed forms; its MuJoCo model."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import clearance_mj as cm
+from clearance_mj import physical
+from clearance_mj.clearance import nominal_law
+from clearance_mj.engines import Links, build_links, get_engine, mjcf
+from clearance_mj.engines.mujoco_space import SpatialMujocoRun
+from clearance_mj.physical.rows import softness_of
+from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
+from clearance_mj.rotors import campbell, spatial_model
+from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
+
+TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+SPACE = TABLE1.replace(motion="spatial")
+STEEL = Material(2.1e11, 7850.0)
+GREASED = cm.ContactLaw(
+    cm.clearance.HuntCrossley1975(2e6, 4e5), grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4)
+)  # fmt: skip
+FREQUENCY = 2048.0
+
+
+def noise(level: float, seconds: float = 0.5, kind: str = "base") -> cm.Excitation:
+    return cm.excitation.random(seconds, FREQUENCY, band=(5, 220), rms=level, seed=3, kind=kind)
+
+
+def still(seconds: float, kind: str = "base") -> cm.Excitation:
+    return cm.Excitation(np.zeros(int(seconds * FREQUENCY)), FREQUENCY, kind)
+
+
+def close(found: np.ndarray | None, told: np.ndarray | None, share: float) -> None:
+    """Two histories differ by less than a share of the largest value of the second one."""
+    assert found is not None and told is not None
+    assert_allclose(found, told, rtol=0, atol=share * np.abs(told).max())
+
+
+def started(rig: Rig, links: int = 16) -> SpatialMujocoRun:
+    """A run at its largest step."""
+    engine, law = Links(links=links), nominal_law(rig)
+    run = engine.start(rig, law, rig.shaker.kind, engine.largest_step(rig, law))
+    assert isinstance(run, SpatialMujocoRun)
+    return run
+
+
+@pytest.mark.parametrize(("level", "law", "share"), [(0.05, None, 1e-10), (3.0, None, 1e-4), (3.0, GREASED, 1e-3)])
+def test_a_motion_in_the_plane_is_the_planar_one(level: float, law: cm.ContactLaw | None, share: float) -> None:
+    """To rounding in the gap; impacts magnify what distance and height of a point on the links differ by."""
+    plane, space = (cm.simulate(rig, noise(level), law, "links") for rig in (TABLE1, SPACE))
+    assert plane.contact_force is not None and plane.contact_force.any() == (level > 1)
+    close(space.acceleration, plane.acceleration, share)
+    for name in ("displacement", "contact_force", "grease_force"):
+        found, told = getattr(space, name), getattr(plane, name)
+        close(found[1::2], told, share)
+        assert not found[::2].any()
+
+
+def test_a_turned_excitation_gives_the_turned_response() -> None:
+    across, along = np.sin(0.7), np.cos(0.7)
+    turned = SPACE.replace(shaker=Shaker(direction=(0.0, across, along)))
+    straight, found = (cm.simulate(rig, noise(3.0, 0.25), GREASED, "links") for rig in (SPACE, turned))
+    for name in ("displacement", "contact_force", "grease_force"):
+        told = getattr(straight, name)[1::2]
+        close(getattr(found, name)[::2] / across, told, 2e-3)
+        close(getattr(found, name)[1::2] / along, told, 2e-3)
+
+
+def test_frequency_responses_in_the_gap_are_those_of_modes() -> None:
+    """As far from the modal engine's as in the plane: 0.3 dB beside resonances and antiresonances, from 5 to 200 Hz."""
+    shock, band = np.zeros(2048), slice(20, 800)
+    shock[1] = 1.0
+    space = SPACE.replace(shaker=Shaker(direction=(0.0, 1.0, 0.0)), sensors=_along_y(SPACE))
+
+    def differences(rig: Rig) -> np.ndarray:
+        """(n_sensors, n_lines) dB."""
+        both = [cm.simulate(rig, cm.Excitation(shock, FREQUENCY), engine=e).acceleration for e in ("links", "modal")]
+        links, modal = np.abs(np.fft.rfft(both, 8192))[..., band]
+        return np.asarray(20 * np.log10(links / modal))
+
+    found = differences(space)
+    assert_allclose(found, differences(TABLE1), rtol=0, atol=1e-6)
+    assert np.quantile(np.abs(found), 0.99) < 0.3
+
+
+def _along_y(rig: Rig) -> tuple[Sensor, ...]:
+    return tuple(dataclasses.replace(s, direction=(0.0, 1.0, 0.0)) for s in rig.sensors)
+
+
+def rubbing(rig: Rig, friction: Friction) -> Rig:
+    return rig.replace(bushings=tuple(dataclasses.replace(b, friction=friction) for b in rig.bushings))
+
+
+RESTING = rubbing(SPACE, Friction(0.1)).replace(gravity=(0.0, -3.0, -9.81))
+
+
+def rotor(**changes: object) -> Rig:
+    """A disc on an elastic shaft, whose supports differ in y and z, in one bushing."""
+    supports = (Support(0.0, "pinned"), Support(0.3, "elastic", 2e5, translation_y=1e5))
+    shaft = Shaft(
+        (Section(0.3, (0.02, 0.02)),), supports, (Disc(0.2, 2.0, 0.002),), STEEL, (1.0, 0.0), theory="euler"
+    )  # fmt: skip
+    bushing = Bushing(0.15, 1e-4, 0.02, Grease(0.0), Contact(1e5, 50.0))
+    sensors = (Sensor(1, 0.2, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.2))
+    return Rig(
+        "rotor", None, (bushing,), sensors, structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81)
+    ).replace(**changes)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "rig",
+    [
+        rotor(spin=Spin(300.0), unbalances=(Unbalance(0.2, 2e-5),)),
+        rubbing(rotor(spin=Spin(300.0), unbalances=(Unbalance(0.2, 2e-4, 0.3),)), Friction(0.15, damping=20.0)),
+        rubbing(rotor(spin=Spin(300.0, rate=300.0, until=330.0)), Friction(0.2)).replace(
+            unbalances=(Unbalance(0.2, 1e-4),)
+        ),
+        rubbing(rotor(spin=Spin(300.0, inertia=2e-3), unbalances=(Unbalance(0.2, 2e-4),)), Friction(0.15)),
+    ],
+    ids=["in the gap", "rub", "ramp", "coasting"],
+)
+def test_a_shaft_that_turns_moves_as_its_modes_do(rig: Rig) -> None:
+    """Unbalance, friction and gyroscopic moments beside the modal engine, whose scheme is another one."""
+    links, modal = (cm.simulate(rig, still(0.15), engine=e) for e in ("links", "modal"))
+    for name in ("displacement", "contact_force", "acceleration"):
+        close(getattr(links, name), getattr(modal, name), 5e-3)
+    close(links.spin, modal.spin, 1e-5)
+
+
+def test_an_oil_film_carries_as_it_does_with_modes() -> None:
+    rig = rotor(spin=Spin(300.0), unbalances=(Unbalance(0.2, 1e-4),))
+    rig = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], film=OilFilm(0.02, asperities=1e-6)),))
+    links, modal = (cm.simulate(rig, still(0.15), engine=e) for e in ("links", "modal"))
+    for name in ("displacement", "grease_force", "acceleration"):
+        close(getattr(links, name), getattr(modal, name), 1e-3)
+
+
+def test_in_contact_responses_are_those_of_modes() -> None:
+    """Rattle under gravity with friction: levels of every sensor within 2 %, time in contact within 1 %."""
+    links, modal = (cm.simulate(RESTING, noise(3.0, 2.0), engine=e) for e in ("links", "modal"))
+    levels = [np.sqrt(np.mean(r.acceleration**2, axis=1)) for r in (links, modal)]
+    assert_allclose(*levels, rtol=0.02)
+    assert_allclose(links.contact_share, modal.contact_share, atol=0.01)
+    assert modal.contact_share is not None and modal.contact_share.max() > 0.5
+
+
+def in_a_tube() -> Rig:
+    parts = (
+        Shaft((s,), (Support(0.0, "pinned"), Support(s.length, "pinned")), (), STEEL, (1.0, 1e-6), theory="euler", name=name)
+        for name, s in (("inner", Section(0.8, (0.012, 0.012))), ("outer", Section(0.6, (0.03, 0.03), (0.026, 0.026))))
+    )  # fmt: skip
+    structure = Shafts(tuple(parts), (Spring("inner@0.7", 1e4),))
+    bushing = Bushing("inner@0.3", 2e-4, 0.02, Grease(2e3, 3.0), Contact(5e4, 5.0), to="outer@0.3")
+    return Rig("tube", None, (bushing,), (Sensor(1, "inner@0.4"),), structure=structure, motion="spatial")
+
+
+def of_rectangles(*supports: Support) -> Rig:
+    """A tapered rectangle, whose hinges along y and z are at places of their own."""
+    sections = Section(0.3, width=(0.01, 0.01), height=(0.015, 0.015)), Section(0.3, width=(0.01, 0.006), height=(0.015, 0.015))
+    shaft = Shaft(sections, supports, (), STEEL, (0.5, 1e-5), theory="euler")
+    bushing = Bushing(0.4, 1e-4, 0.02, Grease(500.0, 3.0), Contact(5e4, 5.0), offset_y=2e-5)
+    sensors = (Sensor(1, 0.25, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.55, direction=(0.0, 1.0, 1.0)))
+    return Rig(
+        "rectangles", None, (bushing,), sensors, structure=shaft, motion="spatial",
+        shaker=Shaker(direction=(0.0, 1.0, 2.0)),
+    )  # fmt: skip
+
+
+ELASTIC = (
+    Support(0.0, "elastic", 1e6, 1e3, translation_y=5e5, translation_damping=5.0),
+    Support(0.5, "elastic", 2e5, 0.0, 20.0, translation_y=1e5),
+)
+
+
+@pytest.mark.parametrize(
+    ("rig", "level"),
+    [(in_a_tube(), 3.0), (of_rectangles(Support(0.0, "clamped")), 1.0), (of_rectangles(*ELASTIC), 2.0)],
+    ids=["tube", "tapered rectangle", "elastic supports"],
+)
+def test_structures_of_all_kinds_move_as_their_modes_do(rig: Rig, level: float) -> None:
+    links, modal = (cm.simulate(rig, noise(level, 0.25), engine=e) for e in ("links", "modal"))
+    close(links.displacement, modal.displacement, 0.02)
+    close(links.grease_force, modal.grease_force, 0.02)
+
+
+def test_a_clearance_between_two_shafts_touches_as_in_the_plane() -> None:
+    rig = in_a_tube()
+    plane, space = (cm.simulate(r, noise(12.0, 0.25), engine="links") for r in (rig.replace(motion="planar"), rig))
+    assert plane.contact_force is not None and space.contact_force is not None
+    assert np.abs(plane.contact_force).max() > 5.0
+    close(space.contact_force[1::2], plane.contact_force, 0.05)
+
+
+def test_a_force_pushes_in_its_direction() -> None:
+    rig = of_rectangles(*ELASTIC).replace(shaker=Shaker("force", 0.3, (0.0, 1.0, 2.0)))
+    links, modal = (cm.simulate(rig, noise(2.0, 0.25, "force"), engine=e) for e in ("links", "modal"))
+    close(links.displacement, modal.displacement, 0.02)
+
+
+@pytest.mark.parametrize(
+    "rig", [RESTING, RESTING.replace(bushings=()), rotor(spin=Spin(300.0))], ids=["in contact", "free", "turning"]
+)
+def test_a_rig_at_rest_stays_there(rig: Rig) -> None:
+    """It begins where it rests in MuJoCo's own geometry: nothing accelerates."""
+    run = started(rig)
+    found, before = run.advance(np.zeros(4000)), run.before()
+    n = len(rig.sensors)
+    assert np.abs(found[:, :n]).max() < 1e-4 * 9.81
+    assert_allclose(found[:, n:], np.tile(before[n:], (4000, 1)), rtol=0, atol=2e-4 * max(1e-9, np.abs(before).max()))
+
+
+def test_a_cantilever_sags_under_its_weight() -> None:
+    """w l⁴/8EI at the tip (Roark, table 8.1, case 2a), along y and z; slopes of 1e-2 change it by some 1e-4."""
+    beam = TABLE1.beam
+    assert beam is not None
+    rig = SPACE.replace(bushings=(), masses=(), gravity=(0.0, 3.0, -9.81), sensors=(Sensor(1, 0.5),))
+    tip = beam.mass_per_length * beam.length**4 / (8 * beam.bending_stiffness)
+    rest = started(rig).rest
+    assert_allclose(rest.deflection([beam.length])[0], [3.0 * tip, -9.81 * tip], rtol=2e-3)
+
+
+def roller(**changes: object) -> Rig:
+    """A stiff shaft that nothing but two bushings holds, under gravity."""
+    shaft = Shaft((Section(0.2, (0.03, 0.03)),), (), (), STEEL, theory="euler")
+    bushings = tuple(Bushing(x, 1e-4, 0.0, Grease(0.0), Contact(2e6, 1e3)) for x in (0.04, 0.16))
+    return Rig(
+        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81),
+        shaker=Shaker("force", 0.1),
+    ).replace(**changes)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("friction", "square"), [(None, 9.81 / 1e-4), (Friction(0.3, 2e6, 1e3), 2 * 9.81 / 3e-4)], ids=["slides", "rolls"]
+)
+def test_a_shaft_swings_in_its_bushings(friction: Friction | None, square: float) -> None:
+    """It slides with √(g/δ), and rolls with √(2g/3δ), δ 0.1 mm: 49.8 and 40.7 Hz."""
+    rig = roller()
+    mass = rig.total_mass
+    assert mass is not None
+    if friction:
+        rig = rubbing(rig, friction).replace(spin=Spin(0.0, inertia=mass * 0.015**2 / 2))
+    run = started(rig, 3)
+    run.data.qvel[run.maps.order[0]] = 1e-4  # slides along y
+    way = run.advance(np.zeros(int(0.12 / run.step)))[:, 1]
+    size = int(1e-3 / run.step)
+    smooth = np.convolve(way, np.full(size, 1 / size), "valid")  # without the ringing of the shaft itself
+    crossings = np.flatnonzero(np.diff(np.sign(smooth)) > 0)
+    period = np.diff(crossings).mean() * run.step
+    sunk = mass * 9.81 / 4e6  # the circle that the shaft's middle swings on is wider by what the contact gives
+    assert_allclose(2 * np.pi / period, np.sqrt(square * 1e-4 / (1e-4 + sunk)), rtol=5e-3)
+
+
+def test_friction_slows_a_shaft_that_coasts() -> None:
+    """By μ m g R/I cos(arctan μ) while it slides in the angle of friction."""
+    rig = rubbing(roller(spin=Spin(60.0, inertia=2e-4)), Friction(0.1))
+    mass = rig.total_mass
+    assert mass is not None
+    run = started(rig, 3)
+    spin = run.advance(np.zeros(4000))[:, -1]
+    slowing = 0.1 * mass * 9.81 * 0.015 / 2e-4 * np.cos(np.arctan(0.1))
+    assert_allclose((spin[0] - spin[-1]) / (3999 * run.step), slowing, rtol=1e-3)
+
+
+def overhung(spin: float) -> Rig:
+    shaft = Shaft(
+        (Section(0.3, (0.02, 0.02)),), (Support(0.0, "clamped"),), (Disc(0.3, 2.0, 0.02),), STEEL, theory="euler"
+    )  # fmt: skip
+    sensors = (Sensor(1, 0.3, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.3))
+    return Rig("overhung", None, (), sensors, structure=shaft, motion="spatial", spin=Spin(spin))
+
+
+@pytest.mark.parametrize("spin", [200.0, 900.0, 3000.0])
+def test_whirl_of_an_overhung_disc(spin: float) -> None:
+    """Free vibration whirls forward and backward at the frequencies of the Campbell diagram, within 0.1 %."""
+    rig = overhung(spin)
+    run = started(rig, 8)
+    run.data.qvel[run.maps.order] = 1e-3 * np.random.default_rng(0).standard_normal(run.model.nv)
+    found = run.advance(np.zeros(int(2.0 / run.step)))
+    motion = (found[:, 0] + 1j * found[:, 1]) * np.hanning(len(found))
+    diagram = campbell(rig, [spin], 4)
+    for frequency, sense in zip(diagram.frequency[:, 0], diagram.sense[:, 0]):
+        near = np.sign(sense) * frequency * np.linspace(0.97, 1.03, 601)
+        time = np.arange(len(found)) * run.step
+        lines = np.abs([motion[::8] @ np.exp(-2j * np.pi * f * time[::8]) for f in near])
+        assert 0 < lines.argmax() < 600
+        assert_allclose(abs(near[lines.argmax()]), frequency, rtol=1e-3)
+
+
+def test_gyroscopic_moments_do_no_work() -> None:
+    """The scheme's own energy, ½ v M v + ½ q K q of the places before and after, stays over 300 periods."""
+    rig = overhung(900.0)
+    run = started(rig, 4)
+    order, stiffness = run.maps.order, run.whole.diagonal(lambda plane: plane.whole_stiffness)
+    run.data.qvel[order] = 1e-2 * np.random.default_rng(0).standard_normal(run.model.nv)
+    mass = np.zeros((run.model.nv, run.model.nv))
+
+    def energy() -> float:
+        before = run.data.qpos[order].copy()
+        run.advance(np.zeros(1))
+        mujoco.mj_fullM(run.model, run.data, mass)
+        speed, after = run.data.qvel[order], run.data.qpos[order]
+        return float(speed @ mass[np.ix_(order, order)] @ speed + before @ stiffness @ after) / 2
+
+    start = energy()
+    run.advance(np.zeros(int(300 / 19.57 / run.step)))
+    assert_allclose(energy(), start, rtol=1e-5)
+
+
+def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> None:
+    """Two hinges a joint, round tubes, an annular clearance at each end of a bushing; it can be looked at for a second."""
+    rig = SPACE.replace(gravity=(0.0, 0.0, -9.81))
+    models = mjcf(rig)
+    assert list(models) == ["links"]
+    model = mujoco.MjModel.from_xml_string(models["links"])
+    assert (model.nv, model.ntendon, model.npair) == (32, 4, 0)
+    assert physical.check(model) == ()
+    assert_allclose([softness_of(model, "tendon", i) for i in range(4)], [(3.9e3, 2.0)] * 4, rtol=1e-5)
+    assert_allclose(model.tendon_range, [[0.0, 3e-4]] * 4)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((32, 32))
+    mujoco.mj_fullM(model, data, mass)
+    found = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness))).real)[:6])
+    assert_allclose(found, np.sort(spatial_model(SPACE.replace(bushings=()), 8).omega)[:6], rtol=3e-3)
+    inner = [np.hypot(*model.geom(f"bushing0_{stave}").pos[1:]) - model.geom(f"bushing0_{stave}").size[1] for stave in range(24)]
+    assert TABLE1.beam is not None and TABLE1.beam.diameter is not None
+    assert_allclose(inner, TABLE1.beam.diameter / 2 + 3e-4, rtol=1e-4)
+    mujoco.mj_step(model, data, nstep=round(0.5 / model.opt.timestep))
+    assert not data.warning.number.any() and 3e-4 < np.max(data.ten_length) < 3e-3
+
+
+def test_a_saved_model_of_two_shafts_keeps_its_softness() -> None:
+    model = mujoco.MjModel.from_xml_string(build_links(in_a_tube(), 12).to_xml())
+    clearances = [i for i in range(model.ntendon) if model.tendon(i).name.startswith("clearance")]
+    assert_allclose([softness_of(model, "tendon", i) for i in clearances], [(2.5e4, 2.5)] * 2, rtol=1e-4)
+
+
+def test_refusals() -> None:
+    """One line: what, where, what would be right."""
+    deep = Shaft((Section(0.2, (0.05, 0.05)),), (Support(0.0, "clamped"),), (), STEEL)
+    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, motion="spatial")
+    sticky = cm.ContactLaw(cm.clearance.KelvinVoigt(2e4, 30.0, adhesion=True))
+    axial = SPACE.replace(shaker=Shaker(direction=(1.0, 0.0, 0.0)))
+    for refused, words in (
+        (lambda: cm.simulate(SPACE, still(0.1), engine="modal-mj"), "modal-mj knows motion along z alone; use links or"),
+        (lambda: cm.simulate(SPACE, still(0.1), sticky, engine="links"), "links engine cannot simulate adhesion.*use modal"),
+        (lambda: cm.simulate(thick, still(0.1), engine="links"), "'thick': links has no shear flexibility; use modal"),
+        (lambda: cm.simulate(axial, still(0.1), engine="links"), "moves no mass of the structure; give another"),
+        (lambda: cm.energy_balance(SPACE, still(0.1), engine="links"), "links engine does not tell.*use modal"),
+    ):
+        with pytest.raises(cm.ClearanceError, match=words) as error:
+            refused()
+        assert "\n" not in str(error.value)
+    assert isinstance(get_engine("links"), Links)
