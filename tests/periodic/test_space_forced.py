@@ -1,7 +1,5 @@
 """Harmonic balance of round clearances under an excitation: beside the plane, and beside the modal engine's marches."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -161,16 +159,3 @@ def test_contacts_that_know_their_impact_are_followed():
     )
     assert_allclose(space.clearance_displacement[-1, 1::2], plane.clearance_displacement[-1], atol=2e-9)
 
-
-def test_the_rate_of_points(measured):
-    """300 points/s of the Table-1 rig in space on one core: the branch alone, without stability."""
-    import time
-
-    model = cm.Model(dataclasses.replace(SPACE))
-    periodic.follow_response(model, 6.0, (44.0, 45.0), stability=False)
-    rates = []
-    for _ in range(3):
-        begun = time.perf_counter()
-        found = periodic.follow_response(model, 6.0, (25.0, 60.0), stability=False)
-        rates.append(found.frequency.size / (time.perf_counter() - begun))
-    assert max(rates) > 60  # a busy machine is slower than 300

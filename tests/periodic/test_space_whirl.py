@@ -1,0 +1,78 @@
+"""Unbalance, rub and whirl by harmonic balance: beside circles in closed form, thresholds in oil, and the engine."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import clearance_mj as cm
+from clearance_mj import periodic
+from clearance_mj.rig import Spin
+from clearance_mj.rotors import synchronous_rub
+
+from .jeffcott import CLEARANCE, FREQUENCY, GAP, GRAVITY, MASS, jeffcott, rigid_in_oil, unbalanced, viscosity_at
+
+CHILDS = {0.1: (2.741, 0.503), 0.3: (2.607, 0.519), 0.5: (2.539, 0.515), 0.6: (2.707, 0.473), 0.7: (3.61, 0.346)}
+"""Of a rigid rotor in short bearings, by eccentricity ratio: Ω √(C/g) at the threshold, whirl over spin (Childs,
+Turbomachinery Rotordynamics, 1993, chapter 3)"""
+
+
+def test_first_contact_under_unbalance() -> None:
+    """The free circle e ω²/|1 - ω² + i c ω| reaches the gap at ω = 0.9252."""
+    found = periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), (0.85 * FREQUENCY, 1.0 * FREQUENCY), 3)
+    (contact, *_) = [p for p in found.special if p.kind == "first contact"]
+    assert_allclose(found.spin[contact.index] / FREQUENCY, 0.9252, rtol=1e-4)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.02])
+def test_a_synchronous_rub_is_a_circle(friction: float) -> None:
+    """Radius of the branch in contact, up to its end, beside the quadratic equation of the circle."""
+    rig = unbalanced(jeffcott(friction=friction))
+    found = periodic.follow_unbalance(cm.Model(rig), (0.95 * FREQUENCY, 1.6 * FREQUENCY), 3, stability=False)
+    told = synchronous_rub(rig, found.spin, 0.5, 0.2 * MASS * GAP, friction, n_modes=8)
+    radius = np.hypot(*np.abs(found.clearance_displacement[:, :2, 1]).T) / np.sqrt(2)
+    touching = radius > 1.0005 * GAP
+    assert touching.sum() > 10
+    assert_allclose(radius[touching], told.radius[touching, 1], rtol=1e-4)
+
+
+def test_where_the_branch_of_a_rub_ends() -> None:
+    """It folds back where both radii of the circle meet: ω = 4.328 without friction."""
+    found = periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), (3.9 * FREQUENCY, 4.6 * FREQUENCY), 3)
+    rub = periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), (1.0 * FREQUENCY, 4.6 * FREQUENCY), 3)
+    folds = [rub.spin[p.index] / FREQUENCY for p in rub.special if p.kind == "fold"]
+    assert_allclose(max(folds), 4.328, rtol=1e-3)
+    assert found.spin[-1] >= 4.599 * FREQUENCY
+
+
+def test_dry_whirl() -> None:
+    """ω* = [c/μ + √((c/μ)² + 4mk)]/2m = 1.10499 and r* = δ/(1 - c ω*/(μ k_c)) = 1.01117, backward, at any fast spin."""
+    rig = jeffcott(0.02, friction=0.1).replace(spin=Spin(3 * FREQUENCY))
+    found = periodic.follow_whirl(cm.Model(rig), (3 * FREQUENCY, 3.2 * FREQUENCY), "dry", 3)
+    y, z = found.clearance_displacement[0, :2, 1]
+    assert_allclose(2 * np.pi * found.frequency / FREQUENCY, 1.10499, rtol=1e-4)
+    assert_allclose(np.abs([y, z]) / GAP, 1.01117, rtol=1e-4)
+    assert_allclose(z / y, 1j, atol=1e-4)  # backward: z = r cos(ωt + π/2) = -r sin(ωt) where y = r cos(ωt)
+
+
+@pytest.mark.parametrize("ratio", CHILDS)
+def test_the_threshold_in_oil(ratio: float) -> None:
+    """Known answers of stability: within 1 % of Childs' threshold and of his whirl ratio."""
+    threshold, whirl = CHILDS[ratio]
+    speed = threshold * np.sqrt(GRAVITY / CLEARANCE)
+    model = cm.Model(rigid_in_oil(viscosity_at(ratio, speed), speed))
+    found = periodic.find_whirl_onset(model, (0.8 * speed, 1.2 * speed), 2)
+    # At another speed the journal rests elsewhere, so both are compared where it rests at the ratio.
+    assert_allclose(found.speed, speed, rtol=1e-2)
+    assert_allclose(2 * np.pi * found.frequency / found.speed, whirl, rtol=1e-2)
+
+
+def test_oil_whirl_grows_out_of_rest() -> None:
+    """Followed from its onset, and at a point of it where the modal engine's march stays."""
+    speed = 2.55 * np.sqrt(GRAVITY / CLEARANCE)
+    model = cm.Model(rigid_in_oil(viscosity_at(0.3, speed), speed))
+    onset = periodic.find_whirl_onset(model, (0.8 * speed, 1.3 * speed), 2)
+    found = periodic.follow_whirl(model, (0.8 * speed, 1.3 * speed), n_modes=2, n_harmonics=7)
+    amplitude = np.abs(found.clearance_displacement[:, 0, 1])
+    assert_allclose(found.spin[0], onset.speed, rtol=1e-2)
+    assert_allclose(found.frequency[0], onset.frequency, rtol=1e-2)
+    assert amplitude[0] < 0.1 * CLEARANCE < amplitude.max()

@@ -1,0 +1,135 @@
+"""What a rig file says wrongly of motion in space: one line with what would be right; and what it says comes back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import clearance_mj as cm
+from clearance_mj import Rig
+from clearance_mj.core.errors import ClearanceError, RigError
+
+TABLE1 = Path(__file__).parents[2] / "models" / "table1_rig.toml"
+SPACE = 'motion = "spatial"\n'
+SPIN = "\n[spin]\nspeed = 50.0\n"
+UNBALANCE = "\n[[unbalances]]\nposition = 0.5\nmoment = 1e-4\n"
+
+
+def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
+    found = head + TABLE1.read_text(encoding="utf-8")
+    return found.replace("[[bushings]]", f"[[bushings]]\n{of_bushing}", 1) + tail
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
+        (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
+        (text("gravity = [0.0, 0.0, -9.81]\n"), 'gravity needs motion = "spatial": a planar rig moves along z alone'),
+        (text("", SPIN), 'spin needs motion = "spatial"'),
+        (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction needs motion = "spatial"'),
+        (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs motion = "spatial"'),
+        (text('motion = "sideways"\n'), 'motion "sideways" is unknown; use planar or spatial'),
+        (
+            text(of_bushing="offset_y = 2.5e-4\noffset = 2.5e-4"),
+            "bushings[0].offset (0.00025, 0.00025) m along y, z lies beyond the gap 0.0003 m: at rest the shaft "
+            "touches no wall",
+        ),
+        (text(of_bushing="friction = {coefficient = -0.1}"), "bushings[0].friction.coefficient must be >= 0, got -0.1"),
+        (
+            text(of_bushing="friction = {coefficient = 0.1, static_ratio = 1.5}"),
+            "stribeck_speed is missing; static_ratio > 1 needs a speed over which the friction falls",
+        ),
+        (
+            text(of_bushing="film = {viscosity = 0.05}"),
+            "bushings[0].film is oil and grease has a stiffness or damping: one of them fills the gap",
+        ),
+        (text(of_bushing='stops = "upper"'), 'bushings[0].stops "upper" is one wall; a round clearance has its wall'),
+        (text(tail=UNBALANCE), "unbalances act on a shaft that turns; give [spin] with its speed"),
+        (text(tail=SPIN + UNBALANCE.replace("1e-4", "-1e-4")), "unbalances[0].moment must be > 0, got -0.0001"),
+        (text(tail=SPIN + UNBALANCE.replace("0.5", "5.0")), "unbalances[0].position 5 m lies outside the beam"),
+        (
+            text(tail=SPIN + "rate = 5.0\nuntil = 20.0\n"),
+            "spin.until 20 rad/s is never reached from speed 50 rad/s at a rate of 5 rad/s²",
+        ),
+        (
+            text(tail="\n[[fixture]]\nfrequency = 100.0\n"),
+            'motion "spatial" knows no housings, fixture, springs, planes or oscillators yet',
+        ),
+    ],
+)
+def test_one_line_says_what_is_wrong(file: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(file, encoding="utf-8")
+    with pytest.raises(RigError) as error:
+        Rig.load(path)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_film_is_thicker_than_its_asperities() -> None:
+    film = {"viscosity": 0.05, "asperities": 3e-4}
+    with pytest.raises(RigError, match=r"film.asperities 0.0003 m are as high as the gap 0.0003 m is wide"):
+        cm.Bushing(0.5, 3e-4, 0.01, cm.Grease(0.0), cm.Contact(1e4), film=film)  # type: ignore[arg-type]
+
+
+def test_unequal_sections_do_not_turn() -> None:
+    rig = Rig.load(TABLE1)
+    width = {"diameter": None, "width": 0.02, "height": 0.01}
+    data = rig.replace(motion="spatial").to_dict()
+    data["beam"] = {key: value for key, value in (data["beam"] | width).items() if value is not None}
+    Rig.from_dict(data)  # may move in space
+    with pytest.raises(RigError, match=r"spin: sections\[0\] is .* a shaft that turns needs sections that are as stiff"):
+        Rig.from_dict(data | {"spin": {"speed": 10.0}})
+
+
+def test_what_turns_is_known_of_shafts_alone() -> None:
+    rig = Rig.load(TABLE1.with_name("pump_frame.toml")).replace(bushings=(), motion="spatial")
+    with pytest.raises(RigError, match="spin needs a beam or one shaft: of other structures it is not known what turns"):
+        rig.replace(spin=cm.rig.Spin(10.0))
+
+
+def everything() -> Rig:
+    """A rig file with all that space has."""
+    file = text(
+        SPACE + "gravity = [0.0, -1.0, -9.81]\n", "\n[spin]\nspeed = 5.0\nrate = 2.0\nuntil = 50.0\nangle = 0.1\n" + UNBALANCE,
+        "offset_y = 1e-5\nradius = 0.005\nprobe_angle = 0.78\nfriction = {coefficient = 0.1, stiffness = 1e5, damping = 2.0,"
+        " static_ratio = 1.4, stribeck_speed = 0.01}",
+    )  # fmt: skip
+    import tomllib
+
+    return Rig.from_dict(tomllib.loads(file), TABLE1.parent)
+
+
+def test_a_file_holds_all_of_it(tmp_path: Path) -> None:
+    rig = everything()
+    rig.save(tmp_path / "rig.toml")
+    assert Rig.load(tmp_path / "rig.toml") == rig
+    assert rig.probe_labels == ["6:+Y", "6:+Z", "7:+Y", "7:+Z"]
+    assert "turns at 47.75 to 477.5 rev/min" in repr(rig)
+
+
+def test_a_planar_file_says_nothing_of_space(tmp_path: Path) -> None:
+    rig = Rig.load(TABLE1)
+    rig.save(tmp_path / "rig.toml")
+    names = ("motion", "gravity", "spin", "unbalances", "friction", "film", "radius", "offset_y", "probe_angle")
+    written = (tmp_path / "rig.toml").read_text(encoding="utf-8")
+    assert not [name for name in names if f"{name} =" in written]
+
+
+def test_what_knows_the_plane_alone_says_so() -> None:
+    rig = everything()
+    dataset: Any = cm.Dataset.load(TABLE1.parents[1] / "data" / "table1_rig")
+    import dataclasses
+
+    calls = (
+        lambda: cm.identify.identify(dataclasses.replace(dataset, rig=rig), "nominal"),
+        lambda: cm.identify.update_rig(dataclasses.replace(dataset, rig=rig)),
+        lambda: cm.simulate(rig, cm.excitation.random(0.1, 2048.0, seed=0), engine="modal-mj"),
+    )
+    for call in calls:
+        with pytest.raises(ClearanceError, match="planar|alone") as error:
+            call()
+        assert "\n" not in str(error.value)
