@@ -8,11 +8,12 @@ from .isolated import Isolas, find_isolas
 from .over_level import follow_response_over_level
 from .rattle_maps import Jump, RattleMap, map_rattle
 from .space.forced import follow_unbalance
+from .space.whirling import WhirlOnset, find_whirl_onset, follow_whirl
 from .subharmonic import follow_doubled
 from .two_parameter import Curve, follow_folds
 
 __all__ = [
-    "Backbone", "Branch", "Curve", "Isolas", "Jump", "RattleMap", "SpecialPoint", "find_first_contact", "find_isolas",
-    "follow_backbone", "follow_doubled", "follow_folds", "follow_response", "follow_response_over_level",
-    "follow_unbalance", "map_rattle",
+    "Backbone", "Branch", "Curve", "Isolas", "Jump", "RattleMap", "SpecialPoint", "WhirlOnset", "find_first_contact",
+    "find_isolas", "find_whirl_onset", "follow_backbone", "follow_doubled", "follow_folds", "follow_response",
+    "follow_response_over_level", "follow_unbalance", "follow_whirl", "map_rattle",
 ]  # fmt: skip

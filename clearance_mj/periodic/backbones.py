@@ -13,13 +13,14 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
+from ..rig.dimensions import planar
 from ..signals import labelled
 from ..signals.arrays import read_only
 from .branch import Branch
 from .condensed import condensed
 from .continuation import NoConvergence
-from .resolution import resolution
 from .nonlinear_mode import FreeMotion, NonlinearMode
+from .resolution import resolution
 from .vibrations import UNITS, Vibrations, complex_amplitudes
 
 if TYPE_CHECKING:
@@ -183,6 +184,7 @@ def follow_backbone(
     -----
     M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
     """
+    planar(model.rig, "follow_backbone")
     rig, (harmonics, (samples, *_)) = model.rig, resolution(n_harmonics, n_samples, 1, n_modes)
     if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
         raise ClearanceError(f"mode must be a whole number, got {mode!r}")

@@ -49,7 +49,7 @@ class Branch(Vibrations):
     kind: str
     """ "base", "force" or, in space, "unbalance": what the excitation is; "whirl" where nothing excites"""
     over: str
-    """ "frequency" or "level": what changes along the curve"""
+    """ "frequency", "level" or, of a whirl, "speed": what changes along the curve"""
     periods: int
     """of the excitation, after which a vibration comes again"""
     n_modes: int
@@ -96,7 +96,9 @@ class Branch(Vibrations):
 
     @property
     def parameter(self) -> np.ndarray:
-        """(n,) frequency, Hz, or level of the excitation's strongest harmonic, whichever changes along the curve."""
+        """(n,) frequency, Hz, level of the excitation's strongest harmonic, or speed, rad/s: what changes along it."""
+        if self.over == "speed":
+            return self.spin
         return self.frequency if self.over == "frequency" else np.abs(self.level).max(axis=1)
 
     @property
@@ -139,7 +141,7 @@ class Branch(Vibrations):
                 label = kind if at and not i else None
                 axes.plot(x[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
         unit = "m/s²" if self.kind == "base" else "N"
-        axes.set_xlabel("frequency (Hz)" if self.over == "frequency" else f"level ({unit})")
+        axes.set_xlabel({"frequency": "frequency (Hz)", "speed": "speed (rad/s)"}.get(self.over, f"level ({unit})"))
         axes.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
         axes.set_yscale("log")
         axes.legend(frameon=False)

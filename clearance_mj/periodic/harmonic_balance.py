@@ -89,6 +89,7 @@ def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 @kernel_loop(**OPTIONS)
 def add_to(numbers: np.ndarray, to: np.ndarray) -> None:
+    """Add a matrix to another one, in place."""
     for a in range(to.shape[0]):
         for k in range(to.shape[1]):
             to[a, k] += numbers[a, k]

@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError, ExcitationError
 from ..core.tasks import workers_to_use
+from ..rig.dimensions import planar
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .around import all_around
@@ -167,6 +168,8 @@ def find_isolas(
         If a march diverges.
     """
     known = (branch,) if isinstance(branch, Branch) else tuple(branch)
+    for each in known:
+        planar(each.model.rig, "find_isolas")
     _check(known, n_starts, periods, longest, reach)
     decay = -poles(known[0].model, known[0].n_modes).values.real.max()
     at = _frequencies(known, frequencies)

@@ -9,6 +9,7 @@ import numpy as np
 from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
 from ..model import Model
+from ..rig.dimensions import planar
 from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
@@ -75,6 +76,7 @@ def follow_response_over_level(
     RigError
         If the rig has no clearance, or in the gap moves without stiffness.
     """
+    planar(model.rig, "follow_response_over_level")
     try:
         start, stop = map(float, amplitude_range)
     except (TypeError, ValueError):

@@ -14,14 +14,15 @@ from ..core.kinds import checks_kinds
 from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
 from ..rig import Rig
+from ..rig.dimensions import planar
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .condensed import condensed
 from .continuation import Solver
 from .forced import excitation_kind
-from .resolution import resolution
 from .in_gap import filled, linear_in_gap
 from .map_rows import QUANTITIES, Case, row_of
+from .resolution import resolution
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -257,6 +258,7 @@ def map_rattle(
     -----
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
+    planar(model.rig, "map_rattle")
     levels, frequencies = _increasing(amplitudes, "amplitudes", 1), _increasing(frequencies, "frequencies", 2)
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     rig, kind = model.rig, excitation_kind(model.rig, kind)

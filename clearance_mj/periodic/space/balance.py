@@ -9,8 +9,17 @@ from __future__ import annotations
 import numpy as np
 
 from ...clearance.pointers import OPTIONS, kernel_loop
-from ..harmonic_balance import Grid, add_jacobian, add_products, add_to, motion_over_period, projected, reduced
-from ..harmonic_balance import real_harmonics, times
+from ..harmonic_balance import (
+    Grid,
+    add_jacobian,
+    add_products,
+    add_to,
+    motion_over_period,
+    projected,
+    real_harmonics,
+    reduced,
+    times,
+)
 from .elements import RoundLaws
 from .forces import RoundSlopes, Sampled, fill_round_forces
 

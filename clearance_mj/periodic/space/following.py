@@ -85,7 +85,7 @@ def _round_expanded(solver: RoundSolver, points: list[Located], ended: str) -> B
 
 def expand(
     solver: RoundSolver, points: list[Located], ended: str, omega: np.ndarray, spin: np.ndarray, x: np.ndarray,
-    levels: np.ndarray,
+    levels: np.ndarray, over: str = "frequency",
 ) -> Branch:  # fmt: skip
     """Return the branch of motions of frequencies and spins (n,), 1/s, and points' harmonics (n, 2 n_points, K), m."""
     system, count = solver.system, 2 * len(solver.system.rig.bushings)
@@ -107,7 +107,7 @@ def expand(
     ends = force[:, count:].reshape(len(points), count // 2, 2, 2, -1).sum(axis=2).reshape(len(points), count, -1)
     spring, damper = (np.repeat(each, 2)[:, None] for each in (system.laws.spring, system.laws.damper))
     held = force[:, :count] + (spring + damper * turning[:, None, :]) * moved[:, :count]
-    at_folds, known = of_folds(omega, [point.kind for point in points]), [point.multipliers for point in points]
+    at_folds, known = of_folds(np.array([p.motion.omega for p in points]), [point.kind for point in points]), [point.multipliers for point in points]
     strength = float(abs(levels[np.flatnonzero(levels)[0]])) if levels.any() else 0.0
     special = tuple(
         SpecialPoint(point.kind, float(omega[i] / (2 * np.pi)), strength, i)
@@ -115,7 +115,7 @@ def expand(
         if point.kind and i not in at_folds
     )
     return Branch(
-        system.model, system.kind, "frequency", 1, system.modes, solver.samples, omega / (2 * np.pi),
+        system.model, system.kind, over, 1, system.modes, solver.samples, omega / (2 * np.pi),
         np.tile(levels, (len(points), 1)), acceleration, np.einsum("sm,nhm->nsh", at, modes), moved[:, :count],
         moved[:, count:], ends, held, np.array(known) if known[0] is not None else None, special, ended,
         tuple(rig.sensor_labels), tuple(rig.probe_labels), spin,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..condensed import grid
@@ -15,7 +17,7 @@ from .solver import RoundSolver
 __all__ = ["all_points", "floquet"]
 
 
-def floquet(solver: RoundSolver, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
+def floquet(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
     """Return Floquet's multipliers (2 n,) about the motion with harmonics x (2 n_points, K), the largest first.
 
     What fillings and contacts remember adds multipliers, of which the smallest are left out.

@@ -11,7 +11,7 @@ from .condensed import RoundCondensed
 from .linear import VaryingSpin
 from .solver import RoundSolver
 
-__all__ = ["WhirlSolver"]
+__all__ = ["WhirlSolver", "rotated"]
 
 NEARBY = 1e-6  # share of frequency and speed by which derivatives by them are found
 

@@ -1,0 +1,204 @@
+"""Whirl that a turning shaft keeps up by itself, followed over its speed: in oil, by friction, by turning damping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.errors import ClearanceError, RigError
+from ...core.kinds import checks_kinds
+from ...model import Model
+from ..branch import Branch
+from ..continuation import Motion
+from ..following import expanded, farthest, follow, place
+from ..resolution import resolution
+from ..stability import Located, multipliers
+from .condensed import RoundCondensed, round_condensed
+from .dry import dry_guesses
+from .following import expand
+from .forced import speeds_of
+from .onset import first_hopf
+from .stability import floquet
+from .whirl import WhirlSolver, rotated
+
+__all__ = ["WhirlOnset", "find_whirl_onset", "follow_whirl"]
+
+WHIRL = "whirl"
+BEGINNINGS = ("rest", "dry")
+SMALL = 0.02  # of the gap: the first whirl beyond the speed at which it begins
+
+
+class WhirlOnset(NamedTuple):
+    """Where rest gives way to whirl as a shaft turns faster."""
+
+    speed: float  #: rad/s
+    frequency: float  #: Hz, of the whirl that begins
+
+
+@checks_kinds
+def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: int = 8) -> WhirlOnset:
+    """Find the speed at which a turning shaft begins to whirl by itself about its rest under gravity, films included.
+
+    Parameters
+    ----------
+    model : Model
+        Rig in space with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
+    speed_range : tuple of float
+        Speeds of the shaft, rad/s, > 0: the first onset from the one to the other is found.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+
+    Raises
+    ------
+    ClearanceError
+        If no whirl begins between the speeds, or the shaft comes to rest at none of them.
+    RigError
+        If the rig is planar or has no spin or no clearance.
+    ExcitationError
+        For impossible speeds.
+    """
+    ends = speeds_of(speed_range)
+    found = first_hopf(_condensed(model, 1, n_modes, ends), ends)
+    return WhirlOnset(found.speed, found.omega / (2 * np.pi))
+
+
+def _condensed(model: Model, harmonics: int, modes: int, ends: tuple[float, float]) -> RoundCondensed:
+    rig = model.rig
+    if not rig.is_spatial or rig.spin is None:
+        raise RigError(f'rig {rig.name!r} does not turn, so nothing whirls; give motion = "spatial" and [spin]')
+    return round_condensed(model, WHIRL, [], harmonics, modes, max(ends))
+
+
+@checks_kinds
+def follow_whirl(
+    model: Model,
+    speed_range: tuple[float, float],
+    begin: str = "rest",
+    n_harmonics: int = 11,
+    n_samples: int | None = None,
+    n_modes: int = 8,
+    stability: bool = True,
+    watch: Callable[[float], None] | None = None,
+    progress: bool = False,
+) -> Branch:
+    """Follow a whirl that nothing excites over the speed of the shaft; its frequency is found with it.
+
+    Unbalances do not act. The branch begins where rest loses its stability, as in oil and with damping that turns, or
+    with a backward whirl that friction keeps up, which no rest leads to.
+
+    Parameters
+    ----------
+    model : Model
+        Rig in space with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
+    speed_range : tuple of float
+        Speeds of the shaft, rad/s, > 0. A whirl out of rest begins at the first onset from the one to the other and is
+        followed as it grows; a dry one begins at the first speed.
+    begin : str
+        "rest" or "dry".
+    n_harmonics : int
+        Number of harmonics of the motion, H; a circle has one.
+    n_samples : int, optional
+        Number of samples of a whirl, at least 4 H + 1; None: as in `follow_response`.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+    stability : bool
+        Find Floquet's multipliers of every point but the one that is always 1, and where the stability changes.
+    watch : callable, optional
+        Called with the speed, rad/s, of every point that is found; what it raises ends the search.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Branch
+        ``over`` is "speed", ``frequency`` the whirl's, ``spin`` the shaft's speed.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers of harmonics, samples or modes, another ``begin``, or if no whirl is found.
+    RigError
+        If the rig is planar or has no spin or no clearance.
+    ExcitationError
+        For impossible speeds.
+    """
+    if begin not in BEGINNINGS:
+        raise ClearanceError(f'begin must be "rest" or "dry", got {begin!r}')
+    ends = speeds_of(speed_range)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    system = _condensed(model, harmonics, n_modes, ends)
+
+    def found(count: int) -> Branch:
+        motions, solver = (_out_of_rest if begin == "rest" else _dry)(system, harmonics, count, ends)
+        return follow(solver, _watched(motions, watch), stability, progress)
+
+    return farthest(found, counts)
+
+
+def _watched(motions: Iterator[Motion], watch: Callable[[float], None] | None) -> Iterator[Motion]:
+    for motion in motions:
+        if watch is not None:
+            watch(motion.omega)
+        yield motion
+
+
+def _out_of_rest(
+    system: RoundCondensed, harmonics: int, samples: int, ends: tuple[float, float]
+) -> tuple[Iterator[Motion], WhirlSolver]:
+    onset = first_hopf(system, ends)
+    solver = WhirlSolver(system, harmonics, samples, onset.omega)
+    rest, amplitude = np.zeros((2, solver.rows, solver.shape[1]))
+    rest[:, :1] = onset.rest
+    middles = onset.shape[: 2 * len(system.rig.bushings)]
+    whirl = onset.shape * np.exp(-1j * np.angle(onset.shape[np.abs(onset.shape).argmax()])) / np.abs(middles).max()
+    whirl *= SMALL * system.size
+    amplitude[:, 1], amplitude[:, 2] = whirl.real, -whirl.imag
+    z, small = system.basis.T @ rest, system.basis.T @ amplitude
+    beside = rest + amplitude - system.basis @ (z + small)
+    lead = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
+    small, beside = rotated(small, -lead), rotated(beside, -lead)
+    first = solver.grown(onset.speed, onset.omega, z, beside, small)
+    if first is None:
+        raise ClearanceError(
+            f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more harmonics"
+        )
+    return solver.onwards(first, min(ends), max(ends)), solver
+
+
+def _dry(
+    system: RoundCondensed, harmonics: int, samples: int, ends: tuple[float, float]
+) -> tuple[Iterator[Motion], WhirlSolver]:
+    guesses = dry_guesses(system, ends[0])
+    for guess in guesses:
+        solver = WhirlSolver(system, harmonics, samples, guess.omega)
+        place = np.zeros((solver.rows, solver.shape[1]))
+        place[:, 1], place[:, 2] = guess.whirl.real, -guess.whirl.imag
+        z = system.basis.T @ place
+        first = solver.start(ends[0], guess.omega, z, place - system.basis @ z)
+        if first is not None and solver.depth(first) > 0:
+            return solver.within(first, min(ends), max(ends), ends[1] > ends[0]), solver
+    raise ClearanceError(
+        f"rig {system.rig.name!r}: friction keeps up no backward whirl at {ends[0]:g} rad/s; give more friction or less "
+        "damping"
+    )
+
+
+@multipliers.register
+def _whirl_multipliers(solver: WhirlSolver, motion: Motion) -> np.ndarray:
+    found = floquet(solver, solver.frequency(motion), motion.omega, solver.all_points(motion))
+    return np.delete(found, np.abs(found - 1).argmin())  # a whirl may begin at any time: one is always 1
+
+
+@place.register
+def _whirl_place(solver: WhirlSolver, parameter: float) -> str:
+    return f"a speed of {parameter:.6g} rad/s"
+
+
+@expanded.register
+def _whirl_expanded(solver: WhirlSolver, points: list[Located], ended: str) -> Branch:
+    omega = np.array([solver.frequency(point.motion) for point in points])
+    spin = np.array([point.motion.omega for point in points])
+    x = np.array([solver.all_points(point.motion) for point in points])
+    return expand(solver.inner, points, ended, omega, spin, x, np.zeros(1), "speed")

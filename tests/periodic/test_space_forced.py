@@ -1,0 +1,176 @@
+"""Harmonic balance of round clearances under an excitation: beside the plane, and beside the modal engine's marches."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import clearance_mj as cm
+from clearance_mj import periodic
+from clearance_mj.core.errors import ClearanceError, RigError
+from clearance_mj.engines import Modal
+from clearance_mj.rig import Friction, Grease, Shaker, Spin
+
+from ..conftest import TABLE1
+from .jeffcott import jeffcott, replaced, unbalanced
+
+SPACE = TABLE1.replace(motion="spatial")
+GREASED = replaced(SPACE, offset_y=1e-4, grease=Grease(8e3, 3.0, elastic_ratio=0.4, beta=2e7, gamma=1e7))
+RUBBED = replaced(SPACE, offset_y=1e-4, friction=Friction(0.2))
+ASKEW = {"gravity": (0.0, 2.0, -9.81)}
+PER_PERIOD = 400
+
+
+def marched(rig, frequency, level, periods=200, resolution=0.1):
+    """Displacements (2 n_bushings, samples) of the last of so many periods, begun at rest, and those of all."""
+    time = np.arange(PER_PERIOD * periods) / (PER_PERIOD * frequency)
+    excitation = cm.excitation.Excitation(level * np.cos(2 * np.pi * frequency * time), PER_PERIOD * frequency)
+    found = cm.simulate(cm.Model(rig), excitation, engine=Modal(resolution=resolution)).displacement
+    return found[:, -PER_PERIOD:], found
+
+
+def history(branch, index):
+    """Displacements (2 n_bushings, samples) of a period, by harmonics."""
+    harmonics = branch.clearance_displacement[index]
+    angle = 2 * np.pi * np.arange(PER_PERIOD) / PER_PERIOD
+    return (harmonics @ np.exp(1j * np.outer(np.arange(harmonics.shape[1]), angle))).real
+
+
+def test_a_vibration_in_a_plane_is_the_planar_one():
+    """Folds and harmonics of the planar code; in any direction across the shaft."""
+    plane = periodic.follow_response(cm.Model(TABLE1), 6.0, (44.0, 48.0), stability=False)
+    folds = [point.frequency for point in plane.special]
+    assert len(folds) == 2
+    angle = 0.7
+    turned = SPACE.replace(shaker=Shaker(direction=(0.0, np.sin(angle), np.cos(angle))))
+    for rig, y, z in ((SPACE, 0.0, 1.0), (turned, np.sin(angle), np.cos(angle))):
+        found = periodic.follow_response(cm.Model(rig), 6.0, (44.0, 48.0), stability=False)
+        assert_allclose([p.frequency for p in found.special if p.kind == "fold"], folds, rtol=1e-7)
+        assert_allclose(found.amplitude("clearance_displacement")[-1, ::2], y * plane.amplitude("clearance_displacement")[-1], rtol=1e-6, atol=1e-12)  # fmt: skip
+        assert_allclose(found.clearance_displacement[-1, 1::2], z * plane.clearance_displacement[-1], atol=1e-9)
+    assert found.clearances == tuple(turned.probe_labels)
+
+
+def test_a_vibration_in_a_plane_may_leave_it():
+    """Where a multiplier says so, a march with a sideways force of a millionth of the level grows at that rate."""
+    branch = periodic.follow_response(cm.Model(SPACE), 6.0, (41.0, 44.0))
+    assert [p.kind for p in branch.special] == ["branch point"]
+    onset = branch.special[0].frequency
+    assert 42.0 < onset < 42.1
+    at = int(np.abs(branch.frequency - 43.2).argmin())
+    rate = float(np.abs(branch.multipliers[at, 0]))
+    assert rate > 1.02
+    for index, grows in ((at, True), (0, False)):
+        rig = SPACE.replace(gravity=(0.0, 1e-4, 0.0))
+        _, whole = marched(rig, branch.frequency[index], 6.0, 240, 0.3)
+        sideways = np.abs(whole[0]).reshape(-1, 20 * PER_PERIOD).max(axis=1)
+        if grows:
+            assert_allclose((sideways[-1] / sideways[-4]) ** (1 / 60), rate, rtol=2e-3)
+        else:
+            assert sideways[-1] < 1.01 * sideways[-4]
+
+
+@pytest.mark.parametrize(
+    ("rig", "frequency", "close"),
+    [
+        (SPACE.replace(**ASKEW), 40.0, 1e-3),
+        (RUBBED.replace(**ASKEW, spin=Spin(50.0)), 40.0, 1e-3),
+        (GREASED.replace(**ASKEW), 40.0, 1e-3),
+    ],
+    ids=["weight", "friction of a turning shaft", "hysteresis"],
+)
+def test_a_march_comes_to_the_same_orbit(rig, frequency, close, measured):
+    """Whole orbits of both bushings, over their largest radius, sag included: 0.1 %."""
+    branch = periodic.follow_response(cm.Model(rig), 6.0, (0.95 * frequency, frequency), stability=False)
+    told, _ = marched(rig, frequency, 6.0)
+    found = history(branch, -1)
+    scale = np.abs(found - found.mean(axis=1, keepdims=True)).max()
+    measured.below("harmonic balance in space, orbits", np.abs(found - told).max() / scale, close, "modal engine's march")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["in a plane", "askew", "rubs and turns"])
+def test_every_stable_vibration_stays_when_marched(name, measured):
+    rigs = {"in a plane": SPACE, "askew": SPACE.replace(**ASKEW), "rubs and turns": RUBBED.replace(**ASKEW, spin=Spin(50.0))}  # fmt: skip
+    rig = rigs[name]
+    branch = periodic.follow_response(cm.Model(rig), 6.0, (25.0, 45.0))
+    first = next((p.index for p in branch.special if p.kind != "first contact"), len(branch.frequency))
+    worst = 0.0
+    for index in range(0, first, max(first // 10, 1)):
+        assert branch.stable[index]
+        told = np.fft.rfft(marched(rig, branch.frequency[index], 6.0, 400)[0])[:, 1] * 2 / PER_PERIOD
+        found = branch.clearance_displacement[index, :, 1]
+        worst = max(worst, np.abs(found - told).max() / np.abs(told).max())
+    measured.below(f"harmonic balance in space, {name}: fundamental of orbits", worst, 1e-3, "modal engine's march")
+
+
+def test_what_space_does_not_know_yet_is_refused_in_a_line():
+    model = cm.Model(SPACE)
+    branch = periodic.follow_response(model, 1.0, (30.0, 31.0))
+    calls = {
+        "follow_backbone": lambda: periodic.follow_backbone(model, 1),
+        "find_first_contact": lambda: periodic.find_first_contact(model, [30.0]),
+        "map_rattle": lambda: periodic.map_rattle(model, [1.0], [30.0, 31.0]),
+        "follow_response_over_level": lambda: periodic.follow_response_over_level(model, 30.0, (1.0, 2.0)),
+        "find_isolas": lambda: periodic.find_isolas(branch),
+        "follow_doubled": lambda: periodic.follow_doubled(branch, None),
+        "follow_folds": lambda: periodic.follow_folds(branch, None, 2.0),
+    }
+    for name, call in calls.items():
+        with pytest.raises(ClearanceError, match=f'{name} knows planar rigs.*motion = "planar"'):
+            call()
+
+
+def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():
+    with pytest.raises(ClearanceError, match="use follow_unbalance"):
+        periodic.follow_response(cm.Model(unbalanced(jeffcott())), 1.0, (5.0, 6.0))
+    running_up = unbalanced(jeffcott()).replace(spin=Spin(10.0, rate=5.0))
+    with pytest.raises(RigError, match="needs a steady speed"):
+        periodic.follow_unbalance(cm.Model(running_up), (5.0, 6.0))
+    with pytest.raises(RigError, match="has no unbalances"):
+        periodic.follow_unbalance(cm.Model(jeffcott()), (5.0, 6.0))
+    with pytest.raises(RigError, match="is planar"):
+        periodic.follow_unbalance(cm.Model(TABLE1), (5.0, 6.0))
+    with pytest.raises(RigError, match="does not turn"):
+        periodic.follow_whirl(cm.Model(jeffcott()), (5.0, 6.0))
+
+
+def test_a_branch_in_space_as_a_labelled_dataset():
+    turns = SPACE.replace(spin=Spin(20.0))
+    found = periodic.follow_response(cm.Model(turns), 1.0, (30.0, 31.0), 3).to_xarray()
+    assert list(found.clearance.values) == turns.probe_labels
+    assert_allclose(found.spin, 20.0)
+
+
+def test_an_end_without_length_is_like_both():
+    """A bushing of no length has both ends in its middle: the same orbits as of one that is very short."""
+    short, shorter = (replaced(SPACE, length=length).replace(**ASKEW) for length in (1e-6, 0.0))
+    orbits = [
+        periodic.follow_response(cm.Model(rig), 6.0, (38.0, 40.0), stability=False).clearance_displacement[-1]
+        for rig in (short, shorter)
+    ]
+    assert_allclose(orbits[1], orbits[0], rtol=0, atol=1e-5 * np.abs(orbits[0]).max())
+
+
+def test_contacts_that_know_their_impact_are_followed():
+    """Hunt-Crossley's damping by the speed of impact: the planar branch, in space."""
+    law = cm.ContactLaw(cm.clearance.HuntCrossley1975(2e6, 4e5))
+    plane, space = (
+        periodic.follow_response(cm.Model(rig, law), 6.0, (40.0, 43.0), stability=False) for rig in (TABLE1, SPACE)
+    )
+    assert_allclose(space.clearance_displacement[-1, 1::2], plane.clearance_displacement[-1], atol=2e-9)
+
+
+def test_the_rate_of_points(measured):
+    """300 points/s of the Table-1 rig in space on one core: the branch alone, without stability."""
+    import time
+
+    model = cm.Model(dataclasses.replace(SPACE))
+    periodic.follow_response(model, 6.0, (44.0, 45.0), stability=False)
+    rates = []
+    for _ in range(3):
+        begun = time.perf_counter()
+        found = periodic.follow_response(model, 6.0, (25.0, 60.0), stability=False)
+        rates.append(found.frequency.size / (time.perf_counter() - begun))
+    assert max(rates) > 60  # a busy machine is slower than 300
