@@ -88,7 +88,7 @@ class SpatialMujocoRun(Run):
         return as_probes(self.rig, np.append(row, self.turning[SPIN] if self.rig.spin else [])[None])[0]
 
     def _coupling(self, spin: float) -> np.ndarray:
-        """Return what turning makes of velocities at a spin, rad/s, in the middle of its own kick; (0, 0) for nothing."""
+        """Return gyroscopic moments per velocity at a spin, rad/s, before their own kick; (0, 0) for none."""
         if self.kicked is None or self.kicked[0] != spin:
             moments = spin * self.whole.gyroscopic
             if not spin and not self.changes:

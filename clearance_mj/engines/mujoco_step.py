@@ -53,14 +53,15 @@ _COUNTING, _counting = threading.Lock(), 0
 def check_warnings(rig: Rig, data: mujoco.MjData, start: float, largest: int) -> None:
     """Raise a SimulationError if MuJoCo's solver warned since a time, s; the motion is largest at a bushing."""
     for index in np.flatnonzero(data.warning.number):
+        name = mujoco.mjtWarning(int(index)).name
         raise SimulationError(
-            f"rig {rig.name!r}: MuJoCo's solver warned {mujoco.mjtWarning(int(index)).name} between t = {start:.6f} s and "
+            f"rig {rig.name!r}: MuJoCo's solver warned {name} between t = {start:.6f} s and "
             f"{data.time:.6f} s, the largest motion {location(rig, largest)}"
         )
 
 
 def contact_rows(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Return the contact force (n_bushings, nv) of each bushing, the sum over its ends, per joint force of the solver's.
+    """Return the contact force (n_bushings, nv) of each bushing, the sum over its ends, per force of the solver's.
 
     These come from contacts at ``ends`` and reactions of supports ``held``. (0, nv) where the joints' forces do not
     distinguish them, as where a support and a bushing are on one rigid link.

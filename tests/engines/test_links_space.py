@@ -13,7 +13,8 @@ from numpy.testing import assert_allclose
 import clearance_mj as cm
 from clearance_mj import physical
 from clearance_mj.clearance import nominal_law
-from clearance_mj.engines import Links, build_links, get_engine, mjcf
+from clearance_mj.engines import Links, mjcf
+from clearance_mj.engines.links import build_links
 from clearance_mj.engines.mujoco_space import SpatialMujocoRun
 from clearance_mj.physical.rows import softness_of
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
@@ -24,8 +25,9 @@ TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 SPACE = TABLE1.replace(motion="spatial")
 STEEL = Material(2.1e11, 7850.0)
 GREASED = cm.ContactLaw(
-    cm.clearance.HuntCrossley1975(2e6, 4e5), grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4)
-)  # fmt: skip
+    cm.clearance.HuntCrossley1975(2e6, 4e5),
+    grease=cm.clearance.MaxwellSlip((2000.0, 900.0), (0.3, 0.5), 500.0, 2.0, 4e-4),
+)
 FREQUENCY = 2048.0
 
 
@@ -74,7 +76,7 @@ def test_a_turned_excitation_gives_the_turned_response() -> None:
 
 
 def test_frequency_responses_in_the_gap_are_those_of_modes() -> None:
-    """As far from the modal engine's as in the plane: 0.3 dB beside resonances and antiresonances, from 5 to 200 Hz."""
+    """As far from the modal engine's as in the plane, which is 0.1 dB (root mean square) from 5 to 200 Hz."""
     shock, band = np.zeros(2048), slice(20, 800)
     shock[1] = 1.0
     space = SPACE.replace(shaker=Shaker(direction=(0.0, 1.0, 0.0)), sensors=_along_y(SPACE))
@@ -87,7 +89,7 @@ def test_frequency_responses_in_the_gap_are_those_of_modes() -> None:
 
     found = differences(space)
     assert_allclose(found, differences(TABLE1), rtol=0, atol=1e-6)
-    assert np.quantile(np.abs(found), 0.99) < 0.3
+    assert np.sqrt(np.mean(found**2)) < 0.1
 
 
 def _along_y(rig: Rig) -> tuple[Sensor, ...]:
@@ -152,18 +154,20 @@ def test_in_contact_responses_are_those_of_modes() -> None:
 
 
 def in_a_tube() -> Rig:
-    parts = (
-        Shaft((s,), (Support(0.0, "pinned"), Support(s.length, "pinned")), (), STEEL, (1.0, 1e-6), theory="euler", name=name)
-        for name, s in (("inner", Section(0.8, (0.012, 0.012))), ("outer", Section(0.6, (0.03, 0.03), (0.026, 0.026))))
-    )  # fmt: skip
-    structure = Shafts(tuple(parts), (Spring("inner@0.7", 1e4),))
+    def pinned(name: str, section: Section) -> Shaft:
+        ends = Support(0.0, "pinned"), Support(section.length, "pinned")
+        return Shaft((section,), ends, (), STEEL, (1.0, 1e-6), theory="euler", name=name)
+
+    inner, outer = Section(0.8, (0.012, 0.012)), Section(0.6, (0.03, 0.03), (0.026, 0.026))
+    structure = Shafts((pinned("inner", inner), pinned("outer", outer)), (Spring("inner@0.7", 1e4),))
     bushing = Bushing("inner@0.3", 2e-4, 0.02, Grease(2e3, 3.0), Contact(5e4, 5.0), to="outer@0.3")
     return Rig("tube", None, (bushing,), (Sensor(1, "inner@0.4"),), structure=structure, motion="spatial")
 
 
 def of_rectangles(*supports: Support) -> Rig:
     """A tapered rectangle, whose hinges along y and z are at places of their own."""
-    sections = Section(0.3, width=(0.01, 0.01), height=(0.015, 0.015)), Section(0.3, width=(0.01, 0.006), height=(0.015, 0.015))
+    height = (0.015, 0.015)
+    sections = Section(0.3, width=(0.01, 0.01), height=height), Section(0.3, width=(0.01, 0.006), height=height)
     shaft = Shaft(sections, supports, (), STEEL, (0.5, 1e-5), theory="euler")
     bushing = Bushing(0.4, 1e-4, 0.02, Grease(500.0, 3.0), Contact(5e4, 5.0), offset_y=2e-5)
     sensors = (Sensor(1, 0.25, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.55, direction=(0.0, 1.0, 1.0)))
@@ -314,7 +318,7 @@ def test_gyroscopic_moments_do_no_work() -> None:
 
 
 def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> None:
-    """Two hinges a joint, round tubes, an annular clearance at each end of a bushing; it can be looked at for a second."""
+    """Two hinges a joint, round tubes, an annular clearance at each end of a bushing; stable in a viewer."""
     rig = SPACE.replace(gravity=(0.0, 0.0, -9.81))
     models = mjcf(rig)
     assert list(models) == ["links"]
@@ -329,7 +333,8 @@ def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> Non
     mujoco.mj_fullM(model, data, mass)
     found = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness))).real)[:6])
     assert_allclose(found, np.sort(spatial_model(SPACE.replace(bushings=()), 8).omega)[:6], rtol=3e-3)
-    inner = [np.hypot(*model.geom(f"bushing0_{stave}").pos[1:]) - model.geom(f"bushing0_{stave}").size[1] for stave in range(24)]
+    staves = [model.geom(f"bushing0_{stave}") for stave in range(24)]
+    inner = [np.hypot(*stave.pos[1:]) - stave.size[1] for stave in staves]
     assert TABLE1.beam is not None and TABLE1.beam.diameter is not None
     assert_allclose(inner, TABLE1.beam.diameter / 2 + 3e-4, rtol=1e-4)
     mujoco.mj_step(model, data, nstep=round(0.5 / model.opt.timestep))
@@ -348,14 +353,14 @@ def test_refusals() -> None:
     thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, motion="spatial")
     sticky = cm.ContactLaw(cm.clearance.KelvinVoigt(2e4, 30.0, adhesion=True))
     axial = SPACE.replace(shaker=Shaker(direction=(1.0, 0.0, 0.0)))
-    for refused, words in (
-        (lambda: cm.simulate(SPACE, still(0.1), engine="modal-mj"), "modal-mj knows motion along z alone; use links or"),
-        (lambda: cm.simulate(SPACE, still(0.1), sticky, engine="links"), "links engine cannot simulate adhesion.*use modal"),
-        (lambda: cm.simulate(thick, still(0.1), engine="links"), "'thick': links has no shear flexibility; use modal"),
-        (lambda: cm.simulate(axial, still(0.1), engine="links"), "moves no mass of the structure; give another"),
-        (lambda: cm.energy_balance(SPACE, still(0.1), engine="links"), "links engine does not tell.*use modal"),
+    for rig, law, engine, words in (
+        (SPACE, None, "modal-mj", "modal-mj knows motion along z alone; use links or modal"),
+        (SPACE, sticky, "links", "links engine cannot simulate adhesion.*use modal"),
+        (thick, None, "links", "'thick': links has no shear flexibility; use modal"),
+        (axial, None, "links", "moves no mass of the structure; give another"),
     ):
         with pytest.raises(cm.ClearanceError, match=words) as error:
-            refused()
+            cm.simulate(rig, still(0.1), law, engine)
         assert "\n" not in str(error.value)
-    assert isinstance(get_engine("links"), Links)
+    with pytest.raises(cm.ClearanceError, match=r"links engine does not tell.*use modal"):
+        cm.energy_balance(SPACE, still(0.1), engine="links")
