@@ -26,6 +26,10 @@ def rotors(found):
     return {"rotors": _rows(found)}
 
 
+def space(found):
+    return {"space": _rows(found)}
+
+
 def periodic(found):
     return {"periodic": _rows(found)}
 
