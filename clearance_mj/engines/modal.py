@@ -28,7 +28,7 @@ from ..rotors.spatial import spatial_model
 from ..signals.sampling import lowpass
 from .base import Engine, Equations, Run, diverged, register
 from .modal_loop import Motion, Shaft, advance, advance_whole
-from .modal_space import SpatialRun, scheme, stiffest_contacts
+from .modal_space import SpatialRun, kicked_damping, scheme, stiffest_contacts
 
 __all__ = ["Modal", "ModalRun", "SideBySide"]
 
@@ -67,8 +67,7 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     model = ritz_model(rig, modes)
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
     viscous = np.diag(model.damping) + model.coupling if model.coupling.size else model.coupling
-    # Damping that couples modes is a kick, at the velocity in its own middle: stable however strong a dashpot is.
-    kicked = np.linalg.solve(np.eye(len(viscous)) + step / 2 * (viscous * inverse_mass[: len(viscous)]), viscous)
+    kicked = kicked_damping(viscous, inverse_mass, step)
     on_base = model.sensors_on_base * float(kind == "base")
     points, push = model.at_points, model.input(kind)
     light = points * inverse_mass

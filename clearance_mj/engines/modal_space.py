@@ -21,7 +21,9 @@ from .round_loop import advance_round
 from .round_scheme import SPIN, RoundMotion, RoundShaft
 from .turning import SPIN_STEPS, as_probes, turning_of
 
-__all__ = ["SpatialRun", "stiffest_contacts"]
+__all__ = ["SpatialRun", "kicked_damping", "scheme", "stiffest_contacts"]
+
+WORST_CONDITION = 1e15  # of the matrix of a kick's own damping, beyond which nothing is left of the velocities
 
 
 def stiffest_contacts(rig: Rig, law: Law) -> np.ndarray:
@@ -38,6 +40,18 @@ def scheme(omega: np.ndarray, damping: np.ndarray, step: float) -> tuple[np.ndar
     cos, sin = np.cos(w * step).real, step * np.sinc(w * step / np.pi).real
     flow = np.exp(-decay * step) * np.array([cos + decay * sin, sin, -(omega**2) * sin, cos - decay * sin])
     return flow, np.divide(np.tan(half), half, out=np.ones_like(half), where=half > 0)
+
+
+def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -> np.ndarray:
+    """Return the force (n, n) of a viscous matrix per velocity in the middle of all other forces' kick.
+
+    It acts at the velocity in the middle of its own: stable however strong a dashpot is, and without work where the
+    matrix is skew, as gyroscopic moments are.
+    """
+    own = np.eye(len(viscous)) + step / 2 * (viscous * inverse_mass[: len(viscous)])
+    if viscous.size and np.linalg.cond(own) > WORST_CONDITION:
+        raise np.linalg.LinAlgError("damping beyond what can be inverted")
+    return np.ascontiguousarray(np.linalg.solve(own, viscous))
 
 
 @functools.lru_cache(maxsize=128)
@@ -121,6 +135,5 @@ class SpatialRun(Run):
             viscous = self.viscous
             if self.model.gyroscopic.size and (spin or self.changes):
                 viscous = (viscous if viscous.size else 0.0) + spin * self.model.gyroscopic
-            own = self.step / 2 * viscous * self.shaft.inverse_mass[: len(viscous)]
-            self.kicked = spin, np.ascontiguousarray(np.linalg.solve(np.eye(len(viscous)) + own, viscous))
+            self.kicked = spin, kicked_damping(viscous, self.shaft.inverse_mass, self.step)
         return self.kicked[1]
