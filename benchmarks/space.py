@@ -15,9 +15,7 @@ PLANE = cm.Rig.load("models/table1_rig.toml")
 SPACE = PLANE.replace(motion="spatial")
 SECONDS, REPEATS, CASES = 4.0, 5, 1000
 _RUBS = tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in PLANE.bushings)
-TURNING = SPACE.replace(
-    bushings=_RUBS, gravity=(0.0, 0.0, -9.81), spin=Spin(100.0), unbalances=(Unbalance(0.5, 1e-5),)
-)
+TURNING = SPACE.replace(bushings=_RUBS, gravity=(0.0, 0.0, -9.81), spin=Spin(100.0), unbalances=(Unbalance(0.5, 1e-5),))
 
 
 def measure():
@@ -76,4 +74,3 @@ def _sweep():
     shares = [response.contact_share for response in tqdm(each, total=CASES, desc="sweep in space")]
     assert len(shares) == CASES
     return row(f"{CASES} cases of 1 s in space on all cores", [time.perf_counter() - begun], "s", "")
-

@@ -2,7 +2,7 @@
 
 Supports at the left end of a shaft are the joints of its first link; other rigid supports are equality constraints on
 fixed tendons, whose lengths are the shaft's deflection or slope there; springs are tendons with stiffness. A clearance
-between two points that both move is a pair of tendons with limits. Rigs in space: see links_space.py and mujoco_round.py.
+between two points that both move is a pair of tendons with limits. Of rigs in space links_space.py is the model.
 """
 
 from __future__ import annotations

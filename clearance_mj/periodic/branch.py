@@ -83,7 +83,7 @@ class Branch(Vibrations):
     clearances: tuple[str, ...]
     """name of each clearance, `Rig.clearance_labels`; of a rig in space of its coordinates, `Rig.probe_labels`"""
     spin: np.ndarray | None = None
-    """(n,) of the shaft, rad/s, of a rig in space; where a clearance above has one row, it then has one along y and z"""
+    """(n,) of the shaft, rad/s, of a rig in space, whose clearances have a row along y and one along z each"""
 
     def __post_init__(self) -> None:
         self._set(frequency=read_only(self.frequency))

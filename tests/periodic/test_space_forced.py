@@ -45,7 +45,8 @@ def test_a_vibration_in_a_plane_is_the_planar_one():
     for rig, y, z in ((SPACE, 0.0, 1.0), (turned, np.sin(angle), np.cos(angle))):
         found = periodic.follow_response(cm.Model(rig), 6.0, (40.0, 48.0), stability=False)
         assert_allclose([p.frequency for p in found.special if p.kind == "fold"], folds, rtol=1e-7)
-        assert_allclose(found.amplitude("clearance_displacement")[-1, ::2], y * plane.amplitude("clearance_displacement")[-1], rtol=1e-6, atol=1e-12)  # fmt: skip
+        sideways, told = (each.amplitude("clearance_displacement")[-1] for each in (found, plane))
+        assert_allclose(sideways[::2], y * told, rtol=1e-6, atol=1e-12)
         assert_allclose(found.clearance_displacement[-1, 1::2], z * plane.clearance_displacement[-1], atol=1e-9)
     assert found.clearances == tuple(turned.probe_labels)
 
@@ -84,13 +85,16 @@ def test_a_march_comes_to_the_same_orbit(rig, periods, measured):
     told, _ = marched(rig, 40.0, 6.0, periods, 0.3)
     found = history(branch, -1)
     scale = np.abs(found - found.mean(axis=1, keepdims=True)).max()
-    measured.below("harmonic balance in space, orbits", np.abs(found - told).max() / scale, 1e-3, "modal engine's march")
+    measured.below(
+        "harmonic balance in space, orbits", np.abs(found - told).max() / scale, 1e-3, "modal engine's march"
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["in a plane", "askew", "rubs and turns"])
 def test_every_stable_vibration_stays_when_marched(name, measured):
-    rigs = {"in a plane": SPACE, "askew": SPACE.replace(**ASKEW), "rubs and turns": RUBBED.replace(**ASKEW, spin=Spin(50.0))}  # fmt: skip
+    turns = RUBBED.replace(**ASKEW, spin=Spin(50.0))
+    rigs = {"in a plane": SPACE, "askew": SPACE.replace(**ASKEW), "rubs and turns": turns}
     rig = rigs[name]
     branch = periodic.follow_response(cm.Model(rig), 6.0, (25.0, 45.0))
     first = next((p.index for p in branch.special if p.kind != "first contact"), len(branch.frequency))
@@ -159,4 +163,3 @@ def test_contacts_that_know_their_impact_are_followed():
         for rig in (TABLE1, SPACE)
     )
     assert_allclose(space.clearance_displacement[-1, 1::2], plane.clearance_displacement[-1], atol=2e-9)
-

@@ -29,7 +29,7 @@ __all__ = ["round_balance"]
 @kernel_loop(**OPTIONS)
 def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: RoundSlopes) -> np.ndarray:
     """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates of one owner."""
-    rows, r = basis.shape
+    r = basis.shape[1]
     samples, harmonics = grid.basis.shape
     found = np.empty((r, r, harmonics, harmonics))
     count = 0
@@ -54,7 +54,7 @@ def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slop
 
 @kernel_loop(**OPTIONS)
 def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndarray, block: np.ndarray) -> None:
-    """Add the derivatives of the force along coordinate a (2 n_points,) by coordinate b, at samples and by harmonics."""
+    """Add derivatives of the force along coordinate a (2 n_points,) by coordinate b, at samples and by harmonics."""
     harmonics = block.shape[0]
     for row in range(a.size):
         if a[row] == 0.0:

@@ -169,9 +169,7 @@ def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
     return slow != fast
 
 
-def _coordinates(
-    structured: Structured, rows: np.ndarray, stiffest: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _coordinates(structured: Structured, rows: np.ndarray, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Orthonormal coordinates (2 n_points, r) of the points in which they move enough to matter, and whose they are."""
     compliance, count = rows @ np.linalg.solve(structured.stiffness, rows.T), len(stiffest)
     columns, owner = [], []

@@ -30,9 +30,14 @@ def dry_guesses(system: RoundCondensed, speed: float) -> list[DryGuess]:
     """
     found = []
     for j, bushing in enumerate(system.rig.bushings):
-        friction, contact = bushing.friction, float(system.model.law.largest([b.gap for b in system.rig.bushings])[0].flat[
-            min(j, len(system.rig.bushings) - 1)
-        ])
+        friction, contact = (
+            bushing.friction,
+            float(
+                system.model.law.largest([b.gap for b in system.rig.bushings])[0].flat[
+                    min(j, len(system.rig.bushings) - 1)
+                ]
+            ),
+        )
         if friction is None or not friction.coefficient:
             continue
         for omega in _frequencies(system, speed, j, friction.coefficient):

@@ -17,7 +17,7 @@ import numpy as np
 from ...clearance.follower import pushing
 from ...clearance.round_kernel import BRISTLES, RoundBushing, RoundState, friction_limit, round_contact, round_filling
 
-__all__ = ["INPUTS", "Y", "Z", "RoundLaws", "contact_between", "contact_now", "filling_between"]
+__all__ = ["INPUTS", "RoundLaws", "Y", "Z", "contact_between", "contact_now", "filling_between"]
 
 INPUTS = 8  # y, z before and now, velocities along y and z before and now
 Y, Z = 2, 3  # where y and z now stand

@@ -1,4 +1,4 @@
-"""What a branch of motions in space is to a user: everything that sensors and clearances do, and where contact begins."""
+"""What a branch of motions in space is to a user: what sensors and clearances do, and where contact begins."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXACT = 1e-7  # of a step: where contact begins
 
 
 def with_first_contacts(solver: RoundSolver, motions: Iterator[Motion], found: list[Motion]) -> Iterator[Motion]:
-    """Yield motions that follow each other, and those at which contact begins or ends, which are also put into a list."""
+    """Yield motions that follow each other, and those where contact begins or ends, which are put into a list too."""
     before, away = None, 0.0
     try:
         for motion in motions:
@@ -107,7 +107,10 @@ def expand(
     ends = force[:, count:].reshape(len(points), count // 2, 2, 2, -1).sum(axis=2).reshape(len(points), count, -1)
     spring, damper = (np.repeat(each, 2)[:, None] for each in (system.laws.spring, system.laws.damper))
     held = force[:, :count] + (spring + damper * turning[:, None, :]) * moved[:, :count]
-    at_folds, known = of_folds(np.array([p.motion.omega for p in points]), [point.kind for point in points]), [point.multipliers for point in points]
+    at_folds, known = (
+        of_folds(np.array([p.motion.omega for p in points]), [point.kind for point in points]),
+        [point.multipliers for point in points],
+    )
     strength = float(abs(levels[np.flatnonzero(levels)[0]])) if levels.any() else 0.0
     special = tuple(
         SpecialPoint(point.kind, float(omega[i] / (2 * np.pi)), strength, i)

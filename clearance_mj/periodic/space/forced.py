@@ -31,7 +31,8 @@ def respond(
     rig = model.rig
     if rig.spin and (rig.spin.rate or rig.spin.inertia):
         raise RigError(
-            f"rig {rig.name!r}: a periodic vibration needs a steady speed; leave out spin.rate, spin.until and spin.inertia"
+            f"rig {rig.name!r}: a periodic vibration needs a steady speed; leave out spin.rate, spin.until and "
+            "spin.inertia"
         )
     if kind != UNBALANCE and rig.unbalances:
         raise ExcitationError(
@@ -129,6 +130,7 @@ def speeds_of(speed_range: tuple[float, float]) -> tuple[float, float]:
         raise ExcitationError(f"speed_range is a pair (from, to) in rad/s, got {speed_range!r}") from None
     if not (0 < start <= FASTEST and 0 < stop <= FASTEST and start != stop):
         raise ExcitationError(
-            f"speed_range must be two different speeds > 0 rad/s and at most {FASTEST:g} rad/s, got {start:g} and {stop:g}"
+            f"speed_range must be two different speeds > 0 rad/s and at most {FASTEST:g} rad/s, got {start:g} and "
+            f"{stop:g}"
         )
     return start, stop

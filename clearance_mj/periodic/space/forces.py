@@ -87,9 +87,10 @@ def _flips(bushing: RoundBushing, u: np.ndarray, d: int, change: float, together
 @kernel_loop(**OPTIONS)
 def _differences(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, told: int, size: int,
-    memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray, slope: np.ndarray, first: int,
+    memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray,
+    slope: np.ndarray, first: int,
 ) -> None:  # fmt: skip
-    """Fill slope (told + 4, told + 8): a step by its memory, ``size`` numbers, and what it is given from ``first`` on."""
+    """Fill slope (told + 4, told + 8): a step by its memory of ``size`` numbers and its input from ``first`` on."""
     quicker = eps * omega
     for d in range(size):
         kept, change = memory[d], quicker if contact and d == 0 else eps
@@ -290,7 +291,21 @@ def _over_period(
             begins_or_ends = closed[last] != closed[i]
             whole = size > 0 or begins_or_ends
             _differences(
-                bushing, state, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope, 0 if whole else 2
+                bushing,
+                state,
+                numbers,
+                contact,
+                told,
+                size,
+                memory,
+                u,
+                omega,
+                spin,
+                eps,
+                now,
+                moved,
+                slope,
+                0 if whole else 2,
             )
             if not contact:
                 for d in range(2):

@@ -88,6 +88,7 @@ class SteadySpin(Dynamics):
         self.sagging = structured.points @ np.linalg.solve(structured.stiff(spin), structured.weight)
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return compliances at the points by harmonic, and how far they are driven; see `Dynamics`."""
         rows, harmonics = len(self.points), len(self.structured.drive)
         compliance = np.empty((harmonics, rows, rows), dtype=complex)
         _sum_pairs(self.pairs, *self.parts, omega, compliance.reshape(harmonics, -1))
@@ -99,6 +100,7 @@ class SteadySpin(Dynamics):
         return compliance, driven
 
     def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
+        """Return the modes' harmonics under those of forces on them; see `Dynamics`."""
         turning = 1j * omega * np.arange(len(force))[:, None]
         return np.asarray((force @ self.forced.T / (turning - self.values)) @ self.shapes.T)
 
@@ -129,10 +131,12 @@ class VaryingSpin(Dynamics):
         self.structured = structured
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return compliances at the points by harmonic, and how far they are driven; see `Dynamics`."""
         own = self.structured
         return _solved(own.stiff(spin), own.viscous(spin), own.points, own.driven(spin, weight, level), omega)
 
     def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
+        """Return the modes' harmonics under those of forces on them; see `Dynamics`."""
         own, order = self.structured, omega * np.arange(len(force))[:, None, None]
         dynamic = own.stiff(spin) - order**2 * np.eye(len(own.stiffness)) + 1j * order * own.viscous(spin)
         return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])

@@ -36,7 +36,9 @@ class RoundSolver(Follower):
         self.slopes = round_slopes(system.laws, self.rows // 2, samples, harmonics)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.spin = spin
-        varies = system.kind == UNBALANCE and (system.structured.gyroscopic.any() or system.structured.circulatory.any())
+        varies = system.kind == UNBALANCE and (
+            system.structured.gyroscopic.any() or system.structured.circulatory.any()
+        )
         self.dynamics: Dynamics = VaryingSpin(system.structured) if varies else SteadySpin(system.structured, spin)
         self.raised = ""  # what the parameter is a share of: "weight", "level", or nothing
         self.at = 0.0  # the frequency, 1/s, then
@@ -174,7 +176,9 @@ class RoundSolver(Follower):
         size = float(np.abs((self.system.basis @ way + beside) @ self.grid.basis.T).max())
         if size == 0:
             return z, y
-        least = min(1.0, max(SMALLEST_LEVEL, BEFORE_CONTACT * self.system.size / size) if not z.any() else SMALLEST_LEVEL)
+        least = min(
+            1.0, max(SMALLEST_LEVEL, BEFORE_CONTACT * self.system.size / size) if not z.any() else SMALLEST_LEVEL
+        )
         row = np.append(np.zeros(self.size), 1.0)
         start, near = z + least * way, y + least * beside
         motion = self.solve(least, start, near, row, self._scale(start))

@@ -98,6 +98,7 @@ class WhirlSolver(Follower):
         scale = max(float(np.linalg.norm(z)), self.least)
         return self.solve(speed, self.unknowns(omega, shifted[0]), shifted[1], row, scale)
 
+
 def rotated(x: np.ndarray, turn: float) -> np.ndarray:
     """Return harmonics (n, K) of a motion that is ahead by an angle of its fundamental, rad."""
     found = x.copy()

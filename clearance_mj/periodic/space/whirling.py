@@ -162,7 +162,8 @@ def _out_of_rest(
     first = solver.grown(onset.speed, onset.omega, z, beside, small)
     if first is None:
         raise ClearanceError(
-            f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more harmonics"
+            f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more "
+            "harmonics"
         )
     return solver.onwards(first, min(ends), max(ends)), solver
 
@@ -180,8 +181,8 @@ def _dry(
         if first is not None and solver.depth(first) > 0:
             return solver.within(first, min(ends), max(ends), ends[1] > ends[0]), solver
     raise ClearanceError(
-        f"rig {system.rig.name!r}: friction keeps up no backward whirl at {ends[0]:g} rad/s; give more friction or less "
-        "damping"
+        f"rig {system.rig.name!r}: friction keeps up no backward whirl at {ends[0]:g} rad/s; give more friction or "
+        "less damping"
     )
 
 
