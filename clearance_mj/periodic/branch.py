@@ -97,7 +97,7 @@ class Branch(Vibrations):
     @property
     def parameter(self) -> np.ndarray:
         """(n,) frequency, Hz, level of the excitation's strongest harmonic, or speed, rad/s: what changes along it."""
-        if self.over == "speed":
+        if self.over == "speed" and self.spin is not None:
             return self.spin
         return self.frequency if self.over == "frequency" else np.abs(self.level).max(axis=1)
 

@@ -55,7 +55,7 @@ def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
     fill_round_forces(laws, motion, functions.basis, functions.rate, functions.project, True, np.empty(shape), slopes)
     last = AT_REST - 1
     by_place, by_speed = slopes.x[..., last].copy(), slopes.v[..., last].copy()
-    for p in np.flatnonzero(slopes.carried[:, last]):
+    for p in np.flatnonzero(slopes.carried[:, last]).tolist():
         force = slopes.step[p, last, -2:]
         by_place[p], by_speed[p] = force[:, -6:-4], force[:, -4:-2] + force[:, -2:]
     n, stiffness, viscous = points.shape[1], structured.stiff(speed), structured.viscous(speed)
