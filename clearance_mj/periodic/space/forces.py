@@ -137,15 +137,6 @@ def _add_rows(
 
 
 @kernel_loop(**OPTIONS)
-def _reach(place: np.ndarray) -> float:
-    found = 0.0
-    for d in range(place.shape[0]):
-        for i in range(place.shape[1]):
-            found = max(found, abs(place[d, i]))
-    return found
-
-
-@kernel_loop(**OPTIONS)
 def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tuple[bool, int]:
     """Fill in at which samples an end touches; return whether at any, and the last one at which it does not, or -1."""
     touches, still = False, -1
@@ -247,7 +238,7 @@ def _over_period(
     state, numbers, omega, spin = laws.states[j], laws.numbers, motion.omega, motion.spin
     bushing.step = 2.0 * np.pi / (omega * n)
     told = 2 if contact else size  # numbers before the forces in what a step returns
-    reach = _reach(motion.place[p])
+    reach = np.max(np.abs(motion.place[p]))
     eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
     memory, old, u = np.zeros(max(laws.room, 2)), np.zeros(max(laws.room, 2)), np.zeros(INPUTS)
     now, moved, slope = np.zeros(told + OUTPUTS), np.zeros(told + OUTPUTS), np.zeros((told + OUTPUTS, told + INPUTS))
