@@ -108,7 +108,8 @@ docs: setup
 	$(BIN)/python -m sphinx -q -W --keep-going -j auto -d docs/_build/doctrees docs docs/_build/html
 
 verification: setup
-	$(BIN)/python -m pytest tests/verification tests/experiments/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
+	$(BIN)/python -m pytest tests/verification tests/rotors tests/engines/test_space.py tests/periodic/test_space_whirl.py \
+		tests/clearance/test_short_bearing.py tests/experiments/testrig tests/identify tests/real tests/experiments/test_free_decays.py --verification docs/verification.md
 
 clean:
 	rm -rf $(VENV) $(VENV)-pyharm $(VENV)-ross results docs/_build docs/api/generated

@@ -1,7 +1,7 @@
 """Example rotors of ROSS with their natural frequencies over spin, as JSON; run by an interpreter that has it.
 
 Where bearings change with speed or couple the planes, they have constant, uncoupled coefficients here, those at the
-first speed; seals are left out.
+first speed; seals are left out. A shaft that rubs has no damping of its own.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ PIECES = 3  # elements for each one of the finer rotors
 LATERAL = (0, 1, 3, 4)  # of a node's x, y, z and rotations about them
 
 
-def main(speeds, modes, bearings):
+def main(speeds, modes, bearings, rub):
     found = {}
     for name in EXAMPLES:
         with contextlib.redirect_stdout(io.StringIO()):
@@ -32,7 +32,34 @@ def main(speeds, modes, bearings):
         seconds = time.process_time() - begun
         finer = [_lateral(_finer(rotor, PIECES), speed, modes) for speed in speeds]
         found[name] = _plain(rotor) | {"poles": poles, "finer": finer, "seconds": seconds}
-    json.dump({"rotors": found, "bearings": [_coefficients(**case) for case in bearings]}, sys.stdout)
+    answer = {"rotors": found, "bearings": [_coefficients(**case) for case in bearings], "rub": _rubbing(**rub)}
+    json.dump(answer, sys.stdout)
+
+
+def _rubbing(name, node, gap, stiffness, moment, phase, speed, seconds, steps):
+    """Motion (n, 2) of a node that rubs without friction, from rest on, for each time step, and the time it took."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        rotor = _example(name)
+        elements = [
+            ross.ShaftElement(e.L, e.idl, e.odl, material=e.material, n=e.n, alpha=0, beta=0)
+            for e in rotor.shaft_elements
+        ]
+        rotor = ross.Rotor(elements, rotor.disk_elements, rotor.bearing_elements)
+
+        def run(step, count):
+            return rotor.run_rubbing(
+                n=node, distance=gap, contact_stiffness=stiffness, contact_damping=0.0, friction_coeff=0.0,
+                node=[node], unbalance_magnitude=[moment], unbalance_phase=[phase], speed=speed,
+                t=step * np.arange(count),
+            ).yout[:, rotor.number_dof * node :][:, :2]  # fmt: skip
+
+        run(steps[0], 5)  # compiles
+        found = []
+        for step in steps:
+            begun = time.process_time()
+            motion = run(step, round(seconds / step)).tolist()
+            found.append({"motion": motion, "seconds": time.process_time() - begun})
+    return found
 
 
 def _coefficients(spin, load, viscosity, radius, length, clearance):

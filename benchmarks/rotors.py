@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance_mj import Rig, Sensor
-from clearance_mj.clearance import ShortBearing
+from clearance_mj import Rig, Sensor, excitation, simulate
+from clearance_mj.clearance import ShortBearing, nominal_law
+from clearance_mj.rig import Bushing, Contact, Grease, Spin, Unbalance
 from clearance_mj.rotors import turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -24,6 +25,9 @@ SPEEDS = [0.0, 200.0, 400.0, 800.0]  # rad/s
 MODES = 6
 OIL = {"viscosity": 0.1, "radius": 0.05, "length": 0.03, "clearance": 1e-4}
 BEARINGS = [OIL | {"spin": spin, "load": load} for spin in (50.0, 157.0, 400.0) for load in (100.0, 525.0, 4000.0)]
+RUB = {"name": "rotor_example_with_damping", "node": 12, "gap": 7.95e-5, "stiffness": 1.1e6, "moment": 4e-4,
+       "phase": -np.pi / 2, "speed": 40 * np.pi, "seconds": 0.3, "steps": [2e-5, 1e-5]}  # fmt: skip
+"""ROSS' own rubbing example with twice its unbalance, without friction and damping; each step is half the last"""
 HIGHEST_DAMPING = 0.5  # damping ratio up to which a motion counts
 SOFT = 1e-3  # of the largest modulus: a sleeve softer than this only has mass
 
@@ -34,7 +38,7 @@ def measure():
     if not Path(path).is_file():
         return {"rows": [], "skipped": {"ROSS": "ROSS_PYTHON names no interpreter that has it; make bench makes one"}}
     script = Path(__file__).resolve().with_name("ross_rotors.py")
-    asked = {"speeds": SPEEDS, "modes": MODES, "bearings": BEARINGS}
+    asked = {"speeds": SPEEDS, "modes": MODES, "bearings": BEARINGS, "rub": RUB}
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(
             [Path(path).absolute(), "-W", "ignore", script, json.dumps(asked)],
@@ -56,7 +60,36 @@ def measure():
             rows.append(row(f"{name}, {mesh}: largest difference of {MODES} frequencies", [apart], "%", "<= 0.1"))
         rows.append(row(f"{name}, ROSS' time / ours", [data["seconds"] / seconds], "x", ""))
         frequencies[name] = {"clearance_mj": own.tolist(), "ROSS": other.tolist(), "ROSS, finer": finer.tolist()}
+    rows += _rub(answer["rotors"][RUB["name"]], answer["rub"])
     return {"rows": rows, "speeds": SPEEDS, "frequencies": frequencies, "skipped": {}}
+
+
+def _rub(data, found):
+    """Rows of a shaft that rubs from rest on, beside ROSS' motion in its smaller step and extrapolated to none.
+
+    ROSS' rubbing force is that of the step before, so its error falls with the step.
+    """
+    place = float(_places(data["elements"])[RUB["node"]])
+    bushing = Bushing(place, RUB["gap"], 0.0, Grease(0.0), Contact(RUB["stiffness"]))
+    rig = _rig(RUB["name"], data).replace(
+        motion="spatial", spin=Spin(RUB["speed"]), bushings=(bushing,),
+        unbalances=(Unbalance(place, RUB["moment"], RUB["phase"]),),
+    )  # fmt: skip
+    still, law = excitation.still(RUB["seconds"], 1 / RUB["steps"][0]), nominal_law(rig)
+    simulate(rig, still, law, engine="modal")  # compiles
+    begun = time.process_time()
+    own = simulate(rig, still, law, engine="modal").displacement
+    seconds = time.process_time() - begun
+    coarse, fine = (
+        np.array(run["motion"])[:: round(RUB["steps"][0] / step)].T for run, step in zip(found, RUB["steps"])
+    )
+    for words, of, target in (
+        (f"in steps of {1e6 * RUB['steps'][1]:g} µs", fine, ""),
+        ("extrapolated to none", 2 * fine - coarse, "<= 2"),
+    ):
+        apart = 100 * np.linalg.norm(own - of) / np.linalg.norm(of)
+        yield row(f"rub in time, ROSS {words}: RMS difference", [apart], "%", target)
+    yield row("rub in time, ROSS' time / ours", [found[1]["seconds"] / seconds], "x", ">= 20")
 
 
 def _film_apart(case, other):
@@ -73,10 +106,9 @@ def _frequencies(poles):
 
 def _rig(name, data):
     """The same rotor: ROSS' x is y here, its y is z; the spin is from the one to the other in both."""
-    layers = {}
+    layers, places = {}, _places(data["elements"])
     for element in data["elements"]:
         layers.setdefault(element["n"], []).append(element)
-    places = np.concatenate(([0.0], np.cumsum([layers[n][0]["length"] for n in sorted(layers)])))
     stiffest = max(element["young_modulus"] for element in data["elements"])
     sections, discs = [], []
     for n in sorted(layers):
@@ -95,6 +127,12 @@ def _rig(name, data):
     ]  # fmt: skip
     shaft = Shaft(tuple(sections), tuple(supports), tuple(discs), theory="timoshenko")
     return Rig(name, None, (), (Sensor(1, shaft.end),), structure=shaft)
+
+
+def _places(elements):
+    """m of the nodes."""
+    lengths = {element["n"]: element["length"] for element in elements}
+    return np.concatenate(([0.0], np.cumsum([lengths[n] for n in sorted(lengths)])))
 
 
 def _section(layers, softest):

@@ -16,13 +16,27 @@ from ..core.files import to_json, write_text
 from ..core.units import si_value
 from ..core.validation import from_plain
 from ..io.dataset import dataset_schema
-from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
+from ..rig import (
+    Beam,
+    Bushing,
+    Contact,
+    Friction,
+    Grease,
+    OilFilm,
+    PointMass,
+    Rig,
+    Sensor,
+    Shaker,
+    Spin,
+    Unbalance,
+    rig_schema,
+)
 from ..rig.plausible import check_units
 from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
 from ..version import __version__
 from .command import command
-from .options import length, pressure
+from .options import length, pressure, spin
 from .rig_text import rig_lines
 
 KINDS = ("beam", "shaft", "shafts", "matrices", "modes", "mjcf")
@@ -34,6 +48,7 @@ WORDS = {
     "modes": "the modes of a test or of a finite element program, out of a file",
     "mjcf": "a MuJoCo model",
 }
+MOTIONS = ("planar", "spatial")
 EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}
 """Examples of the files of each kind of structure."""
 
@@ -90,6 +105,16 @@ def _options(parser: argparse.ArgumentParser) -> None:
             name, type=float, nargs=2, default=tuple(map(float, default.split())), metavar=("STIFFNESS", "DAMPING"),
             help=f"N/m and N s/m (default: {default})",
         )  # fmt: skip
+    space = parser.add_argument_group("in space: round bushings, motion along y and z")
+    space.add_argument("--motion", choices=MOTIONS, help='"spatial" goes without saying with what follows')
+    space.add_argument("--gravity", type=float, nargs=3, metavar=("X", "Y", "Z"), help="m/s²")
+    space.add_argument("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
+    space.add_argument(
+        "--unbalance", nargs=2, action="append", default=[], metavar=("POINT", "MOMENT"),
+        help="at a point of a shaft that turns, kg m; may be repeated",
+    )  # fmt: skip
+    space.add_argument("--friction", type=float, metavar="MU", help="coefficient of friction in the bushings")
+    space.add_argument("--oil", type=float, metavar="VISCOSITY", help="Pa s: oil fills the bushings, not grease")
     test = parser.add_argument_group("test")
     test.add_argument(
         "--sensors", type=_point, nargs="+", metavar="POINT",
@@ -180,16 +205,45 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         last = [] if kind == "shaft" else [_on(on, length)]
         points = options.sensors or _sorted([_on(on, 0.25 * length), *clearances, *last])
     grease, contact = Grease(*options.grease), Contact(*options.contact)
+    if options.oil is not None:
+        grease = Grease(0.0)  # oil is in its place
+    turning = {
+        "friction": None if options.friction is None else Friction(options.friction),
+        "film": None if options.oil is None else OilFilm(options.oil),
+    }
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
     bushing_length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
     return {
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
-        "bushings": tuple(Bushing(x, options.gap, bushing_length, grease, contact, to=to[x]) for x in clearances),
+        "bushings": tuple(
+            Bushing(x, options.gap, bushing_length, grease, contact, to=to[x], **turning) for x in clearances
+        ),
         "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
+    } | _in_space(options)
+
+
+def _in_space(options: argparse.Namespace) -> dict[str, Any]:
+    """Fields of a rig in space, if any of its options is given."""
+    given = (options.gravity, options.spin, options.friction, options.oil, options.unbalance or None)
+    if options.motion is None and any(value is not None for value in given):
+        options.motion = "spatial"
+    fields = {
+        "motion": options.motion,
+        "gravity": options.gravity and tuple(options.gravity),
+        "spin": None if options.spin is None else Spin(options.spin),
+        "unbalances": tuple(Unbalance(_point(x), _number(moment, "--unbalance")) for x, moment in options.unbalance),
     }
+    return {name: value for name, value in fields.items() if value}
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ClearanceError(f"{option}: {text!r} is no number") from None
 
 
 def _node(point: float | str, number: int) -> int:

@@ -19,8 +19,9 @@ from .tables import write_csv
 __all__ = ["draw", "write"]
 
 LOSSES = {"damping": "#0072b2", "hysteresis": "#e69f00", "film": "#56b4e9", "contact_loss": "#d55e00"}
+LOSSES |= {"friction": "#cc79a7"}
 WORDS = {"damping": "shaft's damping", "hysteresis": "grease's hysteresis", "film": "grease's damping"}
-WORDS |= {"contact_loss": "contact", "stored": "stored"}
+WORDS |= {"contact_loss": "contact", "friction": "friction", "stored": "stored"}
 STORED = "#d9d9d9"
 MAX_RESTITUTION = 2.0  # that is drawn
 POINTS = 1500  # that a curve is drawn with at most
@@ -45,7 +46,8 @@ def draw(balance: EnergyBalance) -> Drawing:
     _restitution(restitution, balance)
     _impulse(impulse, balance)
     most = max(np.max(balance.put_in), np.finfo(float).tiny)
-    shares = ", ".join(f"{WORDS[name]} {100 * np.sum(getattr(balance, name)[..., -1]) / most:.0f} %" for name in LOSSES)
+    lost = {name: part for name in LOSSES if (part := getattr(balance, name)) is not None}
+    shares = ", ".join(f"{WORDS[name]} {100 * np.sum(part[..., -1]) / most:.0f} %" for name, part in lost.items())
     caption = (
         f"Energy of {balance.time[-1]:.3g} s: {most:.3g} J put in; shares lost: {shares}. The residual, "
         f"neither lost nor stored, is at most {100 * balance.imbalance:.2g} %. {len(balance.impacts)} impacts of "
@@ -59,8 +61,9 @@ def draw(balance: EnergyBalance) -> Drawing:
 
 def _energy(ax: Axes, balance: EnergyBalance) -> None:
     thin = slice(None, None, -(-balance.time.size // POINTS))
-    parts = {name: getattr(balance, name).reshape(-1, balance.time.size).sum(axis=0) for name in (*LOSSES, "stored")}
-    parts = {name: 1e3 * value[thin] for name, value in parts.items() if np.any(value) or name == "stored"}
+    every = {name: getattr(balance, name) for name in (*LOSSES, "stored")}
+    parts = {name: value for name, value in every.items() if name == "stored" or (value is not None and np.any(value))}
+    parts = {name: 1e3 * value.reshape(-1, balance.time.size).sum(axis=0)[thin] for name, value in parts.items()}
     colours = [LOSSES.get(name, STORED) for name in parts]
     time = balance.time[thin]
     ax.stackplot(time, *parts.values(), colors=colours, labels=[WORDS[name] for name in parts])

@@ -17,7 +17,8 @@ __all__ = ["contact_statistics"]
 def contact_statistics(response: Response) -> dict[str, Any]:
     """RMS and peak displacement (m), `Response.contact_share`, peak contact force (N) of each bushing; time step (s).
 
-    The share is nan where the engine does not tell when the shaft touches.
+    In space displacements are those of both directions together, and the force is the resultant. The share is nan where
+    the engine does not tell when the shaft touches.
 
     Parameters
     ----------
@@ -26,11 +27,15 @@ def contact_statistics(response: Response) -> dict[str, Any]:
     """
     if response.contact_force is None or response.displacement is None:
         raise RecordError("only a simulated response has contact forces")
-    share = response.contact_share
+    share, rows = response.contact_share, len(response.displacement)
+    bushings = rows if share is None else len(share)
+    moved, force = (
+        each.reshape(bushings, -1, each.shape[1]) for each in (response.displacement, response.contact_force)
+    )
     return {
-        "displacement_rms": response.displacement.std(axis=1).tolist(),
-        "displacement_peak": np.abs(response.displacement).max(axis=1).tolist(),
-        "contact_share": (np.full(len(response.displacement), np.nan) if share is None else share).tolist(),
-        "contact_peak": np.abs(response.contact_force).max(axis=1).tolist(),
+        "displacement_rms": np.sqrt(moved.var(axis=2).sum(axis=1)).tolist(),
+        "displacement_peak": np.linalg.norm(moved, axis=1).max(axis=1).tolist(),
+        "contact_share": (np.full(bushings, np.nan) if share is None else share).tolist(),
+        "contact_peak": np.linalg.norm(force, axis=1).max(axis=1).tolist(),
         "step": response.provenance["step"],
     }

@@ -10,9 +10,12 @@ from numpy.testing import assert_allclose
 from clearance_mj import LawError
 from clearance_mj.clearance import ShortBearing
 
+from ..verification.page import Measured
+
 BEARING = ShortBearing(viscosity=0.02, radius=0.025, length=0.02, clearance=5e-5)
 FULL = ShortBearing(0.02, 0.025, 0.02, 5e-5, cavitated=False)
 SPIN = 300.0
+CHILDS = "Childs, Turbomachinery Rotordynamics, 1993, section 3.5"
 
 
 def pressed(bearing: ShortBearing, ratio: float, approach: float, whirl: float) -> np.ndarray:
@@ -48,23 +51,26 @@ def test_an_uncavitated_film_is_that_of_reynolds_equation_in_any_motion() -> Non
 
 
 @pytest.mark.parametrize("bearing, half", [(FULL, 1.0), (BEARING, 0.5)])
-def test_a_centred_squeeze_film(bearing: ShortBearing, half: float) -> None:
+def test_a_centred_squeeze_film(bearing: ShortBearing, half: float, measured: Measured) -> None:
     """π μ L³ R/C³ has pressure all around; where oil cannot pull it is half of that, as the quadrature says too."""
     c = half * np.pi * bearing.viscosity * bearing.length**3 * bearing.radius / bearing.clearance**3
     _, damping = bearing.coefficients([0.0, 0.0], 0.0)
+    what = f"centred squeeze film, {'full' if half == 1 else 'half'}: damping over π μ L³R/C³"
+    measured.equal(what, half * damping[0, 0] / c, half, "quadrature of Reynolds' equation", rel=1e-12)
     assert_allclose(damping, c * np.eye(2), rtol=1e-12, atol=1e-9 * c)
     approach = 1e4  # much faster than the rotation
     assert_allclose(pressed(bearing, 0.0, approach, SPIN / 2)[0], -c * bearing.clearance * approach, rtol=1e-6)
 
 
-def test_a_centred_full_film_carries_across() -> None:
+def test_a_centred_full_film_carries_across(measured: Measured) -> None:
     stiffness, damping = FULL.coefficients([0.0, 0.0], SPIN)
     cross = damping[0, 0] * SPIN / 2
+    measured.equal("centred full film: k_xy over c Ω/2", stiffness[0, 1] / cross, 1.0, "closed form", rel=1e-9)
     assert_allclose(stiffness, [[0.0, cross], [-cross, 0.0]], atol=1e-9 * cross)
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.3, 0.5, 0.7, 0.9])
-def test_a_loaded_journal_lies_on_ocvirks_locus(ratio: float) -> None:
+def test_a_loaded_journal_lies_on_ocvirks_locus(ratio: float, measured: Measured) -> None:
     """S (L/D)² = (1-ε²)²/(π ε √(π²(1-ε²) + 16 ε²)), tan φ = π √(1-ε²)/(4 ε); ε = 0.5: 0.1060 and 53.68°."""
     b = BEARING
     sommerfeld = (1 - ratio**2) ** 2 / (np.pi * ratio * np.sqrt(np.pi**2 * (1 - ratio**2) + 16 * ratio**2))
@@ -74,9 +80,10 @@ def test_a_loaded_journal_lies_on_ocvirks_locus(ratio: float) -> None:
     per_area = b.viscosity * SPIN / (2 * np.pi) * (b.radius / b.clearance) ** 2 * slenderness**2 / sommerfeld
     load = per_area * b.length * 2 * b.radius
     y, z = b.equilibrium([0.0, -load], SPIN)
-    assert_allclose(np.hypot(y, z) / b.clearance, ratio, rtol=1e-9)
+    measured.equal(f"Ocvirk's locus, ε = {ratio:g}: ε", np.hypot(y, z) / b.clearance, ratio, "closed form", rel=1e-9)
     attitude = np.arctan(np.pi * np.sqrt(1 - ratio**2) / (4 * ratio))
-    assert_allclose(np.angle(complex(y, z) / -1j), attitude, rtol=1e-9)
+    found = np.degrees(np.angle(complex(y, z) / -1j))
+    measured.equal(f"Ocvirk's locus, ε = {ratio:g}: φ (°)", found, np.degrees(attitude), "closed form", rel=1e-9)
     if ratio == 0.5:
         assert round(np.degrees(attitude), 2) == 53.68
     assert_allclose(b.force([y, z], [0.0, 0.0], SPIN), [0.0, load], rtol=1e-9, atol=1e-9 * load)
@@ -106,7 +113,9 @@ def test_the_eight_coefficients_of_a_loaded_film(ratio: float) -> None:
     [(0.1, 2.741, 0.503), (0.3, 2.607, 0.519), (0.5, 2.539, 0.515), (0.6, 2.707, 0.473), (0.7, 3.61, 0.346),
      (0.75, 9.67, 0.128)],
 )  # fmt: skip
-def test_a_rigid_rotor_begins_to_whirl_at_the_known_speed(ratio: float, speed: float, whirl: float) -> None:
+def test_a_rigid_rotor_begins_to_whirl_at_the_known_speed(
+    ratio: float, speed: float, whirl: float, measured: Measured
+) -> None:
     """Ω √(C/g) and whirl frequency over Ω of a rigid rotor on the short bearing, from the eigenvalues of its motion.
 
     The known whirl frequencies have three digits; what the eigenvalues say is also that of the closed form
@@ -126,8 +135,10 @@ def test_a_rigid_rotor_begins_to_whirl_at_the_known_speed(ratio: float, speed: f
         return complex(max(values[values.imag > 0], key=lambda value: value.real)) / spin
 
     threshold = scipy.optimize.brentq(lambda p: largest(p).real, 0.8 * speed, 1.2 * speed)
-    assert_allclose(threshold, speed, rtol=0.01)
-    assert_allclose(largest(threshold).imag, whirl, atol=1.5e-3)
+    measured.equal(f"rigid rotor in oil, ε = {ratio:g}: Ω √(C/g) at the threshold", threshold, speed, CHILDS, rel=0.01)
+    measured.equal(
+        f"rigid rotor in oil, ε = {ratio:g}: whirl ratio", largest(threshold).imag, whirl, CHILDS, abs=1.5e-3
+    )
     k, c, mass, spin = bearing(threshold)
     together = k[0, 0] * c[1, 1] + k[1, 1] * c[0, 0] - k[0, 1] * c[1, 0] - k[1, 0] * c[0, 1]
     of_whirl = together / np.trace(c)

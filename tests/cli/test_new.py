@@ -38,6 +38,25 @@ def new(folder, *arguments):
     return Rig.load(folder / "rig.toml")
 
 
+def test_a_rig_in_space(tmp_path):
+    options = "--kind shaft --length 500mm --gravity 0 0 -9.81 --spin 1500rpm --unbalance 0.3 1e-4 --friction 0.1"
+    rig = new(tmp_path, "pump", *options.split(), "--oil", 0.02)
+    assert rig.is_spatial and rig.gravity == (0.0, 0.0, -9.81) and rig.spin.speed == pytest.approx(50 * np.pi)
+    assert [(u.position, u.moment) for u in rig.unbalances] == [(0.3, 1e-4)]
+    assert {(b.friction.coefficient, b.film.viscosity, b.grease.stiffness) for b in rig.bushings} == {(0.1, 0.02, 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [("--spin 30rpm --motion planar", 'spin needs motion = "spatial"'),
+     ("--unbalance 0.3 1e-4", r"give \[spin\]"), ("--spin 9 --unbalance 0.3 1mm", "--unbalance: '1mm' is no number"),
+     ("--section 5mm 8mm --spin 30rpm", "as stiff in every direction"), ("--friction -1", "must be >= 0, got -1")],
+)  # fmt: skip
+def test_what_cannot_turn_is_refused_in_a_line(options, words, refused, tmp_path):
+    assert re.search(words, refused("new", "rotor", *options.split(), "--out", tmp_path / "rig.toml"))
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_is_told_is_in_the_file(tmp_path):
     told = ["--length", 0.8, "--section", 0.02, 0.01, "--young-modulus", 70e9, "--density", 2700, "--rayleigh", 0.1, 0]
     told += ["--bushings", 0.3, 0.6, "--gap", 1.25e-4, "--bushing-length", 0.02, "--contact", 2e4, 1.5]

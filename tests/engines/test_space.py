@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,11 @@ from numpy.testing import assert_allclose
 import clearance_mj as cm
 from clearance_mj.engines import Modal, static_equilibrium
 from clearance_mj.engines.modal_space import SpatialRun
+from clearance_mj.report.energy import draw
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+from ..verification.page import Measured
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
 SPACE = TABLE1.replace(motion="spatial")
@@ -25,26 +29,28 @@ GREASED = cm.ContactLaw(
 
 
 @pytest.mark.parametrize("law", [None, GREASED])
-def test_a_motion_in_the_plane_is_the_planar_one(law: cm.ContactLaw | None) -> None:
+def test_a_motion_in_the_plane_is_the_planar_one(law: cm.ContactLaw | None, measured: Measured) -> None:
     plane, space = (cm.simulate(rig, NOISE, law, "modal") for rig in (TABLE1, SPACE))
     assert plane.contact_force is not None and plane.contact_force.any()
     for name in ("acceleration", "displacement", "contact_force", "grease_force"):
         found, told = getattr(space, name), getattr(plane, name)
-        assert_allclose(found if name == "acceleration" else found[1::2], told, rtol=0, atol=1e-9 * np.abs(told).max())
+        found = found if name == "acceleration" else found[1::2]
+        what = f"motion in a plane, {'greased' if law else 'nominal law'}: {name.replace('_', ' ')}, largest difference"
+        measured.below(what, np.abs(found - told).max() / np.abs(told).max(), 1e-9, "the planar engine")
     assert not space.displacement[::2].any()
     assert_allclose(space.contact_share, plane.contact_share, atol=1e-9)
 
 
 @pytest.mark.parametrize("law", [None, GREASED])
-def test_a_turned_excitation_gives_the_turned_response(law: cm.ContactLaw | None) -> None:
+def test_a_turned_excitation_gives_the_turned_response(law: cm.ContactLaw | None, measured: Measured) -> None:
     angle = 0.7
     turned = SPACE.replace(shaker=Shaker(direction=(0.0, np.sin(angle), np.cos(angle))))
     straight, found = (cm.simulate(rig, NOISE, law, "modal") for rig in (SPACE, turned))
     for name in ("displacement", "contact_force", "grease_force"):
-        told = getattr(straight, name)[1::2]
-        y, z = getattr(found, name)[::2], getattr(found, name)[1::2]
-        assert_allclose(y, np.sin(angle) * told, rtol=0, atol=1e-9 * np.abs(told).max())
-        assert_allclose(z, np.cos(angle) * told, rtol=0, atol=1e-9 * np.abs(told).max())
+        told = np.exp(1j * (np.pi / 2 - angle)) * getattr(straight, name)[1::2]
+        places = getattr(found, name)[::2] + 1j * getattr(found, name)[1::2]
+        what = f"turned excitation, {'greased' if law else 'nominal law'}: {name.replace('_', ' ')}, largest difference"
+        measured.below(what, np.abs(places - told).max() / np.abs(told).max(), 1e-9, "the turned response")
 
 
 def test_probes_may_be_turned() -> None:
@@ -136,7 +142,7 @@ def test_first_contact(speed: float, touches: bool) -> None:
 
 
 @pytest.mark.parametrize(("friction", "radius"), [(0.0, 1.008635), (0.01, None)])
-def test_the_radius_of_a_synchronous_rub(friction: float, radius: float | None) -> None:
+def test_the_radius_of_a_synchronous_rub(friction: float, radius: float | None, measured: Measured) -> None:
     """[(k + k_c - mω²) r - k_c δ]² + [(cω + μ k_c) r - μ k_c δ]² = (m e ω²)²; at ω = 1 and μ = 0, r = 1.008635."""
     r = max(np.roots([20**2 + (0.1 + 20 * friction) ** 2, -2 * (400 + (0.1 + 20 * friction) * 20 * friction),
                       400 + 400 * friction**2 - 0.04]).real)  # fmt: skip
@@ -147,7 +153,7 @@ def test_the_radius_of_a_synchronous_rub(friction: float, radius: float | None) 
     way, touches = path(run, 40 * 2 * np.pi / FREQUENCY)
     settled = np.abs(way[-way.size // 20 :])
     assert touches.all() and np.ptp(settled) < 1e-5 * GAP
-    assert_allclose(settled / GAP, r, rtol=2e-6)
+    measured.equal(f"synchronous rub, μ = {friction:g}: radius in gaps", settled.mean() / GAP, r, "circle", rel=2e-6)
 
 
 @pytest.mark.parametrize(("faster", "grows"), [(1.03, True), (0.97, False)])
@@ -162,7 +168,7 @@ def test_dry_whirl(faster: float, grows: bool) -> None:
 
 
 @pytest.mark.parametrize(("friction", "rolls"), [(0.1, True), (0.04, False)])
-def test_a_shaft_rolls_in_its_bushing(friction: float, rolls: bool) -> None:
+def test_a_shaft_rolls_in_its_bushing(friction: float, rolls: bool, measured: Measured) -> None:
     """With ω r = Ω R = 50 and m ω² = k + k_c (1 - δ/r): ω = 4.387, r = 11.40, backward; c = 0.2 needs μ > 0.048."""
     rig = rubbing(jeffcott(0.2), friction, damping=50.0)
     surface = rig.linear.shafts[0].half_depth(0.5)
@@ -173,7 +179,12 @@ def test_a_shaft_rolls_in_its_bushing(friction: float, rolls: bool) -> None:
     last = way[-way.size // 5 :]
     turned = np.unwrap(np.angle(last))
     found = -(turned[-1] - turned[0]) / ((last.size - 1) * run.step)
-    assert (abs(found / whirl - 1) < 1e-3 and abs(np.abs(last).mean() / radius - 1) < 1e-3) == rolls
+    if rolls:
+        closed = "ω r = Ω R, m ω² = k + k_c (1 - δ/r)"
+        measured.equal("rolling whirl: ω", found / FREQUENCY, 4.387, closed, rel=1e-3)
+        measured.equal("rolling whirl: radius in gaps", np.abs(last).mean() / GAP, 11.40, closed, rel=1e-3)
+    else:
+        assert abs(found / whirl - 1) > 1e-3 or abs(np.abs(last).mean() / radius - 1) > 1e-3
 
 
 def resting(**changes: object) -> Rig:
@@ -188,7 +199,7 @@ def resting(**changes: object) -> Rig:
     ).replace(**changes)  # fmt: skip
 
 
-def test_a_shaft_swings_in_its_bushings() -> None:
+def test_a_shaft_swings_in_its_bushings(measured: Measured) -> None:
     """It slides with √(g/δ), and rolls with √(2g/3δ), δ 0.1 mm: 49.8 and 40.7 Hz."""
     slides = resting()
     mass, surface = slides.total_mass, 0.015
@@ -204,7 +215,9 @@ def test_a_shaft_swings_in_its_bushings() -> None:
         period = np.diff(crossings).mean() * run.step
         assert touches.all()
         # The circle that its middle swings on is wider by what the contact gives.
-        assert_allclose(2 * np.pi / period, told * np.sqrt(GAP / (GAP + sunk)), rtol=3e-3)
+        found, told = 1 / period, told / (2 * np.pi) * np.sqrt(GAP / (GAP + sunk))
+        how = "slides, √(g/δ)" if rig is slides else "rolls, √(2g/3δ)"
+        measured.equal(f"shaft that rests in a bushing and {how} (Hz)", found, told, "closed form", rel=3e-3)
 
 
 def test_damping_that_turns_with_the_shaft() -> None:
@@ -224,7 +237,7 @@ def test_damping_that_turns_with_the_shaft() -> None:
         assert (np.abs(run.motion.q[0] + 1j * run.motion.q[2]) > first) == grows
 
 
-def test_gyroscopic_moments_keep_the_energy() -> None:
+def test_gyroscopic_moments_keep_the_energy(measured: Measured) -> None:
     """An overhung disc that turns and nothing damps: its energy after a thousand periods is that of the start."""
     shaft = Shaft(
         (Section(0.4, (0.02, 0.02)),), (Support(0.0, "clamped"),), (Disc(0.4, 4.0, 0.02),), Material(2.1e11, 7850.0)
@@ -244,7 +257,7 @@ def test_gyroscopic_moments_keep_the_energy() -> None:
 
     start = energy()
     run.advance(np.zeros(int(1000 * 2 * np.pi / run.model.omega[0] / run.step)))
-    assert_allclose(energy(), start, rtol=1e-6)
+    measured.below("gyroscopic moments, 1000 periods: change of energy", abs(energy() / start - 1), 1e-6, "no work")
 
 
 @pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
@@ -269,17 +282,18 @@ def test_a_journal_whirls_in_oil(share: float, grows: bool) -> None:
     assert (late > early) == grows
 
 
-def test_energies_add_up() -> None:
+def test_energies_add_up(measured: Measured) -> None:
     bushings = tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in TABLE1.bushings)
     rig = SPACE.replace(
         bushings=bushings, gravity=(0.0, -5.0, -9.81), spin=Spin(300.0, rate=50.0), unbalances=(Unbalance(0.5, 1e-4),)
     )
     balance = cm.energy_balance(rig, NOISE, GREASED, engine="modal")
-    assert balance.imbalance < 1e-3
+    measured.below("energy balance with friction, spin, hysteresis, weight: residual", balance.imbalance, 1e-3, "0")
     for part in (balance.friction, balance.contact_loss, balance.hysteresis):
         assert part is not None and part[..., -1].any() and (np.diff(part, axis=-1) > -1e-9 * part.max()).all()
     assert balance.drive is not None and balance.unbalance is not None and balance.weight is not None
     assert balance.drive[-1] > 0 and balance.impacts
+    assert re.search(r"contact \d+ %, friction \d+ %", draw(balance).caption)
 
 
 def test_friction_slows_a_shaft_that_coasts() -> None:

@@ -13,8 +13,13 @@ from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, RigError
 from clearance_mj.rotors import dry_whirls, rolling_whirls, synchronous_rub
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
+from ..verification.page import Measured
+
 FREQUENCY, MASS, GAP = 60.0, 3.0, 1e-4  # rad/s, kg, m: times, masses and lengths of the closed forms
 STIFFNESS = MASS * FREQUENCY**2
+CIRCLE = "circle under unbalance: quadratic equation of its radius"
+WHIRL = "ω* = [c/μ + √((c/μ)² + 4mk)]/2m, r* = δ/(1 - cω*/(μ k_c))"
+ROLLING = "ω r = Ω R, m ω² = k + k_c (1 - δ/r)"
 
 
 def jeffcott(damping: float, contact: float = 20.0, density: float = 1e-4, **of_support: float) -> Rig:
@@ -37,25 +42,28 @@ def rub(speeds: np.ndarray | list[float], friction: float = 0.0, eccentricity: f
     )
 
 
-def test_first_contact() -> None:
+def test_first_contact(measured: Measured) -> None:
     """The free motion reaches the gap at ω = 0.9252, and leaves it at 1.1032."""
     speeds = np.linspace(0.9, 1.15, 25001)
     beyond = speeds[rub(speeds[::10]).free.repeat(10)[: speeds.size] > GAP]
-    assert_allclose([beyond[0], beyond[-1]], [0.9252, 1.1032], atol=2e-4)
+    for value, told in zip((beyond[0], beyond[-1]), (0.9252, 1.1032)):
+        measured.equal("first contact of a Jeffcott rotor, closed form, ω", value, told, CIRCLE, rel=1e-4)
 
 
 @pytest.mark.parametrize("friction, radius", [(0.0, 1.008635), (0.1, 1.008109)])
-def test_the_radius_of_a_synchronous_rub(friction: float, radius: float) -> None:
+def test_the_radius_of_a_synchronous_rub(friction: float, radius: float, measured: Measured) -> None:
     found = rub([1.0], friction)
-    assert_allclose(found.radius[0, 1] / GAP, radius, rtol=1e-6)
+    what = f"synchronous rub, μ = {friction:g}: radius in gaps"
+    measured.equal(what, found.radius[0, 1] / GAP, radius, CIRCLE, rel=1e-6)
     assert found.stable[0, 1] == (friction < 0.1 * np.sqrt(21.0) / 20.0)  # the threshold of dry whirl, below
 
 
 @pytest.mark.parametrize("friction, end", [(0.0, 4.328), (0.05, 3.715), (0.1, 2.999)])
-def test_where_the_branch_ends(friction: float, end: float) -> None:
+def test_where_the_branch_ends(friction: float, end: float, measured: Measured) -> None:
     speeds = np.arange(end - 0.05, end + 0.05, 2e-4)
     found = rub(speeds, friction)
-    assert_allclose(found.ends / FREQUENCY, [end], rtol=1e-3)
+    (ends,) = found.ends / FREQUENCY
+    measured.equal(f"synchronous rub, μ = {friction:g}: end of the branch, ω", ends, end, CIRCLE, rel=1e-3)
     last = np.flatnonzero(np.isfinite(found.radius[:, 1]))[-1]
     # Both branches meet there (what is left is the square root of the way to the end).
     assert_allclose(found.radius[last, 0], found.radius[last, 1], rtol=2e-2)
@@ -99,10 +107,11 @@ def test_friction_makes_a_rub_unstable() -> None:
     assert set(told.values()) == {True, False}
 
 
-def test_dry_whirl() -> None:
+def test_dry_whirl(measured: Measured) -> None:
     """ω* = [c/μ + √((c/μ)² + 4 m k)]/2m, r* = δ/(1 - c ω*/(μ k_c)): 1.10499 and 1.01117; begun faster it grows."""
     (found,) = dry_whirls(jeffcott(0.02), 0.1, n_modes=4)
-    assert_allclose([found.whirl / FREQUENCY, found.radius / GAP], [1.10499, 1.01117], rtol=1e-5)
+    measured.equal("dry whirl: ω", found.whirl / FREQUENCY, 1.10499, WHIRL, rel=1e-5)
+    measured.equal("dry whirl: radius in gaps", found.radius / GAP, 1.01117, WHIRL, rel=1e-5)
     assert_allclose(found.whirl / FREQUENCY, (0.2 + np.sqrt(0.04 + 4)) / 2, rtol=1e-6)
     # With another sense of rotation of force and friction, the same equations in time.
     for faster, grows in ((1.03, True), (0.97, False)):
@@ -119,13 +128,14 @@ def test_the_threshold_of_dry_whirl(damping: float) -> None:
     assert not dry_whirls(jeffcott(damping), 0.995 * threshold, n_modes=4)
 
 
-def test_a_shaft_rolls_in_its_bushing() -> None:
+def test_a_shaft_rolls_in_its_bushing(measured: Measured) -> None:
     """With ω r = Ω R and m ω² = k + k_c (1 - δ/r), Ω R = 50: ω = 4.387, r = 11.40; damping needs friction."""
     rig = jeffcott(0.0)
     radius = rig.structure.sections[0].diameter[0] / 2
     spin = 50 * FREQUENCY * GAP / radius
     (found,) = rolling_whirls(rig, 0.1, spin, n_modes=4)
-    assert (round(found.whirl / FREQUENCY, 3), round(found.radius / GAP, 2)) == (4.387, 11.40)
+    measured.equal("rolling whirl: ω", found.whirl / FREQUENCY, 4.387, ROLLING, rel=1e-4)
+    measured.equal("rolling whirl: radius in gaps", found.radius / GAP, 11.40, ROLLING, rel=1e-3)
     assert_allclose(found.friction, 0.0, atol=1e-9)
     omega = found.whirl / FREQUENCY
     assert_allclose(omega**2, 1 + 20 * (1 - omega / 50), rtol=1e-4)

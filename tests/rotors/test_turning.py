@@ -14,6 +14,7 @@ from clearance_mj.rotors import campbell, turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
 
 from ..conftest import TABLE1
+from ..verification.page import Measured
 
 YOUNG = 2.1e11
 LIGHT = Material(YOUNG, 1e-2)
@@ -43,7 +44,7 @@ JEFFCOTT = np.sqrt(48 * BENDING / 3.0)
 
 @pytest.mark.parametrize("polar", [0.04, 0.01])
 @pytest.mark.parametrize("spin", [0.0, 200.0, 900.0])
-def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float) -> None:
+def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float, measured: Measured) -> None:
     """det [k11 - m ω², k12; k12, k22 - I ω² + J Ω ω] = 0, with ω > 0 forward and ω < 0 backward whirl."""
     length, mass = 0.3, 2.0
     k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
@@ -53,7 +54,9 @@ def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float) -> 
     shaft = turning_shaft(overhung(polar_inertia=polar))
     found = shaft.poles(spin)
     want = roots[np.argsort(np.abs(roots))]
-    assert_allclose(found.value.imag[:4], np.abs(want), rtol=1e-4)
+    apart = np.abs(found.value.imag[:4] / np.abs(want) - 1).max()
+    what = f"overhung disc, J {polar:g} kg m², {spin:g} rad/s: four frequencies, error"
+    measured.below(what, apart, 1e-4, "2 x 2 closed form")
     if spin:
         assert_allclose(shaft.sense(found.motion[:, :4]), np.sign(want), atol=1e-6)
 
@@ -70,12 +73,13 @@ def test_critical_speeds_are_where_the_campbell_diagram_meets_the_spin() -> None
 
 
 @pytest.mark.parametrize("outer, turning", [(4.0, 2e-5), (1.0, 1e-4), (0.0, 5e-5)])
-def test_damping_that_turns_makes_a_jeffcott_rotor_whirl(outer: float, turning: float) -> None:
+def test_damping_that_turns_makes_a_jeffcott_rotor_whirl(outer: float, turning: float, measured: Measured) -> None:
     """Ω = ω (1 + c_e/c_i), with c_e = η1 m and c_i = η2 k."""
     ratio = outer / (turning * JEFFCOTT**2)
     diagram = campbell(jeffcott((outer, turning)), np.linspace(0.0, 2.5 * JEFFCOTT * (1 + ratio), 12), n=2)
     assert diagram.threshold is not None
-    assert_allclose(diagram.threshold, JEFFCOTT * (1 + ratio), rtol=1e-4)
+    what = f"damping that turns, c_e/c_i = {ratio / JEFFCOTT:.3g}: threshold over ω"
+    measured.equal(what, diagram.threshold / JEFFCOTT, 1 + ratio, "1 + c_e/(c_i ω)", rel=1e-4)
     growing = diagram.damping_ratio[:, -1] < 0
     assert_allclose(diagram.sense[growing, -1], 1.0, atol=1e-6)
 

@@ -5,9 +5,14 @@ import pytest
 import scipy.linalg
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.engines import simulate
+from clearance_mj.rig import Rig, Spin, Unbalance
+from clearance_mj.statistics import contact_statistics
+from clearance_mj.sweep import run_sweep
 from clearance_mj.sweep.case import linear_frequencies, windows_around_modes
 
 from ..structures import GREASE, MASS, STIFFNESS, chain
+from .plans import EXCITATION, OUTPUTS, RIG, loaded, text
 
 
 def test_a_structure_of_fewer_modes_than_are_asked_for():
@@ -21,3 +26,23 @@ def test_a_structure_of_fewer_modes_than_are_asked_for():
     assert len(windows) == 3 and windows[0][0] == 5.0 and windows[-1][1] == 220.0
     assert all(low < f < high for (low, high), f in zip(windows, known))
     assert windows[1][1] == pytest.approx(np.sqrt(known[1] * known[2]))
+
+
+def test_a_sweep_in_space_has_a_number_for_each_bushing(tmp_path):
+    """RMS of the displacement along both directions together, and of how much of the time it touches."""
+    spatial = Rig.load(RIG).replace(motion="spatial", spin=Spin(50.0), unbalances=(Unbalance(0.5, 1e-3),))
+    spatial.save(tmp_path / "rotor.toml")
+    speeds = '[[vary]]\npath = "rig.spin.speed"\nvalues = [50.0, 70.0]\n'
+    grid, head = '[design]\nmethod = "grid"\n', 'engine = { name = "modal", modes = 4 }'
+    plan = loaded(tmp_path, text(EXCITATION, grid, OUTPUTS, speeds, head=head, rig=tmp_path / "rotor.toml"))
+    found = run_sweep(plan, tmp_path / "out", workers=1, progress=False)
+    rig, law, excitation = plan.case(1)
+    response = simulate(rig, excitation, law, plan.engine)
+    y, z = response.displacement[::2], response.displacement[1::2]
+    assert found["displacement_rms"].shape == (2, 2)
+    np.testing.assert_allclose(found["displacement_rms"][1], np.hypot(y.std(axis=1), z.std(axis=1)), rtol=1e-9)
+    np.testing.assert_array_equal(found["contact_share"][1], response.contact_share)
+    statistics = contact_statistics(response)
+    np.testing.assert_allclose(statistics["displacement_peak"], np.hypot(y, z).max(axis=1), rtol=1e-12)
+    force = np.hypot(response.contact_force[::2], response.contact_force[1::2])
+    np.testing.assert_allclose(statistics["contact_peak"], force.max(axis=1), rtol=1e-12)
