@@ -280,7 +280,7 @@ def overhung(spin: float) -> Rig:
     return Rig("overhung", None, (), sensors, structure=shaft, motion="spatial", spin=Spin(spin))
 
 
-@pytest.mark.parametrize("spin", [200.0, 900.0, 3000.0])
+@pytest.mark.parametrize("spin", [900.0, *(pytest.param(s, marks=pytest.mark.slow) for s in (200.0, 3000.0))])
 def test_whirl_of_an_overhung_disc(spin: float) -> None:
     """Free vibration whirls forward and backward at the frequencies of the Campbell diagram, within 0.1 %."""
     rig = overhung(spin)

@@ -75,7 +75,7 @@ def test_a_vibration_in_a_plane_may_leave_it():
     [
         (SPACE.replace(**ASKEW), 200),
         (RUBBED.replace(**ASKEW, spin=Spin(50.0)), 800),  # until what the start has excited along z has died out
-        (GREASED.replace(**ASKEW), 200),
+        pytest.param(GREASED.replace(**ASKEW), 200, marks=pytest.mark.slow),
     ],
     ids=["weight", "friction of a turning shaft", "hysteresis"],
 )
@@ -149,7 +149,7 @@ def test_an_end_without_length_is_like_both():
     """A bushing of no length has both ends in its middle: the same orbits as of one that is very short."""
     short, shorter = (replaced(SPACE, length=length).replace(**ASKEW) for length in (1e-6, 0.0))
     orbits = [
-        periodic.follow_response(cm.Model(rig), 6.0, (38.0, 40.0), stability=False).clearance_displacement[-1]
+        periodic.follow_response(cm.Model(rig), 6.0, (39.7, 40.0), stability=False).clearance_displacement[-1]
         for rig in (short, shorter)
     ]
     assert_allclose(orbits[1], orbits[0], rtol=0, atol=1e-5 * np.abs(orbits[0]).max())
@@ -159,7 +159,7 @@ def test_contacts_that_know_their_impact_are_followed():
     """Hunt-Crossley's damping by the speed of impact: the planar branch, in space."""
     law = cm.ContactLaw(cm.clearance.HuntCrossley1975(2e6, 4e5))
     plane, space = (  # both find impacts between samples, each in its way
-        periodic.follow_response(cm.Model(rig, law), 6.0, (40.0, 43.0), n_samples=1024, stability=False)
+        periodic.follow_response(cm.Model(rig, law), 6.0, (42.5, 43.0), n_samples=1024, stability=False)
         for rig in (TABLE1, SPACE)
     )
     assert_allclose(space.clearance_displacement[-1, 1::2], plane.clearance_displacement[-1], atol=2e-9)
