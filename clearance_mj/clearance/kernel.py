@@ -26,7 +26,8 @@ from .pointers import at, call_law
 from .table import LawTable
 
 __all__ = [
-    "Clearance", "clearance_records", "contact_step", "follow_law", "grease_step", "greases_of", "side_by_side",
+    "Clearance", "clearance_records", "contact_step", "follow_law", "grease_step", "greases_of", "joined",
+    "side_by_side",
 ]  # fmt: skip
 
 
@@ -143,14 +144,20 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
 
 def side_by_side(parts: Sequence[Clearance]) -> Clearance:
     """Return copies of the records of several rigs as those of one, rig after rig."""
+    return Clearance(*joined(parts, ("abscissa", "table", "grease"), ("impact", "grease", "contact", "out")))
+
+
+def joined(
+    parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], of_bushings: Sequence[str], of_states: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return copies of records and numbers, part after part; the fields that are named say where numbers begin."""
     bushings, states, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
-    starts = np.cumsum([0, *(part.numbers.size for part in parts[:-1])])
-    start = np.repeat(starts, [part.bushings.size for part in parts])
-    for name in ("abscissa", "table", "grease"):
-        bushings[name] += start
-    for name in ("impact", "grease", "contact", "out"):
-        states[name] += start
-    return Clearance(bushings, states, numbers)
+    starts = np.cumsum([0, *(part[2].size for part in parts[:-1])])
+    start = np.repeat(starts, [part[0].size for part in parts])
+    for records, names in ((bushings, of_bushings), (states, of_states)):
+        for name in names:
+            records[name] += start
+    return bushings, states, numbers
 
 
 @numba.njit(cache=True, nogil=True, inline="always")

@@ -11,7 +11,7 @@ is that of friction, then slide. They turn with n, so that a shaft may roll arou
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple, get_type_hints
 
 import numba
@@ -24,12 +24,12 @@ from .follower import SLOWEST_IMPACT, end_values
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .greases.short_bearing import ShortBearing
-from .kernel import WithTable
+from .kernel import WithTable, joined
 from .pointers import at, call_law
 
 __all__ = [
     "BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "keep_step", "round_contact",
-    "round_filling", "round_records",
+    "round_filling", "round_records", "rounds_side_by_side",
 ]  # fmt: skip
 
 BRISTLES = 3  # where an end remembers their deflection
@@ -154,6 +154,12 @@ def round_records(rig: Rig, law: WithTable, step: float) -> RoundClearance:
             state[f"contact{before}"] = place(table.parameters[0, j])
         state["out"] = place([0.0] * 6)
     return RoundClearance(bushings, states, np.array(numbers, dtype=float))
+
+
+def rounds_side_by_side(parts: Sequence[RoundClearance]) -> RoundClearance:
+    """Return copies of the records of several rigs as those of one, rig after rig."""
+    of_states = ("ends", "grease", "contact", "grease_before", "contact_before", "out")
+    return RoundClearance(*joined(parts, ("abscissa", "table", "grease"), of_states))
 
 
 def at_offset(model: GreaseModel, y: float, z: float) -> tuple[float, float, float]:

@@ -87,6 +87,10 @@ class ModalRun(Run):
         """Simulate one block; see `Run.advance`."""
         return self.alone.advance(excitation)[0]
 
+    def alike(self) -> tuple[object, ...]:
+        """Return what runs that are advanced side by side have in common."""
+        return self.step, tuple(part.shape for part in self.shaft)
+
     def equations(self) -> Equations:
         """Return the equations of the steps; see `Run.equations`.
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from ..clearance.follower import signed_penetration
@@ -16,11 +15,9 @@ from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetratio
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 from ..clearance.lanes import all_below, larger, load, spread, store, where_above
 from ..clearance.pointers import OPTIONS, kernel_loop
+from .decimating import BLOCK_SAMPLES, decimate, padded_taps
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
-
-BLOCK_SAMPLES = 64  # samples that are simulated between two decimations: they stay in the processor's cache
-DECIMATED = 4  # samples that are decimated at once
 
 
 class Shaft(NamedTuple):
@@ -213,12 +210,8 @@ def advance_whole(
 
     ``taps`` are those of `lowpass`; ``out``: (lanes, columns, n) samples at the record's rate.
     """
-    padded = np.zeros(taps.size + 2 * (DECIMATED - 1) * factor)
-    padded[(DECIMATED - 1) * factor : (DECIMATED - 1) * factor + taps.size] = taps
-    count, columns, last = out.shape
-    # Of each column, and all lanes: steps under the next sample's filter, those that follow, some that count zero.
-    size = padded.size + (BLOCK_SAMPLES + 1) * factor
-    steps = np.zeros((columns, size, count))
+    padded, (count, columns, last) = padded_taps(taps, factor), out.shape
+    steps = np.zeros((columns, padded.size + (BLOCK_SAMPLES + 1) * factor, count))
     filled, done, samples = taps.size // 2, 0, 0
     while samples < last and done < excitation.size:
         part = excitation[done : done + BLOCK_SAMPLES * factor]
@@ -226,36 +219,6 @@ def advance_whole(
         if failed >= 0:
             return done + failed, record
         done, filled = done + part.size, filled + part.size
-        ready = min(max(0, (filled - taps.size) // factor + 1), last - samples)
-        for column in range(columns):
-            for i in range(0, ready, DECIMATED):
-                row, few = column * size + i * factor, min(DECIMATED, ready - i)
-                _decimate(steps, row, padded, factor, lanes, out[:, column, samples + i : samples + i + few])
-            row = column * size
-            for i in range(row, row + filled - ready * factor):
-                store(steps, i, load(steps, i + ready * factor, lanes), lanes)
+        ready = decimate(steps, filled, padded, taps.size, factor, lanes, out, samples)
         samples, filled = samples + ready, filled - ready * factor
     return -1, -1
-
-
-@numba.njit(cache=True, nogil=True, inline="always")
-def _decimate(
-    steps: np.ndarray, row: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...], out: np.ndarray
-) -> None:
-    """Fill (lanes, n) up to `DECIMATED` samples, under the filter of the first of which the steps begin at a row."""
-    first = (DECIMATED - 1) * factor
-    a = b = c = d = spread(0.0, lanes)
-    for j in range(first, padded.size):
-        x = load(steps, row + j - first, lanes)
-        a += padded[j] * x
-        b += padded[j - factor] * x
-        c += padded[j - 2 * factor] * x
-        d += padded[j - 3 * factor] * x
-    found = np.empty((DECIMATED, len(lanes)))
-    store(found, 0, a, lanes)
-    store(found, 1, b, lanes)
-    store(found, 2, c, lanes)
-    store(found, 3, d, lanes)
-    for lane in range(out.shape[0]):
-        for k in range(out.shape[1]):
-            out[lane, k] = found[k, lane]

@@ -7,21 +7,24 @@ forces, which keeps the energy at any spin. A simulation begins at the static eq
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..clearance.law import Law
-from ..clearance.round_kernel import round_records
+from ..clearance.round_kernel import round_records, rounds_side_by_side
 from ..rig import Rig
 from ..rotors.spatial import spatial_model
+from ..signals.sampling import lowpass
 from .base import Engine, Run, diverged
 from .equilibrium import static_equilibrium
 from .round_energies import OF_BUSHING, OF_END, OF_RIG
+from .round_lanes import advance_lanes
 from .round_loop import advance_round
 from .round_scheme import SPIN, RoundMotion, RoundShaft
 from .turning import SPIN_STEPS, as_probes, turning_of
 
-__all__ = ["SpatialRun", "kicked_damping", "scheme", "stiffest_contacts"]
+__all__ = ["SpatialRun", "SpatialSideBySide", "kicked_damping", "scheme", "stiffest_contacts"]
 
 WORST_CONDITION = 1e15  # of the matrix of a kick's own damping, beyond which nothing is left of the velocities
 
@@ -126,8 +129,17 @@ class SpatialRun(Run):
 
     def before(self) -> np.ndarray:
         """Return the rest; see `Run.before`."""
+        return as_probes(self.rig, self.at_rest()[None])[0]
+
+    def at_rest(self) -> np.ndarray:
+        """Return what the compiled loop finds of the rest, (columns,)."""
         row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
-        return as_probes(self.rig, np.append(row, self.motion.turning[SPIN] if self.rig.spin else [])[None])[0]
+        return np.append(row, self.motion.turning[SPIN] if self.rig.spin else [])
+
+    def alike(self) -> tuple[object, ...]:
+        """Return what runs that are advanced side by side have in common."""
+        shapes = self.shaft.at_points.shape, self.shaft.at_sensors.shape
+        return self.step, self.columns, shapes, self.shaft.spans.tobytes()
 
     def _coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""
@@ -137,3 +149,41 @@ class SpatialRun(Run):
                 viscous = (viscous if viscous.size else 0.0) + spin * self.model.gyroscopic
             self.kicked = spin, kicked_damping(viscous, self.shaft.inverse_mass, self.step)
         return self.kicked[1]
+
+
+class SpatialSideBySide:
+    """Runs, from their start, whose `SpatialRun.alike` is the same, under one excitation; see round_lanes.py."""
+
+    def __init__(self, runs: Sequence[SpatialRun]):
+        self.runs, self.lanes = runs, tuple(range(len(runs)))
+        shafts = [run.shaft for run in runs]
+        stacked = {name: _stacked([getattr(shaft, name) for shaft in shafts]) for name in RoundShaft._fields}
+        ends = np.stack([shaft.of_sensors for shaft in shafts])
+        of_sensors = np.stack([ends[..., 0].min(axis=0), ends[..., 1].max(axis=0)], axis=-1)
+        stacked |= {"spans": shafts[0].spans, "of_sensors": of_sensors}
+        stacked["compliance"] = np.stack([shaft.compliance for shaft in shafts])
+        self.shaft = RoundShaft(**stacked)
+        coupling = _stacked([run._coupling(float(run.motion.turning[SPIN])) for run in runs])
+        q, v, q_before, turning = (np.stack(part, axis=-1) for part in zip(*(run.motion for run in runs)))
+        motion = RoundMotion(q, v, q_before, np.ascontiguousarray(turning.T))
+        drive, clearance = np.stack([run.drive for run in runs]), rounds_side_by_side([run.clearance for run in runs])
+        self.parts = self.lanes, self.shaft, coupling, drive, motion, clearance
+
+    def whole(self, excitation: np.ndarray, factor: int, samples: int) -> np.ndarray:
+        """Simulate a whole excitation; return (n_runs, columns, samples), decimated; as `modal.SideBySide.whole`."""
+        first = self.runs[0]
+        before = np.stack([run.at_rest() for run in self.runs], axis=-1)
+        out = np.empty((len(self.lanes), first.columns, samples))
+        failed, record = advance_lanes(excitation, factor, lowpass(factor), first.step, *self.parts, before, out)
+        if failed >= 0:
+            lane, bushing = divmod(record, max(len(first.rig.bushings), 1))
+            raise diverged(self.runs[lane].rig, first.engine, failed * first.step, bushing)
+        for run, rows in zip(self.runs, out):
+            as_probes(run.rig, rows.T)
+        return out
+
+
+def _stacked(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Parts with the lanes as their last axis; those without size are zeros where others have one."""
+    shape = max(part.shape for part in parts)
+    return np.ascontiguousarray(np.stack([part if part.size else np.zeros(shape) for part in parts], axis=-1))

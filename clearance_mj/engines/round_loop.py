@@ -20,7 +20,7 @@ from .round_energies import step_energies
 from .round_points import fill, push, rub, speed_of
 from .round_scheme import ANGLE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
 
-__all__ = ["advance_round"]
+__all__ = ["advance_round", "interact", "touch"]
 
 
 @kernel_loop(**OPTIONS)
@@ -44,7 +44,6 @@ def advance_round(
     n, n_sensors, n_points = q.size, at_sensors.shape[0], at_points.shape[0]
     n_bushings, half, per_step2 = n_points // 3, 0.5 * h, 1.0 / (h * h)
     x, w, force = np.zeros((n_points, 2)), np.zeros((n_points, 2)), np.zeros((n_points, 2))
-    # Of each end: n along y and z, elastic force, damping, bristles; then normal force, friction and its limit.
     ends = np.zeros((n_points, 8))
     filling, acts = np.zeros((n_bushings, 6)), np.ones(n_points, np.bool_)
     total, middle, acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -66,48 +65,17 @@ def advance_round(
             for d in range(2):
                 x[p, d], force[p, d] = dot(at_points, (2 * p + d) * n, q, spans[d, 0], spans[d, 1]), 0.0
         for j in range(n_bushings):
-            bushing, state = bushings[j], states[j]
-            y, z = x[j]
-            if not abs(y) + abs(z) < 1e3 * bushing.gap + 1.0:
+            if not abs(x[j, 0]) + abs(x[j, 1]) < 1e3 * bushings[j].gap + 1.0:
                 return i, j
-            speed_of(at_points, spans, middle, j, w)
             if works.size:
-                keep_step(bushing, state, numbers)
-            found = round_filling(bushing, state, numbers, y, z, spin)
-            for k in range(6):
-                filling[j, k] = found[k]
-            square = (y + bushing.offset_y) ** 2 + (z + bushing.offset_z) ** 2
-            follow_law(bushing, state, numbers, np.sqrt(square), (steps + i) * h)
-            for end in range(2):
-                p = n_bushings + 2 * j + end
-                r_y, r_z = x[p, 0] + bushing.offset_y, x[p, 1] + bushing.offset_z
-                acts[p] = r_y * r_y + r_z * r_z > bushing.gap * bushing.gap
-                if acts[p]:
-                    speed_of(at_points, spans, middle, p, w)
-                depth, n_y, n_z, stiff, damping, bristles = round_contact(
-                    bushing, state, numbers, end, x[p, 0], x[p, 1], w[p, 0], w[p, 1], spin
-                )
-                if acts[p]:
-                    ends[p, 0], ends[p, 1], ends[p, 2], ends[p, 3], ends[p, 4] = (
-                        n_y, n_z, stiff * depth, damping, bristles,
-                    )  # fmt: skip
-                    ends[p, 5] = ends[p, 6] = 0.0
-        for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
-            for j in range(n_bushings):
-                fill(filling[j], compliance, acts, half, j, w, force)
-            for j in range(n_bushings):
-                for end in range(2):
-                    p = n_bushings + 2 * j + end
-                    if acts[p]:
-                        _touch(bushings[j], ends[p], compliance, acts, half, p, spin, w, force)
-        torque = 0.0
-        for j in range(n_bushings):
-            for end in range(2):
-                p, bushing = n_bushings + 2 * j + end, bushings[j]
-                if acts[p] and bushing.friction > 0.0:
-                    torque += bushing.radius * ends[p, 6]
-                    most = ends[p, 7] / bushing.bristle  # beyond it they slide
-                    numbers[states[j].ends + END_MEMORY * end + BRISTLES] = min(max(ends[p, 4], -most), most)
+                keep_step(bushings[j], states[j], numbers)
+            touch(bushings[j], n_bushings + 2 * j, x, acts)
+        for p in range(n_points):
+            if acts[p]:
+                speed_of(at_points, spans, middle, p, w)
+        torque = interact(
+            bushings, states, numbers, compliance, half, spin, (steps + i) * h, x, acts, w, force, ends, filling
+        )
         for p in range(n_points):
             if acts[p]:
                 for d in range(2):
@@ -144,7 +112,66 @@ def advance_round(
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def _touch(
+def touch(bushing: RoundBushing, first: int, x: np.ndarray, acts: np.ndarray) -> None:
+    """Fill in whether both ends of a bushing, which are points ``first`` and the next one, touch."""
+    for p in range(first, first + 2):
+        y, z = x[p, 0] + bushing.offset_y, x[p, 1] + bushing.offset_z
+        acts[p] = y * y + z * z > bushing.gap * bushing.gap
+
+
+@kernel_loop(**OPTIONS)
+def interact(
+    bushings: np.ndarray, states: np.ndarray, numbers: np.ndarray, compliance: np.ndarray, half: float, spin: float,
+    time: float, x: np.ndarray, acts: np.ndarray, w: np.ndarray, force: np.ndarray, ends: np.ndarray,
+    filling: np.ndarray,
+) -> float:  # fmt: skip
+    """Find the forces of fillings and contacts of a step; return the torque of friction on the shaft, N m.
+
+    ``acts`` says which points matter: all middles, and the ends that touch. There ``w`` holds the velocities in the
+    middle of the kick of all other forces; ``force`` is 0 at first. ``ends`` (n_points, 8) is filled with n along y
+    and z, elastic force, damping and bristles, then normal force, friction and its limit.
+    """
+    n_bushings = len(bushings)
+    for j in range(n_bushings):
+        bushing, state = bushings[j], states[j]
+        y, z = x[j]
+        found = round_filling(bushing, state, numbers, y, z, spin)
+        for k in range(6):
+            filling[j, k] = found[k]
+        square = (y + bushing.offset_y) ** 2 + (z + bushing.offset_z) ** 2
+        follow_law(bushing, state, numbers, np.sqrt(square), time)
+        for end in range(2):
+            p = n_bushings + 2 * j + end
+            depth, n_y, n_z, stiff, damping, bristles = round_contact(
+                bushing, state, numbers, end, x[p, 0], x[p, 1], w[p, 0], w[p, 1], spin
+            )
+            if acts[p]:
+                ends[p, 0], ends[p, 1], ends[p, 2], ends[p, 3], ends[p, 4] = (
+                    n_y, n_z, stiff * depth, damping, bristles,
+                )  # fmt: skip
+                ends[p, 5] = ends[p, 6] = 0.0
+    for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
+        for j in range(n_bushings):
+            fill(filling[j], compliance, acts, half, j, w, force)
+        for j in range(n_bushings):
+            for end in range(2):
+                p = n_bushings + 2 * j + end
+                if acts[p]:
+                    _push_off(bushings[j], ends[p], compliance, acts, half, p, spin, w, force)
+    torque = 0.0
+    for j in range(n_bushings):
+        for end in range(2):
+            p, bushing = n_bushings + 2 * j + end, bushings[j]
+            if acts[p] and bushing.friction > 0.0:
+                torque += bushing.radius * ends[p, 6]
+                most = ends[p, 7] / bushing.bristle  # beyond it they slide
+                at_end = states[j].ends + END_MEMORY * end + BRISTLES
+                numbers[at_end] = min(max(ends[p, 4], -most), most)
+    return torque
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _push_off(
     bushing: RoundBushing, end: np.ndarray, compliance: np.ndarray, acts: np.ndarray, half: float, p: int, spin: float,
     w: np.ndarray, force: np.ndarray,
 ) -> None:  # fmt: skip

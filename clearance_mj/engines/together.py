@@ -19,6 +19,7 @@ from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator
 from .modal import Modal, ModalRun, SideBySide
+from .modal_space import SpatialRun, SpatialSideBySide
 from .simulation import Simulation
 
 __all__ = ["simulate_and_keep", "simulate_together"]
@@ -86,17 +87,14 @@ def simulate_and_keep(
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
     of_shape: dict[object, list[int]] = defaultdict(list)
     for i, simulation in enumerate(simulations):
-        if simulation.rig.is_spatial:  # one after the other
-            of_shape[i].append(i)
-            continue
-        of_shape[simulation.step, tuple(part.shape for part in _run(simulation).shaft)].append(i)
+        of_shape[i if _is_alone(simulation) else _run(simulation).alike()].append(i)
     groups = [group[i : i + LANES[-1]] for group in of_shape.values() for i in range(0, len(group), LANES[-1])]
 
     drives = {factor: _drive(excitation, factor) for factor in {s.interpolator.factor for s in simulations}}
 
     def kept(group: Sequence[int]) -> list[T]:
         of_group = [simulations[i] for i in group]
-        if any(simulation.late or simulation.rig.is_spatial for simulation in of_group):
+        if any(map(_is_alone, of_group)):
             return [keep(simulation.whole()) for simulation in of_group]
         responses = _side_by_side(of_group, drives[of_group[0].interpolator.factor], forces)
         return [keep(response) for response in responses]
@@ -118,11 +116,20 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     """Responses of simulations of the same step and sizes; the lanes that are left over repeat the last one."""
     lanes = next(count for count in LANES if count >= len(simulations))
     first, runs = simulations[0], [_run(simulation) for simulation in simulations]
-    together = SideBySide(runs + runs[-1:] * (lanes - len(runs)))
-    outputs = together.whole(drive, first.interpolator.factor, first.excitation.value.size, forces)
+    runs += runs[-1:] * (lanes - len(runs))
+    size = first.interpolator.factor, first.excitation.value.size
+    if first.rig.is_spatial:
+        outputs = SpatialSideBySide(cast(list[SpatialRun], runs)).whole(drive, *size)
+    else:
+        outputs = SideBySide(cast(list[ModalRun], runs)).whole(drive, *size, forces)
     outputs.flags.writeable = False
     return (s.response(s.excitation.value, output.T) for s, output in zip(simulations, outputs))
 
 
-def _run(simulation: Simulation) -> ModalRun:
-    return cast(ModalRun, simulation.run)
+def _run(simulation: Simulation) -> ModalRun | SpatialRun:
+    return cast(ModalRun | SpatialRun, simulation.run)
+
+
+def _is_alone(simulation: Simulation) -> bool:
+    """Whether it cannot be side by side: its channels are late, or its gyroscopic moments change with its spin."""
+    return simulation.late is not None or (simulation.rig.is_spatial and cast(SpatialRun, simulation.run).changes)

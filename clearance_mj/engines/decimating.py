@@ -1,0 +1,66 @@
+"""Decimation of what compiled loops find at their steps, several cases side by side, see lanes.py."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from ..clearance.lanes import load, spread, store
+
+__all__ = ["BLOCK_SAMPLES", "decimate", "padded_taps"]
+
+DECIMATED = 4  # samples that are found together, from one pass over the steps
+BLOCK_SAMPLES = 64  # that are simulated between two decimations: their steps stay in the processor's cache
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def padded_taps(taps: np.ndarray, factor: int) -> np.ndarray:
+    """Return a filter with zeros on both sides, so that it may stand at several samples at once."""
+    padded = np.zeros(taps.size + 2 * (DECIMATED - 1) * factor)
+    padded[(DECIMATED - 1) * factor : (DECIMATED - 1) * factor + taps.size] = taps
+    return padded
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def decimate(
+    steps: np.ndarray, filled: int, padded: np.ndarray, taps: int, factor: int, lanes: tuple[int, ...],
+    out: np.ndarray, samples: int,
+) -> int:  # fmt: skip
+    """Fill in all samples whose steps are known, from ``samples`` on, drop these steps, and return how many they are.
+
+    ``steps`` (columns, size, lanes): steps under the next sample's filter, those that follow, some that count zero;
+    ``filled`` of them are known. ``padded`` is of so many ``taps``; ``out``: (lanes, columns, n).
+    """
+    columns, size = steps.shape[0], steps.shape[1]
+    ready = min(max(0, (filled - taps) // factor + 1), out.shape[2] - samples)
+    for column in range(columns):
+        for i in range(0, ready, DECIMATED):
+            row, few = column * size + i * factor, min(DECIMATED, ready - i)
+            _decimate(steps, row, padded, factor, lanes, out[:, column, samples + i : samples + i + few])
+        row = column * size
+        for i in range(row, row + filled - ready * factor):
+            store(steps, i, load(steps, i + ready * factor, lanes), lanes)
+    return ready
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _decimate(
+    steps: np.ndarray, row: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...], out: np.ndarray
+) -> None:
+    """Fill (lanes, n) up to `DECIMATED` samples, under the filter of the first of which the steps begin at a row."""
+    first = (DECIMATED - 1) * factor
+    a = b = c = d = spread(0.0, lanes)
+    for j in range(first, padded.size):
+        x = load(steps, row + j - first, lanes)
+        a += padded[j] * x
+        b += padded[j - factor] * x
+        c += padded[j - 2 * factor] * x
+        d += padded[j - 3 * factor] * x
+    found = np.empty((DECIMATED, len(lanes)))
+    store(found, 0, a, lanes)
+    store(found, 1, b, lanes)
+    store(found, 2, c, lanes)
+    store(found, 3, d, lanes)
+    for lane in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            out[lane, k] = found[k, lane]
