@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import clearance_mj as cm
-from clearance_mj.engines import Modal, static_equilibrium
+from clearance_mj.engines import Modal, simulate_together, static_equilibrium
 from clearance_mj.engines.modal_space import SpatialRun
 from clearance_mj.report.energy import draw
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
@@ -306,3 +306,24 @@ def test_friction_slows_a_shaft_that_coasts() -> None:
     # μ m g R/I rad/s² while it slides; the rest about which it slides changes with nothing.
     slowing = 0.1 * rig.total_mass * 9.81 * 0.015 / 2e-4 * np.cos(np.arctan(0.1))
     assert_allclose(found.spin[0] - found.spin[800], slowing * 800 / 4096.0, rtol=1e-3)
+
+
+def test_rigs_side_by_side_are_each_what_they_are_alone() -> None:
+    """In lanes, the last of which repeats: with impacts, friction, weight, spin and probes of their own each."""
+    rigs = []
+    for i in range(3):
+        rubs = tuple(
+            dataclasses.replace(b, gap=b.gap * (1 + i / 20), probe_angle=i / 10, friction=Friction(i / 10))
+            for b in TABLE1.bushings
+        )
+        turns = Spin(100.0 + 50 * i), (Unbalance(0.5, 1e-5),), (0.0, 0.0, -9.81)
+        rigs.append(SPACE.replace(bushings=rubs, **dict(zip(("spin", "unbalances", "gravity"), turns))))
+    rigs.append(rigs[0].replace(spin=Spin(60.0, rate=20.0)))  # gyroscopic moments that change: on its own
+    laws = [cm.clearance.nominal_law(rigs[0])] * 2 + [GREASED] * 2
+    found = simulate_together(list(zip(rigs, laws)), NOISE)
+    for rig, law, together in zip(rigs, laws, found):
+        alone = cm.simulate(rig, NOISE, law, "modal")
+        assert together.contact_share.any()
+        for name in ("acceleration", "displacement", "contact_force", "grease_force", "contact_share", "spin"):
+            told = getattr(alone, name)
+            assert_allclose(getattr(together, name), told, rtol=0, atol=1e-9 * np.abs(told).max())
