@@ -205,10 +205,10 @@ class Solver(Follower):
     def __init__(self, system: Condensed, harmonics: int, samples: int):
         self.system, self.harmonics, self.samples = system, harmonics, samples
         self.grid = grid(harmonics, samples)
-        self.points = system.linear.residues.shape[1]
+        self.rows = system.linear.residues.shape[1]
         self.least = 1e-3 * system.size
         self.size = system.linear.basis.shape[1] * (2 * harmonics + 1)
-        self.slopes = slopes(system.laws, self.points, samples, harmonics)
+        self.slopes = slopes(system.laws, self.rows, samples, harmonics)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.at: float | None = None  # the frequency, 1/s, at which the level is the parameter in its place
         self.driven = np.zeros(self.size)  # what z is by the excitation alone, then
@@ -225,6 +225,12 @@ class Solver(Follower):
         """Return the displacements (2 n_bushings, N) of both ends of every bushing along a period, m."""
         place = (self.system.linear.basis @ motion.z + motion.y) @ self.grid.basis.T
         return place[len(self.system.rig.bushings) :]
+
+    def touches(self, motion: Motion) -> bool:
+        """Return whether an end is beyond a wall at any sample of a period."""
+        lower, upper = np.repeat([bushing.walls for bushing in self.system.rig.bushings], 2, axis=0).T
+        ends = self.ends(motion)
+        return bool(np.any(ends.max(axis=1) > upper) or np.any(ends.min(axis=1) < lower))
 
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
         """What is left of the balance, and its derivatives, at a frequency, or at a share of the level."""
@@ -246,7 +252,7 @@ class Solver(Follower):
         """Make the share of the level the parameter, at a frequency; return what rest leaves, and what lies beside."""
         still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
         self.at = None
-        left, _, moved, _ = self._left(omega, still, np.zeros((self.points, still.shape[1])), False)
+        left, _, moved, _ = self._left(omega, still, np.zeros((self.rows, still.shape[1])), False)
         self.at, self.driven = omega, -left.ravel()
         return left, moved
 

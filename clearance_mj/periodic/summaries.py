@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .axes import level_axis
 from .backbones import Backbone
 from .branch import Branch
 from .rattle_maps import RattleMap
@@ -41,8 +42,8 @@ class JumpAtFold:
 
 
 def unit(found: Branch | RattleMap) -> str:
-    """Return the unit of the excitation's level."""
-    return "m/s²" if found.kind == "base" else "N"
+    """Return the unit of the excitation's level, as it stands behind a number."""
+    return level_axis(found.kind).unit
 
 
 def stable_points(branch: Branch) -> np.ndarray:

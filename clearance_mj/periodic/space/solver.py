@@ -126,6 +126,10 @@ class RoundSolver(Follower):
         away = np.sqrt(np.sum((x + offset[:, :, None]) ** 2, axis=1)).max(axis=1)
         return float(np.max(away - np.repeat([b.gap for b in bushings], 2)))
 
+    def touches(self, motion: Motion) -> bool:
+        """Return whether an end is beyond its wall at any sample of a period."""
+        return self.depth(motion.z, motion.y) > 0
+
     def _around_corner(self, motion: Motion) -> Motion | None:
         """Return a motion beyond a corner: of those that go on along the tangent, or of the branch on the other side.
 
