@@ -25,6 +25,7 @@ PARTS = 8  # points between two motions at which an arc is read
 MAX_MOTIONS = 2000  # motions of an arc: one that goes on is lost in turns that no sweep resolves
 MARGIN = 1e-6  # share of the frequency by which arcs go beyond the range
 SAME = 1e-2  # difference over what vibrates below which two motions at one frequency are one
+SAG = 1e-2  # share of a mean under which a vibration about it is not known well enough to tell two from each other
 SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not resolve two folds
 
 
@@ -280,4 +281,5 @@ def _joined(solver: Solver | RoundSolver, links: list[_Link], known: Vibrations 
 
 def _holds(known: Vibrations, cell: int, z: np.ndarray) -> bool:
     there = known.z[known.cell == cell]
-    return bool(there.size and np.any(np.linalg.norm(there - z, axis=(1, 2)) < SAME * np.linalg.norm(z[:, 1:])))
+    size = max(float(np.linalg.norm(z[:, 1:])), SAG * float(np.linalg.norm(z)))
+    return bool(there.size and np.any(np.linalg.norm(there - z, axis=(1, 2)) < SAME * size))

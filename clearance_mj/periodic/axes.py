@@ -14,13 +14,16 @@ class LevelAxis(NamedTuple):
     symbol: str  #: of its level, in labelled data and tables
     level: str  #: label of its level
     frequency: str  #: label of its frequency
+    title: str  #: of its level, on figures of reports
 
 
 FREQUENCY = "frequency (Hz)"
 AXES = {
-    "base": LevelAxis("m/s²", "m s-2", "level (m/s²)", FREQUENCY),
-    "force": LevelAxis("N", "N", "level (N)", FREQUENCY),
-    "unbalance": LevelAxis("× unbalance", "1", "unbalance over the rig's", "turns in a second (Hz)"),
+    "base": LevelAxis("m/s²", "m s-2", "level (m/s²)", FREQUENCY, "Amplitude of the excitation (m/s²)"),
+    "force": LevelAxis("N", "N", "level (N)", FREQUENCY, "Amplitude of the excitation (N)"),
+    "unbalance": LevelAxis(
+        "× unbalance", "1", "unbalance over the rig's", "turns in a second (Hz)", "Unbalance over the rig's"
+    ),
 }
 
 

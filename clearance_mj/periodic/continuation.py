@@ -80,6 +80,7 @@ class Follower(ABC):
             if now > SLOW * old and old < np.inf:
                 self._left(omega, z, y, True)
                 factors = self._factors(row, scale, pace)
+            most = max(now, self.coupling() * float(np.linalg.norm(beside - y)) / scale)
             right[:-1] = left.ravel()
             step = self._solved(factors, right) / -scale
             share = 1.0
@@ -89,7 +90,7 @@ class Follower(ABC):
                 if ahead > 0:
                     found = self._left(ahead, moved, beside, False)
                     then = self._norm(found[0], found[2] - beside, scale)
-                    if then < (1 - share / 4) * now or then < self.tolerance:
+                    if then < (1 - share / 4) * most or then < self.tolerance:
                         break
                 share /= 2
                 if share < SMALLEST_DAMPING:
@@ -97,6 +98,10 @@ class Follower(ABC):
             omega, z, y, old = ahead, moved, beside, now
             left, force, beside, *_ = found
         return None
+
+    def coupling(self) -> float:
+        """Return how many times a change of y may be left of the equations for the unknowns once y is substituted."""
+        return 0.0
 
     def _norm(self, left: np.ndarray, moved: np.ndarray, scale: float) -> float:
         found = math.sqrt(np.vdot(left, left) + np.vdot(moved, moved)) / scale

@@ -15,8 +15,10 @@ from .rattle_maps import RattleMap
 
 __all__ = [
     "JumpAtFold",
+    "frequency_title",
     "is_cut",
     "jumps",
+    "level_title",
     "motion",
     "of_backbone",
     "of_branch",
@@ -44,6 +46,17 @@ class JumpAtFold:
 def unit(found: Branch | RattleMap) -> str:
     """Return the unit of the excitation's level, as it stands behind a number."""
     return level_axis(found.kind).unit
+
+
+def level_title(found: Branch | RattleMap) -> str:
+    """Return the label of the excitation's level on a report's figure."""
+    return level_axis(found.kind).title
+
+
+def frequency_title(found: Branch | RattleMap) -> str:
+    """Return the label of the frequency on a report's figure."""
+    label = level_axis(found.kind).frequency
+    return label[0].upper() + label[1:]
 
 
 def stable_points(branch: Branch) -> np.ndarray:

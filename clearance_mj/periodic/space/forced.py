@@ -67,7 +67,7 @@ def steady_spin(rig: Rig, kind: str) -> float:
     if rig.unbalances:
         raise ExcitationError(
             f"rig {rig.name!r}: unbalances at their own speed beside an excitation give no periodic vibration; leave "
-            'out [[unbalances]], or ask for what they alone do: follow_unbalance, or a map of kind "unbalance"'
+            'out [[unbalances]], or use follow_unbalance or, of maps and commands, kind "unbalance"'
         )
     return rig.spin.speed if rig.spin else 0.0
 

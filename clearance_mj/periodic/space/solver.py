@@ -118,6 +118,10 @@ class RoundSolver(Follower):
         z = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
         return self._raised("weight", z, np.zeros((self.rows, z.shape[1])), omega)
 
+    def coupling(self) -> float:
+        """Return the largest compliance of a coordinate times the stiffness of what acts there; see `Follower`."""
+        return float(np.abs(self.jacobian[: self.size, : self.size]).max())
+
     def depth(self, z: np.ndarray, y: np.ndarray) -> float:
         """Return the largest penetration of any end over a period, m; below 0 how far the nearest is from its wall."""
         bushings = self.system.rig.bushings
