@@ -7,6 +7,7 @@ curve, from the lowest frequency to the highest one, and loops beside it.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -130,10 +131,22 @@ def _arcs(
         except NoConvergence as failed:
             ended.append(failed.args[0])
         reached.update((start, end))
+        if end == start and len(motions) > 2:
+            motions, end = _until_return(motions, end, ended)
         if motions:
             link = _link((start, end), motions, omega)
             corners = (*_corner(start, known, motions[:2]), *_corner(end, known, motions[:-3:-1]))
             yield _Link(link.ends, link.vibrations, (*link.folds, *corners))
+
+
+def _until_return(motions: list[Motion], end: int, ended: list[float]) -> tuple[list[Motion], int]:
+    """Motions and their end, cut where they turn back along themselves to their beginning, as at a corner."""
+    if np.linalg.norm(difference(motions[0], motions[-1])) > SAME:
+        return motions, end
+    way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
+    found = motions[: int(np.searchsorted(way, way[-1] / 2)) + 1]
+    ended.append(found[-1].omega)
+    return found, BROKEN
 
 
 def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) -> Iterator[tuple[float, bool]]:
@@ -184,6 +197,8 @@ def _whole(solver: Solver | RoundSolver, omega: np.ndarray, ended: list[float]) 
             end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
         except NoConvergence as failed:
             ended.append(failed.args[0])
+        if end == ends[0] and len(motions) > 2:
+            motions, end = _until_return(motions, end, ended)
         yield _link((ends[0], end), motions, omega)
         if end == ends[1]:
             return

@@ -127,7 +127,8 @@ def words(found: RattleMap) -> Iterator[str]:
                 yield f"{count} in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:
         more = f", and {len(found.ended) - 1} more" if len(found.ended) > 1 else ""
-        yield f"no vibration was found in {100 * found.unknown:.3g} % of the map ({found.ended[0]}{more})"
+        where = f" ({found.ended[0]}{more})" if found.ended else ""
+        yield f"no vibration was found in {100 * found.unknown:.3g} % of the map{where}"
 
 
 def _first(found: RattleMap, gap: int) -> str:
