@@ -22,6 +22,7 @@ __all__ = [
     "add_kind",
     "add_map",
     "add_periodic",
+    "add_periodic_kind",
     "add_plugin",
     "add_rig",
     "add_simulation",
@@ -168,6 +169,15 @@ def periodic_settings(options: argparse.Namespace) -> dict[str, Any]:
 def add_kind(parser: argparse.ArgumentParser) -> None:
     """Add the option that says what excites."""
     parser.add_argument("--kind", choices=("base", "force"), help="what excites (default: as the rig's shaker)")
+
+
+def add_periodic_kind(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says what excites a vibration that is periodic: unbalance too."""
+    parser.add_argument(
+        "--kind", choices=("base", "force", "unbalance"),
+        help="what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
+        "frequencies are turns in a second and levels factors of the rig's unbalances",
+    )  # fmt: skip
 
 
 def settings(model: Model) -> dict[str, Any]:

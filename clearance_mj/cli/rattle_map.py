@@ -12,8 +12,8 @@ from .command import command, provenance
 from .options import (
     MAX_NUMBERS,
     PERIODIC,
-    add_kind,
     add_periodic,
+    add_periodic_kind,
     add_plugin,
     load_model,
     load_plugin,
@@ -26,10 +26,11 @@ from .options import (
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
-    add_kind(parser)
+    add_periodic_kind(parser)
     option(
         "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT (default: %(default)s)",
+        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
+        "FROM:TO:COUNT (default: %(default)s)",
     )  # fmt: skip
     option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
     option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")

@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_kind, add_periodic, add_plugin, load_model, load_plugin, numbers, periodic_settings, settings
+from .options import (
+    add_periodic,
+    add_periodic_kind,
+    add_plugin,
+    load_model,
+    load_plugin,
+    numbers,
+    periodic_settings,
+    settings,
+)
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -26,11 +35,12 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
-    add_kind(parser)
+    add_periodic_kind(parser)
     over = parser.add_mutually_exclusive_group(required=True)
     over.add_argument(
         "--level", type=numbers, metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N: a list, or a range FROM:TO:COUNT; follows over frequency",
+        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
+        "FROM:TO:COUNT; follows over frequency",
     )  # fmt: skip
     over.add_argument("--frequency", type=numbers, metavar="HZ,...", help="Hz, a list or range; follows over level")
     option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")

@@ -7,13 +7,15 @@ curve, from the lowest frequency to the highest one, and loops beside it.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from .continuation import Motion, NoConvergence, Solver, difference
-from .in_gap import driven, edges, filled, linear_in_gap
+from .in_gap import edges, filled, linear_in_gap, without_contact
+from .space.solver import RoundSolver
 
 __all__ = ["Curve", "Vibrations", "curve"]
 
@@ -23,7 +25,8 @@ where no next motion was found."""
 PARTS = 8  # points between two motions at which an arc is read
 MAX_MOTIONS = 2000  # motions of an arc: one that goes on is lost in turns that no sweep resolves
 MARGIN = 1e-6  # share of the frequency by which arcs go beyond the range
-SAME = 1e-2  # relative difference below which two motions at one frequency are one
+SAME = 1e-2  # difference over what vibrates below which two motions at one frequency are one
+SAG = 1e-2  # share of a mean under which a vibration about it is not known well enough to tell two from each other
 SAME_FOLD = 3e-4  # relative distance in frequency below which a map does not resolve two folds
 
 
@@ -63,11 +66,14 @@ class _Link:
     folds: tuple[tuple[float, bool], ...] = ()
 
 
-def curve(solver: Solver, omega: np.ndarray) -> Curve:
-    """Return the vibrations at increasing frequencies, 1/s, of an excitation with one harmonic."""
+def curve(solver: Solver | RoundSolver, omega: np.ndarray) -> Curve:
+    """Return the vibrations at increasing frequencies, 1/s, of an excitation with one harmonic.
+
+    In space the frequency may be that of the turning, whose speed then changes along the curve.
+    """
     ended: list[float] = []
     if linear_in_gap(solver):
-        known = edges(solver.system, omega)
+        known = edges(solver, omega)
         links = [*_gaps(solver, omega, known), *_arcs(solver, omega, known, ended)]
     else:
         links = list(_whole(solver, omega, ended))
@@ -82,9 +88,9 @@ def curve(solver: Solver, omega: np.ndarray) -> Curve:
     return Curve(order, beside, folds, tuple(ended))
 
 
-def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
+def _gaps(solver: Solver | RoundSolver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
     """The stretches without contact, in closed form."""
-    inside = filled(solver.system, omega) <= 1
+    inside = filled(solver, omega) <= 1
     bounds = [LOW, *range(len(known)), HIGH]
     for left, right in zip(bounds, bounds[1:]):
         opens = left == LOW or not known[left][1]
@@ -93,28 +99,18 @@ def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) ->
             continue
         low, high = -np.inf if left == LOW else known[left][0], np.inf if right == HIGH else known[right][0]
         cells = np.flatnonzero(inside & (omega > low) & (omega < high))
-        yield _Link((left, right), Vibrations(cells, *_linear(solver, omega[cells])))
-
-
-def _linear(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Harmonics of the coordinates and of the points beside them, by the excitation alone."""
-    system = solver.system
-    of_points = driven(system, omega)
-    x = np.zeros((*of_points.shape, 2 * solver.harmonics + 1))
-    x[..., 2 * system.periods - 1], x[..., 2 * system.periods] = of_points.real, -of_points.imag
-    z = np.einsum("pr,npk->nrk", system.linear.basis, x)
-    return z, x - np.einsum("pr,nrk->npk", system.linear.basis, z)
+        yield _Link((left, right), Vibrations(cells, *without_contact(solver, omega[cells])))
 
 
 def _arcs(
-    solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]], ended: list[float]
+    solver: Solver | RoundSolver, omega: np.ndarray, known: list[tuple[float, bool]], ended: list[float]
 ) -> Iterator[_Link]:  # fmt: skip
     """The stretches with contact, each from an end that no other one has reached."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     starts = [(i, above) for i, (_, above) in enumerate(known)]
-    if filled(solver.system, omega[:1])[0] > 1:
+    if filled(solver, omega[:1])[0] > 1:
         starts.insert(0, (LOW, True))
-    if filled(solver.system, omega[-1:])[0] > 1:
+    if filled(solver, omega[-1:])[0] > 1:
         starts.append((HIGH, False))
     reached: set[int] = set()
     for start, up in starts:
@@ -124,7 +120,7 @@ def _arcs(
         end = BROKEN
         try:
             for motion in _from(solver, start, up, known, low, high):
-                if len(motions) > 1 and not _touches(solver, motion) and _touches(solver, motions[-1]):
+                if len(motions) > 1 and not solver.touches(motion) and solver.touches(motions[-1]):
                     end = _edge(motion, known)
                     motion = _at_edge(solver, known[end][0])
                 motions.append(motion)
@@ -135,31 +131,48 @@ def _arcs(
         except NoConvergence as failed:
             ended.append(failed.args[0])
         reached.update((start, end))
+        if end == start and len(motions) > 2:
+            motions, end = _until_return(motions, end, ended)
         if motions:
-            yield _link((start, end), motions, omega)
+            link = _link((start, end), motions, omega)
+            corners = (*_corner(start, known, motions[:2]), *_corner(end, known, motions[:-3:-1]))
+            yield _Link(link.ends, link.vibrations, (*link.folds, *corners))
+
+
+def _until_return(motions: list[Motion], end: int, ended: list[float]) -> tuple[list[Motion], int]:
+    """Motions and their end, cut where they turn back along themselves to their beginning, as at a corner."""
+    if np.linalg.norm(difference(motions[0], motions[-1])) > SAME:
+        return motions, end
+    way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(motions)])
+    found = motions[: int(np.searchsorted(way, way[-1] / 2)) + 1]
+    ended.append(found[-1].omega)
+    return found, BROKEN
+
+
+def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) -> Iterator[tuple[float, bool]]:
+    """The fold where the gap is filled, if the arc from there, two motions, goes back beside the vibration in the gap.
+
+    A circle that meets the wall all around it has such a corner.
+    """
+    if end >= 0 and len(motions) == 2 and (motions[1].omega > known[end][0]) != known[end][1]:
+        yield known[end]
 
 
 def _from(
-    solver: Solver, start: int, up: bool, known: list[tuple[float, bool]], low: float, high: float
+    solver: Solver | RoundSolver, start: int, up: bool, known: list[tuple[float, bool]], low: float, high: float
 ) -> Iterator[Motion]:  # fmt: skip
     first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
     yield from solver.within(first, low, high, up, MAX_MOTIONS)
 
 
-def _at_edge(solver: Solver, omega: float) -> Motion:
+def _at_edge(solver: Solver | RoundSolver, omega: float) -> Motion:
     """The motion at which the gap is just filled."""
-    (z,), (y,) = _linear(solver, np.array([omega]))
+    (z,), (y,) = without_contact(solver, np.array([omega]))
     scale = max(float(np.linalg.norm(z)), solver.least)
     motion = solver.solve(omega, z, y, np.append(np.zeros(solver.size), 1.0), scale)
     if motion is None:
         raise NoConvergence(omega)
     return motion
-
-
-def _touches(solver: Solver, motion: Motion) -> bool:
-    lower, upper = np.repeat([bushing.walls for bushing in solver.system.rig.bushings], 2, axis=0).T
-    ends = solver.ends(motion)
-    return bool(np.any(ends.max(axis=1) > upper) or np.any(ends.min(axis=1) < lower))
 
 
 def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
@@ -172,7 +185,7 @@ def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
     )
 
 
-def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
+def _whole(solver: Solver | RoundSolver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
     """The curve of greases that are not linear in the gap, from below and, if it does not get through, from above."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     for start, stop, ends in ((low, high, (LOW, HIGH)), (high, low, (HIGH, LOW))):
@@ -184,6 +197,8 @@ def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_L
             end = LOW if motions[-1].omega < (low + high) / 2 else HIGH
         except NoConvergence as failed:
             ended.append(failed.args[0])
+        if end == ends[0] and len(motions) > 2:
+            motions, end = _until_return(motions, end, ended)
         yield _link((ends[0], end), motions, omega)
         if end == ends[1]:
             return
@@ -261,11 +276,11 @@ def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
     yield from turns
 
 
-def _joined(solver: Solver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
+def _joined(solver: Solver | RoundSolver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
     """The vibrations of stretches behind those known already, those that several have once."""
     k = 2 * solver.harmonics + 1
     known = known or Vibrations(
-        np.zeros(0, dtype=int), np.zeros((0, solver.size // k, k)), np.zeros((0, solver.points, k))
+        np.zeros(0, dtype=int), np.zeros((0, solver.size // k, k)), np.zeros((0, solver.rows, k))
     )  # fmt: skip
     for link in links:
         new = link.vibrations
@@ -281,4 +296,5 @@ def _joined(solver: Solver, links: list[_Link], known: Vibrations | None = None)
 
 def _holds(known: Vibrations, cell: int, z: np.ndarray) -> bool:
     there = known.z[known.cell == cell]
-    return bool(there.size and np.any(np.linalg.norm(there - z, axis=(1, 2)) < SAME * np.linalg.norm(z)))
+    size = max(float(np.linalg.norm(z[:, 1:])), SAG * float(np.linalg.norm(z)))
+    return bool(there.size and np.any(np.linalg.norm(there - z, axis=(1, 2)) < SAME * size))

@@ -11,7 +11,8 @@ import numpy as np
 from ..model import Model
 from ..signals import labelled
 from ..signals.arrays import read_only
-from .vibrations import UNITS, Vibrations
+from .axes import level_axis
+from .vibrations import UNITS, Vibrations, half_extents
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,7 @@ class SpecialPoint:
     frequency: float
     """Hz"""
     level: float
-    """of the excitation's first harmonic that is not zero, m/s² or N"""
+    """of the excitation's first harmonic that is not zero, as `Branch.level`"""
     index: int
     """of the branch's point"""
 
@@ -59,7 +60,8 @@ class Branch(Vibrations):
     frequency: np.ndarray
     """(n,) of the excitation's first harmonic, Hz"""
     level: np.ndarray
-    """(n, n_levels) complex amplitudes of the excitation's harmonics from the first on, m/s² or N"""
+    """(n, n_levels) complex amplitudes of the excitation's harmonics from the first on, m/s² or N; of an unbalance what
+    the rig's is multiplied by"""
     acceleration: np.ndarray
     """(n, n_sensors, H + 1) harmonics of what the sensors read, m/s²"""
     displacement: np.ndarray
@@ -108,6 +110,16 @@ class Branch(Vibrations):
 
         return None if self.multipliers is None else np.abs(self.multipliers[:, 0]) <= 1 + ROUNDING
 
+    def excursion(self) -> np.ndarray:
+        """Return how far the clearances' middles move, (n, n_bushings) m: the amplitude of `clearance_displacement`.
+
+        In space half of the largest extent of the orbit in any direction: the radius of a circle, half the length of
+        a line.
+        """
+        if self.model.rig.is_spatial:
+            return half_extents(self.clearance_displacement)
+        return self.amplitude("clearance_displacement")
+
     def plot(self, quantity: str = "acceleration", rows: Sequence[int] | None = None) -> Figure:
         """Draw amplitudes over frequency or level: stable vibrations as lines, unstable dashed, special points marked.
 
@@ -140,8 +152,8 @@ class Branch(Vibrations):
             for i, row in enumerate(names):
                 label = kind if at and not i else None
                 axes.plot(x[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
-        unit = "m/s²" if self.kind == "base" else "N"
-        axes.set_xlabel({"frequency": "frequency (Hz)", "speed": "speed (rad/s)"}.get(self.over, f"level ({unit})"))
+        own = level_axis(self.kind)
+        axes.set_xlabel({"frequency": own.frequency, "speed": "speed (rad/s)"}.get(self.over, own.level))
         axes.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
         axes.set_yscale("log")
         axes.legend(frameon=False)
@@ -150,7 +162,7 @@ class Branch(Vibrations):
     def to_xarray(self) -> xr.Dataset:
         """Return everything with labels and units: harmonics over (point, response or clearance, harmonic)."""
         variables: dict[str, Any] = {"frequency": ("point", self.frequency, "Hz")}
-        variables["level"] = (("point", "excited"), self.level, "m s-2" if self.kind == "base" else "N")
+        variables["level"] = (("point", "excited"), self.level, level_axis(self.kind).symbol)
         variables |= self._variables()
         if self.spin is not None:
             variables["spin"] = ("point", self.spin, "rad s-1")

@@ -80,6 +80,7 @@ class Follower(ABC):
             if now > SLOW * old and old < np.inf:
                 self._left(omega, z, y, True)
                 factors = self._factors(row, scale, pace)
+            most = max(now, self.coupling() * float(np.linalg.norm(beside - y)) / scale)
             right[:-1] = left.ravel()
             step = self._solved(factors, right) / -scale
             share = 1.0
@@ -89,7 +90,7 @@ class Follower(ABC):
                 if ahead > 0:
                     found = self._left(ahead, moved, beside, False)
                     then = self._norm(found[0], found[2] - beside, scale)
-                    if then < (1 - share / 4) * now or then < self.tolerance:
+                    if then < (1 - share / 4) * most or then < self.tolerance:
                         break
                 share /= 2
                 if share < SMALLEST_DAMPING:
@@ -97,6 +98,10 @@ class Follower(ABC):
             omega, z, y, old = ahead, moved, beside, now
             left, force, beside, *_ = found
         return None
+
+    def coupling(self) -> float:
+        """Return how many times a change of y may be left of the equations for the unknowns once y is substituted."""
+        return 0.0
 
     def _norm(self, left: np.ndarray, moved: np.ndarray, scale: float) -> float:
         found = math.sqrt(np.vdot(left, left) + np.vdot(moved, moved)) / scale
@@ -205,10 +210,10 @@ class Solver(Follower):
     def __init__(self, system: Condensed, harmonics: int, samples: int):
         self.system, self.harmonics, self.samples = system, harmonics, samples
         self.grid = grid(harmonics, samples)
-        self.points = system.linear.residues.shape[1]
+        self.rows = system.linear.residues.shape[1]
         self.least = 1e-3 * system.size
         self.size = system.linear.basis.shape[1] * (2 * harmonics + 1)
-        self.slopes = slopes(system.laws, self.points, samples, harmonics)
+        self.slopes = slopes(system.laws, self.rows, samples, harmonics)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.at: float | None = None  # the frequency, 1/s, at which the level is the parameter in its place
         self.driven = np.zeros(self.size)  # what z is by the excitation alone, then
@@ -225,6 +230,12 @@ class Solver(Follower):
         """Return the displacements (2 n_bushings, N) of both ends of every bushing along a period, m."""
         place = (self.system.linear.basis @ motion.z + motion.y) @ self.grid.basis.T
         return place[len(self.system.rig.bushings) :]
+
+    def touches(self, motion: Motion) -> bool:
+        """Return whether an end is beyond a wall at any sample of a period."""
+        lower, upper = np.repeat([bushing.walls for bushing in self.system.rig.bushings], 2, axis=0).T
+        ends = self.ends(motion)
+        return bool(np.any(ends.max(axis=1) > upper) or np.any(ends.min(axis=1) < lower))
 
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
         """What is left of the balance, and its derivatives, at a frequency, or at a share of the level."""
@@ -246,7 +257,7 @@ class Solver(Follower):
         """Make the share of the level the parameter, at a frequency; return what rest leaves, and what lies beside."""
         still = np.zeros((self.system.linear.basis.shape[1], 2 * self.harmonics + 1))
         self.at = None
-        left, _, moved, _ = self._left(omega, still, np.zeros((self.points, still.shape[1])), False)
+        left, _, moved, _ = self._left(omega, still, np.zeros((self.rows, still.shape[1])), False)
         self.at, self.driven = omega, -left.ravel()
         return left, moved
 

@@ -13,7 +13,7 @@ from ..rig.dimensions import planar
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
 from .forced import excitation_kind
-from .in_gap import filled, linear_in_gap
+from .in_gap import level_of_contact, linear_in_gap
 from .resolution import resolution
 from .two_parameter import Curve
 
@@ -79,7 +79,7 @@ def find_first_contact(
     solver = Solver(condensed(model, kind, [1.0], harmonics, n_modes), harmonics, samples)
     omega = 2 * np.pi * frequency
     if linear_in_gap(solver):
-        return Curve("first contact", "level", kind, frequency, 1 / filled(solver.system, omega), "")
+        return Curve("first contact", "level", kind, frequency, level_of_contact(solver, omega), "")
     level = np.full(omega.size, np.nan)
     ended = ""
     for i, each in enumerate(tqdm(omega, desc="first contact", unit="frequency", disable=not progress)):

@@ -7,20 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Model
-from .arcs import Vibrations, curve
+from .arcs import curve
+from .cells import measured
 from .condensed import condensed
-from .continuation import Motion, Solver
-from .following import expanded
-from .forces import fill_forces
-from .in_gap import linear_in_gap
-from .stability import Located
+from .continuation import Solver
+from .space.cells import round_solver
+from .space.solver import RoundSolver
 
-__all__ = ["QUANTITIES", "Case", "Row", "row_of"]
+__all__ = ["Case", "Row", "row_of", "solver_at"]
 
-QUANTITIES = {
-    "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
-    "displacement": ("clearance", "m"), "acceleration": ("response", "m s-2"),
-}  # fmt: skip
 TOLERANCE = 1e-6  # of the motion: what the balance may leave
 
 
@@ -47,13 +42,25 @@ class Row(NamedTuple):
     ended: list[float]
 
 
+def solver_at(
+    model: Model, kind: str, level: float, fastest: float, harmonics: int, samples: int, modes: int
+) -> Solver | RoundSolver:
+    """Return what finds the vibrations of a rig, in the plane or in space, at one level.
+
+    ``fastest`` is the highest frequency, 1/s, and of an unbalance the highest speed.
+    """
+    if model.rig.is_spatial:
+        return round_solver(model, kind, level, fastest, harmonics, samples, modes)
+    return Solver(condensed(model, kind, [level], harmonics, modes), harmonics, samples)
+
+
 def row_of(case: Case) -> Row:
     """Return what is found at one level of one gap."""
     frequency = np.frombuffer(case.frequencies)
-    system = condensed(case.model, case.kind, [case.level], case.harmonics, case.modes)
     tried = []
     for count in case.samples:
-        solver = Solver(system, case.harmonics, count)
+        fastest = 2 * np.pi * float(frequency[-1])
+        solver = solver_at(case.model, case.kind, case.level, fastest, case.harmonics, count, case.modes)
         solver.tolerance = TOLERANCE
         tried.append((solver, curve(solver, 2 * np.pi * frequency)))
         if not tried[-1][1].ended:
@@ -64,43 +71,10 @@ def row_of(case: Case) -> Row:
     known, first = np.unique(found.order.cell, return_index=True)
     last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = _measured(solver, 2 * np.pi * frequency, found.order[chosen])
+    of_chosen = measured(solver, 2 * np.pi * frequency, found.order[chosen])
     arrays = {}
     for name, values in of_chosen.items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
         arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
     jumps = [(float(w / (2 * np.pi)), "up" if up else "down") for w, up in found.folds]
     return Row(vibrations, arrays, jumps, [w / (2 * np.pi) for w in found.ended])
-
-
-def _measured(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
-    """What `QUANTITIES` names, (m, n_bushings or n_sensors)."""
-    system, count = solver.system, len(solver.system.rig.bushings)
-    x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
-    place = x @ solver.grid.basis.T
-    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
-    depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
-    depth = depth.reshape(len(depth), count, 2, place.shape[2]).max(axis=2)
-    force, most = np.zeros_like(x), np.zeros((len(x), count))
-    basis, rate, project = solver.grid[:3]
-    samples = np.empty(place.shape[1:])
-    nonlinear = not linear_in_gap(solver)
-    for i, cell in enumerate(vibrations.cell):
-        if nonlinear or depth[i].any():
-            speed = omega[cell] * (x[i] @ rate.T)
-            fill_forces(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
-            force[i] = samples @ project.T
-            most[i] = np.abs(samples[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
-    still = np.zeros(0)
-    points = [
-        Located(Motion(float(omega[c]), z, y, f, still, 0.0), None)
-        for c, z, y, f in zip(vibrations.cell, vibrations.z, vibrations.y, force)
-    ]
-    if not points:
-        widths = {"response": len(system.rig.sensors), "clearance": count}
-        return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
-    branch = expanded(solver, points, "")
-    return {
-        "contact_share": np.mean(depth > 0, axis=-1), "penetration": depth.max(axis=-1), "contact_force": most,
-        "displacement": branch.amplitude("clearance_displacement"), "acceleration": branch.amplitude("acceleration"),
-    }  # fmt: skip

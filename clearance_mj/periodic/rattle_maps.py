@@ -14,15 +14,16 @@ from ..core.kinds import checks_kinds
 from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
 from ..rig import Rig
-from ..rig.dimensions import planar
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
-from .condensed import condensed
+from .axes import level_axis
+from .cells import QUANTITIES
 from .continuation import Solver
-from .forced import excitation_kind
-from .in_gap import filled, linear_in_gap
-from .map_rows import QUANTITIES, Case, row_of
+from .in_gap import level_of_contact, linear_in_gap
+from .map_rows import Case, row_of, solver_at
 from .resolution import resolution
+from .space.forced import excited_by
+from .space.solver import RoundSolver
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +42,7 @@ class Jump(NamedTuple):
     gap: int
     """index"""
     level: float
-    """m/s² or N"""
+    """m/s² or N, or what the rig's unbalances are multiplied by"""
     frequency: float
     """Hz"""
     sweep: str
@@ -58,13 +59,13 @@ class RattleMap(ArrayData):
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base" or "force": what the excitation is"""
+    """ "base", "force" or, in space, "unbalance": what the excitation is"""
     gap: np.ndarray
     """(n_gaps, n_bushings) m"""
     level: np.ndarray
-    """(n_levels,) amplitude of the excitation, m/s² or N"""
+    """(n_levels,) amplitude of the excitation, m/s² or N; of an unbalance what the rig's is multiplied by"""
     frequency: np.ndarray
-    """(n_frequencies,) Hz"""
+    """(n_frequencies,) Hz; of an unbalance turns in a second"""
     vibrations: np.ndarray
     """(n_gaps, n_levels, n_frequencies) how many periodic vibrations there are, stable or not; 0: none was found"""
     contact_share: np.ndarray
@@ -74,11 +75,11 @@ class RattleMap(ArrayData):
     contact_force: np.ndarray
     """(2, n_gaps, n_levels, n_frequencies, n_bushings) largest one of a period, of both ends, N"""
     displacement: np.ndarray
-    """(2, n_gaps, n_levels, n_frequencies, n_bushings) amplitude of the clearances' middles, m"""
+    """(2, n_gaps, n_levels, n_frequencies, n_bushings) of the clearances' middles, as `Branch.excursion`, m"""
     acceleration: np.ndarray
     """(2, n_gaps, n_levels, n_frequencies, n_sensors) amplitude of what the sensors read, m/s²"""
     first_contact: np.ndarray
-    """(n_gaps, n_frequencies) level from which on a sweep upwards in level touches, m/s² or N"""
+    """(n_gaps, n_frequencies) level from which on a sweep upwards in level touches; 0: it rests on a wall"""
     jumps: tuple[Jump, ...]
     """where sweeps over frequency jump"""
     ended: tuple[str, ...]
@@ -147,11 +148,11 @@ class RattleMap(ArrayData):
             if self.level.size > 1:
                 axes.set_ylim(self.level[0], self.level[-1])
             axes.set_xlim(self.frequency[0], self.frequency[-1])
-            axes.set_xlabel("frequency (Hz)")
+            axes.set_xlabel(level_axis(self.kind).frequency)
             axes.set_title(
                 "gap " + ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i])) + " mm", fontsize=10
             )
-        panels[0].set_ylabel("level (m/s²)" if self.kind == "base" else "level (N)")
+        panels[0].set_ylabel(level_axis(self.kind).level)
         key(figure, panels[0].get_legend_handles_labels()[0])
         name = quantity.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
         figure.colorbar(mesh, ax=list(panels), label=name)
@@ -173,7 +174,7 @@ class RattleMap(ArrayData):
 
     def to_xarray(self) -> xr.Dataset:
         """Return everything with labels and units, over (sweep, gaps, level, frequency, clearance or response)."""
-        unit = "m s-2" if self.kind == "base" else "N"
+        unit = level_axis(self.kind).symbol
         cells = ("gaps", "level", "frequency")
         variables: dict[str, Any] = {
             name: (("sweep", *cells, row), getattr(self, name), units) for name, (row, units) in QUANTITIES.items()
@@ -212,20 +213,24 @@ def map_rattle(
     """Find where a rig rattles and jumps, over level and frequency of a harmonic excitation, for several gaps.
 
     At every level of every gap the curve of periodic vibrations is followed over all frequencies, around folds.
-    A sweep upwards or downwards stays on it until it folds, then jumps to the next stretch of the curve.
+    A sweep upwards or downwards stays on it until it folds, then jumps to the next stretch of the curve. What does not
+    hang together with the vibration that grows out of rest, such as a dry whirl, is not on the map.
 
     Parameters
     ----------
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     amplitudes : array_like
-        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing.
+        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing; of kind "unbalance" what the rig's unbalances
+        are multiplied by.
     frequencies : array_like
-        Frequencies (n_frequencies,) of the excitation, Hz, increasing.
+        Frequencies (n_frequencies,) of the excitation, Hz, increasing; of kind "unbalance" the shaft turns once in a
+        period, whatever the rig's ``spin`` says.
     gaps : sequence, optional
         Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
     kind : str, optional
-        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+        Kind of excitation, "base", "force" or, of a rig in space, "unbalance"; None: unbalance of a rig that has some,
+        else that of its shaker.
     n_harmonics : int
         Number of harmonics of the motion, H.
     n_samples : int, optional
@@ -252,22 +257,22 @@ def map_rattle(
     LawError
         For a law over time or amplitude, or one that does not fit the rig.
     RigError
-        For an impossible gap, or if the rig has no clearance, or in the gap moves without stiffness.
+        For an impossible gap, or if the rig has no clearance, or in the gap moves without stiffness; for "unbalance" if
+        it does not turn or has none, else if it turns at a speed that is not steady.
 
     Notes
     -----
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
-    planar(model.rig, "map_rattle")
     levels, frequencies = _increasing(amplitudes, "amplitudes", 1), _increasing(frequencies, "frequencies", 2)
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    rig, kind = model.rig, excitation_kind(model.rig, kind)
+    rig, kind = model.rig, excited_by(model.rig, kind)
     workers = workers_to_use(workers)
     models = [Model(each, model.law) for each in ([rig] if gaps is None else [_with_gap(rig, gap) for gap in gaps])]
     if not models:
         raise ClearanceError("gaps is empty: give at least one")
-    for each in models:
-        condensed(each, kind, [1.0], harmonics, n_modes)  # refuses what cannot be
+    settings = 2 * np.pi * float(frequencies[-1]), harmonics, counts[0], n_modes
+    at_one = [solver_at(each, kind, 1.0, *settings) for each in models]  # refuses what cannot be
     cases = [
         Case(i, j, each, kind, float(level), frequencies.tobytes(), harmonics, counts, n_modes)
         for i, each in enumerate(models)
@@ -287,29 +292,28 @@ def map_rattle(
         jumps += [Jump(case.gap, case.level, *jump) for jump in row.jumps]
         ended += [(case.gap, case.level, frequency) for frequency in row.ended]
     gap = np.array([[bushing.gap for bushing in each.rig.bushings] for each in models])
-    unit = "m/s²" if kind == "base" else "N"
+    unit = level_axis(kind).unit
     words_of = [
         f"gap {', '.join(f'{1e3 * d:g}' for d in np.unique(gap[i]))} mm, level {level:g} {unit}: no further periodic "
         f"vibration was found beyond {frequency:.6g} Hz"
         for i, level, frequency in sorted(ended)
     ]
-    first = np.array([_first_contact(each, kind, levels, frequencies, harmonics, counts[0], n_modes,
-                                     arrays["contact_share"][0, i]) for i, each in enumerate(models)])  # fmt: skip
+    first = [
+        _first_contact(at_one[i], levels, frequencies, share) for i, share in enumerate(arrays["contact_share"][0])
+    ]
     return RattleMap(
-        model, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=first,
+        model, kind, gap, levels, frequencies, vibrations, **arrays, first_contact=np.array(first),
         jumps=tuple(sorted(jumps)), ended=tuple(words_of), responses=tuple(rig.sensor_labels),
         clearances=tuple(rig.clearance_labels),
     )  # fmt: skip
 
 
 def _first_contact(
-    model: Model, kind: str, levels: np.ndarray, frequencies: np.ndarray, harmonics: int, samples: int,
-    modes: int, share: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+    solver: Solver | RoundSolver, levels: np.ndarray, frequencies: np.ndarray, share: np.ndarray
+) -> np.ndarray:
     """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
-    system = condensed(model, kind, [1.0], harmonics, modes)
-    if linear_in_gap(Solver(system, harmonics, samples)):
-        return 1 / filled(system, 2 * np.pi * frequencies)
+    if linear_in_gap(solver):
+        return level_of_contact(solver, 2 * np.pi * frequencies)
     touched = np.any(share > 0, axis=-1)
     return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
 

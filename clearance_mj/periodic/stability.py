@@ -61,7 +61,7 @@ def _planar_multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     system, omega = solver.system, solver.frequency(motion)
     samples = samples_of_period(solver, omega)
     fine = grid(solver.harmonics, samples)
-    room = slopes(system.laws, solver.points, samples, solver.harmonics)
+    room = slopes(system.laws, solver.rows, samples, solver.harmonics)
     x = system.linear.basis @ motion.z + motion.y
     place, speed = x @ fine.basis.T, omega * (x @ fine.rate.T)
     force = np.empty_like(place)

@@ -8,14 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from .axes import level_axis
 from .backbones import Backbone
 from .branch import Branch
 from .rattle_maps import RattleMap
 
 __all__ = [
     "JumpAtFold",
+    "frequency_title",
     "is_cut",
     "jumps",
+    "level_title",
     "motion",
     "of_backbone",
     "of_branch",
@@ -41,8 +44,19 @@ class JumpAtFold:
 
 
 def unit(found: Branch | RattleMap) -> str:
-    """Return the unit of the excitation's level."""
-    return "m/s²" if found.kind == "base" else "N"
+    """Return the unit of the excitation's level, as it stands behind a number."""
+    return level_axis(found.kind).unit
+
+
+def level_title(found: Branch | RattleMap) -> str:
+    """Return the label of the excitation's level on a report's figure."""
+    return level_axis(found.kind).title
+
+
+def frequency_title(found: Branch | RattleMap) -> str:
+    """Return the label of the frequency on a report's figure."""
+    label = level_axis(found.kind).frequency
+    return label[0].upper() + label[1:]
 
 
 def stable_points(branch: Branch) -> np.ndarray:

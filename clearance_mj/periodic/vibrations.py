@@ -10,10 +10,14 @@ import numpy as np
 from ..core.errors import ClearanceError
 from ..signals.arrays import ArrayData, rows_of
 
-__all__ = ["UNITS", "Vibrations", "complex_amplitudes"]
+__all__ = ["UNITS", "Vibrations", "complex_amplitudes", "half_extents"]
 
 UNITS = {"acceleration": "m/s²", "displacement": "m", "clearance_displacement": "m", "contact_force": "N",
          "grease_force": "N"}  # fmt: skip
+
+
+DIRECTIONS = 180
+"""In which the extent of an orbit is measured, y and z among them: the largest one is found within 4e-5."""
 
 
 class Vibrations(ArrayData):
@@ -37,11 +41,7 @@ class Vibrations(ArrayData):
         """
         if quantity not in UNITS:
             raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(UNITS)}')
-        harmonics = getattr(self, quantity)
-        padded = harmonics * np.where(np.arange(harmonics.shape[-1]) > 0, 0.5, 1.0)
-        samples = 16 * harmonics.shape[-1]
-        history = np.fft.irfft(padded, samples) * samples
-        return np.ptp(history, axis=-1) / 2
+        return np.ptp(history(getattr(self, quantity)), axis=-1) / 2
 
     def _names(self, quantity: str, rows: Sequence[int] | None) -> dict[int, str]:
         """Rows of a quantity that are asked for, by default all, with their names."""
@@ -58,6 +58,21 @@ class Vibrations(ArrayData):
             )
             for name, unit in UNITS.items()
         }
+
+
+def history(harmonics: np.ndarray) -> np.ndarray:
+    """Return values (..., 16 H + 16) over a period of complex amplitudes (..., H + 1)."""
+    padded = harmonics * np.where(np.arange(harmonics.shape[-1]) > 0, 0.5, 1.0)
+    samples = 16 * harmonics.shape[-1]
+    return np.asarray(np.fft.irfft(padded, samples) * samples)
+
+
+def half_extents(harmonics: np.ndarray) -> np.ndarray:
+    """Return half of the largest extent (n, n_orbits) in any direction of orbits (n, 2 n_orbits, H + 1), along y, z."""
+    orbits = history(harmonics).reshape(len(harmonics), -1, 2, 16 * harmonics.shape[-1])
+    angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    across = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+    return np.array([np.ptp(across @ orbit, axis=-1).max(axis=-1) / 2 for orbit in orbits])
 
 
 def complex_amplitudes(values: np.ndarray) -> np.ndarray:

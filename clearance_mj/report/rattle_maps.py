@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..periodic import RattleMap
-from ..periodic.summaries import unit
+from ..periodic.summaries import frequency_title, level_title, unit
 from .style import COLOURS, FONT, REPEAT, TEST, WIDE, Drawing, canvas, frequency_axis, tidy
 
 __all__ = ["draw", "rows", "words"]
@@ -36,7 +36,7 @@ def draw(found: RattleMap) -> Drawing:
         image = ax.pcolormesh(found.frequency, found.level, share[i], cmap=_COLOURS, vmin=0, vmax=1, shading="nearest")
         _cells(ax, found, i)
         last_row = i >= count - 2
-        tidy(ax, _gap(found, i), f"Amplitude of the excitation ({unit(found)})" if i % 2 == 0 else "")
+        tidy(ax, _gap(found, i), level_title(found) if i % 2 == 0 else "")
         ax.grid(False)
         if found.level.size > 2 and np.ptp(np.diff(np.log(found.level))) < 1e-6:  # each a multiple of the last
             ax.set_yscale("log")
@@ -48,7 +48,7 @@ def draw(found: RattleMap) -> Drawing:
         else:
             ax.set_xlim(*ends)
             ax.tick_params(labelbottom=last_row)
-            ax.set_xlabel("Frequency (Hz)" if last_row else "", fontsize=FONT)
+        ax.set_xlabel(frequency_title(found) if last_row else "", fontsize=FONT)
     for ax in axes[count:]:
         ax.set_axis_off()
     bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30)
@@ -56,9 +56,10 @@ def draw(found: RattleMap) -> Drawing:
     bar.ax.tick_params(labelsize=FONT - 1)
     handles = _key(found)
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=FONT - 0.5, frameon=False)
+    amplitude = "unbalance" if found.kind == "unbalance" else "amplitude of a sine"
     caption = (
         f"Rattle map of rig “{found.model.rig.name}”: share of a period in which the clearance that touches most does, "
-        "over frequency and amplitude of a sine, the larger one of sweeps up and down. Line: first contact in a sweep "
+        f"over frequency and {amplitude}, the larger one of sweeps up and down. Line: first contact in a sweep "
         "over level. Hatched: more than one vibration, of which the direction of a sweep decides."
     )
     return Drawing("rattle_map", figure, caption, "Share of time in contact over frequency and level.", False)
@@ -126,7 +127,8 @@ def words(found: RattleMap) -> Iterator[str]:
                 yield f"{count} in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:
         more = f", and {len(found.ended) - 1} more" if len(found.ended) > 1 else ""
-        yield f"no vibration was found in {100 * found.unknown:.3g} % of the map ({found.ended[0]}{more})"
+        where = f" ({found.ended[0]}{more})" if found.ended else ""
+        yield f"no vibration was found in {100 * found.unknown:.3g} % of the map{where}"
 
 
 def _first(found: RattleMap, gap: int) -> str:
@@ -134,6 +136,8 @@ def _first(found: RattleMap, gap: int) -> str:
     if not np.isfinite(first).any() or np.nanmin(first) > found.level[-1]:
         return "touches no wall"
     least = int(np.nanargmin(first))
+    if first[least] == 0:
+        return "rests on a wall"
     if first[least] == found.level[0]:
         return f"touches already at the lowest level, at {found.frequency[least]:.5g} Hz"
     return f"touches first from {first[least]:.3g} {unit(found)} on, at {found.frequency[least]:.5g} Hz"

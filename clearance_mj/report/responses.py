@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from ..periodic import Branch
 from ..periodic.branch import MARKERS
-from ..periodic.summaries import is_cut, jumps, stable_points, unit
+from ..periodic.summaries import frequency_title, is_cut, jumps, level_title, stable_points, unit
 from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
@@ -63,6 +63,7 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
         "level": np.abs(branch.level[:, 0]),
         "level_unit": unit(branch),
         "frequency_hz": branch.frequency,
+        **({} if branch.spin is None else {"spin_rad_s": branch.spin}),
         "stable": stable_points(branch),
         "special": special,
     }
@@ -121,9 +122,11 @@ def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> Non
 
 
 def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
-    x, y = branch.parameter, branch.amplitude(quantity)[:, row]
+    x = branch.parameter
     if quantity == "clearance_displacement":
-        y = y / branch.model.rig.bushings[row].gap
+        y = branch.excursion()[:, row] / branch.model.rig.bushings[row].gap
+    else:
+        y = branch.amplitude(quantity)[:, row]
     stable = stable_points(branch)
     ax.plot(x, y, ls=(0, (3, 1.5)), color=colour, lw=0.8)
     ax.plot(x, np.where(stable, y, np.nan), color=colour, lw=1.1)
@@ -151,12 +154,10 @@ def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:
     low, high = min(ends), max(ends)
     if branches[0].over == "frequency" and high >= WIDE * low:
         frequency_axis(ax, (low, high), labelled)
-        return
-    words = (
-        "Frequency (Hz)" if branches[0].over == "frequency" else f"Amplitude of the excitation ({unit(branches[0])})"
-    )
-    ax.set_xlim(low, high)
-    ax.set_xlabel(words if labelled else "", fontsize=FONT)
+    else:
+        ax.set_xlim(low, high)
+    title = frequency_title(branches[0]) if branches[0].over == "frequency" else level_title(branches[0])
+    ax.set_xlabel(title if labelled else "", fontsize=FONT)
 
 
 def _colours(branches: Sequence[Branch]) -> list[Any]:
@@ -193,9 +194,10 @@ def _caption(branches: Sequence[Branch]) -> str:
     first = branches[0]
     what = "level at several frequencies" if first.over == "level" else "frequency at several levels"
     what = what.partition(" at ")[0] if len({_fixed(branch) for branch in branches}) == 1 else what
-    excited = "a shaken base" if first.kind == "base" else "a force"
+    excited = {"base": "a shaken base", "unbalance": "unbalance"}.get(first.kind, "a force")
+    round_ones = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.is_spatial else ""
     return (
         f"Periodic vibrations of rig “{first.model.rig.name}” under {excited} over {what}: half of the way from the "
-        "lowest to the highest value of a period. Dashed vibrations are not stable: a test does not meet them. Levels "
-        "are amplitudes."
+        f"lowest to the highest value of a period{round_ones}. Dashed vibrations are not stable: a test does not meet "
+        f"them. Levels are {'factors of the rig’s unbalance' if first.kind == 'unbalance' else 'amplitudes'}."
     )

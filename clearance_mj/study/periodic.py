@@ -12,8 +12,10 @@ from ..clearance.law import ConstantLaw, ContactLaw, Law
 from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks
 from ..model import Model
-from ..periodic import Branch, RattleMap, follow_response, map_rattle
+from ..periodic import Branch, RattleMap, follow_response, follow_unbalance, map_rattle
 from ..periodic.forced import ends_of_range
+from ..periodic.space.condensed import UNBALANCE
+from ..periodic.space.forced import excited_by
 from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import SineSteps
 
@@ -90,15 +92,25 @@ def from_both_ends(model: Model, amplitude: float, ends: tuple[float, float], **
     Parameters
     ----------
     model, amplitude, ends, **settings
-        As for `periodic.follow_response`.
+        As for `periodic.follow_response`; of kind "unbalance" the amplitude is a factor of the rig's unbalances.
     """
-    first = follow_response(model, amplitude, ends, **settings)
+    first = _followed(model, amplitude, ends, **settings)
     if not first.ended:
         return (first,)
     try:
-        return first, follow_response(model, amplitude, (ends[1], ends[0]), **settings)
+        return first, _followed(model, amplitude, (ends[1], ends[0]), **settings)
     except ClearanceError:
         return (first,)
+
+
+def _followed(
+    model: Model, amplitude: float, ends: tuple[float, float], kind: str | None = None, **settings: Any
+) -> Branch:
+    excited = excited_by(model.rig, kind)
+    if excited == UNBALANCE:
+        start, stop = ends_of_range(ends)
+        return follow_unbalance(model, (2 * np.pi * start, 2 * np.pi * stop), factor=amplitude, **settings)
+    return follow_response(model, amplitude, ends, kind=excited, **settings)
 
 
 def periodic_vibrations(

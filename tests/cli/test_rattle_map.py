@@ -9,9 +9,10 @@ import pytest
 from clearance_mj import periodic
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.model import Model
-from clearance_mj.rig import Rig
+from clearance_mj.rig import Rig, Spin
 
 from ..conftest import ROOT
+from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
 
 RIG = ROOT / "models" / "table1_rig.toml"
 LAW = ConstantLaw(7.8e3, 4.0)
@@ -76,3 +77,30 @@ def test_refusals(law, tmp_path, refused, arguments, words):
     out = tmp_path / "out"
     assert words in refused("rattle-map", RIG, "--law", law, "--out", out, *arguments)
     assert not out.exists()
+
+
+def test_a_map_over_speed_and_unbalance(tmp_path, answer, capsys):
+    """A Jeffcott rotor whose file lets it run up: jumps where tests/periodic/test_space_map.py has them."""
+    unbalanced(jeffcott()).replace(spin=Spin(FREQUENCY, rate=5.0)).save(tmp_path / "rotor.toml")
+    out, hz = tmp_path / "out", FREQUENCY / (2 * np.pi)
+    given = ["--kind", "unbalance", "--levels", "0.25,1", "--from", 0.9 * hz, "--to", 4.6 * hz, "--steps", 30]
+    found = answer("rattle-map", tmp_path / "rotor.toml", *given, "--harmonics", 1, "--workers", 1, "--out", out)
+    assert found["kind"] == "unbalance" and found["unknown"] == 0
+    jumps = {jump["sweep"]: jump["frequency"] / hz for jump in found["jumps"]}
+    assert jumps == pytest.approx({"up": 4.328, "down": 1.1032}, rel=1e-3)
+    with (out / "rattle_map.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["level_unit"] for row in rows} == {"× unbalance"} and "displacement_1:+Z_m" in rows[0]
+    assert (out / "rattle_map.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("rig", "words"),
+    [(None, "rig 'table1' is planar and does not turn"), (jeffcott(), "rig 'jeffcott' has no unbalances; give")],
+)
+def test_what_has_no_unbalance_is_refused(tmp_path, refused, rig, words):
+    path = RIG if rig is None else tmp_path / "rotor.toml"
+    if rig is not None:
+        rig.save(path)
+    for command in (("rattle-map", "--levels", 1), ("response", "--level", 1)):
+        assert words in refused(*command, path, "--kind", "unbalance", "--quiet", "--out", tmp_path / "out")

@@ -13,6 +13,7 @@ from clearance_mj.model import Model
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
+from ..periodic.jeffcott import FREQUENCY, GAP, jeffcott, unbalanced
 
 RIG = ROOT / "models" / "table1_rig.toml"
 LAW = ConstantLaw(7.8e3, 4.0)
@@ -142,3 +143,21 @@ def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
     stored = json.loads((out / "response.json").read_text(encoding="utf-8"))
     assert len(stored["branches"]) == 1
     assert stored["isolas"] == [{"level": 6.0, "new": 0, "frequency": [48.0], "shares": [[1.0, 0.0]]}]
+
+
+def test_unbalance_over_the_speed(tmp_path, answer):
+    """A Jeffcott rotor: its free circle, and first contact where tests/periodic/test_space_whirl.py has it."""
+    unbalanced(jeffcott()).save(tmp_path / "rotor.toml")
+    out, hz = tmp_path / "out", FREQUENCY / (2 * np.pi)
+    given = ["--kind", "unbalance", "--level", "0.5,1", "--from", 0.8 * hz, "--to", hz, "--harmonics", 1, "--quiet"]
+    half, one = answer("response", tmp_path / "rotor.toml", *given, "--out", out)["branches"]
+    assert (half["kind"], half["level"], one["level"]) == ("unbalance", 0.5, 1.0)
+    (contact,) = [point["frequency"] for point in one["special"] if point["kind"] == "first contact"]
+    assert contact / hz == pytest.approx(0.9252, rel=1e-4)
+    with (out / "response.csv").open(newline="", encoding="utf-8") as file:
+        first = next(csv.DictReader(file))
+    assert first["level_unit"] == "× unbalance"
+    assert float(first["spin_rad_s"]) == pytest.approx(0.8 * FREQUENCY)
+    radius = 0.5 * 0.2 * 0.8**2 / np.hypot(1 - 0.8**2, 0.1 * 0.8) * GAP
+    assert float(first["clearance_displacement_1:+Y_fundamental_m"]) == pytest.approx(radius, rel=1e-4)
+    assert (out / "response.png").stat().st_size > 20_000

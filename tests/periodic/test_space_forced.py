@@ -113,7 +113,6 @@ def test_what_space_does_not_know_yet_is_refused_in_a_line():
     calls = {
         "follow_backbone": lambda: periodic.follow_backbone(model, 1),
         "find_first_contact": lambda: periodic.find_first_contact(model, [30.0]),
-        "map_rattle": lambda: periodic.map_rattle(model, [1.0], [30.0, 31.0]),
         "follow_response_over_level": lambda: periodic.follow_response_over_level(model, 30.0, (1.0, 2.0)),
         "find_isolas": lambda: periodic.find_isolas(branch),
         "follow_doubled": lambda: periodic.follow_doubled(branch, None),
@@ -127,9 +126,8 @@ def test_what_space_does_not_know_yet_is_refused_in_a_line():
 def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():
     with pytest.raises(ClearanceError, match="use follow_unbalance"):
         periodic.follow_response(cm.Model(unbalanced(jeffcott())), 1.0, (5.0, 6.0))
-    running_up = unbalanced(jeffcott()).replace(spin=Spin(10.0, rate=5.0))
     with pytest.raises(RigError, match="needs a steady speed"):
-        periodic.follow_unbalance(cm.Model(running_up), (5.0, 6.0))
+        periodic.follow_response(cm.Model(jeffcott(spin=Spin(10.0, rate=5.0))), 1.0, (5.0, 6.0))
     with pytest.raises(RigError, match="has no unbalances"):
         periodic.follow_unbalance(cm.Model(jeffcott()), (5.0, 6.0))
     with pytest.raises(RigError, match="is planar"):

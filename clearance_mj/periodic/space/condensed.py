@@ -40,7 +40,7 @@ class RoundCondensed(NamedTuple):
     laws: RoundLaws
     size: float  #: m, that motions are measured by: the smallest distance of a wall
     stiffest: float  #: 1/s², the largest stiffness of a contact on the modes
-    levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; 1 of an unbalance
+    levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; a factor of the rig's unbalances
 
     @property
     def rig(self) -> Rig:
@@ -60,7 +60,7 @@ def round_condensed(
     kind : str
         Kind of the excitation: "base", "force" or "unbalance".
     levels : sequence of complex
-        Amplitudes of the excitation's harmonics from the first on, m/s² or N; 1 of an unbalance.
+        Amplitudes of the excitation's harmonics from the first on, m/s² or N; one factor of the rig's unbalances.
     harmonics : int
         Number of harmonics of the motion, H.
     modes : int
@@ -71,7 +71,7 @@ def round_condensed(
     Raises
     ------
     RigError
-        If the rig has no clearance, no unbalance where one is asked for, or can move without stiffness.
+        If the rig has no clearance, or can move without stiffness.
     LawError
         For a law over time or amplitude.
     ExcitationError
@@ -85,14 +85,12 @@ def round_condensed(
         raise LawError(f"a law over {over} has no periodic vibration in space; give a ConstantLaw or a ContactLaw")
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    if kind == UNBALANCE and not rig.unbalances:
-        raise RigError(f"rig {rig.name!r} has no unbalances; give [[unbalances]] with a position and a moment")
     structure = spatial_model(rig, modes)
     laws = _laws(rig, law, speed)
     rows = structure.at_points.reshape(-1, structure.size)
     drive = np.zeros((harmonics + 1, structure.size), dtype=complex)
     if kind == UNBALANCE:
-        drive[1] = structure.unbalance[0] - 1j * structure.unbalance[1]
+        drive[1] = levels[0] * (structure.unbalance[0] - 1j * structure.unbalance[1])
     elif levels:
         drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
     structured = _structured(structure, laws, rows, drive, kind == UNBALANCE)

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.errors import ExcitationError, RigError
 from ...core.kinds import checks_kinds
 from ...model import Model
+from ...rig import Rig
 from ..branch import Branch
 from ..continuation import Motion
 from ..following import farthest, follow
@@ -18,7 +19,7 @@ from .condensed import UNBALANCE, round_condensed
 from .following import with_first_contacts
 from .solver import RoundSolver
 
-__all__ = ["follow_unbalance", "respond", "speeds_of"]
+__all__ = ["excited_by", "follow_unbalance", "respond", "speeds_of", "steady_spin"]
 
 FASTEST = 1e6  # rad/s
 
@@ -28,18 +29,7 @@ def respond(
     counts: Sequence[int], modes: int, stability: bool, watch: Callable[[float], None] | None, progress: bool,
 ) -> Branch:  # fmt: skip
     """Follow the response of a rig in space between two frequencies, 1/s; see `follow_response`."""
-    rig = model.rig
-    if rig.spin and (rig.spin.rate or rig.spin.inertia):
-        raise RigError(
-            f"rig {rig.name!r}: a periodic vibration needs a steady speed; leave out spin.rate, spin.until and "
-            "spin.inertia"
-        )
-    if kind != UNBALANCE and rig.unbalances:
-        raise ExcitationError(
-            f"rig {rig.name!r}: unbalances at their own speed beside an excitation give no periodic vibration; leave "
-            "out [[unbalances]], or use follow_unbalance"
-        )
-    spin = rig.spin.speed if rig.spin and kind != UNBALANCE else 0.0
+    spin = steady_spin(model.rig, kind)
     system = round_condensed(model, kind, levels, harmonics, modes, max(ends) if kind == UNBALANCE else spin)
 
     def found(count: int) -> Branch:
@@ -57,6 +47,31 @@ def respond(
     return farthest(found, counts)
 
 
+def steady_spin(rig: Rig, kind: str) -> float:
+    """Return the spin at which a rig is excited, rad/s; 0 under unbalance, whose speed is given beside the rig.
+
+    Raises
+    ------
+    RigError
+        If it is not steady.
+    ExcitationError
+        If unbalances would act beside an excitation.
+    """
+    if kind == UNBALANCE:
+        return 0.0
+    if rig.spin and (rig.spin.rate or rig.spin.inertia):
+        raise RigError(
+            f"rig {rig.name!r}: a periodic vibration needs a steady speed; leave out spin.rate, spin.until and "
+            "spin.inertia"
+        )
+    if rig.unbalances:
+        raise ExcitationError(
+            f"rig {rig.name!r}: unbalances at their own speed beside an excitation give no periodic vibration; leave "
+            'out [[unbalances]], or use follow_unbalance or, of maps and commands, kind "unbalance"'
+        )
+    return rig.spin.speed if rig.spin else 0.0
+
+
 def _watched(motions: Iterator[Motion], watch: Callable[[float], None] | None) -> Iterator[Motion]:
     for motion in motions:
         if watch is not None:
@@ -72,13 +87,15 @@ def follow_unbalance(
     n_samples: int | None = None,
     n_modes: int = 8,
     stability: bool = True,
+    factor: float = 1.0,
     watch: Callable[[float], None] | None = None,
     progress: bool = False,
 ) -> Branch:
     """Follow how a turning shaft vibrates under its unbalances from one speed to another, around folds.
 
     The shaft turns once in a period. Gyroscopic moments, damping that turns with the shaft, oil films and the slip of
-    its surface follow the speed. The branch begins with the vibration that grows out of rest with the unbalances.
+    its surface follow the speed. The branch begins with the vibration that grows out of rest with the unbalances. What
+    the rig's ``spin`` says is not used.
 
     Parameters
     ----------
@@ -94,6 +111,8 @@ def follow_unbalance(
         Modes of each plane, to which static shapes are added.
     stability : bool
         Find Floquet's multipliers of every point, and locate where the stability changes.
+    factor : float
+        By which all unbalances of the rig are multiplied, > 0: the branch's ``level``.
     watch : callable, optional
         Called with the frequency, Hz, of every point that is found; what it raises ends the search.
     progress : bool
@@ -111,15 +130,37 @@ def follow_unbalance(
     RigError
         If the rig is planar, has no clearance or no unbalances, or in the gap moves without stiffness.
     ExcitationError
-        For impossible speeds.
+        For impossible speeds, or an impossible factor.
     LawError
         For a law over time or amplitude, or one that does not fit the rig.
     """
-    if not model.rig.is_spatial:
-        raise RigError(f'rig {model.rig.name!r} is planar and does not turn; give motion = "spatial" and [spin]')
+    excited_by(model.rig, UNBALANCE)
     ends = speeds_of(speed_range)
+    if not 0 < factor < np.inf:
+        raise ExcitationError(f"factor of the unbalances must be > 0, got {factor!r}")
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    return respond(model, UNBALANCE, [1.0], ends, harmonics, counts, n_modes, stability, watch, progress)
+    return respond(model, UNBALANCE, [factor], ends, harmonics, counts, n_modes, stability, watch, progress)
+
+
+def excited_by(rig: Rig, kind: str | None) -> str:
+    """Return what excites a rig: what is asked for, or else its unbalances or, if it has none, its shaker.
+
+    Raises
+    ------
+    ExcitationError
+        For another kind.
+    RigError
+        If unbalance is asked for of a rig that does not turn, or has none.
+    """
+    if kind is None:
+        return UNBALANCE if rig.unbalances else rig.shaker.kind
+    if kind not in ("base", "force", UNBALANCE):
+        raise ExcitationError(f'kind must be "base" or "force", or "unbalance" of a shaft in space, got {kind!r}')
+    if kind == UNBALANCE and not rig.is_spatial:
+        raise RigError(f'rig {rig.name!r} is planar and does not turn; give motion = "spatial" and [spin]')
+    if kind == UNBALANCE and not rig.unbalances:
+        raise RigError(f"rig {rig.name!r} has no unbalances; give [[unbalances]] with a position and a moment")
+    return kind
 
 
 def speeds_of(speed_range: tuple[float, float]) -> tuple[float, float]:

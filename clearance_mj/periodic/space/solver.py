@@ -118,6 +118,10 @@ class RoundSolver(Follower):
         z = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
         return self._raised("weight", z, np.zeros((self.rows, z.shape[1])), omega)
 
+    def coupling(self) -> float:
+        """Return the largest compliance of a coordinate times the stiffness of what acts there; see `Follower`."""
+        return float(np.abs(self.jacobian[: self.size, : self.size]).max())
+
     def depth(self, z: np.ndarray, y: np.ndarray) -> float:
         """Return the largest penetration of any end over a period, m; below 0 how far the nearest is from its wall."""
         bushings = self.system.rig.bushings
@@ -125,6 +129,10 @@ class RoundSolver(Follower):
         offset = np.repeat([(b.offset_y, b.offset) for b in bushings], 2, axis=0)
         away = np.sqrt(np.sum((x + offset[:, :, None]) ** 2, axis=1)).max(axis=1)
         return float(np.max(away - np.repeat([b.gap for b in bushings], 2)))
+
+    def touches(self, motion: Motion) -> bool:
+        """Return whether an end is beyond its wall at any sample of a period."""
+        return self.depth(motion.z, motion.y) > 0
 
     def _around_corner(self, motion: Motion) -> Motion | None:
         """Return a motion beyond a corner: of those that go on along the tangent, or of the branch on the other side.

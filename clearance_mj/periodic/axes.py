@@ -1,0 +1,38 @@
+"""What level and frequency of an excitation are called, on figures, in tables and in words."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = ["LevelAxis", "level_axis"]
+
+
+class LevelAxis(NamedTuple):
+    """Of one kind of excitation."""
+
+    unit: str  #: of its level, in words behind a number
+    symbol: str  #: of its level, in labelled data and tables
+    level: str  #: label of its level
+    frequency: str  #: label of its frequency
+    title: str  #: of its level, on figures of reports
+
+
+FREQUENCY = "frequency (Hz)"
+AXES = {
+    "base": LevelAxis("m/s²", "m s-2", "level (m/s²)", FREQUENCY, "Amplitude of the excitation (m/s²)"),
+    "force": LevelAxis("N", "N", "level (N)", FREQUENCY, "Amplitude of the excitation (N)"),
+    "unbalance": LevelAxis(
+        "× unbalance", "1", "unbalance over the rig's", "turns in a second (Hz)", "Unbalance over the rig's"
+    ),
+}
+
+
+def level_axis(kind: str) -> LevelAxis:
+    """Return what level and frequency of a kind of excitation are called; of a whirl, which none excites, as a force's.
+
+    Parameters
+    ----------
+    kind : str
+        "base", "force", "unbalance" or "whirl".
+    """
+    return AXES.get(kind, AXES["force"])

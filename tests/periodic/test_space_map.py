@@ -1,0 +1,191 @@
+"""Rattle maps in space: beside closed forms of a Jeffcott rotor, the planar map, branches of single levels."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import clearance_mj as cm
+from clearance_mj import periodic
+from clearance_mj.core.errors import ClearanceError, ExcitationError, RigError
+from clearance_mj.engines import static_equilibrium
+from clearance_mj.rig import Friction, Shaker, Spin
+from clearance_mj.rotors import synchronous_rub
+
+from ..conftest import ROOT, TABLE1
+from .jeffcott import FREQUENCY, GAP, MASS, STIFFNESS, jeffcott, replaced, unbalanced
+
+HZ = FREQUENCY / (2 * np.pi)
+ECCENTRICITY, DAMPING, CONTACT = 0.2, 0.1, 20.0
+FILLED = 0.9252, 1.1032
+"""Speeds at which the free circle e ω²/|1 - ω² + i c ω| of m = k = δ = 1, c = 0.1, e = 0.2 has the gap's radius"""
+SPEEDS = np.unique(
+    np.concatenate(
+        (np.linspace(0.85, 4.6, 61), np.linspace(0.9245, 0.926, 16), np.linspace(1.1025, 1.104, 16), (1.0, 4.32, 4.34))
+    )
+)
+RUBS = {0.0: (1.008635, 4.328), 0.1: (1.008109, 2.999)}
+"""By friction: radius at ω = 1 and end of the branch, of [(k + k_c - ω²) r - k_c]² + [(c ω + μ k_c) r - μ k_c]² =
+(e ω²)² with k_c = 20"""
+SAMPLED = 1 - np.cos(np.pi / 64)
+"""By which a sine's amplitude may be too small of 16 samples for each harmonic, of 3 harmonics and the mean"""
+
+
+@pytest.fixture(scope="module", params=RUBS)
+def swept(request):
+    """Friction, and the map over speed at a half and the whole of the unbalance."""
+    model = cm.Model(unbalanced(jeffcott(friction=request.param)))
+    return request.param, periodic.map_rattle(model, (0.05, 1.0), SPEEDS * HZ, n_harmonics=3, workers=1)
+
+
+def test_first_contact_is_that_of_the_free_circle(swept):
+    _, found = swept
+    free = ECCENTRICITY * SPEEDS**2 / np.hypot(1 - SPEEDS**2, DAMPING * SPEEDS)
+    assert_allclose(found.first_contact[0], 1 / free, rtol=1e-6)
+    above = found.first_contact[0] - 1.0
+    at = np.flatnonzero(above[1:] * above[:-1] < 0)
+    crossed = SPEEDS[at] - above[at] * np.diff(SPEEDS)[at] / np.diff(above)[at]
+    assert_allclose(crossed, FILLED, rtol=1e-4)
+    assert not found.rattles[0, 0].any()
+    assert_allclose(found.displacement[:, 0, 0, :, 0], np.tile(0.05 * free * GAP, (2, 1)), rtol=1e-4)
+
+
+def test_a_synchronous_rub_is_a_circle(swept):
+    """At ω = 1 and all along the upper branch; what touches, touches all the time, with k_c (r - δ)."""
+    friction, found = swept
+    i = int(np.searchsorted(SPEEDS, 1.0))
+    radius, end = RUBS[friction]
+    assert_allclose(found.displacement[:, 0, 1, i, 0] / GAP, radius, rtol=5e-5)
+    rubs = (SPEEDS > 0.93) & (SPEEDS < 0.99 * end)
+    rig = unbalanced(jeffcott(friction=friction))
+    told = synchronous_rub(rig, SPEEDS[rubs] * FREQUENCY, 0.5, ECCENTRICITY * MASS * GAP, friction, n_modes=8)
+    upper = np.nanmax(told.radius, axis=1)
+    assert_allclose(found.displacement[0, 0, 1, rubs, 0], upper, rtol=5e-5)
+    assert_allclose(found.penetration[0, 0, 1, rubs, 0], upper - GAP, atol=5e-5 * upper[-1])
+    assert_allclose(found.acceleration[0, 0, 1, rubs, 0], upper * (SPEEDS[rubs] * FREQUENCY) ** 2, rtol=1.5 * SAMPLED)
+    pushed = CONTACT * STIFFNESS * (upper - GAP) * np.hypot(1, friction)
+    assert_allclose(found.contact_force[0, 0, 1, rubs, 0], pushed, atol=CONTACT * STIFFNESS * 5e-5 * upper[-1])
+    assert np.all(found.contact_share[0, 0, 1, rubs] == 1)
+
+
+def test_sweeps_jump_where_the_rub_ends_and_where_the_free_circle_fills_the_gap(swept):
+    friction, found = swept
+    jumps = {jump.sweep: jump for jump in found.jumps}
+    assert len(found.jumps) == 2 and {jump.level for jump in found.jumps} == {1.0}
+    end = RUBS[friction][1]
+    assert_allclose(jumps["up"].frequency / HZ, end, rtol=3e-4)
+    assert_allclose(jumps["down"].frequency / HZ, FILLED[1], rtol=1e-4)
+    assert found.unknown == 0 and not found.ended
+    touches = found.contact_share[:, 0, 1, :, 0] > 0
+    clear = np.abs(SPEEDS[:, None] - np.array((*FILLED, end))).min(axis=1) > 2e-3
+    assert_array_equal(touches[0][clear], ((SPEEDS > FILLED[0]) & (SPEEDS < end))[clear])
+    assert_array_equal(touches[1][clear], ((SPEEDS > FILLED[0]) & (SPEEDS < FILLED[1]))[clear])
+    assert_array_equal(found.vibrations[0, 1][clear], np.where((SPEEDS > FILLED[1]) & (SPEEDS < end), 3, 1)[clear])
+
+
+def test_figure_and_dataset_say_what_unbalance_is(swept):
+    _, found = swept
+    (axes, *_) = found.plot().axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("turns in a second (Hz)", "unbalance over the rig's")
+    assert found.kind == "unbalance" and found.to_xarray().first_contact.attrs["units"] == "1"
+    assert found.clearances == ("1:+Z",) and found.displacement.shape == (2, 1, 2, SPEEDS.size, 1)
+
+
+def test_first_contact_of_an_orbit_beside_the_middle():
+    """A circle of radius ρ beside the middle by s touches where s + ρ = δ, a line across s where s² + ρ² = δ²."""
+    sag = 0.3
+    speeds = np.array((0.5, 0.7, 1.6))
+    heavy = jeffcott().replace(gravity=(0.0, 0.0, -sag * GAP * FREQUENCY**2))
+    circles = periodic.map_rattle(cm.Model(unbalanced(heavy)), (0.1,), speeds * HZ, n_harmonics=1, workers=1)
+    free = ECCENTRICITY * speeds**2 / np.hypot(1 - speeds**2, DAMPING * speeds)
+    assert_allclose(circles.first_contact[0], (1 - sag) / free, rtol=1e-5)
+    sideways = heavy.replace(shaker=Shaker("force", 0.5, direction=(0.0, 1.0, 0.0)))
+    lines = periodic.map_rattle(cm.Model(sideways), (0.01,), speeds * HZ, n_harmonics=1, workers=1)
+    per_newton = 1 / (STIFFNESS * np.hypot(1 - speeds**2, DAMPING * speeds))
+    assert_allclose(lines.first_contact[0], np.sqrt(1 - sag**2) * GAP / per_newton, rtol=1e-5)
+    assert_allclose(lines.displacement[0, 0, 0, :, 0], 0.01 * per_newton, rtol=4 * SAMPLED)
+
+
+def test_a_planar_rig_in_space_has_the_planar_map():
+    frequencies = np.linspace(36.0, 48.0, 31)
+    rigs = TABLE1, TABLE1.replace(motion="spatial")
+    plane, space = (
+        periodic.map_rattle(cm.Model(rig), (1.0, 6.0), frequencies, n_harmonics=7, workers=1) for rig in rigs
+    )
+    assert plane.rattles.any() and not plane.rattles.all() and len(plane.jumps) == 2
+    assert_array_equal(space.vibrations, plane.vibrations)
+    assert_allclose(space.first_contact, plane.first_contact, rtol=1e-6)
+    assert [jump[:2] + jump[3:] for jump in space.jumps] == [jump[:2] + jump[3:] for jump in plane.jumps]
+    assert_allclose([j.frequency for j in space.jumps], [j.frequency for j in plane.jumps], rtol=1e-5)
+    for name in ("contact_share", "penetration", "contact_force", "displacement", "acceleration"):
+        told = getattr(plane, name)
+        atol = 1e-3 * np.nanmax(np.abs(told))  # between the points of branches whose steps differ
+        if name == "contact_share":
+            atol = 2.01 / 128  # of 128 samples, of which one at either end of a contact is by chance
+        assert_allclose(getattr(space, name), told, atol=atol, err_msg=name)
+
+
+def test_a_cell_is_what_a_branch_comes_to():
+    """Weight, friction and a steady spin, a shaken base: from below for a sweep upwards, with what the branch knows."""
+    rig = replaced(TABLE1.replace(motion="spatial"), offset_y=1e-4, friction=Friction(0.2))
+    rig = rig.replace(gravity=(0.0, 2.0, -9.81), spin=Spin(50.0))
+    frequencies = np.linspace(36.0, 40.0, 5)
+    found = periodic.map_rattle(cm.Model(rig), (6.0,), frequencies, n_harmonics=5, workers=1)
+    branch = periodic.follow_response(cm.Model(rig), 6.0, (36.0, 39.0), 5, stability=False)
+    assert_allclose(found.displacement[0, 0, 0, 3], branch.excursion()[-1], rtol=1e-3)
+    assert_allclose(found.acceleration[0, 0, 0, 3], branch.amplitude()[-1], rtol=5e-3, atol=1e-3)
+    assert found.rattles[0, 0, 3]
+
+
+def test_a_shaft_that_rests_on_its_bushing():
+    """models/rotor.toml, both of whose ends touch at rest: its place is that of the static equilibrium."""
+    rig = cm.Rig.load(ROOT / "models" / "rotor.toml")
+    found = periodic.map_rattle(cm.Model(rig), (0.01,), (14.0, 16.0), n_harmonics=3, workers=1)
+    assert found.rattles.all() and not found.ended
+    assert_array_equal(found.first_contact, 0.0)
+    speed = 2 * np.pi * 15.0
+    rest = static_equilibrium(rig.replace(spin=Spin(speed))).displacement
+    branch = periodic.follow_unbalance(cm.Model(rig), (speed, 1.01 * speed), 3, stability=False, factor=1e-3)
+    assert_allclose(branch.clearance_displacement[0, :, 0].real, rest, atol=1e-4 * np.abs(rest).max())
+
+
+def test_a_branch_under_a_multiple_of_the_unbalance():
+    """In the gap it is as many times as large; its level says so."""
+    ends = (0.5 * FREQUENCY, 0.6 * FREQUENCY)
+    one, half = (
+        periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), ends, 3, stability=False, factor=factor)
+        for factor in (1.0, 0.5)
+    )
+    assert_allclose(half.excursion()[[0, -1]], 0.5 * one.excursion()[[0, -1]], rtol=1e-6)
+    assert_allclose(np.abs(half.level), 0.5)
+    with pytest.raises(ExcitationError, match="factor of the unbalances must be > 0, got 0"):
+        periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), ends, factor=0)
+
+
+def test_it_is_the_same_with_more_workers():
+    model = cm.Model(unbalanced(jeffcott(friction=0.1)))
+    speeds = np.linspace(0.9, 3.2, 12) * HZ
+    one, two = (
+        periodic.map_rattle(model, (0.5, 1.0), speeds, gaps=[GAP, 2 * GAP], n_harmonics=1, workers=workers)
+        for workers in (1, 2)
+    )
+    for name in ("vibrations", "contact_share", "displacement", "acceleration", "first_contact"):
+        assert_array_equal(getattr(one, name), getattr(two, name))
+    assert one.jumps == two.jumps and len(one.jumps) > 1
+
+
+@pytest.mark.parametrize(
+    ("rig", "change", "error", "words"),
+    [
+        (TABLE1, {"kind": "unbalance"}, RigError, "rig 'table1' is planar and does not turn"),
+        (jeffcott(), {"kind": "unbalance"}, RigError, "has no unbalances; give"),
+        (jeffcott(), {"kind": "sound"}, ExcitationError, 'or "unbalance" of a shaft in space'),
+        (jeffcott(), {"amplitudes": (0.0, 1.0)}, ExcitationError, "amplitudes must be > 0"),
+        (unbalanced(jeffcott()), {"kind": "force"}, ExcitationError, "unbalances at their own speed"),
+        (jeffcott(spin=Spin(10.0, rate=5.0)), {}, RigError, "needs a steady speed"),
+        (jeffcott(bushings=()), {}, ClearanceError, "has no clearance"),
+    ],
+)
+def test_refusals(rig, change, error, words):
+    given = {"amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
+    with pytest.raises(error, match=words):
+        periodic.map_rattle(cm.Model(rig), **given)
