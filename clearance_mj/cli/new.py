@@ -207,17 +207,16 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     grease, contact = Grease(*options.grease), Contact(*options.contact)
     if options.oil is not None:
         grease = Grease(0.0)  # oil is in its place
-    turning = {
-        "friction": None if options.friction is None else Friction(options.friction),
-        "film": None if options.oil is None else OilFilm(options.oil),
-    }
+    friction = None if options.friction is None else Friction(options.friction)
+    film = None if options.oil is None else OilFilm(options.oil)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
     bushing_length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
     return {
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(
-            Bushing(x, options.gap, bushing_length, grease, contact, to=to[x], **turning) for x in clearances
+            Bushing(x, options.gap, bushing_length, grease, contact, to=to[x], friction=friction, film=film)
+            for x in clearances
         ),
         "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
