@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from ..rig import Rig
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear
 
-__all__ = ["Condensed", "Poles", "condensed", "grid", "laws_of", "poles", "slopes"]
+__all__ = ["Condensed", "Poles", "condensed", "coordinates_of", "grid", "laws_of", "poles", "slopes"]
 
 STIFF = 1e-3
 """Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
@@ -162,22 +162,37 @@ def laws_of(rig: Rig, law: Law) -> Laws:
     return Laws(*records, k, c, memory, linear, max(room, 1))
 
 
-def _coordinates(linear: Poles, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal coordinates (n_points, r) of the points in which they move enough to matter, and whose they are."""
-    at, count = linear.model.at_points, len(stiffest)
-    compliance = at @ np.linalg.solve(linear.stiffness, at.T)
+def coordinates_of(
+    compliance: np.ndarray, stiff: float, groups: Iterable[tuple[int, float, list[int]]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return orthonormal coordinates (n_rows, r) of points in which they move enough to matter, and whose they are.
+
+    Parameters
+    ----------
+    compliance : ndarray, shape (n_rows, n_rows)
+        Displacements by static forces, m/N.
+    stiff : float
+        Contact stiffness times compliance from which on a motion matters.
+    groups : iterable of (int, float, list of int)
+        Clearance, its stiffest contact, N/m, and the rows that it has there.
+    """
     columns, owner = [], []
-    for j, contact in enumerate(stiffest):
-        rows = [j, count + 2 * j, count + 2 * j + 1]
+    for j, contact, rows in groups:
         values, vectors = np.linalg.eigh(compliance[np.ix_(rows, rows)])
-        least = min(STIFF / contact if contact else np.inf, 1e-3 * values[-1])
+        least = min(stiff / contact if contact else np.inf, 1e-3 * values[-1])
         for value, vector in zip(values, vectors.T):
             if value > least and value > 1e-12 * values[-1]:
-                column = np.zeros(len(at))
+                column = np.zeros(len(compliance))
                 column[rows] = vector
                 columns.append(column)
                 owner.append(j)
     return np.ascontiguousarray(np.array(columns).T), np.array(owner)
+
+
+def _coordinates(linear: Poles, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    at, count = linear.model.at_points, len(stiffest)
+    groups = ((j, contact, [j, count + 2 * j, count + 2 * j + 1]) for j, contact in enumerate(stiffest))
+    return coordinates_of(at @ np.linalg.solve(linear.stiffness, at.T), STIFF, groups)
 
 
 def _memory(grease: GreaseModel, gap: float) -> int:

@@ -15,6 +15,7 @@ from ...core.errors import ExcitationError, LawError, RigError
 from ...model import Model
 from ...rig import Rig
 from ...rotors import SpatialModel, spatial_model
+from ..condensed import coordinates_of
 from .elements import RoundLaws
 from .forces import RoundSlopes
 from .linear import Structured
@@ -168,21 +169,13 @@ def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
 
 
 def _coordinates(structured: Structured, rows: np.ndarray, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal coordinates (2 n_points, r) of the points in which they move enough to matter, and whose they are."""
-    compliance, count = rows @ np.linalg.solve(structured.stiffness, rows.T), len(stiffest)
-    columns, owner = [], []
-    for j, contact in enumerate(stiffest):
-        for d in range(2):
-            own = [2 * p + d for p in (j, count + 2 * j, count + 2 * j + 1)]
-            values, vectors = np.linalg.eigh(compliance[np.ix_(own, own)])
-            least = min(STIFF / contact if contact else np.inf, 1e-3 * values[-1])
-            for value, vector in zip(values, vectors.T):
-                if value > least and value > 1e-12 * values[-1]:
-                    column = np.zeros(len(rows))
-                    column[own] = vector
-                    columns.append(column)
-                    owner.append(j)
-    return np.ascontiguousarray(np.array(columns).T), np.array(owner)
+    count = len(stiffest)
+    groups = (
+        (j, contact, [2 * p + d for p in (j, count + 2 * j, count + 2 * j + 1)])
+        for j, contact in enumerate(stiffest)
+        for d in range(2)
+    )
+    return coordinates_of(rows @ np.linalg.solve(structured.stiffness, rows.T), STIFF, groups)
 
 
 def round_slopes(laws: RoundLaws, points: int, samples: int, harmonics: int) -> RoundSlopes:
