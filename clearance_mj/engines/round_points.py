@@ -31,9 +31,8 @@ def push(
     force[p, 1] += z
     for r in range(acts.size):
         if acts[r]:
-            own = compliance[r, p]
-            w[r, 0] -= half * (own[0, 0] * y + own[0, 1] * z)
-            w[r, 1] -= half * (own[1, 0] * y + own[1, 1] * z)
+            w[r, 0] -= half * (compliance[r, p, 0, 0] * y + compliance[r, p, 0, 1] * z)
+            w[r, 1] -= half * (compliance[r, p, 1, 0] * y + compliance[r, p, 1, 1] * z)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
@@ -49,8 +48,8 @@ def fill(
     c = half * (zy * own[0, 0] + zz * own[1, 0])
     d = 1.0 + half * (zy * own[0, 1] + zz * own[1, 1])
     y, z = found[0] + yy * free_y + yz * free_z, found[1] + zy * free_y + zz * free_z
-    determinant = a * d - b * c
-    new_y, new_z = (d * y - b * z) / determinant, (a * z - c * y) / determinant
+    share = 1.0 / (a * d - b * c)
+    new_y, new_z = (d * y - b * z) * share, (a * z - c * y) * share
     push(compliance, acts, half, p, new_y - force[p, 0], new_z - force[p, 1], w, force)
 
 

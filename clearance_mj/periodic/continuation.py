@@ -72,15 +72,15 @@ class Follower(ABC):
         """
         pace, old, right = omega, np.inf, np.zeros(self.size + 1)
         left, force, beside, *_ = self._left(omega, z, y, True)
-        factors = self._factors(row, scale, pace)
+        factors, coupling = self._factors(row, scale, pace), self.coupling()
         for _ in range(ITERATIONS):
             now = self._norm(left, beside - y, scale)
             if now < self.tolerance:
                 return self._motion(omega, z, y, force, factors, scale, pace)
             if now > SLOW * old and old < np.inf:
                 self._left(omega, z, y, True)
-                factors = self._factors(row, scale, pace)
-            most = max(now, self.coupling() * float(np.linalg.norm(beside - y)) / scale)
+                factors, coupling = self._factors(row, scale, pace), self.coupling()
+            most = max(now, coupling * float(np.linalg.norm(beside - y)) / scale)
             right[:-1] = left.ravel()
             step = self._solved(factors, right) / -scale
             share = 1.0
