@@ -7,6 +7,7 @@ import numpy as np
 from tqdm import tqdm
 
 import clearance_mj as cm
+from clearance_mj.engines import simulate_together
 from clearance_mj.rig import Friction, Spin, Unbalance
 
 from .case import row, timed
@@ -34,8 +35,17 @@ def measure():
     rows.append(row("links: space / plane, side by side", ratios, "x", "<= 2.2"))
     rows.append(row("energy balance with friction and spin, largest residual",
                     [100 * cm.energy_balance(TURNING, noise, engine="modal").imbalance], "%", "<= 1"))  # fmt: skip
-    rows += [*_agreement(), _periodic(), _sweep()]
+    rows += [_lanes(noise), *_agreement(), _periodic(), _sweep()]
     return {"rows": rows, "skipped": {}}
+
+
+def _lanes(noise):
+    """Gain of eight rigs side by side over one after another, on one core."""
+    cases, gains = [(SPACE, cm.clearance.nominal_law(SPACE))] * 8, []
+    for _ in range(REPEATS + 1):
+        together = timed(lambda: simulate_together(cases, noise, workers=1), 1)[0]
+        gains.append(8 * timed(lambda: cm.simulate(SPACE, noise, engine="modal"), 1)[0] / together)
+    return row("modal, space: eight side by side, gain on one core", gains[1:], "x", "")
 
 
 def _agreement():

@@ -22,7 +22,7 @@ _SHARED = [
         f"clearance/{part}.py"
         for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")
     ),
-    *(f"engines/{part}.py" for part in ("decimating", "round_loop", "round_points", "round_scheme")),
+    *(f"engines/{part}.py" for part in ("decimating", "lane_modes", "round_loop", "round_points", "round_scheme")),
     *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),
     "physical/library.py",  # where in MuJoCo's structures a value lies
 ]  # Files with what compiled functions of other files call or read

@@ -16,6 +16,7 @@ from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 from ..clearance.lanes import all_below, larger, load, spread, store, where_above
 from ..clearance.pointers import OPTIONS, kernel_loop
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
+from .lane_modes import move_modes
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
 
@@ -72,7 +73,7 @@ def advance(
                 least[n_bushings + 2 * j + end, lane] = -np.inf if bushing.adhesion else 0.0
     total, acceleration, middle = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     acts = np.ones(n_points, np.bool_)
-    half, per_step2, nothing, one = 0.5 * h, 1.0 / (h * h), spread(0.0, lanes), spread(1.0, lanes)
+    half, nothing, one = 0.5 * h, spread(0.0, lanes), spread(1.0, lanes)
     for i in range(excitation.size):
         a = excitation[i]
         for j in range(n_bushings):  # its middle and both ends at once, so that less is loaded
@@ -151,24 +152,7 @@ def advance(
                 push = load(force, p, lanes)
                 for m in range(n):
                     store(total, m, load(total, m, lanes) - load(at_points, p * n + m, lanes) * push, lanes)
-        if coupling.size:  # at the velocity in the middle of the kick of all other forces
-            for m in range(n):
-                kick = half * load(inverse_mass, m, lanes) * load(total, m, lanes)
-                store(middle, m, load(v, m, lanes) + kick, lanes)
-            for m in range(n):
-                damped = load(total, m, lanes)
-                for r in range(n):
-                    damped = damped - load(coupling, m * n + r, lanes) * load(middle, r, lanes)
-                store(total, m, damped, lanes)
-        for m in range(n):
-            place = load(q, m, lanes)
-            kicked = load(v, m, lanes) + h * load(inverse_mass, m, lanes) * load(total, m, lanes)
-            store(v, m, load(flow, 2 * n + m, lanes) * place + load(flow, 3 * n + m, lanes) * kicked, lanes)
-            after = load(flow, m, lanes) * place + load(flow, n + m, lanes) * kicked
-            # Force less ω² q would be the same, but a small difference of large numbers for high modes.
-            store(acceleration, m, (after - 2.0 * place + load(q_before, m, lanes)) * per_step2, lanes)
-            store(q_before, m, place, lanes)
-            store(q, m, after, lanes)
+        move_modes(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
         row = first + i
         for s in range(0, n_sensors, 3):  # three at once, the last one twice if need be
             second, third = min(s + 1, n_sensors - 1), min(s + 2, n_sensors - 1)

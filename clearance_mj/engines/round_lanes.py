@@ -14,6 +14,7 @@ from ..clearance.lanes import load, spread, store
 from ..clearance.pointers import OPTIONS, kernel_loop
 from ..clearance.round_kernel import RoundClearance
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
+from .lane_modes import move_modes
 from .round_loop import interact, touch
 from .round_scheme import ANGLE, SPIN, RoundMotion, RoundShaft
 
@@ -36,7 +37,7 @@ def _advance(
     q, v, q_before, turning = motion
     bushings, states, numbers = clearance
     count, n, n_sensors, n_points = len(lanes), q.shape[0], at_sensors.shape[0], at_points.shape[0]
-    n_bushings, size, half, per_step2, nothing = n_points // 3, out.shape[1], 0.5 * h, 1.0 / (h * h), spread(0.0, lanes)
+    n_bushings, size, half, nothing = n_points // 3, out.shape[1], 0.5 * h, spread(0.0, lanes)
     x, w, force = np.zeros((2 * n_points, count)), np.zeros((2 * n_points, count)), np.zeros((2 * n_points, count))
     total, middle, acceleration = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     turns, torque = np.zeros((3, count)), np.zeros(count)  # spin, and what the unbalance is multiplied by
@@ -94,23 +95,7 @@ def _advance(
                     for m in range(spans[d, 0], spans[d, 1]):
                         given = load(at_points, (2 * p + d) * n + m, lanes) * push
                         store(total, m, load(total, m, lanes) - given, lanes)
-        if coupling.size:  # at the velocity in the middle of the kick of all other forces
-            for m in range(n):
-                kick = half * load(inverse_mass, m, lanes) * load(total, m, lanes)
-                store(middle, m, load(v, m, lanes) + kick, lanes)
-            for m in range(n):
-                left = load(total, m, lanes)
-                for r in range(n):
-                    left = left - load(coupling, m * n + r, lanes) * load(middle, r, lanes)
-                store(total, m, left, lanes)
-        for m in range(n):
-            place = load(q, m, lanes)
-            kicked = load(v, m, lanes) + h * load(inverse_mass, m, lanes) * load(total, m, lanes)
-            store(v, m, load(flow, 2 * n + m, lanes) * place + load(flow, 3 * n + m, lanes) * kicked, lanes)
-            after = load(flow, m, lanes) * place + load(flow, n + m, lanes) * kicked
-            store(acceleration, m, (after - 2.0 * place + load(q_before, m, lanes)) * per_step2, lanes)
-            store(q_before, m, place, lanes)
-            store(q, m, after, lanes)
+        move_modes(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
         for s in range(n_sensors):
             value = load(base, s, lanes) * a
             for m in range(of_sensors[s, 0], of_sensors[s, 1]):
