@@ -81,7 +81,7 @@ def curve(solver: Solver | RoundSolver, omega: np.ndarray) -> Curve:
     whole = list(links)
     up = _walk(links, LOW)
     down = _walk(links, HIGH)
-    if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH))[-1].ends[1] == LOW:
+    if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH)) and other[-1].ends[1] == LOW:
         links, up, down = whole, [], other
     order = _joined(solver, [*up, *(_reversed(link) for link in reversed(down))])
     beside = _joined(solver, links, order)[order.cell.size :]

@@ -8,6 +8,8 @@ import clearance_mj as cm
 from clearance_mj import periodic
 from clearance_mj.core.errors import ClearanceError, ExcitationError, RigError
 from clearance_mj.engines import static_equilibrium
+from clearance_mj.periodic import arcs
+from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Friction, Shaker, Spin
 from clearance_mj.rotors import synchronous_rub
 
@@ -189,3 +191,14 @@ def test_refusals(rig, change, error, words):
     given = {"amplitudes": (1.0,), "frequencies": (10.0, 20.0), "workers": 1, **change}
     with pytest.raises(error, match=words):
         periodic.map_rattle(cm.Model(rig), **given)
+
+
+def test_a_curve_that_ends_and_is_not_met_from_above(monkeypatch):
+    """What was found from below stays, and where it ended is said."""
+    omega = 2 * np.pi * np.linspace(6.0, 8.0, 5)
+    solver = solver_at(cm.Model(unbalanced(jeffcott())), "unbalance", 1.0, float(omega[-1]), 3, 64, 2)
+    z, y = arcs.without_contact(solver, omega)
+    kept = arcs.Vibrations(np.arange(2), z[:2], y[:2])
+    monkeypatch.setattr(arcs, "linear_in_gap", lambda solver: False)
+    monkeypatch.setattr(arcs, "_whole", lambda *_: iter([arcs._Link((arcs.LOW, arcs.BROKEN), kept)]))
+    assert_array_equal(arcs.curve(solver, omega).order.cell, [0, 1])
