@@ -49,9 +49,10 @@ def _advance(
         a, time = excitation[i], (steps + i) * h
         for lane in range(count):
             spin, rate = turning[lane, SPIN], drive[lane, 0] if time < drive[lane, 1] else 0.0
-            c, s = np.cos(turning[lane, ANGLE]), np.sin(turning[lane, ANGLE])
-            turns[0, lane], turns[1, lane] = spin, spin * spin * c + rate * s
-            turns[2, lane] = spin * spin * s - rate * c
+            turns[0, lane], turns[1, lane], turns[2, lane] = spin, 0.0, 0.0
+            if spin != 0.0 or rate != 0.0:
+                c, s = np.cos(turning[lane, ANGLE]), np.sin(turning[lane, ANGLE])
+                turns[1, lane], turns[2, lane] = spin * spin * c + rate * s, spin * spin * s - rate * c
         for m in range(n):
             now = load(shape, m, lanes) * a + load(weight, m, lanes) + load(turns, 1, lanes) * load(unbalance, m, lanes)
             now += load(turns, 2, lanes) * load(unbalance, n + m, lanes)

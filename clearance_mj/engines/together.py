@@ -72,7 +72,7 @@ def simulate_and_keep(
     keep : callable
         Takes a response; the response is gone once it has returned.
     forces : bool
-        Whether it looks at forces or contact of the bushings or the provenance; without, responses have none of them.
+        Whether it looks at forces or contact of the bushings or provenance; without, those of planar rigs have none.
 
     Returns
     -------

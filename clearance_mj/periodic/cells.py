@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .forces import fill_forces
 from .in_gap import linear_in_gap
 from .stability import Located
 
-__all__ = ["QUANTITIES", "Contacts", "contacts", "measured"]
+__all__ = ["QUANTITIES", "acting", "measured", "moved"]
 
 QUANTITIES = {
     "contact_share": ("clearance", "1"), "penetration": ("clearance", "m"), "contact_force": ("clearance", "N"),
@@ -22,39 +22,41 @@ QUANTITIES = {
 }  # fmt: skip
 
 
-class Contacts(NamedTuple):
-    """What the walls do along the periods of some vibrations."""
+@functools.singledispatch
+def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
+    """Return harmonics (m, n_rows, K) of the places of all points, and how deep ends are: (m, n_bushings, N), in m.
 
-    depth: np.ndarray  # (m, n_bushings, N) penetration of the end that is deeper, m
-    most: np.ndarray  # (m, n_bushings) largest force of both ends, N
-    force: np.ndarray  # (m, n_rows, K) harmonics of what acts beyond linear greases, N
+    Of the two ends of a bushing the deeper one counts, at each sample of a period.
+    """
+    raise TypeError(f"no places of a {type(solver).__name__}")
 
 
 @functools.singledispatch
-def contacts(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> Contacts:
-    """Return what the walls do in vibrations at some of the frequencies, 1/s, by the kind of solver."""
-    raise TypeError(f"no walls of a {type(solver).__name__}")
+def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what acts beyond linear greases in a motion (n_rows, K) at a frequency, 1/s: samples (n_rows, N), in N.
+
+    With the largest force (n_bushings,) of both ends of each bushing.
+    """
+    raise TypeError(f"no forces of a {type(solver).__name__}")
 
 
-@contacts.register
-def _planar_contacts(solver: Solver, omega: np.ndarray, vibrations: Vibrations) -> Contacts:
+@moved.register
+def _planar_moved(solver: Solver, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
     system, count = solver.system, len(solver.system.rig.bushings)
     x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
-    place = x @ solver.grid.basis.T
+    place = (x @ solver.grid.basis.T)[:, count:]
     lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
-    depth = np.maximum(np.maximum(place[:, count:] - upper, lower - place[:, count:]), 0.0)
-    depth = depth.reshape(len(depth), count, 2, place.shape[2]).max(axis=2)
-    force, most = np.zeros_like(x), np.zeros((len(x), count))
+    depth = np.maximum(np.maximum(place - upper, lower - place), 0.0)
+    return x, depth.reshape(len(depth), count, 2, solver.samples).max(axis=2)
+
+
+@acting.register
+def _planar_acting(solver: Solver, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     basis, rate, project = solver.grid[:3]
-    samples = np.empty(place.shape[1:])
-    nonlinear = not linear_in_gap(solver)
-    for i, cell in enumerate(vibrations.cell):
-        if nonlinear or depth[i].any():
-            speed = omega[cell] * (x[i] @ rate.T)
-            fill_forces(system.laws, place[i], speed, omega[cell], basis, rate, project, False, samples, solver.slopes)
-            force[i] = samples @ project.T
-            most[i] = np.abs(samples[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
-    return Contacts(depth, most, force)
+    place, speed, count = x @ basis.T, omega * (x @ rate.T), len(solver.system.rig.bushings)
+    force = np.empty_like(place)
+    fill_forces(solver.system.laws, place, speed, omega, basis, rate, project, False, force, solver.slopes)
+    return force, np.abs(force[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
 
 
 def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:
@@ -63,7 +65,12 @@ def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str
     if not vibrations.cell.size:
         widths = {"response": len(rig.sensors), "clearance": len(rig.bushings)}
         return {name: np.zeros((0, widths[row])) for name, (row, _) in QUANTITIES.items()}
-    depth, most, force = contacts(solver, omega, vibrations)
+    x, depth = moved(solver, vibrations)
+    force, most, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
+    for i, cell in enumerate(vibrations.cell):
+        if nonlinear or depth[i].any():
+            samples, most[i] = acting(solver, float(omega[cell]), x[i])
+            force[i] = samples @ solver.grid.project.T
     still = np.zeros(0)
     points = [
         Located(Motion(float(omega[c]), z, y, f, still, 0.0), None)

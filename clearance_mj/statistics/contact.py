@@ -29,9 +29,8 @@ def contact_statistics(response: Response) -> dict[str, Any]:
         raise RecordError("only a simulated response has contact forces")
     share, rows = response.contact_share, len(response.displacement)
     bushings = rows if share is None else len(share)
-    moved, force = (
-        each.reshape(bushings, -1, each.shape[1]) for each in (response.displacement, response.contact_force)
-    )
+    shape = bushings, rows // max(bushings, 1), response.excitation.size
+    moved, force = (each.reshape(shape) for each in (response.displacement, response.contact_force))
     return {
         "displacement_rms": np.sqrt(moved.var(axis=2).sum(axis=1)).tolist(),
         "displacement_peak": np.linalg.norm(moved, axis=1).max(axis=1).tolist(),

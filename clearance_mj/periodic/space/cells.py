@@ -6,8 +6,7 @@ import numpy as np
 
 from ...model import Model
 from ..arcs import Vibrations
-from ..cells import Contacts, contacts
-from ..in_gap import linear_in_gap
+from ..cells import acting, moved
 from .condensed import UNBALANCE, round_condensed
 from .forced import steady_spin
 from .forces import Sampled, fill_round_forces
@@ -34,23 +33,22 @@ def round_solver(
     return RoundSolver(system, harmonics, samples, spin)
 
 
-@contacts.register
-def _round_contacts(solver: RoundSolver, omega: np.ndarray, vibrations: Vibrations) -> Contacts:
+@moved.register
+def _round_moved(solver: RoundSolver, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
     system, count = solver.system, len(solver.system.rig.bushings)
     x = np.einsum("pr,nrk->npk", system.basis, vibrations.z) + vibrations.y
-    place = (x @ solver.grid.basis.T).reshape(len(x), -1, 2, solver.samples)
+    place = (x @ solver.grid.basis.T).reshape(len(x), -1, 2, solver.samples)[:, count:]
     offset, gap = ends_of(system.rig)
-    away = np.linalg.norm(place[:, count:] + offset[..., None], axis=2)
-    depth = np.maximum(away - gap[:, None], 0.0).reshape(len(x), count, 2, -1).max(axis=2)
-    force, most = np.zeros_like(x), np.zeros((len(x), count))
+    depth = np.maximum(np.linalg.norm(place + offset[..., None], axis=2) - gap[:, None], 0.0)
+    return x, depth.reshape(len(x), count, 2, solver.samples).max(axis=2)
+
+
+@acting.register
+def _round_acting(solver: RoundSolver, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     basis, rate, project = solver.grid[:3]
-    samples = np.empty(place.shape[1:])
-    nonlinear = not linear_in_gap(solver)
-    for i, cell in enumerate(vibrations.cell):
-        if nonlinear or depth[i].any():
-            speed = (omega[cell] * (x[i] @ rate.T)).reshape(place.shape[1:])
-            motion = Sampled(place[i], speed, float(omega[cell]), float(solver.spin_of(omega[cell])))
-            fill_round_forces(system.laws, motion, basis, rate, project, False, samples, solver.slopes)
-            force[i] = samples.reshape(len(force[i]), -1) @ project.T
-            most[i] = np.linalg.norm(samples[count:].reshape(count, 2, 2, -1).sum(axis=1), axis=1).max(axis=1)
-    return Contacts(depth, most, force)
+    place, speed = (each.reshape(-1, 2, solver.samples) for each in (x @ basis.T, omega * (x @ rate.T)))
+    force, count = np.empty_like(place), len(solver.system.rig.bushings)
+    motion = Sampled(place, speed, omega, float(solver.spin_of(omega)))
+    fill_round_forces(solver.system.laws, motion, basis, rate, project, False, force, solver.slopes)
+    both = force[count:].reshape(count, 2, 2, -1).sum(axis=1)
+    return force.reshape(len(x), -1), np.linalg.norm(both, axis=1).max(axis=1)

@@ -28,19 +28,12 @@ def dry_guesses(system: RoundCondensed, speed: float) -> list[DryGuess]:
     A force -k_c (ρ - δ)(1 ± i μ) that turns with the circle keeps it up where the receptance against it has
     Im h = -μ Re h, Re h < 0; with fewer than two planes alike the circle is a guess.
     """
-    found = []
-    for j, bushing in enumerate(system.rig.bushings):
-        friction, contact = (
-            bushing.friction,
-            float(
-                system.model.law.largest([b.gap for b in system.rig.bushings])[0].flat[
-                    min(j, len(system.rig.bushings) - 1)
-                ]
-            ),
-        )
-        if friction is None or not friction.coefficient:
+    found, bushings = [], system.rig.bushings
+    stiffest, _ = system.model.law.largest([bushing.gap for bushing in bushings])
+    for j, (bushing, contact) in enumerate(zip(bushings, stiffest.tolist())):
+        if bushing.friction is None or not bushing.friction.coefficient:
             continue
-        for omega in _frequencies(system, speed, j, friction.coefficient):
+        for omega in _frequencies(system, speed, j, bushing.friction.coefficient):
             moved = _moved(system, speed, j, omega)
             against = -(1 / _receptance(moved, j)).real  # k_c (1 - δ/ρ)
             if 0 < against < contact:

@@ -107,10 +107,8 @@ def expand(
     ends = force[:, count:].reshape(len(points), count // 2, 2, 2, -1).sum(axis=2).reshape(len(points), count, -1)
     spring, damper = (np.repeat(each, 2)[:, None] for each in (system.laws.spring, system.laws.damper))
     held = force[:, :count] + (spring + damper * turning[:, None, :]) * moved[:, :count]
-    at_folds, known = (
-        of_folds(np.array([p.motion.omega for p in points]), [point.kind for point in points]),
-        [point.multipliers for point in points],
-    )
+    known = [point.multipliers for point in points]
+    at_folds = of_folds(np.array([point.motion.omega for point in points]), [point.kind for point in points])
     strength = float(abs(levels[np.flatnonzero(levels)[0]])) if levels.any() else 0.0
     special = tuple(
         SpecialPoint(point.kind, float(omega[i] / (2 * np.pi)), strength, i)

@@ -281,23 +281,8 @@ def _over_period(
         if differs:
             begins_or_ends = closed[last] != closed[i]
             whole = size > 0 or begins_or_ends
-            _differences(
-                bushing,
-                state,
-                numbers,
-                contact,
-                told,
-                size,
-                memory,
-                u,
-                omega,
-                spin,
-                eps,
-                now,
-                moved,
-                slope,
-                0 if whole else 2,
-            )
+            _differences(bushing, state, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope,
+                         0 if whole else 2)  # fmt: skip
             if not contact:
                 for d in range(2):
                     slope[told + d, told + 2 + d] -= laws.spring[j]
