@@ -65,13 +65,19 @@ def test_physical(clone):
 
 @pytest.mark.slow
 def test_readme(clone):
-    """Its three scripts: what the bench's prints is better than its table's worst record, the others run."""
-    bench, model, designer = (text for language, text in blocks("../README.md") if language == "python")
-    printed = [_printed(clone, text) for text in (bench, model, designer)]
+    """Its four scripts: what the bench's prints is better than its table's worst record, the others run.
+
+    The rotor's critical speeds are where docs/rotors.md has its resonance without contact, at 1400 rev/min.
+    """
+    bench, model, designer, rotor = (text for language, text in blocks("../README.md") if language == "python")
+    printed = [_printed(clone, text) for text in (bench, model, designer, rotor)]
     assert float(printed[0]) < 0.13
     assert printed[1] == ""
     first = [float(value) for value in re.findall(r"rattles from ([\d.]+) m/s² on", printed[2])]
     assert len(first) == 2 and first[1] < first[0]
+    assert 50 < float(re.search(r"touches for (\d+)% of the time", printed[3])[1]) < 100
+    critical = [float(value) for value in re.search(r"rev/min: \[([\d. ]+)\]", printed[3])[1].split()]
+    assert critical == pytest.approx([1400.0, 1400.0], rel=0.01)
 
 
 def _printed(folder, script) -> str:
