@@ -114,6 +114,8 @@ def _lanczos(mass: Any, stiffness: Any, solve: Solve, shift: float, modes: int) 
         raise ValueError(BEYOND) from None
     # Rounding leaves modes of one frequency, such as a rigid body's, a little short of orthogonal.
     size, vector = np.linalg.eigh(shapes.T @ (mass @ shapes))
+    if not np.all(size > 0):
+        raise ValueError(BEYOND)
     return shapes @ (vector / np.sqrt(size))
 
 
