@@ -21,9 +21,11 @@ class LateChannels:
         Steps, negative ones for columns that are early.
     multiple : int
         The stream as a whole looks ahead by a multiple of so many steps, `ahead`.
+    before : float or ndarray, shape (n_columns,)
+        What the columns were before the stream.
     """
 
-    def __init__(self, delays: np.ndarray, multiple: int) -> None:
+    def __init__(self, delays: np.ndarray, multiple: int, before: float | np.ndarray = 0.0) -> None:
         early = max(0.0, -float(delays.min(initial=0.0)))
         self.ahead = multiple * int(np.ceil((early + AFTER) / multiple))
         """steps that are needed beyond those that are returned"""
@@ -32,7 +34,7 @@ class LateChannels:
         self._weights = np.array(
             [-p * (p - 1) * (p - 2) / 6, (p**2 - 1) * (p - 2) / 2, -p * (p + 1) * (p - 2) / 2, p * (p**2 - 1) / 6]
         )
-        self._held = np.zeros((int(back.max(initial=0)) + BEFORE, delays.size))
+        self._held = np.zeros((int(back.max(initial=0)) + BEFORE, delays.size)) + before
         self._first = len(self._held) - back.astype(int) - BEFORE
         self._early = self.ahead
 

@@ -24,7 +24,7 @@ from .round_loop import advance_round
 from .round_scheme import SPIN, RoundMotion, RoundShaft
 from .turning import SPIN_STEPS, as_probes, turning_of
 
-__all__ = ["SpatialRun", "SpatialSideBySide", "kicked_damping", "scheme", "stiffest_contacts"]
+__all__ = ["SpatialRun", "SpatialSideBySide", "compliance_of", "kicked_damping", "scheme", "stiffest_contacts"]
 
 WORST_CONDITION = 1e15  # of the matrix of a kick's own damping, beyond which nothing is left of the velocities
 
@@ -65,11 +65,12 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
     viscous = np.diag(model.damping) + model.coupling if coupled else model.coupling
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
     points = np.ascontiguousarray(model.at_points)
+    compliance = compliance_of(points, np.diag(inverse_mass))
     shaft = RoundShaft(
         inverse_mass, np.ascontiguousarray(flow), points, np.array([(s.start, s.stop) for s in model.planes]),
         np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind),
         model.sensors_on_base * float(kind == "base"),
-        model.weight, model.unbalance, _compliance(points, inverse_mass), np.ascontiguousarray(model.circulatory),
+        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory),
     )  # fmt: skip
     return shaft, viscous
 
@@ -80,8 +81,10 @@ def _moving(rows: np.ndarray) -> np.ndarray:
     return np.array([(at[0], at[-1] + 1) if at.size else (0, 0) for at in places]).reshape(-1, 2)
 
 
-def _compliance(points: np.ndarray, inverse_mass: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(np.einsum("pdn,n,qen->pqde", points, inverse_mass, points))
+def compliance_of(points: np.ndarray, mobility: np.ndarray) -> np.ndarray:
+    """Return the velocities (n_points, 2, n, 2) of all points per impulse at each; n is even, which loops rely on."""
+    found = np.einsum("qem,mn,pdn->pdqe", points, mobility, points)
+    return np.pad(found, ((0, 0), (0, 0), (0, len(points) % 2), (0, 0)))
 
 
 class SpatialRun(Run):

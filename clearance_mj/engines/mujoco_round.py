@@ -45,7 +45,7 @@ class Foresight(NamedTuple):
     of_position: np.ndarray  # (nv, nv) change of the velocity over half a step by springs
     of_velocity: np.ndarray  # (nv, nv) the velocity with its dampers'
     of_force: np.ndarray  # (nv, nv) per unit of other forces
-    compliance: np.ndarray  # (3 n_bushings, 3 n_bushings, 2, 2) velocity of each point per unit impulse at each other
+    compliance: np.ndarray  # as `RoundShaft` has it
     films: np.ndarray  # (n_bushings,) whether a filling is taken at that velocity
     contact: np.ndarray  # (n_bushings, 2, nv) contact forces of the bushings per the constraint's; (0, 2, nv): unknown
 
@@ -73,7 +73,7 @@ def advance_links(
     shaken = base[0] != 0.0 or base[1] != 0.0
     known = from_constraint.shape[0] == n_bushings
     q, v, middle, total, force, acceleration = np.zeros((6, nv))
-    x, w, u, drawn = np.zeros((n_points, 2)), np.zeros((n_points, 2)), np.zeros((n_points, 2)), np.zeros((n_points, 2))
+    x, w, u, drawn = np.zeros((4, n_points + n_points % 2, 2))
     # Of each end: n along y and z, bristles in 4, normal force in 5, friction and its limit.
     ends, filling = np.zeros((n_points, 8)), np.zeros((n_bushings, 6))
     acts, touches = np.zeros(n_points, np.bool_), np.zeros(n_points, np.bool_)
@@ -151,11 +151,11 @@ def advance_links(
             for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
                 for j in range(n_bushings):
                     if films[j]:
-                        fill(filling[j], compliance, acts, half, j, w, drawn)
+                        fill(filling[j], compliance, half, j, w, drawn)
                     for end in range(2):
                         p = n_bushings + 2 * j + end
                         if acts[p]:
-                            rub(bushings[j], ends[p], ends[p, 5], compliance, acts, half, p, spin, w, drawn)
+                            rub(bushings[j], ends[p], ends[p, 5], compliance, half, p, spin, w, drawn)
             for p in range(n_points):
                 if acts[p]:
                     _pull(at_points, spans, p, drawn[p, 0], drawn[p, 1], total)

@@ -20,6 +20,7 @@ from .base import Engine, Run, diverged
 from .equilibrium import Equilibrium, equilibrium_of
 from .linkage_space import SpatialLinkage
 from .links_plant import ChainMaps, SpatialPlant
+from .modal_space import compliance_of
 from .mujoco_round import Foresight, RoundViews, advance_links
 from .mujoco_step import check_warnings, contact_rows, warnings_counted
 from .plant import hold
@@ -161,7 +162,7 @@ def _foresight(
         of_position=-half @ whole.diagonal(lambda plane: plane.whole_stiffness),
         of_velocity=np.eye(whole.size) - half @ _dampers(whole),
         of_force=half,
-        compliance=np.ascontiguousarray(np.einsum("pdm,mn,qen->pqde", points, mobility, points)),
+        compliance=compliance_of(points, mobility),
         films=films,
         contact=_contact_rows(whole, held),
     )

@@ -28,7 +28,7 @@ def _advance(
 ) -> tuple[int, int]:  # fmt: skip
     """Advance all lanes as `advance_round` does one; return the step of a divergence and its record, or -1, -1.
 
-    ``out``: (columns, n, lanes); ``drive``: (lanes, 3); the compliance is (lanes, n_points, n_points, 2, 2).
+    ``out``: (columns, n, lanes); ``drive``: (lanes, 3); the compliance has the lanes first.
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
@@ -42,7 +42,7 @@ def _advance(
     total, middle, acceleration = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     turns, torque = np.zeros((3, count)), np.zeros(count)  # spin, and what the unbalance is multiplied by
     # What one lane says to the functions that it shares with the loop of one case.
-    x_one, w_one, force_one = np.zeros((n_points, 2)), np.zeros((n_points, 2)), np.zeros((n_points, 2))
+    x_one, w_one, force_one = np.zeros((3, n_points + n_points % 2, 2))
     ends, filling = np.zeros((n_points, 8)), np.zeros((n_bushings, 6))
     acts, any_acts = np.ones((count, n_points), np.bool_), np.ones(n_points, np.bool_)
     for i in range(excitation.size):

@@ -6,6 +6,7 @@ import numba
 import numpy as np
 
 from ..clearance.kernel import follow_law
+from ..clearance.lanes import load, spread, store
 from ..clearance.pointers import OPTIONS, at, kernel_loop
 from ..clearance.round_kernel import (
     BRISTLES,
@@ -16,9 +17,10 @@ from ..clearance.round_kernel import (
     round_contact,
     round_filling,
 )
+from .lane_modes import move_modes
 from .round_energies import step_energies
-from .round_points import fill, push, rub, speed_of
-from .round_scheme import ANGLE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
+from .round_points import fill, gives, push, rub
+from .round_scheme import ANGLE, FOUR, SPIN, RoundForces, RoundMotion, RoundShaft, dot
 
 __all__ = ["advance_round", "interact", "touch"]
 
@@ -39,14 +41,29 @@ def advance_round(
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
         circulatory,
     ) = shaft  # fmt: skip
-    q, v, q_before, turning = motion
     bushings, states, numbers = clearance
-    n, n_sensors, n_points = q.size, at_sensors.shape[0], at_points.shape[0]
-    n_bushings, half, per_step2 = n_points // 3, 0.5 * h, 1.0 / (h * h)
-    x, w, force = np.zeros((n_points, 2)), np.zeros((n_points, 2)), np.zeros((n_points, 2))
-    ends = np.zeros((n_points, 8))
+    turning, n, n_sensors, n_points = motion.turning, motion.q.size, at_sensors.shape[0], at_points.shape[0]
+    n_bushings, half, size, even = n_points // 3, 0.5 * h, (n + 3) // 4, n_points + n_points % 2
+    pushes, state = np.zeros((4, n)), np.zeros((3, n))
+    pushes[0], pushes[1], pushes[2:] = shape, weight, unbalance
+    state[0], state[1], state[2] = motion.q, motion.v, motion.q_before
+    masses, flows, given = (
+        _modes_by_fours(inverse_mass.reshape((1, n)))[0],
+        _modes_by_fours(flow),
+        _modes_by_fours(pushes),
+    )
+    along, moving = _modes_by_fours(at_points.reshape((2 * n_points, n))), _modes_by_fours(state)
+    room, uncoupled = np.zeros((3, size, 4)), np.zeros((0, 0))
+    q, v, q_before = moving[0].reshape(4 * size), moving[1].reshape(4 * size), moving[2].reshape(4 * size)
+    total, middle, acceleration = room[0].reshape(4 * size), room[1].reshape(4 * size), room[2].reshape(4 * size)
+    own = RoundMotion(q[:n], v[:n], q_before[:n], turning)
+    points, sensors = (_rows_by_fours(at_points[:, 0]), _rows_by_fours(at_points[:, 1])), _rows_by_fours(at_sensors)
+    low, high = n, 0
+    for s in range(n_sensors):
+        low, high = min(low, of_sensors[s, 0]), max(high, of_sensors[s, 1])
+    x, w, force = np.zeros((even, 2)), np.zeros((even, 2)), np.zeros((even, 2))
+    of_plane, read, ends = np.zeros(4 * len(points[0])), np.zeros(4 * len(sensors)), np.zeros((n_points, 8))
     filling, acts = np.zeros((n_bushings, 6)), np.ones(n_points, np.bool_)
-    total, middle, acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
     for i in range(excitation.size):
         a, spin, angle = excitation[i], turning[SPIN], turning[ANGLE]
         rate = drive[0] if (steps + i) * h < drive[1] else 0.0
@@ -54,34 +71,38 @@ def advance_round(
         if spin != 0.0 or rate != 0.0:
             c, s = np.cos(angle), np.sin(angle)
             cos, sin = spin * spin * c + rate * s, spin * spin * s - rate * c
-        for m in range(n):
-            total[m] = shape[m] * a + weight[m] + cos * unbalance[0, m] + sin * unbalance[1, m]
+        for m in range(size):
+            now = load(given, m, FOUR) * a + load(given, size + m, FOUR)
+            now += load(given, 2 * size + m, FOUR) * cos + load(given, 3 * size + m, FOUR) * sin
+            store(total, m, now, FOUR)
         if circulatory.size and spin != 0.0:
             for m in range(n):
                 total[m] -= spin * dot(circulatory, m * n, q, 0, n)
-        for m in range(n):
-            middle[m] = v[m] + half * inverse_mass[m] * total[m]
-        for p in range(n_points):
-            for d in range(2):
-                x[p, d], force[p, d] = dot(at_points, (2 * p + d) * n, q, spans[d, 0], spans[d, 1]), 0.0
+        for m in range(size):
+            kick = half * load(masses, m, FOUR) * load(total, m, FOUR)
+            store(middle, m, load(v, m, FOUR) + kick, FOUR)
+        for d in range(2):
+            _times(points[d], spans[d, 0], spans[d, 1], q, of_plane)
+            for p in range(n_points):
+                x[p, d] = of_plane[p]
+            _times(points[d], spans[d, 0], spans[d, 1], middle, of_plane)
+            for p in range(n_points):
+                w[p, d], force[p, d] = of_plane[p], 0.0
         for j in range(n_bushings):
             if not abs(x[j, 0]) + abs(x[j, 1]) < 1e3 * bushings[j].gap + 1.0:
                 return i, j
             if works.size:
                 keep_step(bushings[j], states[j], numbers)
             touch(bushings[j], n_bushings + 2 * j, x, acts)
-        for p in range(n_points):
-            if acts[p]:
-                speed_of(at_points, spans, middle, p, w)
         torque = interact(
             bushings, states, numbers, compliance, half, spin, (steps + i) * h, x, acts, w, force, ends, filling
         )
         for p in range(n_points):
             if acts[p]:
-                for d in range(2):
-                    push, row, to = force[p, d], at(at_points, (2 * p + d) * n), at(total, 0)
-                    for m in range(spans[d, 0], spans[d, 1]):
-                        to[m] -= row[m] * push
+                y, z = force[p]
+                for m in range(size):
+                    taken = load(along, 2 * p * size + m, FOUR) * y + load(along, (2 * p + 1) * size + m, FOUR) * z
+                    store(total, m, load(total, m, FOUR) - taken, FOUR)
         if coupling.size:  # at the velocity in the middle of the kick of all other forces
             for m in range(n):
                 middle[m] = v[m] + half * inverse_mass[m] * total[m]
@@ -90,25 +111,52 @@ def advance_round(
         if works.size:
             drawn = RoundForces(x, force, ends, filling, acts)
             step_energies(
-                works[first + i], a, cos, sin, spin, h, shaft, motion, total, middle, bushings, states, numbers, drawn
-            )
-        for m in range(n):
-            place = q[m]
-            kicked = v[m] + h * inverse_mass[m] * total[m]
-            v[m] = flow[2, m] * place + flow[3, m] * kicked
-            after = flow[0, m] * place + flow[1, m] * kicked
-            acceleration[m] = (after - 2.0 * place + q_before[m]) * per_step2
-            q_before[m] = place
-            q[m] = after
+                works[first + i], a, cos, sin, spin, h, shaft, own, total[:n], middle[:n], bushings, states, numbers,
+                drawn,
+            )  # fmt: skip
+        move_modes(h, FOUR, masses, flows, uncoupled, moving[0], moving[1], moving[2], room[0], room[1], room[2])
         change = h * (rate - drive[2] * torque)
         turning[SPIN], turning[ANGLE] = spin + change, angle + h * (spin + 0.5 * change)
-        _report(a, first + i, n_sensors, at_sensors, of_sensors, base, acceleration, x, force, acts, out)
+        _times(sensors, low, high, acceleration, read)
+        _report(a, first + i, n_sensors, read, base, x, force, acts, out)
         if out.shape[0] > n_sensors + 7 * n_bushings:
             out[n_sensors + 7 * n_bushings, first + i] = spin
+    motion.q[:], motion.v[:], motion.q_before[:] = q[:n], v[:n], q_before[:n]
     for m in range(n):  # without bushings nothing else would stop it
         if not abs(q[m]) < np.inf:
             return excitation.size, 0
     return -1, -1
+
+
+@kernel_loop(**OPTIONS)
+def _modes_by_fours(rows: np.ndarray) -> np.ndarray:
+    """Return rows (n_rows, n) as (n_rows, n/4, 4); modes that are added have no mass, no stiffness and no shape."""
+    count, n = rows.shape
+    found = np.zeros((count, (n + 3) // 4, 4))
+    for r in range(count):
+        for m in range(n):
+            found[r, m // 4, m % 4] = rows[r, m]
+    return found
+
+
+@kernel_loop(**OPTIONS)
+def _rows_by_fours(rows: np.ndarray) -> np.ndarray:
+    """Return rows (n_rows, n) as (n_rows/4, n, 4), with zeros where no row is left."""
+    found = np.zeros(((rows.shape[0] + 3) // 4, rows.shape[1], 4))
+    for r in range(rows.shape[0]):
+        found[r // 4, :, r % 4] = rows[r]
+    return found
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _times(rows: np.ndarray, start: int, stop: int, vector: np.ndarray, out: np.ndarray) -> None:
+    """Fill in the products of rows, four by four, and a vector, between two of its numbers."""
+    n, values = rows.shape[1], at(vector, 0)
+    for c in range(rows.shape[0]):
+        found = spread(0.0, FOUR)
+        for m in range(start, stop):
+            found += load(rows, c * n + m, FOUR) * values[m]
+        store(out, c, found, FOUR)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
@@ -119,7 +167,7 @@ def touch(bushing: RoundBushing, first: int, x: np.ndarray, acts: np.ndarray) ->
         acts[p] = y * y + z * z > bushing.gap * bushing.gap
 
 
-@kernel_loop(**OPTIONS)
+@kernel_loop(**OPTIONS, forceinline=True)
 def interact(
     bushings: np.ndarray, states: np.ndarray, numbers: np.ndarray, compliance: np.ndarray, half: float, spin: float,
     time: float, x: np.ndarray, acts: np.ndarray, w: np.ndarray, force: np.ndarray, ends: np.ndarray,
@@ -152,12 +200,12 @@ def interact(
                 ends[p, 5] = ends[p, 6] = 0.0
     for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
         for j in range(n_bushings):
-            fill(filling[j], compliance, acts, half, j, w, force)
+            fill(filling[j], compliance, half, j, w, force)
         for j in range(n_bushings):
             for end in range(2):
                 p = n_bushings + 2 * j + end
                 if acts[p]:
-                    _push_off(bushings[j], ends[p], compliance, acts, half, p, spin, w, force)
+                    _push_off(bushings[j], ends[p], compliance, half, p, spin, w, force)
     torque = 0.0
     for j in range(n_bushings):
         for end in range(2):
@@ -172,31 +220,30 @@ def interact(
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _push_off(
-    bushing: RoundBushing, end: np.ndarray, compliance: np.ndarray, acts: np.ndarray, half: float, p: int, spin: float,
-    w: np.ndarray, force: np.ndarray,
+    bushing: RoundBushing, end: np.ndarray, compliance: np.ndarray, half: float, p: int, spin: float, w: np.ndarray,
+    force: np.ndarray,
 ) -> None:  # fmt: skip
     """Find the normal force of a contact, then its friction, at the velocities that they leave."""
-    own, y, z, damping = compliance[p, p], end[0], end[1], end[3]
-    give = half * (own[0, 0] * y * y + (own[0, 1] + own[1, 0]) * y * z + own[1, 1] * z * z)
+    y, z, damping = end[0], end[1], end[3]
+    give = half * gives(compliance, p, y, z)
     free = y * w[p, 0] + z * w[p, 1] + give * end[5]
     normal = (end[2] + damping * free) / (1.0 + damping * give)
     if not bushing.adhesion:
         normal = max(normal, 0.0)
     change, end[5] = normal - end[5], normal
-    push(compliance, acts, half, p, change * y, change * z, w, force)
-    rub(bushing, end, max(normal, 0.0), compliance, acts, half, p, spin, w, force)
+    push(compliance, half, p, change * y, change * z, w, force)
+    rub(bushing, end, max(normal, 0.0), compliance, half, p, spin, w, force)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _report(
-    a: float, row: int, n_sensors: int, at_sensors: np.ndarray, of_sensors: np.ndarray, base: np.ndarray,
-    acceleration: np.ndarray, x: np.ndarray, force: np.ndarray, acts: np.ndarray, out: np.ndarray,
+    a: float, row: int, n_sensors: int, read: np.ndarray, base: np.ndarray, x: np.ndarray, force: np.ndarray,
+    acts: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill in what `Run.advance` returns of a step."""
-    n_bushings = x.shape[0] // 3
+    n_bushings = acts.size // 3
     for s in range(n_sensors):
-        row_of = s * acceleration.size
-        out[s, row] = base[s] * a + dot(at_sensors, row_of, acceleration, of_sensors[s, 0], of_sensors[s, 1])
+        out[s, row] = base[s] * a + read[s]
     for j in range(n_bushings):
         left, right = n_bushings + 2 * j, n_bushings + 2 * j + 1
         for d in range(2):

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..clearance.pointers import at
 
-__all__ = ["ANGLE", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
+__all__ = ["ANGLE", "FOUR", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
 
 SPIN, ANGLE = 0, 1  # of the numbers of the turning
+FOUR = (0, 1, 2, 3)  # modes, points or sensors of one case side by side in a register; see lanes.py
 
 
 class RoundShaft(NamedTuple):
@@ -27,7 +28,7 @@ class RoundShaft(NamedTuple):
     base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself
     weight: np.ndarray  # (n,) force of gravity on the modes
     unbalance: np.ndarray  # (2, n) force on the modes of Ω² cos φ and Ω² sin φ
-    compliance: np.ndarray  # (3 n_bushings, 3 n_bushings, 2, 2) velocity of each point per unit impulse at each other
+    compliance: np.ndarray  # (3 n_bushings, 2, n, 2) per impulse at a point, velocities of all, an even number
     circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
 
 

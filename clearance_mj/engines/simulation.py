@@ -139,13 +139,14 @@ class Simulation:
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kind, self.step)
-        self.before = self.run.before()  # the filters' past
+        rest = self.run.before()
+        past = 0.0 if rest is None else rest
         self.interpolator = Interpolator(factor)
-        self.decimator = Decimator(self.columns, factor)
+        self.decimator = Decimator(self.columns, factor, past)
         of_probes = (b.probe_delay for b in rig.bushings for _ in range(rig.n_coordinates))
         late = [*(s.delay for s in rig.sensors), *of_probes]
         delays = np.pad(late, (0, self.columns - len(late))) - rig.shaker.delay
-        self.late = LateChannels(delays / self.step, factor) if delays.any() else None
+        self.late = LateChannels(delays / self.step, factor, past) if delays.any() else None
 
     @functools.cached_property
     def provenance(self) -> dict[str, Any]:
@@ -180,13 +181,9 @@ class Simulation:
                     failed = steps + np.argmin(np.isfinite(outputs).all(axis=1))
                     raise diverged(self.rig, self.engine, failed * self.step, 0)
                 steps += len(outputs)
-                untold = self.columns - outputs.shape[1]  # an engine need not tell where it touches
-                outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
-                if self.before is not None:
-                    outputs = outputs - self.before
+                if untold := self.columns - outputs.shape[1]:  # an engine need not tell where it touches
+                    outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
                 block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
-                if self.before is not None:
-                    block += self.before
                 if len(block):
                     yield waiting[: len(block)], block
                     waiting = waiting[len(block) :]

@@ -66,13 +66,16 @@ class Interpolator:
 
 
 class Decimator:
-    """Low-pass and decimate a stream of blocks; output sample i is centred on input sample i * factor."""
+    """Low-pass and decimate a stream of blocks; output sample i is centred on input sample i * factor.
 
-    def __init__(self, channels: int, factor: int) -> None:
+    ``before``, one number or (channels,), is what the channels were before the stream.
+    """
+
+    def __init__(self, channels: int, factor: int, before: float | np.ndarray = 0.0) -> None:
         self.factor = factor
         self.taps = lowpass(factor)
         self.half = self.taps.size // 2
-        self._held = np.zeros((channels, self.half))
+        self._held = np.zeros((channels, self.half)) + np.reshape(before, (-1, 1))
         self._first = 0  # position in the held block of the first sample under the next output's filter
 
     def push(self, block: np.ndarray) -> np.ndarray:
