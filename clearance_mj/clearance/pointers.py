@@ -57,6 +57,11 @@ def kernel_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return compiled
 
 
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a function, once, that goes whole into every loop that calls it."""
+    return kernel_loop(**OPTIONS, forceinline=True)(function)
+
+
 _NUMBER, _NUMBERS = types.float64, types.CPointer(types.float64)
 CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
 CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)

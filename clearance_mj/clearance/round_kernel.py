@@ -14,7 +14,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, get_type_hints
 
-import numba
 import numpy as np
 
 from ..core.errors import LawError
@@ -25,7 +24,7 @@ from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .greases.short_bearing import ShortBearing
 from .kernel import WithTable, joined
-from .pointers import at, call_law
+from .pointers import at, call_law, inlined
 
 __all__ = [
     "BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "keep_step", "round_contact",
@@ -172,7 +171,7 @@ def at_offset(model: GreaseModel, y: float, z: float) -> tuple[float, float, flo
     return force[0], force[1], energy[0]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def keep_step(bushing: RoundBushing, state: RoundState, numbers: np.ndarray) -> None:
     """Keep what a bushing remembers of a step before the next one changes it, for energies."""
     state.was_y, state.was_z = state.y, state.z
@@ -182,7 +181,7 @@ def keep_step(bushing: RoundBushing, state: RoundState, numbers: np.ndarray) -> 
         numbers[state.contact_before + i] = numbers[state.contact + i]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def round_filling(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, y: float, z: float, spin: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -200,7 +199,7 @@ def round_filling(
     return out[0] - bushing.preload_y, out[1] - bushing.preload_z, out[2], out[3], out[4], out[5]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def round_contact(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, end: int, y: float, z: float, speed_y: float,
     speed_z: float, spin: float,
@@ -237,7 +236,7 @@ def round_contact(
     return depth, n_y, n_z, k, c, bristles
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def friction_limit(bushing: RoundBushing, normal: float, sliding: float) -> float:
     """Return the largest friction, N, under a normal force, N, at a speed of sliding, m/s."""
     if bushing.excess > 0.0:

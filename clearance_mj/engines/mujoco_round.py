@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from ..clearance.kernel import follow_law
-from ..clearance.pointers import OPTIONS, at, kernel_loop
+from ..clearance.pointers import OPTIONS, at, inlined, kernel_loop
 from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, round_contact, round_filling
 from .links_plant import ChainMaps
 from .mujoco_step import mj_step
@@ -201,7 +200,7 @@ def advance_links(
     return -1, -1
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _pull(at_points: np.ndarray, spans: np.ndarray, p: int, y: float, z: float, total: np.ndarray) -> None:
     """Add the force y, z, N, at a point, against its displacement, to those on the coordinates."""
     nv = total.size
@@ -212,7 +211,7 @@ def _pull(at_points: np.ndarray, spans: np.ndarray, p: int, y: float, z: float, 
         to[m] -= along_z[m] * z
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _foresee(
     of_position: np.ndarray, of_velocity: np.ndarray, of_force: np.ndarray, spans: np.ndarray, q: np.ndarray,
     v: np.ndarray, force: np.ndarray, middle: np.ndarray,

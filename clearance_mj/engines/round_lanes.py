@@ -7,11 +7,10 @@ its records, which stand lane after lane.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from ..clearance.lanes import load, spread, store
-from ..clearance.pointers import OPTIONS, kernel_loop
+from ..clearance.pointers import OPTIONS, inlined, kernel_loop
 from ..clearance.round_kernel import RoundClearance
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
 from .lane_modes import move_modes
@@ -126,7 +125,7 @@ def _advance(
     return -1, -1
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _at_points(
     at_points: np.ndarray, spans: np.ndarray, of_modes: np.ndarray, first: int, last: int, lanes: tuple[int, ...],
     out: np.ndarray,

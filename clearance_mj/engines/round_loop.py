@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from ..clearance.kernel import follow_law
 from ..clearance.lanes import load, spread, store
-from ..clearance.pointers import OPTIONS, at, kernel_loop
+from ..clearance.pointers import OPTIONS, at, inlined, kernel_loop
 from ..clearance.round_kernel import (
     BRISTLES,
     END_MEMORY,
@@ -148,7 +147,7 @@ def _rows_by_fours(rows: np.ndarray) -> np.ndarray:
     return found
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _times(rows: np.ndarray, start: int, stop: int, vector: np.ndarray, out: np.ndarray) -> None:
     """Fill in the products of rows, four by four, and a vector, between two of its numbers."""
     n, values = rows.shape[1], at(vector, 0)
@@ -159,7 +158,7 @@ def _times(rows: np.ndarray, start: int, stop: int, vector: np.ndarray, out: np.
         store(out, c, found, FOUR)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def touch(bushing: RoundBushing, first: int, x: np.ndarray, acts: np.ndarray) -> None:
     """Fill in whether both ends of a bushing, which are points ``first`` and the next one, touch."""
     for p in range(first, first + 2):
@@ -167,7 +166,7 @@ def touch(bushing: RoundBushing, first: int, x: np.ndarray, acts: np.ndarray) ->
         acts[p] = y * y + z * z > bushing.gap * bushing.gap
 
 
-@kernel_loop(**OPTIONS, forceinline=True)
+@inlined
 def interact(
     bushings: np.ndarray, states: np.ndarray, numbers: np.ndarray, compliance: np.ndarray, half: float, spin: float,
     time: float, x: np.ndarray, acts: np.ndarray, w: np.ndarray, force: np.ndarray, ends: np.ndarray,
@@ -218,7 +217,7 @@ def interact(
     return torque
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _push_off(
     bushing: RoundBushing, end: np.ndarray, compliance: np.ndarray, half: float, p: int, spin: float, w: np.ndarray,
     force: np.ndarray,
@@ -235,7 +234,7 @@ def _push_off(
     rub(bushing, end, max(normal, 0.0), compliance, half, p, spin, w, force)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _report(
     a: float, row: int, n_sensors: int, read: np.ndarray, base: np.ndarray, x: np.ndarray, force: np.ndarray,
     acts: np.ndarray, out: np.ndarray,

@@ -6,24 +6,24 @@ velocity in the middle of the kick, ``half`` the step after its begin, sweep by 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from ..clearance.lanes import load, store
+from ..clearance.pointers import inlined
 from ..clearance.round_kernel import RoundBushing, friction_limit
 from .round_scheme import FOUR, dot
 
 __all__ = ["fill", "gives", "push", "rub", "speed_of"]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def speed_of(at_points: np.ndarray, spans: np.ndarray, middle: np.ndarray, p: int, w: np.ndarray) -> None:
     """Fill in the velocity of a point in the middle of the kick of what does not depend on it."""
     for d in range(2):
         w[p, d] = dot(at_points, (2 * p + d) * middle.size, middle, spans[d, 0], spans[d, 1])
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def push(compliance: np.ndarray, half: float, p: int, y: float, z: float, w: np.ndarray, force: np.ndarray) -> None:
     """Let the force at a point change by y, z, N, against the displacement."""
     force[p, 0] += y
@@ -37,14 +37,14 @@ def push(compliance: np.ndarray, half: float, p: int, y: float, z: float, w: np.
         store(w, r, load(w, r, FOUR) - slower, FOUR)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def gives(compliance: np.ndarray, p: int, y: float, z: float) -> float:
     """Return the velocity of a point along a direction per unit impulse along it."""
     yy, yz, zy, zz = compliance[p, 0, p, 0], compliance[p, 0, p, 1], compliance[p, 1, p, 0], compliance[p, 1, p, 1]
     return yy * y * y + (yz + zy) * y * z + zz * z * z
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def fill(found: np.ndarray, compliance: np.ndarray, half: float, p: int, w: np.ndarray, force: np.ndarray) -> None:
     """Find the force of a filling at the velocity that it leaves."""
     yy, yz, zy, zz = found[2], found[3], found[4], found[5]
@@ -60,7 +60,7 @@ def fill(found: np.ndarray, compliance: np.ndarray, half: float, p: int, w: np.n
     push(compliance, half, p, new_y - force[p, 0], new_z - force[p, 1], w, force)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def rub(
     bushing: RoundBushing, end: np.ndarray, normal: float, compliance: np.ndarray, half: float, p: int, spin: float,
     w: np.ndarray, force: np.ndarray,

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-from ..clearance.pointers import at
+from ..clearance.pointers import at, inlined
 
 __all__ = ["ANGLE", "FOUR", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
 
@@ -51,7 +50,7 @@ class RoundForces(NamedTuple):
     acts: np.ndarray  # (n_points,) whether there is a force
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def dot(rows: np.ndarray, row: int, vector: np.ndarray, start: int, stop: int) -> float:
     """Return the product of a row, which begins at a place of an array, and a vector, between two of its numbers."""
     left, right, total = at(rows, row), at(vector, 0), 0.0  # pointers: no index is looked at for being negative

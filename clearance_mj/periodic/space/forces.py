@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-from ...clearance.pointers import OPTIONS, kernel_loop
+from ...clearance.pointers import OPTIONS, at, inlined, kernel_loop
 from ...clearance.round_kernel import RoundBushing, RoundState
 from .elements import INPUTS, RoundLaws, contact_between, contact_now, filling_between
 
@@ -48,7 +47,7 @@ class RoundSlopes(NamedTuple):
     used: np.ndarray  # (n_points,) how many they are
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@inlined
 def _take(motion: Sampled, p: int, last: int, i: int, u: np.ndarray) -> None:
     """Fill in what a step of a point from one sample to the next one is given."""
     for d in range(2):
@@ -71,9 +70,9 @@ def _step(
 @kernel_loop(**OPTIONS)
 def _flips(bushing: RoundBushing, u: np.ndarray, d: int, change: float, together: bool) -> bool:
     """Return whether moving one place of a step, or both, lets a sample pass the wall."""
-    for at in range(0, 4, 2):
-        if at == 2 * (d // 2) or together:
-            y, z = u[at] + bushing.offset_y, u[at + 1] + bushing.offset_z
+    for first in range(0, 4, 2):
+        if first == 2 * (d // 2) or together:
+            y, z = u[first] + bushing.offset_y, u[first + 1] + bushing.offset_z
             was = math.sqrt(y * y + z * z) > bushing.gap
             if d % 2:
                 z += change
@@ -294,17 +293,16 @@ def _over_period(
                 rows = (basis[last], basis[i], rate[last], rate[i])
                 for k in range(size):
                     _add_rows(slope, k, told, omega, *rows, carried, later, k)
-                for at in (i, last) if begins_or_ends else (i, i):
-                    if shown[at] < 0:
-                        shown[at] = used
+                for sample in (i, last) if begins_or_ends else (i, i):
+                    if shown[sample] < 0:
+                        shown[sample] = used
                         of_force[:, :, used] = 0.0
-                        slopes.onto[p, used] = project[:, at]
+                        slopes.onto[p, used] = project[:, sample]
                         used += 1
                 for d in range(2):
                     _add_rows(slope, told + d, told, omega, *rows, carried, of_force[d], shown[i])
                     if begins_or_ends:
-                        at = shown[last]
-                        _add_rows(slope, told + 2 + d, told, omega, *rows, carried, of_force[d], at)
+                        _add_rows(slope, told + 2 + d, told, omega, *rows, carried, of_force[d], shown[last])
                 if size:
                     carried, later = later, carried
             else:
@@ -337,16 +335,31 @@ def _same(place: np.ndarray, p: int, q: int) -> bool:
     return True
 
 
+@inlined
+def _copy(numbers: np.ndarray, start: int, to: int, count: int) -> None:
+    """Copy so many numbers of a contiguous array from one place of it to another one."""
+    was, now = at(numbers, start), at(numbers, to)  # slices would take seconds to compile
+    for i in range(count):
+        now[i] = was[i]
+
+
 @kernel_loop(**OPTIONS)
 def _copy_end(force: np.ndarray, slopes: RoundSlopes, p: int) -> None:
     """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
-    force[p + 1] = force[p]
-    slopes.x[p + 1], slopes.v[p + 1] = slopes.x[p], slopes.v[p]
+    n, harmonics = slopes.onto.shape[1:]
+    _copy(force, 2 * n * p, 2 * n * (p + 1), 2 * n)
+    for slope in (slopes.x, slopes.v):
+        _copy(slope, 4 * n * p, 4 * n * (p + 1), 4 * n)
     used = slopes.used[p]
-    slopes.carried[p + 1], slopes.used[p + 1] = slopes.carried[p], used
+    slopes.used[p + 1] = used
+    for i in range(n):
+        slopes.carried[p + 1, i] = slopes.carried[p, i]
     if used:
-        slopes.step[p + 1] = slopes.step[p]
-        slopes.onto[p + 1, :used], slopes.rows[p + 1, :, :, :used] = slopes.onto[p, :used], slopes.rows[p, :, :, :used]
+        size = slopes.step.size // slopes.step.shape[0]
+        _copy(slopes.step, size * p, size * (p + 1), size)
+        _copy(slopes.onto, n * harmonics * p, n * harmonics * (p + 1), used * harmonics)
+        for block in range(4 * p, 4 * p + 4):  # of harmonics of y and z in forces along y and z
+            _copy(slopes.rows, n * harmonics * block, n * harmonics * (block + 4), used * harmonics)
 
 
 @kernel_loop(**OPTIONS)
