@@ -13,7 +13,7 @@ from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.space_clip import space_clip
 from clearance_mj.report.whirl import draw_over_speed
 from clearance_mj.rig import Spin
-from clearance_mj.rotors import campbell, synchronous_rub, whirl
+from clearance_mj.rotors import campbell, running_clearance, synchronous_rub, whirl
 from clearance_mj.signals.orbit_figures import full_spectrum_figure, orbit_figure
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -50,11 +50,15 @@ def seen(rig):
     steady = {words: at_one_speed(rig, spin) for words, spin in SPEEDS.items()}
     gaps = dict.fromkeys(steady, rig.bushings[0].gap)
     response = cm.simulate(rig, cm.excitation.still(13.0, FS), engine="modal")
+    criterion = running_clearance(rig, np.linspace(10.0, 440.0, 1001), (190.0, 400.0))
+    scaled = criterion.scaled_rig.replace(spin=Spin(10.0, rate=43.0, until=440.0))
+    run_up = whirl(scaled, cm.simulate(scaled, cm.excitation.still(10.0, FS), engine="modal"))
     waterfall, bode = draw_over_speed(whirl(rig, response), 2.0)
     drawn = {
         "rig": rig_drawing(rig).figure,
         "orbits": orbit_figure({words: found.orbits(0).last(10) for words, found in steady.items()}, gaps),
         "full_spectrum": full_spectrum_figure({"bounces": steady["bounces"].full_spectrum(0)}, SPEEDS["bounces"]),
+        "running_clearance": criterion.plot(run_up),
         "waterfall": waterfall.figure,
         "bode": bode.figure,
     }

@@ -1,5 +1,6 @@
 """Shafts that turn: whirl, Campbell diagrams, thresholds of stability, unbalance, rub in a round clearance, orbits."""
 
+from .api_617 import RunningClearance, running_clearance
 from .diagram import Campbell, campbell
 from .rub import DryWhirl, SynchronousRub, dry_whirls, rolling_whirls, synchronous_rub
 from .spatial import SpatialModel, spatial_model
@@ -9,6 +10,7 @@ from .whirling import Whirl, require_round, whirl
 __all__ = [
     "Campbell",
     "DryWhirl",
+    "RunningClearance",
     "SpatialModel",
     "SynchronousRub",
     "TurningShaft",
@@ -17,6 +19,7 @@ __all__ = [
     "dry_whirls",
     "require_round",
     "rolling_whirls",
+    "running_clearance",
     "spatial_model",
     "synchronous_rub",
     "turning_shaft",

@@ -1,0 +1,98 @@
+"""The clearance criterion of API Standard 617 beside the closed form of a Jeffcott rotor; command; bad input."""
+
+import csv
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from clearance_mj import Bushing, ClearanceError, Contact, Grease, Rig, Sensor, excitation, simulate
+from clearance_mj.rig import Spin, Unbalance
+from clearance_mj.rotors import running_clearance, whirl
+
+from ..conftest import ROOT
+from .test_turning import JEFFCOTT, jeffcott
+
+GAP, MOMENT, OUTER = 2e-4, 3e-5, 12.0
+SPEEDS = np.linspace(0.0, 2.0 * JEFFCOTT, 801)
+
+
+def rotor(*unbalances, **changes):
+    """Return a disc of 3 kg in a round bushing, with two unbalances that make MOMENT together, or with those given."""
+    half = Unbalance(0.5, MOMENT / 2, 0.4)
+    given = {
+        "bushings": (Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(2e6, 50.0)),), "sensors": (Sensor(1, 0.5),),
+        "motion": "spatial", "spin": Spin(100.0), "unbalances": unbalances or (half, half),
+    }  # fmt: skip
+    return jeffcott((OUTER, 0.0)).replace(**(given | changes))
+
+
+def radius(spin):
+    return MOMENT * spin**2 / (3.0 * np.abs(JEFFCOTT**2 - spin**2 + 1j * OUTER * spin))
+
+
+def test_a_jeffcott_rotor():
+    """Its orbit is a circle of r = m e Ω²/|k - m Ω² + i Ω c|; the limit is 25.4 µm √(12000/N)."""
+    operating = 1.3 * JEFFCOTT, 1.8 * JEFFCOTT
+    found = running_clearance(rotor(), SPEEDS, operating)
+    assert_allclose(found.major[0], 2 * radius(SPEEDS), rtol=1e-4)
+    assert_allclose(found.vibration[0], 2 * radius(SPEEDS), rtol=1e-4)
+    limit = 25.4e-6 * math.sqrt(12000 / (operating[1] * 30 / math.pi))
+    within = SPEEDS[(operating[0] <= SPEEDS) & (operating[1] >= SPEEDS)]
+    scale = limit / (2 * radius(within).max())
+    assert found.limit == pytest.approx(limit) and found.scale == pytest.approx(scale, rel=1e-4)
+    assert found.allowed == pytest.approx([1.5 * GAP])
+    assert_allclose(found.used[0], scale * radius(SPEEDS) / (0.75 * GAP), rtol=2e-4)
+    assert found.holds.tolist() == [scale * radius(SPEEDS).max() < 0.75 * GAP]
+    assert sum(u.moment for u in found.scaled_rig.unbalances) == pytest.approx(scale * MOMENT, rel=1e-4)
+
+
+@pytest.mark.parametrize(("moment", "scale"), [(1e-8, 6.0), (1.0, 0.5)])
+def test_the_scale_has_bounds(moment, scale):
+    found = running_clearance(rotor(Unbalance(0.5, moment)), SPEEDS, (1.3 * JEFFCOTT, 1.8 * JEFFCOTT))
+    assert found.scale == scale
+    assert found.holds[0] == (scale > 1)
+
+
+def test_the_major_axis_is_that_of_a_simulation_that_does_not_touch():
+    rig = Rig.load(ROOT / "models" / "rotor.toml")
+    centred = dataclasses.replace(rig.bushings[0], offset=0.0, length=0.0)
+    light = Unbalance(0.35, 2e-5, 1.0)
+    rig = rig.replace(gravity=None, bushings=(centred,), spin=Spin(170.0), unbalances=(light,))
+    found = running_clearance(rig, [100.0, 170.0], (100.0, 170.0))
+    seen = whirl(rig, simulate(rig, excitation.still(6.0, 1024), engine="modal")).between(4.0)
+    assert 2 * seen.orbits(0).filtered().major == pytest.approx(found.major[0, -1], rel=2e-3)
+
+
+def test_files_figure_and_words(tmp_path, answer):
+    given = "--speeds", 10, "4200rpm", "--operating", "1800rpm", "3820rpm", "--points", 200, "--run-up", 0.5
+    told = answer("running-clearance", ROOT / "models" / "rotor.toml", *given, "--out", tmp_path / "out")
+    turned = np.pi / 30
+    found = running_clearance(
+        Rig.load(ROOT / "models" / "rotor.toml"), np.linspace(10, 4200 * turned, 200), (1800 * turned, 3820 * turned)
+    )
+    assert told["scale"] == pytest.approx(found.scale) and told["used"] == pytest.approx([found.used.max()])
+    assert told["at_speed"] == pytest.approx([found.speed[found.used[0].argmax()]]) and told["holds"] == [False]
+    with (tmp_path / "out" / "running_clearance.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["major_axis_m"]) for row in rows] == pytest.approx((found.scale * found.major[0]).tolist())
+    assert (tmp_path / "out" / "running_clearance.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("changes", "speeds", "operating", "words"),
+    [
+        ({"motion": "planar", "spin": None, "unbalances": ()}, SPEEDS, (1, 2), 'give motion = "spatial"'),
+        ({"bushings": ()}, SPEEDS, (1, 2), "no bushings"),
+        ({"unbalances": ()}, SPEEDS, (1, 100), "no unbalances"),
+        ({}, [2.0, 1.0], (1, 100), "rising spins"),
+        ({}, SPEEDS, (100, 50), "must rise"),
+        ({}, [1.0, 2.0], (3, 4), r"\(1 to 2 rad/s\)"),
+        ({"unbalances": (Unbalance(0.5, 1e-5), Unbalance(0.5, 1e-5, math.pi))}, SPEEDS, (1, 100), "no sensor moves"),
+    ],
+)
+def test_what_is_missing_is_said(changes, speeds, operating, words):
+    with pytest.raises(ClearanceError, match=words):
+        running_clearance(rotor(**changes), speeds, operating)
