@@ -50,13 +50,15 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..rotors import running_clearance
 
     load_plugin(options.plugin)
+    first, last = options.speeds
+    if not 0 <= first < last:
+        raise ClearanceError(f"--speeds {first:g} {last:g} rad/s: must rise, from 0 on")
     if options.points < 2:
         raise ClearanceError(f"--points {options.points}: must be at least 2")
     model = load_model(options)
-    first, last = options.speeds
     speeds = np.linspace(first, last, options.points)
     found = running_clearance(rig_in_gap(model.rig, model.law), speeds, options.operating)
-    touching = None if options.run_up is None else _run_up(model, found, options.run_up)
+    touching = None if options.run_up is None else _run_up(model, found, options)
     result = _summary(found)
     write_csv(options.new / "running_clearance.csv", _rows(found))
     caption = (
@@ -71,20 +73,21 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return result | {"out": str(options.out)}
 
 
-def _run_up(model: Model, found: RunningClearance, seconds: float) -> Whirl:
+def _run_up(model: Model, found: RunningClearance, options: argparse.Namespace) -> Whirl:
     """A run-up through the speeds, with contact, under the scaled unbalances."""
     from ..engines import simulate
     from ..rig import Spin
     from ..rotors import whirl
     from ..signals.excitation import still
 
+    seconds = options.run_up
     if not seconds > 0:
         raise ClearanceError(f"--run-up {seconds:g} s: must be positive")
     first, last = map(float, found.speed[[0, -1]])
     rig = model.rig.replace(
         unbalances=found.scaled_rig.unbalances, spin=Spin(first, rate=(last - first) / seconds, until=last)
     )
-    return whirl(rig, simulate(rig, still(seconds, FS), model.law, engine="modal", progress=True))
+    return whirl(rig, simulate(rig, still(seconds, FS), model.law, engine="modal", progress=not options.quiet))
 
 
 def _summary(found: RunningClearance) -> dict[str, Any]:

@@ -81,6 +81,15 @@ def test_files_figure_and_words(tmp_path, answer):
     assert (tmp_path / "out" / "running_clearance.png").stat().st_size > 10_000
 
 
+def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):
+    rotor = ROOT / "models" / "rotor.toml"
+    operating = "--operating", 20, 30
+    assert "--speeds 100 10 rad/s: must rise" in refused("running-clearance", rotor, "--speeds", 100, 10, *operating)
+    given = "running-clearance", rotor, "--speeds", 10, 100, *operating
+    assert "--points 1: must be at least 2" in refused(*given, "--points", 1)
+    assert "--run-up -1 s: must be positive" in refused(*given, "--run-up", -1)
+
+
 @pytest.mark.parametrize(
     ("changes", "speeds", "operating", "words"),
     [
