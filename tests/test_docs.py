@@ -220,8 +220,7 @@ def test_tutorial_of_the_modal_test(clone):
     assert (clone / "pipe" / "synthesis.png").exists() and Rig.load(clone / "pipe.toml").structure.dofs
     output(ROOT, "-m", "experiments.modal_test", str(clone / "again.uff"))
     again, committed = read_uff(clone / "again.uff"), read_uff(ROOT / "models" / "modal_test.uff")
-    # Near a resonance another LAPACK's rounding of the lowest frequency shows some 1e-8 of itself.
-    np.testing.assert_allclose(again.value, committed.value, rtol=1e-7)
+    np.testing.assert_allclose(again.value, committed.value, rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_plugin, add_rig, load_model, load_plugin, settings, spin
+from .options import add_plugin, add_rig, add_speeds, load_model, load_plugin, settings, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rotors import Campbell
@@ -21,10 +21,7 @@ RPM = 30 / math.pi
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_rig(parser)
-    option(
-        "--speeds", type=spin, nargs=2, metavar=("FROM", "TO"), required=True,
-        help="spins between which the diagram is drawn: rad/s, or with a unit such as 3000rpm or 50Hz",
-    )  # fmt: skip
+    add_speeds(parser, "--speeds", "spins between which the diagram is drawn")
     option("--points", type=int, default=101, help="spins that are computed (default: %(default)s)")
     option("--n", type=int, default=8, help="natural frequencies that are followed (default: %(default)s)")
     option("--modes", type=int, default=16, help="of each plane in the shaft's reduction (default: %(default)s)")
@@ -37,23 +34,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("campbell.csv", "campbell.json", "campbell.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    import numpy as np
-
     from ..clearance.modelled import rig_in_gap
     from ..report.style import Drawing
     from ..report.tables import write_csv
     from ..rotors import campbell
 
     load_plugin(options.plugin)
-    first, last = options.speeds
-    if not 0 <= first < last:
-        raise ClearanceError(f"--speeds {first:g} {last:g} rad/s: must rise, from 0 on")
-    for name in ("points", "n", "modes"):
-        if getattr(options, name) < 1 + (name == "points"):
-            raise ClearanceError(f"--{name} {getattr(options, name)}: must be at least {1 + (name == 'points')}")
+    spins = speeds(options)
+    for name in ("n", "modes"):
+        if getattr(options, name) < 1:
+            raise ClearanceError(f"--{name} {getattr(options, name)}: must be at least 1")
     model = load_model(options)
     shaft = rig_in_gap(model.rig, model.law)
-    found = campbell(shaft, np.linspace(first, last, options.points), options.n, options.modes)
+    found = campbell(shaft, spins, options.n, options.modes)
     result = _summary(found)
     write_csv(options.new / "campbell.csv", _rows(found))
     caption = f"Natural frequencies of rig “{model.rig.name}” over its spin, its bushings filled and not in contact."

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 
 if TYPE_CHECKING:  # the command line starts without the library
+    import numpy as np
+
     from ..io.channel_map import ChannelMap
     from ..model import Model
     from ..signals.excitation import Excitation
@@ -220,6 +222,26 @@ def length(text: str) -> float:
 def pressure(text: str) -> float:
     """Return a modulus or pressure in Pa of a number that may have a unit, such as 210GPa."""
     return _with_unit(text, "pressure")
+
+
+def add_speeds(parser: argparse.ArgumentParser, name: str, words: str) -> None:
+    """Let a command be given two spins."""
+    parser.add_argument(
+        name, type=spin, nargs=2, metavar=("FROM", "TO"), required=True,
+        help=f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz",
+    )  # fmt: skip
+
+
+def speeds(options: argparse.Namespace) -> np.ndarray:
+    """Return the spins, rad/s, that ``--speeds`` and ``--points`` say."""
+    import numpy as np
+
+    first, last = options.speeds
+    if not 0 <= first < last:
+        raise ClearanceError(f"--speeds {first:g} {last:g} rad/s: must rise, from 0 on")
+    if options.points < 2:
+        raise ClearanceError(f"--points {options.points}: must be at least 2")
+    return np.linspace(first, last, options.points)
 
 
 def spin(text: str) -> float:

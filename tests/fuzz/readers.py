@@ -355,7 +355,7 @@ def readers() -> dict[str, Reader]:
         *(Reader(name, file, functools.partial(make_text, whole=whole), plainly(read), 5_000)
           for name, (file, whole, read) in texts.items()),
         Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0, absurd.prepare),
-        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 20.0,
+        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 10.0,
                command_lines.prepare),
     ]  # fmt: skip
     return {reader.name: reader for reader in found}

@@ -30,7 +30,7 @@ from .mutations import toml
 from .readers import Reader, generator, readers
 from .run import fuzz
 
-FEW = {"NetCDF": 3, "HDF5": 3, "command line": 6, "absurd rig and law": 15}  # inputs of those that take longer
+FEW = {"NetCDF": 3, "HDF5": 3, "command line": 12, "absurd rig and law": 15}  # inputs of those that take longer
 
 
 def shared(name, count, tmp_path):
