@@ -1,0 +1,140 @@
+"""The linear bench in space: a round shaft on elastic supports, with discs, reduced to the modes of one plane.
+
+Both planes are alike, so that they share their modes; what turns couples them by the polar inertia G of discs and
+sections on the slopes, s = y' + i z': J s̈ - i Ω Jp ṡ = moment (Genta, Dynamics of Rotating Systems, 2005, chapter 4).
+The elements are those of the planar bench (Przemieniecki, 1968, section 5.6), with the sections' rotary inertia
+(section 11.4).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from ..shaft import Clamp, _element_mass, _element_stiffness, _mesh, _rows
+
+HIGHEST = 6e3  # Hz, of the modes that are kept; the flexibility of the rest is below 1e-2 of that of any contact here
+MOST_MODES = 14
+SMALLEST_GYROSCOPIC = 0.04
+"""Share of modal mass: what less polar inertia couples are combinations of the highest modes alone"""
+
+__all__ = ["Clamp", "Disc", "Modes", "Rotor", "Support"]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A rigid disc on the shaft; a point mass has no inertias."""
+
+    position: float
+    mass: float
+    inertia: float = 0.0  #: kg m², about a diameter
+    polar_inertia: float = 0.0  #: kg m²
+
+
+@dataclass(frozen=True)
+class Support:
+    """Springs between the shaft and the base, the same in both planes."""
+
+    position: float
+    translation: float  #: N/m
+    rotation: float = 0.0  #: N m/rad
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """A round shaft as it really is, SI."""
+
+    length: float
+    diameter: float
+    young_modulus: float
+    density: float
+    discs: tuple[Disc, ...]
+    supports: tuple[Support, ...]
+    damping: tuple[float, ...]  #: ratios of the modes, the last for all that follow; it does not turn
+
+    @property
+    def bending_stiffness(self) -> float:
+        """E I in N m²."""
+        return self.young_modulus * math.pi * self.diameter**4 / 64
+
+    @property
+    def mass_per_length(self) -> float:
+        """ρ A in kg/m."""
+        return self.density * math.pi * self.diameter**2 / 4
+
+    def matrices(self, nodes: Iterable[float] = ()) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the mesh, m, then mass, stiffness and polar inertia (n, n) of deflections and slopes at its nodes."""
+        x = _mesh(self.length, [*nodes, *(d.position for d in self.discs), *(s.position for s in self.supports)])
+        mass, stiffness, polar = np.zeros((3, 2 * x.size, 2 * x.size))
+        rotary = self.density * math.pi * self.diameter**4 / 64
+        for e, h in enumerate(np.diff(x)):
+            at = slice(2 * e, 2 * e + 4)
+            mass[at, at] += self.mass_per_length * _element_mass(h) + rotary * _element_rotary(h)
+            polar[at, at] += 2 * rotary * _element_rotary(h)
+            stiffness[at, at] += self.bending_stiffness * _element_stiffness(h)
+        for disc in self.discs:
+            at = 2 * int(np.argmin(np.abs(x - disc.position)))
+            mass[at, at] += disc.mass
+            mass[at + 1, at + 1] += disc.inertia
+            polar[at + 1, at + 1] += disc.polar_inertia
+        for support in self.supports:
+            at = 2 * int(np.argmin(np.abs(x - support.position)))
+            stiffness[at, at] += support.translation
+            stiffness[at + 1, at + 1] += support.rotation
+        return x, mass, stiffness, polar
+
+    def modes(self, nodes: Iterable[float] = ()) -> Modes:
+        """Modes of one plane without spin; forces act exactly at ``nodes``, m."""
+        x, mass, stiffness, polar = self.matrices(nodes)
+        squares, vectors = scipy.linalg.eigh(stiffness, mass, subset_by_index=(0, MOST_MODES - 1))
+        omega = np.sqrt(np.maximum(squares, 0.0))
+        keep = omega < 2 * np.pi * HIGHEST
+        shape = vectors[:, keep]
+        ratios = np.full(omega[keep].size, self.damping[-1])
+        ratios[: len(self.damping)] = self.damping[: ratios.size]
+        sizes, of_sizes = np.linalg.eigh(shape.T @ polar @ shape)
+        counts = sizes > SMALLEST_GYROSCOPIC
+        slopes = np.sqrt(sizes[counts])[:, None] * of_sizes[:, counts].T
+        translation = np.tile([1.0, 0.0], x.size)
+        return Modes(x, shape, omega[keep], ratios, shape.T @ mass @ translation, slopes)
+
+    def frequencies(self, count: int) -> np.ndarray:
+        """(count,) Hz, of one plane without spin."""
+        return self.modes().omega[:count] / (2 * np.pi)
+
+    def sag(self, positions: Sequence[float], gravity: float = 9.81) -> np.ndarray:
+        """Return how far the shaft hangs down at positions under its weight, m."""
+        x, mass, stiffness, _ = self.matrices(positions)
+        weight = mass @ np.tile([gravity, 0.0], x.size)
+        return _rows(x, positions) @ np.linalg.solve(stiffness, weight)
+
+    def replace(self, **changes: object) -> Rotor:
+        """A copy with other values."""
+        return dataclasses.replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of unit modal mass of one plane, relative to the base."""
+
+    mesh: np.ndarray  # (n_nodes,) m
+    shape: np.ndarray  # (2 n_nodes, n) deflection and slope at each node
+    omega: np.ndarray  # (n,) rad/s
+    damping: np.ndarray  # (n,) ratios
+    participation: np.ndarray  # (n,) Φᵀ M r: modal force per acceleration of gravity
+    slopes: np.ndarray  # (r, n) S with SᵀS = Φᵀ G Φ, without what hardly counts
+
+    def at(self, positions: Sequence[float]) -> np.ndarray:
+        """(n_positions, n) deflections of the modes."""
+        return _rows(self.mesh, positions) @ self.shape
+
+
+def _element_rotary(h: float) -> np.ndarray:
+    """∫ N'ᵀ N' dx of the cubic shape functions N."""
+    matrix = np.array([[36.0, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]])
+    return matrix * np.outer([1, h, 1, h], [1, h, 1, h]) / (30 * h)
