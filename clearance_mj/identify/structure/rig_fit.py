@@ -82,8 +82,8 @@ class RigFit:
         sensors = len(rig.sensors) + n_forces * self.probes
         if sensors <= n_forces:
             raise RecordError(
-                f"{sensors} sensors cannot tell the rig from the {n_forces} unknown forces in {len(rig.bushings)} "
-                "clearances; needs more sensors than forces"
+                f"{sensors} sensors cannot tell the rig from the unknown forces in {len(rig.bushings)} clearances; "
+                f"needs more sensors than {'clearances' if rig.n_coordinates == 1 else f'these {n_forces} forces'}"
             )
         self.rig = rig
         self.records = tuple(record if self.probes else record.without_probes() for record in records)
