@@ -154,11 +154,14 @@ def as_arrays(holes: Iterable[Hole]) -> physics.Bushings:
 
     oval = column("oval")[:, None] * np.column_stack((np.cos(2 * column("axis")), np.sin(2 * column("axis"))))
     film = 12 * column("viscosity") * column("radius") * column("length") * (column("radius") / column("gap")) ** 2
-    return physics.Bushings(
-        column("gap"), oval, np.column_stack((column("offset_y"), column("offset_z"))), column("contact"),
-        np.column_stack((column("friction"), column("bristle"))), column("radius"), column("elastic"), slip,
-        column("squeeze"), film, table,
-    )  # fmt: skip
+    values = {
+        "gap": column("gap"), "oval_cosine": oval[:, 0], "oval_sine": oval[:, 1], "offset_y": column("offset_y"),
+        "offset_z": column("offset_z"), **dict(zip(("k", "k3", "alpha", "c"), column("contact").reshape(-1, 4).T)),
+        "mu": column("friction"), "bristle": column("bristle"), "radius": column("radius"),
+        "elastic": column("elastic"), **dict(zip(("squeeze", "height"), column("squeeze").reshape(-1, 2).T)),
+        "film": film,
+    }  # fmt: skip
+    return physics.Bushings(np.column_stack([values[name] for name in physics.COLUMNS]), slip, table)
 
 
 # Draws.
