@@ -31,7 +31,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "running-clearance", "orbits under unbalance beside three quarters of the clearances, after API Standard 617", _options,
+    "running-clearance", "orbits under unbalance beside three quarters of the clearances (API 617)", _options,
     out=Path("results/running_clearance"), out_help="folder for csv, json and png (default: %(default)s)",
     writes=("running_clearance.csv", "running_clearance.json", "running_clearance.png"),
 )  # fmt: skip

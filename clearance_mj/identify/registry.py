@@ -136,6 +136,7 @@ class Method:
     """s, that one record must last; None: it opens no record, or checks them itself"""
     finds_rig: bool = False  #: whether it finds the rig too; else it takes the rig file for exact
     needs: tuple[Need, ...] = ()  #: what it needs of the records beside their length
+    in_space: bool = False  #: whether it knows rigs that move in space
 
     def require(self, dataset: Dataset) -> None:
         """Refuse a dataset from which the method can find nothing, before anything is computed.
@@ -170,6 +171,7 @@ def register(
     shortest: Callable[[Rig], float] | None = None,
     finds_rig: bool = False,
     needs: Sequence[Need] = (),
+    in_space: bool = False,
 ) -> Callable[[Callable[..., Found]], Callable[..., Found]]:
     """Make an identification method known by its name; a decorator of its function.
 
@@ -189,6 +191,8 @@ def register(
     needs : sequence of callable
         What the method needs of the records beside their length, such as `records.needs.probes`: each takes the dataset
         and returns in words what is lacking, or "". They are looked at before anything is computed.
+    in_space : bool
+        Whether it knows rigs that move in space.
 
     Returns
     -------
@@ -214,7 +218,7 @@ def register(
             pages = found.pages or (_pages(dataset) if shortest else {})
             return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))), pages=pages)
 
-        METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs))
+        METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs), in_space)
         return checked
 
     return add
@@ -308,7 +312,8 @@ def identify(dataset: Dataset, method: str = "bench", progress: bool = False) ->
     RecordError
         If the dataset holds nothing to identify from.
     """
-    planar(dataset.rig, "identification")
+    if not get_method(method).in_space:
+        planar(dataset.rig, f'method "{method}"')
     return get_method(method).find(dataset, progress)
 
 

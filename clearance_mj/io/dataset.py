@@ -18,8 +18,19 @@ from pydantic import AfterValidator, Field
 from ..core.errors import RecordError
 from ..core.files import replacing
 from ..core.overview import Overview, Shown
-from ..core.validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain
-from ..rig import BASE_NODE, SHAKER_NODE, Rig
+from ..core.validation import (
+    NotNegative,
+    Positive,
+    Text,
+    Whole,
+    checked,
+    from_plain,
+    json_schema,
+    read_plain,
+    to_plain,
+)
+from ..rig import BASE_NODE, SHAKER_NODE, Rig, Spin
+from ..rig.instruments import Direction
 from .record import Band, FileChannels, Kind, Record, RecordName, Role
 from .uff import scan_uff, write_uff
 
@@ -27,7 +38,7 @@ __all__ = ["BASE_NODE", "ROLES", "SHAKER_NODE", "Dataset", "Record", "dataset_sc
 
 SHOWN_RECORDS = 20  # records that a dataset shows of itself in print
 HEAD = ("record", "role", "level RMS", "duration", "rate", "band", "excitation")
-ROLES = ("identify", "validate", "sine")
+ROLES = ("identify", "validate", "sine", "orbit")
 
 _NEEDS = "a dataset is a folder with rig.toml, dataset.toml and the .uff file of each record that it lists"
 
@@ -72,6 +83,7 @@ class Dataset(Shown):
             "rig": f"{len(self.rig.bushings)} clearances, {len(self.rig.sensors)} sensors",
             "folder": "" if self.path is None else str(self.path),
             "records": f"{len(self.identify)} to identify, {len(self.validate)} to validate, {len(self.sines)} of sines"
+            + (f", {len(self.orbits)} of orbits" if self.orbits else "")
             + (f"; the first {SHOWN_RECORDS}:" if left else ""),
         }
         return Overview(f"Dataset of rig “{self.rig.name}”", facts, [HEAD, *rows])
@@ -97,6 +109,11 @@ class Dataset(Shown):
     def validate(self) -> tuple[Record, ...]:
         """Records kept back, to test predictions on."""
         return tuple(r for r in self.records if r.role == "validate")
+
+    @property
+    def orbits(self) -> tuple[Record, ...]:
+        """Records of a machine in operation, of which probes and keyphasor are known alone."""
+        return tuple(r for r in self.records if r.role == "orbit")
 
     @property
     def is_synthetic(self) -> bool:
@@ -241,13 +258,13 @@ class _Entry:
     """universal file in the folder"""
     role: Role
     """identify: the clearance is identified from it; validate: kept back to test predictions on; sine: under a
-    stepped sine, shown beside what a law does under sines"""
+    stepped sine, shown beside what a law does under sines; orbit: probes and keyphasor of a machine in operation"""
     fs: Positive
     """samples per second"""
     excitation: Text = ""
     """the excitation in words"""
     kind: Kind = "base"
-    """base: acceleration of node 100; force: force of node 200"""
+    """base: acceleration of node 100; force: force of node 200; spin: the shaft's turning alone"""
     level: NotNegative | None = None
     """RMS of the excitation, m/s² or N"""
     seed: Whole | None = None
@@ -256,12 +273,18 @@ class _Entry:
     """of the excitation, Hz"""
     provenance: dict[str, Any] = field(default_factory=dict)
     """where it comes from"""
+    direction: Direction | None = None
+    """(x, y, z) along which the base moved or the force acted; None: that of the rig's shaker"""
+    spin: Spin | None = None
+    """how the shaft turned; None: as the rig file says"""
 
     def record(self, folder: Path, rig: Rig, where: str) -> Record:
         channels = FileChannels(folder / self.file, scan_uff(folder / self.file), self.fs)
         of_excitation = self.kind, self.excitation, self.level, self.seed, self.band
         try:
-            return Record(self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance)
+            return Record(
+                self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance, self.direction, self.spin
+            )
         except RecordError as error:
             raise RecordError(f"{where}: {error}") from None
 
@@ -287,6 +310,8 @@ def _table(record: Record) -> dict[str, Any]:
         "seed": record.seed,
         "band": record.band,
         "provenance": record.provenance,
+        "direction": record.direction,
+        "spin": None if record.spin is None else to_plain(record.spin),
     }
     return {key: value for key, value in table.items() if value is not None}
 

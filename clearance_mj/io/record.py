@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 from collections.abc import Sequence
 from dataclasses import field
@@ -15,8 +16,10 @@ from pydantic import AfterValidator, Field, SkipValidation
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown
 from ..core.validation import NotNegative, Positive, Text, Whole, checked
-from ..rig import Rig
+from ..rig import Rig, Spin
+from ..rig.instruments import KEYPHASOR, Direction
 from ..signals.excitation import Excitation
+from ..signals.keyphasor import ShaftTurning, turning_of_pulses
 from ..signals.response import Response
 from .channels import UNKNOWN, Channel, ChannelHeader
 from .uff import read_uff
@@ -24,6 +27,7 @@ from .uff import read_uff
 __all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
 
 _QUANTITIES = {"base": "acceleration", "force": "force"}
+STEADY = 0.02  # of the speed that a record is said to turn at: by so much it may be another one, and change
 _OTHER_SIGN = str.maketrans("+-", "-+")
 _RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
 
@@ -42,8 +46,8 @@ def _rising(band: tuple[float, float]) -> tuple[float, float]:
 
 _NAME = "[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
 RecordName = Annotated[Text, Field(json_schema_extra={"pattern": f"^{_NAME}$"}), AfterValidator(_record_name)]
-Role = Literal["identify", "validate", "sine"]
-Kind = Literal["base", "force"]
+Role = Literal["identify", "validate", "sine", "orbit"]
+Kind = Literal["base", "force", "spin"]
 Band = Annotated[tuple[NotNegative, NotNegative], AfterValidator(_rising)]
 
 
@@ -60,7 +64,7 @@ class Record(Shown):
     name: RecordName
     """letters, digits, ".", "_", "-": it is also the name of its file"""
     role: Role
-    """ "identify", "validate" or "sine" """
+    """ "identify", "validate", "sine" or "orbit" """
     rig: Rig
     """what was measured"""
     fs: Positive
@@ -68,7 +72,7 @@ class Record(Shown):
     channels: SkipValidation[Sequence[Channel]]
     """time functions of one length and rate"""
     excitation_kind: Kind = "base"
-    """ "base": acceleration of node 100; "force": force of node 200"""
+    """ "base": acceleration of node 100; "force": force of node 200; "spin": the shaft's turning alone"""
     description: Text = ""
     """the excitation in words"""
     level: NotNegative | None = None
@@ -79,6 +83,10 @@ class Record(Shown):
     """of the excitation, Hz"""
     provenance: dict[str, Any] = field(default_factory=dict)
     """where it comes from; plain data"""
+    direction: Direction | None = None
+    """(x, y, z) along which the base moved or the force acted; None: that of the rig's shaker"""
+    spin: Spin | None = None
+    """how the shaft turned; None: as the rig file says"""
 
     def __post_init__(self) -> None:
         if not isinstance(self.channels, FileChannels):
@@ -87,6 +95,7 @@ class Record(Shown):
             if self.band and self.fs < 2 * self.band[1]:
                 raise RecordError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
             self._check_channels(self._headers)
+            self._check_turning(self._headers)
         except RecordError as error:
             raise RecordError(f'record "{self.name}": {error}') from None
 
@@ -114,19 +123,33 @@ class Record(Shown):
                     f'channels "{other.name}" and "{h.name}" both are {h.quantity} at node {h.node} along '
                     f"{h.direction.lstrip('+-')}"
                 )
-        (label, quantity), kind = self._driven, self.excitation_kind
-        needed = {(label, quantity): f'the excitation of a record of kind "{kind}" (column "{kind}" of a table)'}
-        needed |= {(label, "acceleration"): "a sensor of the rig" for label in self.rig.sensor_labels}
+        kind, needed = self.excitation_kind, {}
+        if kind != "spin":
+            needed[self._driven] = f'the excitation of a record of kind "{kind}" (column "{kind}" of a table)'
+        if self.role == "orbit" or (kind == "spin" and not self._has_sensors):
+            needed |= {(label, "displacement"): "a probe of an orbit" for label in self.rig.probe_labels}
+        else:
+            needed |= {(label, "acceleration"): "a sensor of the rig" for label in self.rig.sensor_labels}
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
                 raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{_way_out(headers)}")
 
+    def _check_turning(self, headers: Sequence[Channel | ChannelHeader]) -> None:
+        turns = self._turns
+        if self.excitation_kind == "spin" and not turns:
+            raise RecordError('is of kind "spin", and its shaft does not turn: give spin with a speed, rad/s')
+        if turns and not any(f"{h.node}:{h.direction}" == KEYPHASOR for h in headers):
+            raise RecordError(
+                f"turns at {turns.speed:g} rad/s and has no keyphasor, a channel of once-per-turn pulses at "
+                f"{KEYPHASOR}, without which the shaft's angle is not known"
+            )
+
     __repr__ = Shown.__repr__
 
     def row(self) -> tuple[str, ...]:
         """Return name, role, level, duration, rate, band and excitation in words."""
-        unit = "m/s²" if self.excitation_kind == "base" else "N"
+        unit = "N" if self.excitation_kind == "force" else "m/s²"
         return (
             self.name,
             self.role,
@@ -144,10 +167,33 @@ class Record(Shown):
         facts["from"] = ", ".join(f"{name}: {value}" for name, value in self.provenance.items())
         return Overview(f"Record “{self.name}” of rig “{self.rig.name}”", facts)
 
+    @functools.cached_property
+    def tested_rig(self) -> Rig:
+        """The rig as it was driven in this test: along the record's direction, and turning as its shaft turned."""
+        changed: dict[str, Any] = {}
+        if self.direction is not None and self.direction != self.rig.shaker.direction:
+            changed["shaker"] = dataclasses.replace(self.rig.shaker, direction=self.direction)
+        if self.spin is not None and self.spin != self.rig.spin:
+            changed["spin"] = self.spin
+        return self.rig.replace(**changed) if changed else self.rig
+
+    @property
+    def _turns(self) -> Spin | None:
+        """How the shaft turned; None if it did not."""
+        spin = self.spin or self.rig.spin
+        return spin if spin and (spin.speed or spin.rate) else None
+
     @property
     def _driven(self) -> tuple[str, str]:
         """Degree of freedom and quantity of the excitation."""
-        return self.rig.shaker.label(self.excitation_kind), _QUANTITIES[self.excitation_kind]
+        kind = "base" if self.excitation_kind == "spin" else self.excitation_kind
+        return self.tested_rig.shaker.label(kind), _QUANTITIES[kind]
+
+    @property
+    def _has_sensors(self) -> bool:
+        """Whether every accelerometer of the rig was recorded, along either sense of its direction."""
+        found = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "acceleration"}
+        return all((node, axis) in found for node, _, axis in map(_split, self.rig.sensor_labels))
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
@@ -172,8 +218,44 @@ class Record(Shown):
         """Return the measured excitation, to simulate with."""
         description = {"generator": "record", "record": self.name, "excitation": self.description}
         description |= {k: v for k in ("level", "seed") if (v := getattr(self, k)) is not None}
+        if self.excitation_kind == "spin":
+            return Excitation(np.zeros(self.size), self.fs, "base", None, description)
         value = self._measured(self.channels)[self._driven]
         return Excitation(value, self.fs, self.excitation_kind, self.band, description)
+
+    def turning(self) -> ShaftTurning | None:
+        """Return how the shaft turned, as its keyphasor shows; None if it did not.
+
+        Raises
+        ------
+        RecordError
+            If the pulses do not tell it, or not what the record's ``spin`` says.
+        """
+        spin = self._turns
+        if spin is None:
+            return None
+        pulses = next(c.value for c in self.channels if c.label == KEYPHASOR)
+        try:
+            found = turning_of_pulses(pulses, self.fs, -1.0 if spin.speed + spin.rate < 0 else 1.0)
+            self._check_speed(spin, found)
+        except RecordError as error:
+            raise RecordError(f'record "{self.name}": {error}') from None
+        return found
+
+    @staticmethod
+    def _check_speed(spin: Spin, found: ShaftTurning) -> None:
+        if spin.rate:
+            return
+        slowest, fastest = (float(end) for end in np.sort(np.abs(found.of_turns))[[0, -1]])
+        if fastest - slowest > STEADY * abs(found.mean_speed):
+            raise RecordError(
+                f"is said to turn at {spin.speed:.4g} rad/s, and its keyphasor shows {slowest:.4g} to {fastest:.4g} "
+                "rad/s: give spin a rate, or a part of it at one speed"
+            )
+        if abs(found.mean_speed / spin.speed - 1) > STEADY:
+            raise RecordError(
+                f"is said to turn at {spin.speed:.4g} rad/s, and its keyphasor shows {found.mean_speed:.4g} rad/s"
+            )
 
     def response(self) -> Response:
         """Return what the rig's sensors measured.
@@ -188,16 +270,19 @@ class Record(Shown):
         measured = self._measured(self.channels)
         probed = [(label, "displacement") for label in self.rig.probe_labels]
         has_probes = bool(probed) and not self.missing_probes
+        by_spin, turning = self.excitation_kind == "spin", self.turning()
+        labels = self.rig.sensor_labels if self._has_sensors else []
         return Response(
             fs=self.fs,
-            excitation=measured[self._driven],
-            acceleration=np.stack([measured[label, "acceleration"] for label in self.rig.sensor_labels]),
+            excitation=np.zeros(self.size) if by_spin else measured[self._driven],
+            acceleration=np.array([measured[label, "acceleration"] for label in labels]).reshape(-1, self.size),
             displacement=np.stack([measured[probe] for probe in probed]) if has_probes else None,
-            kind=self.excitation_kind,
+            kind="base" if by_spin else self.excitation_kind,
             band=self.band,
-            responses=tuple(self.rig.sensor_labels),
+            responses=tuple(labels),
             reference=self._driven[0],
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
+            spin=None if turning is None else turning.speed,
         )
 
     @property

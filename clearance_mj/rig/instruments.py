@@ -12,7 +12,10 @@ from ..core.validation import NotNegative, Number, Positive, Whole, checked, sel
 from ..structure import Point
 from ..structure.base import AXES, dof_vector, parse_dof
 
-__all__ = ["BASE_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Sensor", "Shaker", "dof_label"]
+__all__ = [
+    "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
+    "Sensor", "Shaker", "dof_label",
+]  # fmt: skip
 
 BASE_NODE = 100
 """Node of the base acceleration in records."""
@@ -20,6 +23,10 @@ SHAKER_NODE = 200
 """Node of the shaker's (or hammer's) force in records."""
 PROBE_NODE = 301
 """First node in records of displacement probes that are at no sensor's."""
+KEYPHASOR_NODE = 400
+"""Node of the once-per-turn pulses in records of a shaft that turns."""
+KEYPHASOR = f"{KEYPHASOR_NODE}:S"
+"""Degree of freedom of these pulses, whose rising half height marks the shaft's angle 0."""
 
 
 def dof_label(node: int, point: float | str) -> str:
@@ -29,6 +36,7 @@ def dof_label(node: int, point: float | str) -> str:
 
 
 Direction: TypeAlias = tuple[Number, Number, Number]
+"""Of a sensor, or of what excites: (x, y, z) of any length"""
 
 
 def _check_direction(direction: Direction | None) -> None:

@@ -26,7 +26,7 @@ def recorded(rig: Rig, n: int = 8192, fs: float = 512.0) -> PreparedRecord:
     """A record of noise from 0 Hz on: what it says is that of no rig, which a linear clearance does not mind."""
     signals = np.random.default_rng(3).standard_normal((n, len(rig.sensors) + 1))
     names = (*(f"accelerometer {label}" for label in rig.sensor_labels), "excitation")
-    return PreparedRecord("noise", rig, fs, "base", (0.5, 200.0), "", names, signals, False)
+    return PreparedRecord("noise", rig, rig, fs, "base", (0.5, 200.0), "", names, signals, False)
 
 
 def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..structure.faults.assessment import distance, predicted_spectra
-from ..structure.force_gains import force_gains
+from ..structure.force_gains import Lines, force_gains
 from ..structure.rig_fit import channel_weights
 from ..structure.spectra import complex_frequency, complex_spectra, rms
 from .assignment import Assignment, Search
@@ -56,7 +56,7 @@ class Judge:
         found = [complex_spectra(record * factor, signals.fs, search.band, LINES) for record in signals.records]
         self._measured = [spectra for _, spectra in found]
         lines = [
-            (search.kind, complex_frequency(frequency, len(record) / signals.fs))
+            Lines(search.kind, complex_frequency(frequency, len(record) / signals.fs), search.rig)
             for (frequency, _), record in zip(found, signals.records)
         ]
         drawn = [force_gains(search.rig, search.drawn[i].values, True, lines) for i in assignment.draws]

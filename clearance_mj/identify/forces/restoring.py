@@ -21,7 +21,10 @@ from ...clearance.walls import penetration
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
+from ...rotors.gains import SpatialGains
+from ...rotors.spatial import spatial_model
 from ..records.prepared import PreparedRecord, prepare, prepared
+from .unbalance import spun_spectra, unbalance_gains
 
 __all__ = ["RestoringForce", "possible_forces", "restoring_force", "restoring_forces"]
 
@@ -40,7 +43,8 @@ AnyRecord = TypeVar("AnyRecord", Record, PreparedRecord)
 class RestoringForce:
     """Force of grease and contact at every bushing, positive against positive displacement, as `restoring_force` finds.
 
-    All signals are band-limited to ``band`` and fade to zero where ``valid`` is False, at both ends of the record.
+    A round clearance has two rows where a planar one has one: along y and along z, clearance after clearance. All
+    signals are band-limited to ``band`` and fade to zero where ``valid`` is False, at both ends of the record.
     """
 
     name: str  #: the record's
@@ -60,6 +64,8 @@ class RestoringForce:
     noise_density: np.ndarray  #: (n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)
     noise: np.ndarray
     """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units"""
+    spin: np.ndarray
+    """(n_t,) rad/s, of a shaft that turned; 0 of others"""
 
     @property
     def reach(self) -> np.ndarray:
@@ -103,16 +109,19 @@ def restoring_force(
     high = BAND * fs if high is None else float(high)
     if not low < high <= fs / 2:
         raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
-    n, m = measured.shape[0], len(rig.bushings)
+    n, m = measured.shape[0], rig.n_coordinates * len(rig.bushings)
     size = scipy.fft.next_fast_len(n + int(TAPER * fs), real=True)
     frequency = np.fft.rfftfreq(size, 1 / fs)
     inside = (frequency >= low) & (frequency <= high)
     spectrum = np.fft.rfft(measured * flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
-    model = ritz_model(rig, MODES)
+    model = SpatialGains(spatial_model(rig, MODES)).driven(record.tested) if rig.is_spatial else ritz_model(rig, MODES)
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
     seen = model.channel_gains(rows, record.kind, omega)
     moved = model.displacement_gains(model.at_points, record.kind, omega)
+    if isinstance(model, SpatialGains) and record.turning is not None and rig.unbalances:
+        turned = spun_spectra(record.turning, fs, flanks(n, fs), size)[inside]
+        spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega), turned)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -152,6 +161,7 @@ def restoring_force(
         noise_frequency=frequency[inside],
         noise_density=np.sqrt(noise).T,
         noise=sigma,
+        spin=np.zeros(n) if record.turning is None else record.turning.speed,
     )
 
 

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from tqdm import tqdm
@@ -25,7 +25,7 @@ from .force_fit import ForceFit, fit_force
 from .measured_motion import MeasuredMotion
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
-__all__ = ["FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on"]
+__all__ = ["WORKERS", "FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on", "weighted"]
 
 WORKERS = 2  # threads
 RESAMPLED = 1000  # bootstraps of the records' blocks
@@ -35,6 +35,18 @@ SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and 
 
 Values = Mapping[str, float]
 AnyFamily = TypeVar("AnyFamily", bound=Family)
+
+
+class AnyMotion(Protocol):
+    """What is asked of a measured motion here."""
+
+    @property
+    def rate(self) -> float:
+        """Values compared per second."""
+
+    @property
+    def blocks(self) -> np.ndarray:
+        """Where blocks begin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +216,7 @@ def fit_families(motions: Sequence[MeasuredMotion], progress: bool = False) -> t
             if others:
                 rivals = [min(fits, key=lambda f: f.misfit) for fits in zip(*others)]
                 found[pair] = list(pool.map(fit_from_rival, motions, found[pair], rivals))
-    return _weighted(motions, list(found.values()))
+    return weighted(motions, list(found.values()))
 
 
 def _generations(families: Mapping[str, AnyFamily]) -> list[list[AnyFamily]]:
@@ -234,8 +246,8 @@ def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> Fo
     return min(old, new, key=lambda f: f.misfit)
 
 
-def _weighted(motions: Sequence[MeasuredMotion], found: Sequence[Sequence[ForceFit]]) -> tuple[FamilyFit, ...]:
-    """Families with their probabilities, likeliest first.
+def weighted(motions: Sequence[AnyMotion], found: Sequence[Sequence[ForceFit]]) -> tuple[FamilyFit, ...]:
+    """Return families with their probabilities, likeliest first.
 
     All families miss the records by more than noise, so that pieces of a record do not agree which one is nearest:
     probabilities are means over Bayesian bootstraps of the blocks (pseudo-BMA+; Yao, Vehtari, Simpson and Gelman,

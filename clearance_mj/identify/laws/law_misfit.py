@@ -205,7 +205,9 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     """
     excitations = [record.excitation() for record in records]
     numbers, title = range(len(records)), "misfit" if progress else ""
-    simulated = dict(run_tasks(lambda i: simulate(model, excitations[i], engine="modal"), numbers, progress=title))
+    tested = [in_test(model, record) for record in records]
+    tasks = run_tasks(lambda i: simulate(tested[i], excitations[i], engine="modal"), numbers, progress=title)
+    simulated = dict(tasks)
     pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
     bands = [_band(test) for _, test, _ in pairs if not _is_of_hits(test)]
     edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)
@@ -214,6 +216,20 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     unit = "N" if records[0].kind == "force" else "m/s²"
     stretches.sort(key=lambda s: s.level)
     return LawMisfit(tuple(model.rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
+
+
+def in_test(model: Model, record: PreparedRecord) -> Model:
+    """Return a model driven along the direction of a record, and turning as its shaft did."""
+    rig, tested = model.rig, record.tested
+    if not rig.is_spatial:
+        return model
+    shaker = dataclasses.replace(rig.shaker, direction=tested.shaker.direction)
+    spin = tested.spin
+    if spin is not None and record.turning is not None:
+        speed = spin.speed if spin.rate else record.turning.mean_speed
+        spin = dataclasses.replace(spin, speed=speed, angle=float(record.turning.angle[0]))
+    unbalances = rig.unbalances if spin else ()
+    return dataclasses.replace(model, rig=rig.replace(shaker=shaker, spin=spin, unbalances=unbalances))
 
 
 def _is_of_hits(response: Response) -> bool:

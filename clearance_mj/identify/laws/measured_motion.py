@@ -22,7 +22,10 @@ from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce
 from .forces_in_lanes import Path, law_forces
 
-__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion"]
+__all__ = [
+    "DECIMATION", "FORCE_ERROR", "INTERPOLATION", "MeasuredMotion", "OwnSlowMotion", "low_pass", "path_of",
+    "samples_of",
+]  # fmt: skip
 
 INTERPOLATION = 2  # factor by which motions are interpolated: contact begins and ends between samples
 DECIMATION = 2  # factor by which forces are decimated: beyond the pass band there is nothing to compare
@@ -66,10 +69,11 @@ class MeasuredMotion:
         self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap_parameters: Sequence[Parameter]
     ) -> None:
         self.rig, self.nominal, self.gap_parameters = rig, rig.bushings[number], tuple(gap_parameters)
-        self.paths, self.factor = [_path(f, number) for f in forces], INTERPOLATION * DECIMATION
+        self.paths = [path_of(f, number, f.rig.bushings[number].length) for f in forces]
+        self.factor = INTERPOLATION * DECIMATION
         self.rate = forces[0].fs / DECIMATION
         """samples compared per second"""
-        pieces = [_samples(f, number, i) for i, f in enumerate(forces)]
+        pieces = [samples_of(f, number, i) for i, f in enumerate(forces)]
         self.force, level, noise, block, fitted, held_out = (np.concatenate(arrays) for arrays in zip(*pieces))
         self.unknown_lines = _unknown_lines(forces, [len(piece[0]) for piece in pieces])
         self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
@@ -109,7 +113,7 @@ class MeasuredMotion:
         """Return forces (n_t, n_cases) at all frequencies, with slow lines x (n_f, n_cases) in each record, if any."""
         slow = [scipy.fft.irfft(each, part.stop - part.start, axis=0)
                 for each, (part, _) in zip(x, self.unknown_lines)]  # fmt: skip
-        return law_forces(self.paths, _low_pass(), self.factor, self.rig, cases, slow)
+        return law_forces(self.paths, low_pass(), self.factor, self.rig, cases, slow)
 
     def _at_ends(self, length: float) -> np.ndarray:
         """Displacements (n_t, 2) at both ends of a bushing of a length."""
@@ -146,19 +150,20 @@ class MeasuredMotion:
         return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * float(np.ptp(ends))))
 
 
-def _path(f: RestoringForce, number: int) -> Path:
+def path_of(f: RestoringForce, number: int, length: float) -> Path:
+    """Return the motion of row ``number`` of a record's displacements, interpolated, with that of its ends."""
     n = f.time.size
     points = np.concatenate((f.displacement[number : number + 1], f.ends[number]))
     spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=1)
     spectrum[:, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is not known, but for what ends of records make of it
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
     x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * INTERPOLATION).T) for s in (spectrum, 1j * omega * spectrum))
-    return Path(x, v, 1 / (f.fs * INTERPOLATION), f.rig.bushings[number].length)
+    return Path(x, v, 1 / (f.fs * INTERPOLATION), length)
 
 
-def _samples(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:
-    """Force as `law_forces` gives it, its local RMS, its noise, number of the block, whether fitted or held out."""
-    taps = _low_pass()
+def samples_of(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:
+    """Return force as `law_forces` gives it, local RMS, noise, number of the block, whether fitted, or held out."""
+    taps = low_pass()
     fine = scipy.signal.resample(f.force[number], f.time.size * INTERPOLATION)
     time, valid, factor = f.time[::DECIMATION], f.valid[::DECIMATION], INTERPOLATION * DECIMATION
     force = scipy.signal.upfirdn(taps, fine, 1, factor)[taps.size // 2 // factor :][: time.size]
@@ -178,8 +183,8 @@ def _unknown_lines(forces: Sequence[RestoringForce], sizes: Sequence[int]) -> li
 
 
 @functools.cache
-def _low_pass() -> np.ndarray:
-    """Taps of the low-pass before decimation, an odd number, centred on a sample that is kept."""
+def low_pass() -> np.ndarray:
+    """Return taps of the low-pass before decimation, an odd number, centred on a sample that is kept."""
     count, beta = scipy.signal.kaiserord(ATTENUATION, 2 * (STOP - PASS) / INTERPOLATION)
     factor = INTERPOLATION * DECIMATION
     half = factor * -(-count // (2 * factor))

@@ -17,14 +17,17 @@ from ...io.dataset import Dataset
 from ...model import Model
 from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
+from ..forces.unbalance import with_unbalance
 from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
+from ..laws.round_comparison import compare_round_families
 from ..records.needs import more_sensors_than_clearances
-from ..records.prepared import prepare
+from ..records.prepared import PreparedRecord, prepare
 from ..registry import Identified, register
 from ..structure.examination import examine
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
+from ..structure.updating import update_from
 
 __all__ = ["BenchFit", "between_families", "fit_bench"]
 
@@ -63,6 +66,7 @@ class BenchFit(Identified):
     shortest=lambda rig: 4 * SETTLE,
     needs=(more_sensors_than_clearances,),
     finds_rig=True,
+    in_space=True,
 )
 def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     """Identify the rig and its law where the rig file is not exact.
@@ -91,6 +95,8 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         or in other units than the records say.
     """
     records = prepare(dataset)
+    if dataset.rig.is_spatial:
+        return _fit_in_space(dataset, records, progress)
     check_places(records)
     update, diagnosis = examine(dataset.rig, records, progress)
     families = compare_families(records, update, progress)
@@ -104,6 +110,20 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),
         pages={"forces": partial(possible_forces, records, partial(force_on, model.rig, update)),
                "update": update, "families": families, "misfit": misfit},
+    )  # fmt: skip
+
+
+def _fit_in_space(dataset: Dataset, records: Sequence[PreparedRecord], progress: bool) -> BenchFit:
+    """The same of a rig in space, whose structure is believed as it is drawn."""
+    update = update_from(dataset.rig, records)
+    rig = with_unbalance(update.rig, records, update.values)
+    families = compare_round_families(records, update, rig, progress)
+    model = Model(families[0].rig(rig), families[0].law, partial(_drawn, update, families))
+    misfit = law_misfit(update.records, model, progress)
+    return BenchFit(
+        model=model, estimates=_together(update, families, misfit.widening), update=update, families=families,
+        misfit=misfit, warnings=(*update.warnings, *misfit.warnings),
+        pages={"update": update, "families": families, "misfit": misfit},
     )  # fmt: skip
 
 

@@ -123,7 +123,7 @@ def warn_of_dropouts(record: PreparedRecord) -> None:
     described = describe_dropouts(record.signals.T, record.fs)
     if said := [f"{name} {words}" for name, words in zip(record.channels, described) if words]:
         warn(f'record "{record.name}": {", ".join(said)}: as of a loose cable; repair the record, or leave it out')
-    probes = () if record.displacement is None else tuple(record.displacement)
+    probes = () if record.displacement is None or record.rig.is_spatial else tuple(record.displacement)
     for j, (signal, bushing) in enumerate(zip(probes, record.rig.bushings)):
         if words := zero_error(signal, bushing.gap):
             warn(
@@ -136,8 +136,14 @@ def _warn_of_no_contact(records: Sequence[PreparedRecord]) -> None:
     probes = [d for record in records if (d := record.displacement) is not None]
     if not probes:
         return
-    gaps, offsets = np.array([(b.gap, b.offset) for b in records[0].rig.bushings]).T
-    reached = np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0)
+    rig = records[0].rig
+    gaps = np.array([b.gap for b in rig.bushings])
+    if rig.is_spatial:  # from the middle of its motion: where the shaft rests in the clearance is not known
+        around = [d.reshape(gaps.size, 2, -1) for d in probes]
+        reached = np.max([np.ptp(d, axis=2).max(axis=1) / 2 for d in around], axis=0)
+    else:
+        offsets = np.array([b.offset for b in rig.bushings])
+        reached = np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0)
     moves = ", ".join(
         f"bushings[{j}] moves up to {1e3 * x:.3g} mm in a gap of {1e3 * d:.3g} mm"
         for j, (x, d) in enumerate(zip(reached, gaps))

@@ -12,14 +12,16 @@ import numpy as np
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
-from ...rig.dimensions import planar
 from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
+from ...signals.keyphasor import ShaftTurning
 from ...signals.response import Response
+from .run_out import TURNS, without_run_out
 
 __all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepared"]
 
 EXCITATION = "excitation"
+TURN_WIDTH, TURN_SPREAD = 1.5, 0.01  # Hz, and share of it, either side of each
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,7 @@ class PreparedRecord:
 
     name: str  #: the record's
     rig: Rig  #: that it was measured on, or a hypothesis of it
+    tested: Rig  #: the former with the record's own direction of excitation and spin
     fs: float  #: samples per second
     kind: str  #: "base" or "force": what excites
     band: tuple[float, float] | None  #: of the excitation, Hz
@@ -35,7 +38,8 @@ class PreparedRecord:
     channels: tuple[str, ...]  #: (n_channels,) names: "accelerometer 3:+Z", "probe 6:+Z", and "excitation"
     signals: np.ndarray
     """(n_t, n_channels), SI units; channels side by side, so that sums over time are taken sample by sample"""
-    probes: bool  #: whether every clearance has a displacement probe
+    probes: bool  #: whether every clearance has a displacement probe, and two a round one
+    turning: ShaftTurning | None = None  #: of a shaft that turned
 
     @property
     def duration(self) -> float:
@@ -44,7 +48,7 @@ class PreparedRecord:
 
     @property
     def displacement(self) -> np.ndarray | None:
-        """(n_bushings, n_t) of the probes, m; None unless every clearance has one."""
+        """(n_bushings, n_t) of the probes, m, y and z of round clearances; None unless every clearance has them."""
         return self.signals[:, len(self.rig.sensors) : -1].T if self.probes else None
 
     def excitation(self) -> Excitation:
@@ -60,11 +64,28 @@ class PreparedRecord:
             band=self.band, responses=tuple(self.rig.sensor_labels), reference=self.reference,
         )  # fmt: skip
 
+    def away_from_turns(self, frequency: np.ndarray) -> np.ndarray:
+        """Return which frequencies (n_f,), Hz, unbalance and the shaft's run-out leave alone: none but near its turns.
+
+        Parameters
+        ----------
+        frequency : ndarray, shape (n_f,)
+            Hz.
+        """
+        kept = np.ones(frequency.size, dtype=bool)
+        if self.turning is not None:
+            for order in range(1, TURNS + 1):
+                turns = order * abs(self.turning.mean_speed) / (2 * np.pi)
+                kept &= np.abs(frequency - turns) > TURN_WIDTH + TURN_SPREAD * turns
+        return kept
+
     @cached_property
     def faults(self) -> dict[str, str]:
         """Why channels cannot be used, by their names; empty if all can."""
         found = {}
         for name, signal in zip(self.channels, self.signals.T):
+            if name == EXCITATION and self.kind == "spin":
+                continue
             try:
                 check_channel(f'record "{self.name}": {name}', signal, self.fs)
             except RecordError as error:
@@ -119,8 +140,8 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
     channels += [f"probe {label}" for label in record.rig.probe_labels] if displacement else []
     signals = np.ascontiguousarray(np.vstack((response.acceleration, *displacement, response.excitation)).T)
     return PreparedRecord(
-        record.name, record.rig, record.fs, record.excitation_kind, response.band, response.reference,
-        (*channels, EXCITATION), signals, bool(displacement),
+        record.name, record.rig, record.tested_rig, record.fs, record.excitation_kind, response.band,
+        response.reference, (*channels, EXCITATION), signals, bool(displacement), record.turning(),
     )  # fmt: skip
 
 
@@ -136,9 +157,9 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
     ------
     RecordError
         If there is no record to identify from, or a file cannot be read.
-    ClearanceError
-        If the rig moves in space.
     """
-    if isinstance(dataset, Dataset):
-        planar(dataset.rig, "identification")
-    return tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
+    found = tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
+    driven = tuple(record for record in without_run_out(found) if record.kind != "spin")
+    if not driven:
+        raise RecordError("no record to identify is driven by its base or a force: turning alone tells no structure")
+    return driven

@@ -4,24 +4,35 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ...beam import ModalModel, ritz_model
 from ...rig import Rig
+from ...rotors.gains import SpatialGains
+from ...rotors.spatial import spatial_model
 from ...structure import Beam, Shaft
 from ...structure.base import ratios_of_modes
 from .priors import rig_with
 
 __all__ = ["Lines", "displacement_at_ends", "force_gains", "gains_at", "model_with"]
 
-MODES = 16  # of the structure, to which the static shapes are added
+MODES, SPATIAL_MODES = 16, 10  # of the structure or of each of its planes, to which the static shapes are added
 STRUCTURAL = "beam", "1/", "structure", "masses", "springs", "oscillators", "fixture", "planes"  # paths begin so
-Lines = Sequence[tuple[str, np.ndarray]]  # Of each record, what excites and the complex frequencies (n_f,), rad/s.
+AnyModel = ModalModel | SpatialGains
 
 
-def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Lines) -> list[np.ndarray]:
-    """Return the gains (n_f, n_channels, n_bushings + 1) of forces and excitation, for each record.
+class Lines(NamedTuple):
+    """Spectral lines of a record."""
+
+    kind: str  #: of the excitation
+    omega: np.ndarray  #: (n_f,) complex frequencies, rad/s
+    tested: Rig  #: whose shaker and spin are those of the record
+
+
+def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Sequence[Lines]) -> list[np.ndarray]:
+    """Return the gains (n_f, n_channels, n_forces + 1) of forces and excitation, for each record.
 
     A force acts half in the clearance's middle, where the filling does, and half at its ends, where contact does.
     """
@@ -31,19 +42,21 @@ def force_gains(rig: Rig, values: Mapping[str, float], probes: bool, lines: Line
 
 
 def gains_at(
-    model: ModalModel, values: Mapping[str, float], probes: bool, lines: Lines, at: np.ndarray
+    model: AnyModel, values: Mapping[str, float], probes: bool, lines: Sequence[Lines], at: np.ndarray
 ) -> list[np.ndarray]:
     """Return the gains of forces that act at rows (n_forces, n_modes), and of the excitation, for each record."""
     rows = model.at_probes(values) if probes else np.zeros((0, model.size))
-    return [model.channel_gains(rows, kind, omega, at) for kind, omega in lines]
+    if isinstance(model, SpatialGains):
+        return [model.driven(each.tested).channel_gains(rows, each.kind, each.omega, at) for each in lines]
+    return [model.channel_gains(rows, each.kind, each.omega, at) for each in lines]
 
 
-def displacement_at_ends(model: ModalModel) -> np.ndarray:
-    """Return the displacement (n_bushings, 2, n_modes) at both ends of each clearance."""
+def displacement_at_ends(model: AnyModel) -> np.ndarray:
+    """Return the displacement (n_forces, 2, n_modes) at both ends of each clearance, y and z of a round one."""
     return model.at_ends.reshape(-1, 2, model.size)
 
 
-def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
+def model_with(rig: Rig, values: Mapping[str, float]) -> AnyModel:
     """Return the modes of the structure with values by name, without the filling's stiffness.
 
     Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
@@ -52,14 +65,26 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> ModalModel:
     if whole.attached:  # modes of the whole are not those that the damping ratios are of
         return dataclasses.replace(ritz_model(rig_with(rig, structural), MODES), rig=whole)
     linear = whole.linear
+    reduce = _spatial if rig.is_spatial else _planar
     ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
     if isinstance(linear, Beam | Shaft):
         field = "beam" if whole.beam else "structure"
         # Modes are damped by ratios of their own: these leave the reduction as it is.
         structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(ratios))}
-    model = ritz_model(rig_with(rig, structural), MODES)
+    return reduce(rig_with(rig, structural), whole, ratios)
+
+
+def _planar(structural: Rig, whole: Rig, ratios: Sequence[float]) -> AnyModel:
+    model = ritz_model(structural, MODES)
     damping = model.damping + 2 * model.omega * ratios_of_modes(ratios, model.size)
     return dataclasses.replace(model, rig=whole, damping=damping)
+
+
+def _spatial(structural: Rig, whole: Rig, ratios: Sequence[float]) -> AnyModel:
+    model = spatial_model(structural, SPATIAL_MODES, turning=bool(whole.linear.shafts) and whole.spin is not None)
+    planes = [part.stop - part.start for part in dict.fromkeys(model.planes)]
+    damping = model.damping + 2 * model.omega * np.concatenate([ratios_of_modes(ratios, n) for n in planes])
+    return SpatialGains(dataclasses.replace(model, rig=whole, damping=damping))
 
 
 def _structural(name: str) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...rig import Rig
 from .spectra import complex_frequency, rms
 
 __all__ = ["RecordMisfit"]
@@ -16,6 +17,7 @@ class RecordMisfit:
     """Spectra of one record as measured, and of two rigs under the forces that meet all sensors best."""
 
     record: str  #: name of the record
+    tested: Rig  #: whose shaker and spin are those of the record
     kind: str  #: "base" or "force": what excites
     duration: float  #: s
     frequency: np.ndarray  #: (n_f,) Hz

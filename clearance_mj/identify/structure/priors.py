@@ -24,7 +24,7 @@ from ...rig import Rig
 from ...rig.tolerance import CLAMP_COMPLIANCES, Tolerance, unit_of
 from ...structure import Beam, Shaft
 from ...structure.attached import LARGEST_DIFFERENCE, MAX_DAMPING
-from ...structure.base import parse_place
+from ...structure.base import parse_dof, parse_place
 from ...structure.beam import Clamp
 
 __all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words"]
@@ -36,9 +36,11 @@ DEFAULTS = {
     "length": 0.5, "damping_ratios": math.log(2.0), "stiffness": math.log(10.0), "damping": math.log(10.0),
     "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
     "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
-    "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0),
+    "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0), "translation": math.log(10.0),
+    "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3, "coefficient": math.log(1.5), "viscosity": math.log(1.5),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
+_SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))
 RANGES = {
     "damping_ratios": (0.0, CRITICAL), "damping_ratio": (0.0, MAX_DAMPING), "angle": (0.01, math.pi / 2 - 0.01),
     "difference": (0.0, LARGEST_DIFFERENCE), "delay": (-LONGEST_DELAY, LONGEST_DELAY),
@@ -47,16 +49,18 @@ RANGES = {
 """Fields that end where no rig can be, SI units"""
 SHORTEST = 0.01  # of a shaft's length: 1 σ of a bushing's length at least
 LONGEST = 3.0  # standard deviations by which a bushing may be longer
-LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay", "lever")
+LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay", "lever", "direction", "probe_angle")
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
+STIFF_SUPPORT = 3e3  # of EI/L³, the support of a shaft that the rig file takes for rigid
+STEEL = 2.1e11  # N/m², of a shaft whose rig file does not say
 RATIOS = 8  # modes at most with a damping ratio of their own
 DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
-LEFT_OUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0, "probe_delay": 0.0}
+LEFT_OUT = {"gain": 1.0, "offset": 0.0, "offset_y": 0.0, "delay": 0.0, "probe_delay": 0.0, "probe_angle": 0.0}
 """Values of fields that plain data leave out"""
 MOVING_CLAMP = 1.0  # 1 σ of the logarithm of the stiffness below a clamp whose block has a mass
 CLAMP_UNITS = {"1/beam.clamp.rotation": "rad/(N m)", "1/beam.clamp.translation": "m/N"}
@@ -117,8 +121,9 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     found = list(_clamp(rig))
     for key, (path, value) in zip(keys, named):
         found += [p] if (p := _parameter(base, data, key, path, value, given.get(key))) else []
+    own = rig.n_coordinates
     for j, (bushing, place) in enumerate(zip(rig.bushings, places)):
-        found.append(_logarithm(f"probes[{j}].gain", "", 1.0, PROBE_GAIN))
+        found += [_logarithm(f"probes[{own * j + i}].gain", "", 1.0, PROBE_GAIN) for i in range(own)]
         if place is not None and bushing.to is None:
             ends = _shaft(rig, bushing.position)
             found.append(_linear(f"probes[{j}].position", "m", place, DEFAULTS["position"], *ends))
@@ -126,10 +131,22 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
 
 
 def prepared_rig(rig: Rig) -> Rig:
-    """Return the same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes."""
+    """Return the same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes.
+
+    In space the directions of its sensors are vectors, and pins that hold its shaft are stiff springs.
+    """
     linear = rig.linear
     if not isinstance(linear, Beam | Shaft):
         return rig
+    if rig.is_spatial:
+        sensors = tuple(
+            dataclasses.replace(s, direction=tuple(s.unit_direction.tolist())) if parse_dof(s.position) is None else s
+            for s in rig.sensors
+        )
+        rig = rig.replace(sensors=sensors)
+        if isinstance(linear, Shaft):
+            linear = _on_springs(linear)
+            rig = rig.replace(structure=linear)
     omega = ritz_model(rig, 2 * RATIOS).omega[:RATIOS]
     own = linear.damping_ratios or (0.0,)
     eta1, eta2 = linear.rayleigh
@@ -139,6 +156,17 @@ def prepared_rig(rig: Rig) -> Rig:
     if isinstance(linear, Beam):
         return rig.replace(tolerances=(), beam=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
     return rig.replace(tolerances=(), structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
+
+
+def _on_springs(shaft: Shaft) -> Shaft:
+    """The shaft with springs in the place of pins."""
+    material = shaft.material or shaft.sections[0].material
+    thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
+    stiff = STIFF_SUPPORT * (material.young_modulus if material else STEEL) * thickest / shaft.length**3
+    supports = tuple(
+        dataclasses.replace(s, kind="elastic", translation=stiff) if s.kind == "pinned" else s for s in shaft.supports
+    )
+    return dataclasses.replace(shaft, supports=supports)
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
@@ -188,9 +216,19 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     for j in range(len(data["bushings"])):
         yield from (("bushings", j, "grease", name) for name in ("stiffness", "damping"))
         yield from (("bushings", j, name) for name in ("position", "gap", "offset"))
+        if data.get("motion") == "spatial":
+            yield from (("bushings", j, name) for name in ("offset_y", "probe_angle"))
+            yield from (("bushings", j, *key) for key in _SPATIAL if key[0] in data["bushings"][j])
         if parse_place(data["bushings"][j]["position"]):
             yield ("bushings", j, "length")
     yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
+    for i, sensor in enumerate(data["sensors"]):
+        if along := sensor.get("direction"):
+            # What is across its direction in the plane: a component of a vector that keeps its main one.
+            yield ("sensors", i, "direction", 1 if abs(along[2]) > abs(along[1]) else 2)
+    for i, support in enumerate(shaft.get("supports", ())):
+        if data.get("motion") == "spatial" and support.get("translation"):
+            yield ("structure", "supports", i, "translation")
 
 
 def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
@@ -225,7 +263,7 @@ def _parameter(
         return None
     field = str(key[-1] if isinstance(key[-1], str) else key[-2])
     unit, size = unit_of(path), tolerance.size if tolerance else DEFAULTS[field]
-    if field == "offset":
+    if field in ("offset", "offset_y"):
         gap = data["bushings"][key[1]]["gap"]
         size *= gap if tolerance is None or tolerance.relative else 1.0
         return _linear(path, unit, value, size, -MAX_OFFSET * gap, MAX_OFFSET * gap)

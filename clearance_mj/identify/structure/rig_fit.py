@@ -14,7 +14,7 @@ from ...estimate.problem import Linearised, Problem
 from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
-from .force_gains import displacement_at_ends, force_gains, gains_at, model_with
+from .force_gains import Lines, displacement_at_ends, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
 from .priors import priors, rig_with
 from .projection import Projection
@@ -34,7 +34,14 @@ DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 COUPLE = 0.5
 """Of a force, RMS: half the difference of what acts at both ends of a clearance, and of what acts at its ends and in
 its middle, if these are independent and alike."""
-CHANNELWISE = ("gain", "position", "delay", "probe_delay")  # fields on which an instrument's own channel alone depends
+CHANNELWISE = (
+    "gain",
+    "position",
+    "delay",
+    "probe_delay",
+    "direction[1]",
+    "direction[2]",
+)  # fields on which an instrument's own channel alone depends
 
 
 def channel_weights(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
@@ -71,24 +78,25 @@ class RigFit:
         for record in records:
             record.require_usable(EXCITATION)
         self.probes = all(record.probes for record in records) and bool(rig.bushings)
-        sensors = len(rig.sensors) + len(rig.bushings) * self.probes
-        if sensors <= len(rig.bushings):
+        n_forces = rig.n_coordinates * len(rig.bushings)
+        sensors = len(rig.sensors) + n_forces * self.probes
+        if sensors <= n_forces:
             raise RecordError(
                 f"{sensors} sensors cannot tell the rig from the unknown forces in {len(rig.bushings)} clearances; "
-                "needs more sensors than clearances"
+                f"needs more sensors than {'clearances' if rig.n_coordinates == 1 else f'these {n_forces} forces'}"
             )
         self.rig = rig
         self.records = tuple(record if self.probes else record.without_probes() for record in records)
         self.spectra: list[ChannelSpectra] = (
             like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
         )
-        self.lines = [(s.kind, s.omega) for s in self.spectra]
+        self.lines = [Lines(s.kind, s.omega, s.tested) for s in self.spectra]
         highest = max(s.frequency[-1] for s in self.spectra)
         known = priors(rig, highest, self.probes)
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
         self.held = dict(held or {})
         parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]
-        free = sensors - len(rig.bushings)  # of each line: the excitation is a channel and an unknown
+        free = sensors - n_forces  # of each line: the excitation is a channel and an unknown
         radius = [np.full(s.frequency.size, OUTLYING * np.sqrt(free / s.correlated_lines)) for s in self.spectra]
         self.problem = Problem(
             parameters, self._residuals, loss=GroupedHuber(np.concatenate(radius)), linearise=self._linearised,
@@ -128,7 +136,7 @@ class RigFit:
         solution = self.solution
         estimates = solution.estimates(solution.covariance)
         misfit = tuple(
-            RecordMisfit(s.name, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
+            RecordMisfit(s.name, s.tested, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
             for s, b, f, noise in zip(self.spectra, missed, found, self.noise)
         )
         rig = rig_with(self.rig, self.named(solution.values)).replace(tolerances=self.rig.tolerances)
@@ -198,6 +206,8 @@ class RigFit:
         where, _, number = instrument.partition("[")
         if field != wanted or (where not in ("sensors", "probes") and wanted != "probe_delay"):
             return None
+        if self.rig.is_spatial and where != "sensors" and wanted != "gain":
+            return None  # of both probes of a bushing
         sensor = where == "sensors"
         if sensor and wanted == "position" and self.rig.sensors[int(number)].mass:
             return None
@@ -233,5 +243,5 @@ class RigFit:
 
 def _acts_in_clearance(name: str) -> bool:
     """Whether a parameter is what happens in a clearance, not where it is."""
-    elsewhere = (".position", ".to", ".probe_delay")
+    elsewhere = (".position", ".to", ".probe_delay", ".probe_angle")
     return name.startswith("bushings[") and not name.endswith(elsewhere) and ".housing." not in name

@@ -34,10 +34,12 @@ class ChannelSpectra:
 
     def __init__(self, record: PreparedRecord, thin: int = 1) -> None:
         self.name, self.kind, self.duration, fs = record.name, record.kind, record.duration, record.fs
+        self.tested = record.tested
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
         found = complex_spectra(record.signals, fs, band, MAX_LINES)
-        self.frequency, self.measured = (part[::thin] for part in found)
+        kept = record.away_from_turns(found[0])
+        self.frequency, self.measured = (part[kept][::thin] for part in found)
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
         self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))

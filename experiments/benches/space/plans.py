@@ -15,6 +15,7 @@ from experiments.testrig.records import BAND, FS
 
 from .bench import Bench
 
+TURNS = 3.5  # at least so many in a record of turning alone
 STREAM = 11  # second word of the seeds of excitations
 AXES = {"Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
@@ -28,11 +29,12 @@ class Levels:
     peaks: tuple[float, ...]  # N, of the hammer
     spins: tuple[float, float, float]  # two to identify, one to validate
     orbits: tuple[tuple[float, ...], tuple[float, ...]]  # to identify, to validate
+    slow_roll: float = 0.05  # so slow that nothing but the run-out moves
 
 
 LEVELS = {
     "steering": Levels(
-        (0.5, 9.0), (1.0, 3.0, 7.0), (5.0, 15.0, 40.0, 80.0), (0.5, 1.0, 0.75), ((0.2, 0.5, 0.9), (0.3, 0.6, 0.8))
+        (0.5, 9.0), (1.0, 3.0, 7.0), (5.0, 15.0, 40.0, 80.0), (0.5, 1.0, 0.75), ((0.3, 0.5, 0.9), (0.4, 0.6, 0.8)), 0.15
     ),
     "rotor": Levels(
         (0.3, 6.0), (0.6, 2.0, 5.0), (10.0, 30.0, 80.0, 160.0), (0.3, 0.5, 0.4), ((0.25, 0.5, 0.65), (0.35, 0.55, 0.7))
@@ -69,7 +71,8 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
     time, levels = 0.5 if short else 1.0, LEVELS[bench.kind]
     seeds = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 40).tolist())
     first, second, other = (Spin(share * bench.top_speed) for share in levels.spins)
-    taken = [_turning("slow_roll", "identify", 8 * time, Spin(0.05 * bench.top_speed))]
+    slow = levels.slow_roll * bench.top_speed
+    taken = [_turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
     for name, axis, spin, seconds in (("ramp_y", "Y", first, 24), ("ramp_z", "Z", first, 24), ("ramp_z2", "Z", second, 16)):
         start, end = levels.ramp
         shake = excitation.level_ramp(seconds * time, FS, BAND, start, end, next(seeds))
@@ -117,7 +120,8 @@ def _run_up(name: str, role: str, seconds: float, top: float) -> Plan:
 
 def _orbits(name: str, role: str, shares: tuple[float, ...], seconds: float, top: float) -> Iterator[Plan]:
     for share in shares:
-        yield _turning(f"{name}_{_rpm(share * top).split()[0]}", role, seconds, Spin(share * top), False)
+        longer = max(seconds, TURNS * 2 * math.pi / (share * top))
+        yield _turning(f"{name}_{_rpm(share * top).split()[0]}", role, longer, Spin(share * top), False)
 
 
 def _rpm(speed: float) -> str:

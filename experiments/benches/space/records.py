@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+import tomli_w
 
 from clearance_mj.core.errors import SimulationError
 from clearance_mj.io.channels import Channel
+from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.rig import BASE_NODE, SHAKER_NODE, Spin
 from clearance_mj.signals import sampling
 from experiments.testrig.records import FS, NOISE, digitise
 
 from . import motion
 from .bench import Bench
-from .plans import Plan
+from .plans import Plan, plans
 
 FACTOR = 16  # time steps per sample: 32 768 a second
 BLOCK = 2048  # samples between two filterings
@@ -34,7 +37,7 @@ class Motion:
     """What ideal sensors at their true places would measure."""
 
     acceleration: np.ndarray  #: (n_stations, 2, n_t) absolute, along y and z, m/s²
-    displacement: np.ndarray  #: (n_bushings, 2, n_t) along y and z from where the shaft rests at the start, m
+    displacement: np.ndarray  #: (n_bushings, 2, n_t) along y and z from where the shaft rests when it stands still, m
     rest: np.ndarray  #: (n_bushings, 2) displacement at rest from the unloaded shaft, m
 
 
@@ -64,8 +67,9 @@ def simulate(
         return out
 
     quiet = np.zeros((round(SETTLING * fs * factor), 7))
+    rest = advance(settling, quiet, -RUN_IN - 2 * SETTLING)[-1, stations:]  # standing still: zero of the probes
     quiet[:, motion.SPIN] = spin.speed
-    rest = advance(settling, quiet, -RUN_IN - SETTLING)[-1, stations:]
+    advance(settling, quiet, -RUN_IN - SETTLING)
     decimator, slow = sampling.Decimator(stations + probes, factor), []
     for start, inputs in _inputs(base, force, spin, count, lead, fs, factor):
         out = advance(real, inputs, start)
@@ -168,3 +172,28 @@ def _probes(bench: Bench, moved: Motion, angle: np.ndarray | None) -> list[Signa
             node, direction = next(labels).split(":")
             signals.append((f"probe {direction[1]} in bushing {j}", int(node), direction, "displacement", gain * seen))
     return signals
+
+
+def write_bench(
+    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "orbit", "validate")
+) -> None:
+    """Simulate the records of a bench that have one of the roles, and write dataset and truth."""
+    records = []
+    for i, plan in enumerate(plans(bench, short)):
+        if plan.role not in roles:
+            continue
+        channels = measure_channels(bench, plan, np.random.default_rng((bench.seed, STREAM, i)))
+        provenance = {
+            "source": f"synthetic: virtual bench {bench.name}, not measured",
+            "noise": f"white, {NOISE:.0%} RMS of each channel",
+        }
+        band = None if plan.excitation is None else plan.excitation.band
+        direction = None if plan.excitation is None else plan.direction
+        records.append(
+            Record(
+                plan.name, plan.role, bench.rig, FS, channels, plan.kind, plan.words, plan.level, None, band,
+                provenance, direction, plan.spin or Spin(0.0),
+            )
+        )  # fmt: skip
+    write_dataset(folder, bench.rig, records)
+    (Path(folder) / "truth.toml").write_text(tomli_w.dumps(bench.truth()), encoding="utf-8")

@@ -11,7 +11,7 @@ import numpy as np
 from ....core.errors import ClearanceError
 from ....rig import Rig
 from ...records.prepared import PreparedRecord
-from ..force_gains import force_gains
+from ..force_gains import Lines, force_gains
 from ..rig_fit import channel_weights
 from ..rig_update import RigUpdate
 from ..updating import update_from
@@ -74,7 +74,7 @@ class Assessment:
 
     def gains(self, rig: Rig, values: Mapping[str, float]) -> list[np.ndarray]:
         """Return gains of unknown forces and the excitation on these lines, of a rig with values of its parameters."""
-        lines = [(m.kind, m.omega[:: self._step]) for m in self.update.misfit]
+        lines = [Lines(m.kind, m.omega[:: self._step], m.tested) for m in self.update.misfit]
         return force_gains(rig, values, self.update.probes, lines)
 
     @functools.cached_property

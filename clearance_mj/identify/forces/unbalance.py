@@ -1,0 +1,128 @@
+"""The unbalance of a shaft that turns, out of what its channels show at the frequency of its turns.
+
+With the forces in the clearances unknown, as everywhere else, an unbalance is what the channels then still share: at
+its frequency every channel reads y = G θ + U (a, b), with θ the forces and the excitation, and a, b the unbalance's
+moment along y and z where the shaft's angle is 0. All records and lines have the same a and b: linear least squares.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import scipy.fft
+
+from ...rig import Rig, Unbalance
+from ...rotors.gains import SpatialGains
+from ...rotors.spatial import spatial_model
+from ...signals.keyphasor import ShaftTurning
+from ..records.prepared import PreparedRecord
+
+__all__ = ["spun_spectra", "unbalance_gains", "with_unbalance"]
+
+MODES = 16  # of each plane
+LINES = 4  # either side of the turns' frequency
+NOISE = 0.01  # of a channel's RMS
+
+
+def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int) -> np.ndarray:
+    """Return the spectra (n_f, 2) of Ω² cos φ and Ω² sin φ under a window, with φ the shaft's angle.
+
+    Parameters
+    ----------
+    turning : ShaftTurning
+        How the shaft turned.
+    fs : float
+        Samples per second.
+    window : ndarray, shape (n_t,)
+        The window.
+    size : int
+        Samples of the transform.
+    """
+    square = turning.speed**2 * window
+    spun = np.column_stack((square * np.cos(turning.angle), square * np.sin(turning.angle)))
+    return np.asarray(scipy.fft.rfft(spun, size, axis=0))
+
+
+def unbalance_gains(
+    gains: SpatialGains, probes: np.ndarray, omega: np.ndarray, of: np.ndarray | None = None
+) -> np.ndarray:
+    """Return what channels show (n_f, n_channels, 2) of the rig's unbalances per Ω² cos φ and Ω² sin φ.
+
+    Parameters
+    ----------
+    gains : SpatialGains
+        The structure, turning.
+    probes : ndarray, shape (n_probes, n)
+        Displacements that probes read.
+    omega : ndarray, shape (n_f,)
+        Angular frequencies, rad/s.
+    of : ndarray, shape (n, 2), optional
+        Forces on the modes in their place.
+    """
+    model = gains.model
+    inputs = model.unbalance.T if of is None else of
+    found = gains.responses(np.vstack((model.at_sensors, probes)), inputs, omega)
+    found[:, : len(model.at_sensors)] *= -(omega[:, None, None] ** 2)
+    return np.concatenate((found, np.zeros((omega.size, 1, found.shape[2]))), axis=1)
+
+
+def with_unbalance(rig: Rig, records: Sequence[PreparedRecord], probes: Mapping[str, float]) -> Rig:
+    """Return a rig whose first unbalance is that of the records in which its shaft turned at one speed.
+
+    Parameters
+    ----------
+    rig : Rig
+        As updated; one without an unbalance is returned as it is: no place of one is known.
+    records : sequence of PreparedRecord
+        Of it.
+    probes : mapping of str to float
+        Gains and places of the probes.
+    """
+    turned = [r for r in records if r.turning is not None and not (r.tested.spin and r.tested.spin.rate)]
+    if not (rig.unbalances and turned):
+        return rig
+    first = rig.unbalances[0]
+    unit = [dataclasses.replace(first, moment=1.0, phase=phase) for phase in (0.0, math.pi / 2)]
+    normal, right = np.zeros((2, 2)), np.zeros(2)
+    for record in turned:
+        columns, target = _at_turns(rig, record, probes, unit)
+        normal += (columns.conj().T @ columns).real
+        right += (columns.conj().T @ target).real
+    a, b = np.linalg.solve(normal, right).tolist()
+    found = dataclasses.replace(first, moment=math.hypot(a, b), phase=math.atan2(b, a))
+    return rig.replace(unbalances=(found, *rig.unbalances[1:]))
+
+
+def _at_turns(
+    rig: Rig, record: PreparedRecord, probes: Mapping[str, float], unit: Sequence[Unbalance]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What two unbalances and the record show on a few lines that no forces in the clearances explain, (n, 2), (n,)."""
+    assert record.turning is not None
+    n, fs = len(record.signals), record.fs
+    window = np.hanning(n)
+    middle = round(abs(record.turning.mean_speed) / (2 * np.pi) * n / fs)
+    lines = slice(max(middle - LINES, 1), middle + LINES + 1)
+    omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)[lines]
+    measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
+    spun = spun_spectra(record.turning, fs, window, n)[lines]
+    gains = SpatialGains(spatial_model(rig, MODES)).driven(record.tested)
+    rows = gains.at_probes(probes)
+    seen = gains.channel_gains(rows, record.kind, omega)
+    of_both = np.stack(
+        [np.einsum("fcu,fu->fc", unbalance_gains(gains, rows, omega, _forces(gains, one)), spun) for one in unit],
+        axis=2,
+    )
+    noise = NOISE * np.sqrt(np.mean(record.signals**2, axis=0)) + 1e-300
+    basis, _ = np.linalg.qr(seen / noise[None, :, None])
+    targets = np.concatenate((of_both, measured[:, :, None]), axis=2) / noise[None, :, None]
+    rest = targets - basis @ (basis.conj().transpose(0, 2, 1) @ targets)
+    return rest[:, :, :2].reshape(-1, 2), rest[:, :, 2].ravel()
+
+
+def _forces(gains: SpatialGains, unbalance: Unbalance) -> np.ndarray:
+    """Forces (n, 2) on the modes of one unbalance, per Ω² cos φ and Ω² sin φ."""
+    rig = gains.model.rig.replace(unbalances=(unbalance,))
+    return dataclasses.replace(gains.model, rig=rig).unbalance.T

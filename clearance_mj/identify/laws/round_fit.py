@@ -1,0 +1,140 @@
+"""Laws fitted to the restoring forces of a round clearance: gap, place of the shaft, friction, contact, filling."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from ...clearance import ContactLaw
+from ...clearance.family import ContactFamily, FillingFamily
+from ...estimate import Estimates, Parameter, Problem, UnknownScale, solve
+from ...rig import Bushing, Friction
+from .force_fit import MAX_CORRELATION_LENGTH, MAX_RESIDUAL, STOP, ForceFit
+from .round_motion import RoundCase, RoundMotion
+
+__all__ = ["RoundFit", "fit_round"]
+
+OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both numbers of a hole that is not quite round
+REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
+FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
+BRISTLES = math.log(3.0)  # 1 σ of the logarithm of their stiffness
+OWN = ("gap", "rest_y", "rest_z", "wider_y", "wider_yz", "friction")
+
+
+@dataclass(frozen=True, eq=False)
+class RoundFit(ForceFit):
+    """One family of contact and filling at one round clearance."""
+
+    case: RoundCase
+    """as found; ``bushing`` has the offset of the unloaded shaft as well, once that is known"""
+
+    def drawn(self, bushing: Bushing, seed: int) -> tuple[Bushing, ContactLaw]:
+        """Draw gap, offset and law from their covariance.
+
+        Parameters
+        ----------
+        bushing : Bushing
+            Everything else is its own.
+        seed : int
+            Seed of the random numbers.
+        """
+        values = self.estimates.draw(1, seed)[0]
+        case = _case(values, self.estimates.names, self.nominal, self.contact, self.filling)
+        moved = np.array(case.rest) - self.case.rest
+        offset = np.array([self.bushing.offset_y, self.bushing.offset]) + moved
+        own = dataclasses.replace(bushing, gap=case.bushing.gap, friction=case.bushing.friction)
+        return placed(own, offset), case.law
+
+
+def placed(bushing: Bushing, offset: np.ndarray) -> Bushing:
+    """Return a bushing with the unloaded shaft at an offset (2,) along y and z, short of its wall."""
+    size = float(np.hypot(*offset))
+    y, z = (offset * min(1.0, 0.999 * bushing.gap / max(size, 1e-300))).tolist()
+    return dataclasses.replace(bushing, offset_y=y, offset=z)
+
+
+def parameters_of(motion: RoundMotion, priors: Sequence[Parameter], rest: tuple[float, float]) -> list[Parameter]:
+    """Return what is open of a round clearance beside contact and filling.
+
+    ``priors``: of the rig file, of which those of the gap and of friction are taken. ``rest``: from the middle to where
+    the shaft rests when its probes read zero, m, as the rig file has it.
+    """
+    own = f"bushings[{motion.number}]"
+    known = {p.name: p for p in priors}
+    gap = known.get(f"{own}.gap")
+    wide = motion.nominal.gap
+    found = [dataclasses.replace(gap, name=f"{own}.gap")] if gap else []
+    for axis, start in zip("yz", rest):
+        found.append(Parameter(f"{own}.rest_{axis}", "m", start, -3 * wide, 3 * wide, REST * wide, "linear"))
+    for name in ("wider_y", "wider_yz"):
+        most = 5 * OUT_OF_ROUND * wide
+        found.append(Parameter(f"{own}.{name}", "m", 0.0, -most, most, OUT_OF_ROUND * wide, "linear"))
+    friction = known.get(f"{own}.friction.coefficient")
+    start, std = (friction.start, friction.prior_std) if friction else FRICTION
+    if motion.turns or friction:
+        factor = math.exp(6 * std)
+        found.append(Parameter(f"{own}.friction", "", start, start / factor, start * factor, std))
+    return found
+
+
+class _RoundProblem(Problem):
+    """A family's parameters and the residuals of its force, over the errors that laws are expected to have."""
+
+    def __init__(
+        self, motion: RoundMotion, parameters: Sequence[Parameter], contact: ContactFamily, filling: FillingFamily
+    ) -> None:
+        self.motion, self.contact, self.filling = motion, contact, filling
+        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
+        loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
+        super().__init__([*parameters, *own], self._over_errors, loss=loss, lanes=False)
+
+    def case(self, values: np.ndarray) -> RoundCase:
+        names = [p.name for p in self.parameters]
+        return _case(values, names, self.motion.nominal, self.contact, self.filling)
+
+    def _over_errors(self, values: np.ndarray) -> np.ndarray:
+        found = self.motion.residuals([self.case(each) for each in values])[self.motion.fitted].T
+        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
+
+
+def fit_round(
+    motion: RoundMotion, parameters: Sequence[Parameter], contact: ContactFamily, filling: FillingFamily,
+    starts: Sequence[Mapping[str, float]] = (),
+) -> RoundFit:  # fmt: skip
+    """Fit a family at a round clearance, from the likeliest of some values by name or, without any, from the priors."""
+    problem = _RoundProblem(motion, parameters, contact, filling)
+    found = solve(problem, [problem.at(values) for values in (*starts, {})], stop=STOP)
+    loss = cast(UnknownScale, found.loss)
+    case = problem.case(found.values)
+    covariance = np.linalg.inv(found.information / loss.correlated + found.prior) * np.outer(problem.unit, problem.unit)
+    misfit, held_out = (
+        float(loss.scale(residuals)) ** 0.5
+        for residuals in (found.residuals, motion.residuals([case])[motion.held_out, 0])
+    )
+    return RoundFit(
+        contact, filling, motion.nominal, case.law, case.bushing,
+        Estimates.of(problem.parameters, found.values, covariance), found.at, found.information,
+        loss.losses(found.residuals), found.residuals.size, loss.correlated, misfit, held_out, case,
+    )  # fmt: skip
+
+
+def _case(
+    values: Sequence[float] | np.ndarray, names: Sequence[str], nominal: Bushing, contact: ContactFamily,
+    filling: FillingFamily,
+) -> RoundCase:  # fmt: skip
+    known = {n.rpartition(".")[2]: float(v) for n, v in zip(names, values) if n.startswith("bushings[")}
+    own, n = [float(v) for v in values[len(known) :]], len(contact.parameters(nominal))
+    friction = nominal.friction
+    if "friction" in known:
+        friction = dataclasses.replace(friction or Friction(known["friction"]), coefficient=known["friction"])
+    bushing = dataclasses.replace(
+        nominal, gap=known.get("gap", nominal.gap), friction=friction, offset=0.0, offset_y=0.0
+    )
+    law = ContactLaw(contact.make(nominal, *own[:n]), filling.make(bushing, *own[n:]))
+    rest = known.get("rest_y", 0.0), known.get("rest_z", 0.0)
+    return RoundCase(bushing, law, rest, (known.get("wider_y", 0.0), known.get("wider_yz", 0.0)))

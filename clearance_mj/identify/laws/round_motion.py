@@ -1,0 +1,147 @@
+"""Measured motion of a round clearance beside its restoring force along y and z: what laws are compared with."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+import scipy.signal
+
+from ...clearance import ContactLaw, KelvinVoigt
+from ...clearance.grease import GreaseModel
+from ...clearance.round_cycle import fill_round_forces
+from ...clearance.round_kernel import round_records
+from ...rig import Bushing, Rig
+from ...rig.dimensions import shaft_radius
+from ..forces.restoring import RestoringForce
+from .measured_motion import DECIMATION, FORCE_ERROR, INTERPOLATION, low_pass, path_of, samples_of
+
+__all__ = ["RoundCase", "RoundMotion"]
+
+WIDE = 1e3  # gaps, of a hole whose wall is never met
+
+
+class RoundCase(NamedTuple):
+    """A law of one round clearance."""
+
+    bushing: Bushing  #: with its gap, length and friction; its offset counts for nothing
+    law: ContactLaw  #: of contact and filling
+    rest: tuple[float, float] = (0.0, 0.0)  #: from the middle to where the shaft is when its probes read zero, m
+    out_of_round: tuple[float, float] = (0.0, 0.0)  #: m, see `fill_round_forces`
+
+
+class RoundMotion:
+    """Motion and restoring force of one round clearance in all records, along y and z sample by sample.
+
+    A steady force, such as that of the shaft's weight on the wall, moves nothing and is not known: of each record and
+    direction the mean of the force is left out.
+
+    Parameters
+    ----------
+    forces : sequence of RestoringForce
+        Restoring forces of each record, all with one sample rate.
+    rig : Rig
+        The linear rig.
+    number : int
+        Index of the clearance.
+    """
+
+    def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int) -> None:
+        self.rig, self.number, self.nominal = rig, number, rig.bushings[number]
+        self.rate = forces[0].fs / DECIMATION
+        """samples compared per second, of each direction"""
+        self._radius, rows = shaft_radius(rig, number), (2 * number, 2 * number + 1)
+        self._motions = [_Motion.of(f, rows, f.rig.bushings[number].length) for f in forces]
+        self._length = forces[0].rig.bushings[number].length
+        self.turns = any(f.spin.any() for f in forces)
+        """whether the shaft turns in any record"""
+        pieces = [[samples_of(f, row, i) for row in rows] for i, f in enumerate(forces)]
+        sizes = [2 * piece[0][0].size for piece in pieces]
+        self._records = [slice(*part) for part in itertools.pairwise(np.cumsum([0, *sizes]).tolist())]
+        both = [[np.column_stack(pair).ravel() for pair in zip(*piece)] for piece in pieces]
+        self.force, level, noise, block, fitted, held_out = (np.concatenate(parts) for parts in zip(*both))
+        level = np.repeat(np.sqrt(np.square(level).reshape(-1, 2).mean(axis=1)), 2)
+        self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
+        """numbers of the values that fits see, and of those that they do not"""
+        self.weight = 1 / np.hypot(FORCE_ERROR * np.hypot(level, np.median(level[self.fitted])), noise)
+        self._counted = self.weight**2 * fitted
+        self.blocks = np.flatnonzero(np.diff(block[self.fitted], prepend=-1))
+        """(n_blocks,) where blocks begin among the fitted values"""
+
+    def forces(self, case: RoundCase) -> np.ndarray:
+        """Return the forces (n,) of a law, N: y and z of each sample one after the other."""
+        bushing = dataclasses.replace(case.bushing, radius=self._radius or None, offset=0.0, offset_y=0.0)
+        known, taps, found = SimpleNamespace(bushings=(bushing,)), low_pass(), []
+        factor, half = INTERPOLATION * DECIMATION, low_pass().size // 2
+        for motion in self._motions:
+            records = round_records(known, case.law, motion.step)  # type: ignore[arg-type]
+            records.bushings["offset_y"], records.bushings["offset_z"] = case.rest
+            out = np.empty((len(motion.x), 2))
+            lever = bushing.length / self._length if self._length else 1.0
+            fill_round_forces(motion.x, motion.v, motion.spin, lever, np.array(case.out_of_round), records, out)
+            kept = scipy.signal.upfirdn(taps, out, 1, factor, axis=0)[half // factor :]
+            found.append(kept[: -(-len(out) // factor)].ravel())
+        return np.concatenate(found)
+
+    def residuals(self, cases: Sequence[RoundCase]) -> np.ndarray:
+        """Return (n, n_cases) differences of laws' forces from the measured one, over their expected errors."""
+        return np.column_stack([self._difference(self.forces(case)) for case in cases])
+
+    def _difference(self, force: np.ndarray) -> np.ndarray:
+        rest = force - self.force
+        for part in self._records:
+            own, counted = rest[part].reshape(-1, 2), self._counted[part].reshape(-1, 2)
+            own -= np.sum(own * counted, axis=0) / np.maximum(counted.sum(axis=0), 1e-300)
+        return np.asarray(rest * self.weight)
+
+    def deepest(self, case: RoundCase) -> float:
+        """Return how far the ends go beyond the gap, m; negative where they never touch."""
+        reach = [np.hypot(*(m.x[:, 1:] + np.array(case.rest)).T).max() for m in self._motions]
+        return float(max(reach)) - case.bushing.gap
+
+    @property
+    def middle(self) -> tuple[np.ndarray, float]:
+        """Middle (2,) and radius, m, of the smallest circle about the motion: the hole's, if all of it is touched."""
+        points = np.concatenate([m.x[::DECIMATION, 0] for m in self._motions])
+        return smallest_circle(points)
+
+    def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
+        """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
+        free = dataclasses.replace(bushing, gap=WIDE * bushing.gap, friction=None)
+        inside = self.fitted  # a filling acts all the time, and what the wall adds is large and short
+        columns = [self.forces(RoundCase(free, ContactLaw(KelvinVoigt(1.0), filling))) for filling in fillings]
+        weight = self.weight[inside]
+        return np.column_stack(columns)[inside] * weight[:, None], self.force[inside] * weight
+
+
+class _Motion(NamedTuple):
+    """Motion of a record at a fine rate."""
+
+    x: np.ndarray  #: (n, 3, 2) displacements along y and z of the middle and both ends, m
+    v: np.ndarray  #: (n, 3, 2) velocities, m/s
+    spin: np.ndarray  #: (n,) rad/s
+    step: float  #: s
+
+    @classmethod
+    def of(cls, force: RestoringForce, rows: Sequence[int], length: float) -> _Motion:
+        paths = [path_of(force, row, length) for row in rows]
+        x, v = (np.ascontiguousarray(np.stack([getattr(p, name) for p in paths], axis=2)) for name in "xv")
+        time = np.arange(len(x)) * paths[0].step
+        return cls(x, v, np.interp(time, force.time, force.spin), paths[0].step)
+
+
+def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return middle (2,) and radius of the smallest circle about points (n, 2), by Badoiu and Clarkson's steps.
+
+    M. Badoiu, K. L. Clarkson, Optimal core-sets for balls, Computational Geometry 40, 2008.
+    """
+    middle = points.mean(axis=0)
+    for i in range(1, 2000):
+        away = points - middle
+        farthest = int(np.argmax(np.einsum("ij,ij->i", away, away)))
+        middle = middle + away[farthest] / (i + 1)
+    return middle, float(np.hypot(*(points - middle).T).max())

@@ -1,0 +1,72 @@
+"""Run-out: what displacement probes show of a shaft that turns though its axis stays where it is.
+
+A shaft is not quite round and its surface not quite even where a probe looks at it. Turned slowly, its axis rests: what
+probes then show over the shaft's angle is subtracted from what they show at any speed (slow-roll compensation; API
+Standard 670; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapter 6).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .prepared import PreparedRecord
+
+__all__ = ["TURNS", "run_out", "without_run_out"]
+
+TURNS = 4  # multiples of the spin that unbalance and run-out excite
+SLOW = 0.35  # of the fastest record's spin: so slow is a turning in which unbalance moves nothing
+
+
+def run_out(slow: PreparedRecord) -> np.ndarray:
+    """Return the run-out (2 TURNS, n_probes) of each probe per cos kθ and sin kθ of the shaft's angle θ, m.
+
+    Parameters
+    ----------
+    slow : PreparedRecord
+        Whose shaft turns slowly, with probes.
+    """
+    assert slow.turning is not None and slow.displacement is not None
+    rows = np.column_stack((_multiples(slow.turning.angle), np.ones(len(slow.signals))))
+    return np.asarray(np.linalg.lstsq(rows, slow.displacement.T, rcond=None)[0][:-1])
+
+
+def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, ...]:
+    """Return records whose probes no longer show the run-out that a slow record shows, if there is one.
+
+    Parameters
+    ----------
+    records : sequence of PreparedRecord
+        Of one rig; those that turn are changed.
+    """
+    turned = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
+    speeds = [abs(r.turning.mean_speed) for r in turned if r.turning]
+    slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
+    if not slow:
+        return tuple(records)
+    found = run_out(slow[0])
+    return tuple(_less(record, found) for record in records)
+
+
+def _steady(record: PreparedRecord) -> bool:
+    spin = record.tested.spin
+    return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
+
+
+def _less(record: PreparedRecord, found: np.ndarray) -> PreparedRecord:
+    if record.turning is None or record.displacement is None:
+        return record
+    signals = record.signals.copy()
+    at = slice(-1 - found.shape[1], -1)
+    signals[:, at] -= _multiples(record.turning.angle) @ found
+    return dataclasses.replace(record, signals=signals)
+
+
+def _multiples(angle: np.ndarray) -> np.ndarray:
+    """(n_t, 2 TURNS) cos kθ and sin kθ."""
+    phase = np.outer(angle, np.arange(1, TURNS + 1))
+    return np.column_stack((np.cos(phase), np.sin(phase)))
