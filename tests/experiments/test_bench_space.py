@@ -5,6 +5,8 @@ import tomllib
 
 import numpy as np
 import pytest
+import scipy.optimize
+import scipy.signal
 
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Spin
@@ -18,14 +20,15 @@ from experiments.benches.space.rigs import KINDS
 from experiments.benches.space.shaft import Disc, Rotor, Support
 
 STEP = 1 / 32768
-RIGID = 1e10
-CANTILEVER = Rotor(1.0, 0.01, 2e11, 7800.0, (), (Support(0.0, 1e12, 1e12),), (0.0,))
+RIGID = np.inf
+CANTILEVER = Rotor(1.0, 0.01, 2e11, 7800.0, (), (Support(0.0, np.inf, np.inf),), (0.0,))
 PINNED = CANTILEVER.replace(supports=(Support(0.0, RIGID), Support(1.0, RIGID)))
-JEFFCOTT = PINNED.replace(density=1e-3, discs=(Disc(0.5, 2.0),), damping=(0.05,))  # a shaft without mass
-STIFFNESS = 48 * JEFFCOTT.bending_stiffness
-OMEGA = np.sqrt(STIFFNESS / 2.0)
-BLOCK = Rotor(0.1, 0.05, 2e15, 1e-3, (Disc(0.05, 1.0),), (Support(0.0, 5.0), Support(0.1, 5.0)), (0.0,))
-"""Rigid, of 1 kg, on springs that hardly hold it."""
+JEFFCOTT = PINNED.replace(density=20.0, discs=(Disc(0.5, 2.0),), damping=(0.05,))  # a shaft almost without mass
+STIFFNESS, MASS = 48 * JEFFCOTT.bending_stiffness, 2.0 + 17 / 35 * JEFFCOTT.mass_per_length
+OMEGA = np.sqrt(STIFFNESS / MASS)
+BLOCK = Rotor(0.1, 0.05, 2e11, 7850.0, (Disc(0.05, 1.0),), (Support(0.0, 500.0), Support(0.1, 500.0)), (0.0,))
+"""Rigid, on springs that hardly hold it."""
+BLOCK_MASS, SPRINGS = 1.0 + 0.1 * BLOCK.mass_per_length, 1000.0
 
 
 def hole(position, gap=1.0, **changes):
@@ -53,13 +56,13 @@ def run(rotor, holes=(), load=None, probes=(), spin=0.0, seconds=1.0, force=None
 
 def lines(signal, count):
     """Frequencies in rad/s, > 0 forward, of the largest lines of y + i z, between the lines of its spectrum."""
-    spectrum = np.abs(np.fft.fft(signal * np.hanning(signal.size)))
+    spectrum = np.abs(np.fft.fft(signal * scipy.signal.windows.blackmanharris(signal.size)))
     found = []
     for _ in range(count):
         k = int(np.argmax(spectrum))
         a, b, c = np.log(spectrum[[k - 1, k, (k + 1) % signal.size]])
         found.append(k + 0.5 * (a - c) / (a - 2 * b + c))
-        spectrum[[i % signal.size for i in range(k - 8, k + 9)]] = 1e-300
+        spectrum[[i % signal.size for i in range(k - 12, k + 13)]] = 1e-300
     turns = np.array(found)
     return 2 * np.pi * np.where(turns > signal.size / 2, turns - signal.size, turns) / (signal.size * STEP)
 
@@ -75,7 +78,7 @@ def test_frequencies_of_a_cantilever_and_of_a_pinned_beam():
 
 def test_rotary_inertia_of_a_pinned_shaft():
     """Rayleigh: ω² = (EI/ρA) k⁴ / (1 + (d²/16) k²), k = n π/L."""
-    thick = PINNED.replace(diameter=0.05, supports=(Support(0.0, 1e13), Support(1.0, 1e13)))
+    thick = PINNED.replace(diameter=0.05)
     k = np.pi * np.arange(1, 4)
     exact = k**2 * np.sqrt(thick.bending_stiffness / thick.mass_per_length / (1 + 0.05**2 / 16 * k**2)) / (2 * np.pi)
     np.testing.assert_allclose(thick.frequencies(3), exact, rtol=1e-4)
@@ -94,19 +97,20 @@ def test_sag_and_where_the_shaft_rests():
 
 @pytest.mark.parametrize("spin", [100.0, 300.0])
 def test_gyroscopic_pairs_of_an_overhung_disc(spin):
-    """K = EI [[12, -6], [-6, 4]], M = diag(m, J), G = Jp on the slope, for L = 1: det(K - λ² M + λ Ω G) = 0."""
+    """K = EI [[12, -6], [-6, 4]], M = diag(m, J) and a little of the shaft, G = Jp on the slope, L = 1."""
     mass, inertia, polar = 2.0, 0.02, 0.036
-    overhung = CANTILEVER.replace(density=1e-3, discs=(Disc(1.0, mass, inertia, polar),))
+    overhung = CANTILEVER.replace(density=20.0, discs=(Disc(1.0, mass, inertia, polar),))
     k = CANTILEVER.bending_stiffness * np.array([[12.0, -6.0], [-6.0, 4.0]])
+    m = np.diag([mass, inertia]) + overhung.mass_per_length / 420 * np.array([[156.0, -22.0], [-22.0, 4.0]])
     system = np.zeros((4, 4))
     system[:2, 2:] = np.eye(2)
-    system[2:, :2] = k / np.array([[mass], [inertia]])
-    system[3, 3] = spin * polar / inertia  # λ² M = K + λ Ω G
+    system[2:, :2] = np.linalg.solve(m, k)
+    system[2:, 2:] = np.linalg.solve(m, np.diag([0.0, spin * polar]))  # λ² M = K + λ Ω G
     exact = np.sort(np.linalg.eigvals(system).real)
-    kick = np.full(30, 50.0)
+    kick = np.full(10, 50.0)
     load = motion.Load(hammer=1.0)
     (found,), _ = run(overhung, load=load, probes=[1.0], spin=spin, seconds=8.0, force={0: kick})
-    np.testing.assert_allclose(np.sort(lines(found[0] + 1j * found[1], 4)), exact, rtol=1e-3, atol=0.02)
+    np.testing.assert_allclose(np.sort(lines(np.diff(found[0] + 1j * found[1]), 4)), exact, rtol=1e-3, atol=0.02)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.4])
@@ -117,33 +121,42 @@ def test_unbalance_of_a_jeffcott_rotor(ratio):
     (found,), _ = run(JEFFCOTT, load=load, probes=[0.5], spin=spin, seconds=4.0)
     angle = spin * STEP * np.arange(found.shape[1])
     orbit = ((found[0] + 1j * found[1]) * np.exp(-1j * angle))[-1000:]
-    exact = moment * np.exp(0.7j) * spin**2 / (STIFFNESS - 2 * spin**2 + 2j * 0.05 * OMEGA * 2 * spin)
+    exact = moment * np.exp(0.7j) * spin**2 / (STIFFNESS - MASS * spin**2 + 2j * 0.05 * OMEGA * MASS * spin)
     np.testing.assert_allclose(orbit, exact, rtol=2e-3)
 
 
-@pytest.mark.parametrize(("friction", "radius"), [(0.0, 1.008635), (0.1, 1.008109)])
-def test_synchronous_rub(friction, radius):
-    """[(k+k_c-mω²) r - k_c δ]² + [(cω+μ k_c) r - μ k_c δ]² = (m e ω²)² with k_c = 20 k, e = 0.2 δ, ζ = 0.05, ω = ω_n."""
-    gap = 1e-3
-    load = motion.Load(unbalances=((0.5, 2.0 * 0.2 * gap),))
-    rubbing = hole(0.5, gap, contact=(20 * STIFFNESS, 0.0, 0.0, 0.0), friction=friction, bristle=20 * STIFFNESS)
-    # Twice as much damping lets it come to rest in the first half, on the same branch.
-    _, state = run(JEFFCOTT.replace(damping=(0.1,)), [rubbing], load, [0.5], OMEGA, 2 * np.pi / OMEGA * 40)
-    (found,), _ = run(JEFFCOTT, [rubbing], load, [0.5], OMEGA, 2 * np.pi / OMEGA * 200, start=state)
-    size = np.hypot(*found)[-3000:] / gap
-    assert size - 1 == pytest.approx(radius - 1, rel=0.01)
+@pytest.mark.parametrize("friction", [0.0, 0.03])
+def test_synchronous_rub(friction):
+    """[(k+k_c-mω²) r - k_c δ]² + [(cω+μ k_c) r - μ k_c δ]² = (m e ω²)² with k_c = 20 k, e = 0.2 δ, ζ = 0.05, ω = ω_n.
+
+    Of μ = 0.1 this is no motion that lasts: by Routh's criterion it is unstable about its circle from μ = 0.06 on.
+    """
+    gap, turn = 1e-3, 2 * np.pi / OMEGA
+    load = motion.Load(unbalances=((0.5, MASS * 0.2 * gap),))
+    smooth = hole(0.5, gap, contact=(20 * STIFFNESS, 0.0, 0.0, 0.0), bristle=20 * STIFFNESS)
+    _, state = run(JEFFCOTT, [smooth], load, [0.5], OMEGA, 100 * turn)
+    rubbing = dataclasses.replace(smooth, friction=friction)
+    (found,), _ = run(JEFFCOTT, [rubbing], load, [0.5], OMEGA, 250 * turn, start=state)
+
+    def over(r):
+        return (20 * (r - 1)) ** 2 + (0.1 * r + 20 * friction * (r - 1)) ** 2 - 0.04
+
+    radius = scipy.optimize.brentq(over, 1.0, 1.1)
+    if not friction:
+        assert radius == pytest.approx(1.008635, abs=2e-6)
+    np.testing.assert_allclose(np.hypot(*found)[-3000:] / gap - 1, radius - 1, rtol=0.01)
 
 
 def test_a_block_slides_in_its_bushing():
-    """√(g/δ): 49.8 Hz for a radial clearance of 0.1 mm."""
+    """√(g/δ): 49.8 Hz for a radial clearance of 0.1 mm, and a little more by the springs that hold it."""
     gap = 1e-4
-    bushing = hole(0.05, gap, offset_z=-gap, contact=(1e7, 0.0, 0.0, 2e3))
+    bushing = hole(0.05, gap, offset_z=-gap, contact=(2e8, 0.0, 0.0, 5e3))
     load = motion.Load((0.0, -9.81), 0.05)
     _, state = run(BLOCK, [bushing], load, [0.05], seconds=0.2)
     (found,), _ = run(BLOCK, [bushing], load, [0.05], seconds=2.0, force={0: np.full(10, 5.0)}, start=state)
     frequency = np.abs(lines(found[0] - found[0].mean(), 1)[0]) / (2 * np.pi)
     assert np.abs(found[0]).max() < 0.1 * gap
-    assert frequency == pytest.approx(np.sqrt(9.81 / gap) / (2 * np.pi), rel=5e-3)
+    assert frequency == pytest.approx(np.sqrt(9.81 / gap + SPRINGS / BLOCK_MASS) / (2 * np.pi), rel=5e-3)
 
 
 def test_a_journal_finds_its_place_in_the_oil(tmp_path, monkeypatch):
@@ -161,8 +174,8 @@ def test_a_journal_finds_its_place_in_the_oil(tmp_path, monkeypatch):
     outwards, along = film.force(film.grid(e, 0.25), 0.0)
     scale = 12 * viscosity * radius * length * (radius / gap) ** 2 * e * spin / 2
     pushed = scale * (outwards + 1j * along) * (y + 1j * z) / np.hypot(y, z)
-    springs = -10.0 * (y + 1j * z)
-    assert pushed + springs == pytest.approx(9.81j, abs=0.01 * 9.81)
+    weight = 9.81 * BLOCK_MASS
+    assert pushed - SPRINGS * (y + 1j * z) == pytest.approx(1j * weight, abs=0.01 * weight)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])
@@ -177,9 +190,9 @@ def test_energy_never_grows(friction):
     inputs, out = np.zeros((1, 7)), np.empty((1, 2))
     energy = []
     for i in range(6000):
-        inputs[0, motion.FORCE_Y : motion.FORCE_Z + 1] = (8.0, 13.0) if i < 60 else (0.0, 0.0)
+        inputs[0, motion.FORCE_Y : motion.FORCE_Z + 1] = 10.0 * (i < 60), 25.0 * (600 < i < 660)
         assert motion.march(scheme, state, bushings, inputs, out)
-        if i < 60:
+        if i < 660:
             continue
         stored = 0.5 * np.sum(state.v**2) + 0.5 * np.sum(scheme.square * state.q**2)
         y, z = state.place + np.array([[3e-5], [-6e-5]])
@@ -190,7 +203,7 @@ def test_energy_never_grows(friction):
     lowest = np.minimum.accumulate(energy)
     assert np.all(energy <= lowest + 5e-3 * energy[0])
     left = energy[-1] / energy[0]
-    assert (left > 0.99) if friction == 0 else (left < 0.7)
+    assert (left > 0.99) if friction == 0 else (left < 0.9), left
 
 
 def test_slip_elements_have_no_axis_and_lose_what_a_slider_loses():
@@ -249,7 +262,8 @@ def test_forces_and_their_derivatives():
             step = small[i] * np.eye(4)[i]
             slope = (total(at + step, what) - total(at - step, what))[:2] / (2 * small[i])
             factor = share.get(what, np.ones(2))[i] if i < 2 else 1.0
-            np.testing.assert_allclose(found[i // 2, :, i % 2] * factor, slope, rtol=2e-3, atol=2e-3 * np.abs(found[i // 2]).max())
+            size = 1e-4 * np.abs(found[i // 2]).max()
+            np.testing.assert_allclose(found[i // 2, :, i % 2] * factor, slope, atol=size)
 
 
 def test_the_mark_passes_at_the_angle_zero():

@@ -77,8 +77,7 @@ def scheme(
     least_damping: float = 0.0,
 ) -> Scheme:  # fmt: skip
     """Prepare a shaft for a step, s; ``ends``: (n_bushings, 2) m; ``least_damping``: ratio of every mode."""
-    places = [load.hammer, *(x for x, _ in load.unbalances), *ends.ravel()]
-    modes = rotor.modes(places)
+    modes = rotor.modes()
     state, forced = np.empty((2, 4, modes.omega.size))
     ratios = np.maximum(modes.damping, least_damping)
     for k, (own, ratio) in enumerate(zip(modes.omega, ratios)):

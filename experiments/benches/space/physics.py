@@ -69,13 +69,18 @@ def contact(
         slope += 0.5 * b[j, C] / ENGAGED * speed
     viscous = 0.5 * (b[j, ALPHA] * (first + third) + b[j, C] * share)
     # Second derivatives of φ: along the wall, and between radius and wall.
-    bent, mixed = force * (1.0 + 4.0 * wave / e) / e, force * turn / e
+    bent, mixed = (1.0 + 4.0 * wave / e) / e, turn / e
+    hyy, hzz = bent * rz * rz - 2.0 * mixed * ry * rz, bent * ry * ry + 2.0 * mixed * ry * rz
+    hyz = mixed * (ry * ry - rz * rz) - bent * ry * rz
     to[p, 0] += force * ny
     to[p, 1] += force * nz
-    to[p, 2] += slope * ny * ny + bent * rz * rz - 2.0 * mixed * ry * rz
-    to[p, 3] += slope * ny * nz - bent * ry * rz + mixed * (ry * ry - rz * rz)
-    to[p, 4] += slope * ny * nz - bent * ry * rz + mixed * (ry * ry - rz * rz)
-    to[p, 5] += slope * nz * nz + bent * ry * ry + 2.0 * mixed * ry * rz
+    # The force changes with the depth, and with its rate, v ∇φ, as ∇φ turns.
+    push_y = slope * ny + viscous * (hyy * vy + hyz * vz)
+    push_z = slope * nz + viscous * (hyz * vy + hzz * vz)
+    to[p, 2] += ny * push_y + force * hyy
+    to[p, 3] += ny * push_z + force * hyz
+    to[p, 4] += nz * push_y + force * hyz
+    to[p, 5] += nz * push_z + force * hzz
     to[p, 6] += viscous * ny * ny
     to[p, 7] += viscous * ny * nz
     to[p, 8] += viscous * ny * nz
@@ -93,11 +98,13 @@ def contact(
         to[p, 5] += stiffness * tz * tz
     else:
         rubbing = limit if rubbing > 0.0 else -limit
-        by_depth = rubbing / force * slope
-        to[p, 2] += by_depth * ty * ny
-        to[p, 3] += by_depth * ty * nz
-        to[p, 4] += by_depth * tz * ny
-        to[p, 5] += by_depth * tz * nz
+        grown = rubbing / (size * size)  # of |∇φ|, with the limit
+        by_y = rubbing / force * push_y + grown * (hyy * ny + hyz * nz)
+        by_z = rubbing / force * push_z + grown * (hyz * ny + hzz * nz)
+        to[p, 2] += by_y * ty
+        to[p, 3] += by_z * ty
+        to[p, 4] += by_y * tz
+        to[p, 5] += by_z * tz
         by_speed = rubbing / force * viscous
         to[p, 6] += by_speed * ty * ny
         to[p, 7] += by_speed * ty * nz
@@ -105,11 +112,12 @@ def contact(
         to[p, 9] += by_speed * tz * nz
     to[p, 0] += rubbing * ty
     to[p, 1] += rubbing * tz
-    turned = rubbing / (e * size)  # t turns by -n for each motion along t
-    to[p, 2] -= turned * ny * ty
-    to[p, 3] -= turned * ny * tz
-    to[p, 4] -= turned * nz * ty
-    to[p, 5] -= turned * nz * tz
+    turned = rubbing / (size * size)  # t turns by -n as ∇φ does by t
+    by_y, by_z = turned * (hyy * ty + hyz * tz), turned * (hyz * ty + hzz * tz)
+    to[p, 2] -= ny * by_y
+    to[p, 3] -= ny * by_z
+    to[p, 4] -= nz * by_y
+    to[p, 5] -= nz * by_z
     return rubbing / stiffness
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +36,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class Support:
-    """Springs between the shaft and the base, the same in both planes."""
+    """Springs between the shaft and the base, the same in both planes; infinite ones hold it."""
 
     position: float
     translation: float  #: N/m
@@ -65,9 +65,9 @@ class Rotor:
         """ρ A in kg/m."""
         return self.density * math.pi * self.diameter**2 / 4
 
-    def matrices(self, nodes: Iterable[float] = ()) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the mesh, m, then mass and stiffness (n, n) of deflections and slopes at its nodes."""
-        x = _mesh(self.length, [*nodes, *(d.position for d in self.discs), *(s.position for s in self.supports)])
+    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the mesh, m, mass and stiffness (n, n) of deflections and slopes at its nodes, and which are free."""
+        x = _mesh(self.length, [*(d.position for d in self.discs), *(s.position for s in self.supports)])
         mass, stiffness = np.zeros((2, 2 * x.size, 2 * x.size))
         rotary = self.density * math.pi * self.diameter**4 / 64
         for e, h in enumerate(np.diff(x)):
@@ -78,19 +78,25 @@ class Rotor:
             at = 2 * int(np.argmin(np.abs(x - disc.position)))
             mass[at, at] += disc.mass
             mass[at + 1, at + 1] += disc.inertia
+        free = np.ones(2 * x.size, dtype=bool)
         for support in self.supports:
             at = 2 * int(np.argmin(np.abs(x - support.position)))
-            stiffness[at, at] += support.translation
-            stiffness[at + 1, at + 1] += support.rotation
-        return x, mass, stiffness
+            for i, spring in enumerate((support.translation, support.rotation), at):
+                if math.isinf(spring):
+                    free[i] = False
+                else:
+                    stiffness[i, i] += spring
+        return x, mass, stiffness, free
 
-    def modes(self, nodes: Iterable[float] = ()) -> Modes:
-        """Modes of one plane without spin; forces act exactly at ``nodes``, m."""
-        x, mass, stiffness = self.matrices(nodes)
-        squares, vectors = scipy.linalg.eigh(stiffness, mass, subset_by_index=(0, MOST_MODES - 1))
+    def modes(self) -> Modes:
+        """Modes of one plane without spin."""
+        x, mass, stiffness, free = self.matrices()
+        held = np.ix_(free, free)
+        squares, vectors = scipy.linalg.eigh(stiffness[held], mass[held], subset_by_index=(0, MOST_MODES - 1))
         omega = np.sqrt(np.maximum(squares, 0.0))
         keep = omega < 2 * np.pi * HIGHEST
-        shape = vectors[:, keep]
+        shape = np.zeros((free.size, int(keep.sum())))
+        shape[free] = vectors[:, keep]
         ratios = np.full(omega[keep].size, self.damping[-1])
         ratios[: len(self.damping)] = self.damping[: ratios.size]
         turning = [d for d in self.discs if d.polar_inertia]
@@ -105,9 +111,11 @@ class Rotor:
 
     def sag(self, positions: Sequence[float], gravity: float = 9.81) -> np.ndarray:
         """Return how far the shaft hangs down at positions under its weight, m."""
-        x, mass, stiffness = self.matrices(positions)
+        x, mass, stiffness, free = self.matrices()
         weight = mass @ np.tile([gravity, 0.0], x.size)
-        return _rows(x, positions) @ np.linalg.solve(stiffness, weight)
+        down = np.zeros(free.size)
+        down[free] = np.linalg.solve(stiffness[np.ix_(free, free)], weight[free])
+        return _rows(x, positions) @ down
 
     def replace(self, **changes: object) -> Rotor:
         """A copy with other values."""
