@@ -25,7 +25,7 @@ IGNORANCES = ("gaps", "offsets", "sensors", "linear", "places", "physics", "unba
 """What a rig file may get wrong: gaps and their roundness; offsets; sensors and probes; modulus, density, masses,
 supports and damping; the bushings' places; contact, friction, grease and viscosity; unbalance"""
 ATTEMPTS = 200
-PINNED = 2e8  # N/m of supports that the designer takes to be rigid
+BEARING = 4e7  # N/m of supports that the designer takes to be rigid
 EDGE = 0.97  # of the narrowest gap, within which the unloaded shaft lies
 
 
@@ -154,11 +154,14 @@ def as_arrays(holes: Iterable[Hole]) -> physics.Bushings:
 
     oval = column("oval")[:, None] * np.column_stack((np.cos(2 * column("axis")), np.sin(2 * column("axis"))))
     film = 12 * column("viscosity") * column("radius") * column("length") * (column("radius") / column("gap")) ** 2
-    return physics.Bushings(
-        column("gap"), oval, np.column_stack((column("offset_y"), column("offset_z"))), column("contact"),
-        np.column_stack((column("friction"), column("bristle"))), column("radius"), column("elastic"), slip,
-        column("squeeze"), film, table,
-    )  # fmt: skip
+    values = {
+        "gap": column("gap"), "oval_cosine": oval[:, 0], "oval_sine": oval[:, 1], "offset_y": column("offset_y"),
+        "offset_z": column("offset_z"), **dict(zip(("k", "k3", "alpha", "c"), column("contact").reshape(-1, 4).T)),
+        "mu": column("friction"), "bristle": column("bristle"), "radius": column("radius"),
+        "elastic": column("elastic"), **dict(zip(("squeeze", "height"), column("squeeze").reshape(-1, 2).T)),
+        "film": film,
+    }  # fmt: skip
+    return physics.Bushings(np.column_stack([values[name] for name in physics.COLUMNS]), slip, table)
 
 
 # Draws.
@@ -221,8 +224,7 @@ def nominal(rig: Rig) -> Rotor:
     assert section.diameter and material
     discs = [Disc(d.position, d.mass, d.inertia, d.polar_inertia or 0.0) for d in shaft.discs]
     discs += [Disc(float(m.position), m.mass) for m in rig.point_masses]
-    free = 1e12  # a clamp that does not give
-    held = [Support(s.position, free if s.kind == "clamped" else PINNED, free * (s.kind == "clamped")) for s in shaft.supports]
+    held = [Support(s.position, math.inf, math.inf if s.kind == "clamped" else 0.0) for s in shaft.supports]
     made = Rotor(
         shaft.length, section.diameter[0], material.young_modulus, material.density, tuple(discs), tuple(held), (0.0,)
     )  # fmt: skip
@@ -249,7 +251,7 @@ def _rotor(rig: Rig, draw: Draw) -> Rotor:
             bent, sheared = (Clamp.longer(shaft.bending_stiffness, float(by)) for by in more)
             supports.append(Support(support.position, sheared.translation, bent.rotation))
         else:
-            supports.append(Support(support.position, 0.2 * PINNED * draw.factor(4.0)))
+            supports.append(Support(support.position, BEARING * draw.factor(4.0)))
     common = draw.normal(0.5)  # 1 σ: a factor of 1.4; with each mode's own up to 2
     ratios = [r * 2 ** (common + draw.normal(0.35)) for r in shaft.damping[:8]]
     return shaft.replace(

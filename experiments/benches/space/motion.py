@@ -56,6 +56,7 @@ class State(NamedTuple):
     pushed: np.ndarray  # (2, n) that of the bushings
     place: np.ndarray  # (2, n_points) of the bushings' ends, m
     pull: np.ndarray  # (2 n_points,) forces at them, y and z of each
+    earlier: np.ndarray  # the same a step before
     bristle: np.ndarray  # (n_points,)
     bristle_after: np.ndarray  # of a trial step
     slip: np.ndarray  # (n_bushings, n_elements, 2)
@@ -76,8 +77,7 @@ def scheme(
     least_damping: float = 0.0,
 ) -> Scheme:  # fmt: skip
     """Prepare a shaft for a step, s; ``ends``: (n_bushings, 2) m; ``least_damping``: ratio of every mode."""
-    places = [load.hammer, *(x for x, _ in load.unbalances), *ends.ravel()]
-    modes = rotor.modes(places)
+    modes = rotor.modes()
     state, forced = np.empty((2, 4, modes.omega.size))
     ratios = np.maximum(modes.damping, least_damping)
     for k, (own, ratio) in enumerate(zip(modes.omega, ratios)):
@@ -96,8 +96,8 @@ def unloaded(on: Scheme, bushings: Bushings) -> State:
     """The shaft straight and at rest, with grease and bristles relaxed."""
     n, points = on.square.size, on.points.shape[0]
     modal = [np.zeros((2, n)) for _ in range(4)]
-    slip = np.zeros((bushings.gap.size, bushings.slip.shape[2], 2))
-    ends = np.zeros((2, points)), np.zeros(2 * points), np.zeros(points), np.zeros(points)
+    slip = np.zeros((len(bushings.numbers), bushings.slip.shape[2], 2))
+    ends = np.zeros((2, points)), np.zeros(2 * points), np.zeros(2 * points), np.zeros(points), np.zeros(points)
     return State(*modal, *ends, slip, slip.copy())
 
 
@@ -114,108 +114,131 @@ def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, 
     Returns the number of steps done, fewer if one fails. Fills ``out`` (n_steps, 2 n_stations + 2 n_bushings): absolute
     accelerations along y, z of each station, displacements along y, z of each bushing's probe.
     """
-    # Compiled code counts references to arrays that it takes out of tuples: all are taken out once.
-    m, b, square, damping, drive = scheme.state, scheme.forced, scheme.square, scheme.damping, scheme.drive
-    weight, hit, unbalance, slopes, between = (
-        scheme.weight, scheme.hit, scheme.unbalance, scheme.slopes, scheme.mobility_of_slopes,
+    # Compiled code counts references to arrays that it takes out of tuples: all are taken out once. Both planes go
+    # through each loop together, as sums over few modes wait for themselves.
+    step, m, b, square, damping, drive, hit = (
+        scheme.step, scheme.state, scheme.forced, scheme.square, scheme.damping, scheme.drive, scheme.hit,
     )  # fmt: skip
-    points, stations, probes, pull = scheme.points, scheme.accelerometers, scheme.probes, state.pull
-    n, n_points, n_slopes = square.size, points.shape[0], slopes.shape[0]
-    free, speed = np.empty((2, n_points)), np.empty((2, n_points))
-    acceleration = np.empty((2, n))
-    before, turning, trial = np.empty((2, n_slopes)), np.empty((2, n_slopes)), np.empty((2, n_slopes))
-    jacobian, right, work = np.empty((2 * n_points, 2 * n_points)), np.empty(2 * n_points), np.empty((3, n_points, 10))
-    x, v = np.empty((2, n_points)), np.empty((2, n_points))
+    weight, unbalance, slopes, between = scheme.weight, scheme.unbalance, scheme.slopes, scheme.mobility_of_slopes
+    points, stations, probes = scheme.points, scheme.accelerometers, scheme.probes
+    compliance, mobility, place, pull, earlier = (
+        scheme.compliance, scheme.mobility, state.place, state.pull, state.earlier,
+    )  # fmt: skip
+    bristle, bristle_after, slip, slip_after = state.bristle, state.bristle_after, state.slip, state.slip_after
+    numbers, elements, table = bushings.numbers, bushings.slip, bushings.table
+    qy, qz, vy, vz = state.q[0], state.q[1], state.v[0], state.v[1]
+    fy, fz, py, pz = state.force[0], state.force[1], state.pushed[0], state.pushed[1]
+    n, n_points, n_slopes, n_stations = square.size, points.shape[0], slopes.shape[0], stations.shape[0]
+    free, speed, x, v = np.empty((4, 2, n_points))
+    before, turning, trial = np.empty((3, 2, n_slopes))
+    ay, az = np.empty((2, n))
+    jacobian, right = np.empty((2 * n_points, 2 * n_points)), np.empty(2 * n_points)
+    work = np.empty((n_points + 1, 10))
     for i in range(inputs.shape[0]):
-        spin = inputs[i, SPIN]
-        for axis in range(2):
-            q, velocity, force = state.q[axis], state.v[axis], state.force[axis]
-            base, hammer = inputs[i, BASE_Y + axis], inputs[i, FORCE_Y + axis]
-            first, second = inputs[i, WHIRL_Y + axis], inputs[i, WHIRL_Z - axis]
-            if axis == 0:
-                second = -second
-            for k in range(n):
-                start = force[k]
-                end = weight[axis, k] + drive[k] * base + hit[k] * hammer
-                end += unbalance[0, k] * first + unbalance[1, k] * second
-                moved = m[0, k] * q[k] + m[1, k] * velocity[k] + b[0, k] * start + b[1, k] * end
-                velocity[k] = m[2, k] * q[k] + m[3, k] * velocity[k] + b[2, k] * start + b[3, k] * end
-                q[k] = moved
-                force[k] = end
-            for r in range(n_slopes):
-                s = 0.0
-                for k in range(n):  # with the bushings' forces of the step before
-                    s += slopes[r, k] * (velocity[k] + b[3, k] * state.pushed[axis, k])
-                before[axis, r] = turning[axis, r] = s
+        spin, base_y, base_z = inputs[i, SPIN], inputs[i, BASE_Y], inputs[i, BASE_Z]
+        force_y, force_z, whirl_y, whirl_z = (
+            inputs[i, FORCE_Y], inputs[i, FORCE_Z], inputs[i, WHIRL_Y], inputs[i, WHIRL_Z],
+        )  # fmt: skip
+        for k in range(n):
+            end = weight[0, k] + drive[k] * base_y + hit[k] * force_y
+            end += unbalance[0, k] * whirl_y - unbalance[1, k] * whirl_z
+            moved = m[0, k] * qy[k] + m[1, k] * vy[k] + b[0, k] * fy[k] + b[1, k] * end
+            vy[k] = m[2, k] * qy[k] + m[3, k] * vy[k] + b[2, k] * fy[k] + b[3, k] * end
+            qy[k] = moved
+            fy[k] = end
+            end = weight[1, k] + drive[k] * base_z + hit[k] * force_z
+            end += unbalance[0, k] * whirl_z + unbalance[1, k] * whirl_y
+            moved = m[0, k] * qz[k] + m[1, k] * vz[k] + b[0, k] * fz[k] + b[1, k] * end
+            vz[k] = m[2, k] * qz[k] + m[3, k] * vz[k] + b[2, k] * fz[k] + b[3, k] * end
+            qz[k] = moved
+            fz[k] = end
         if n_slopes > 0 and spin != 0.0:
+            for r in range(n_slopes):
+                s = t = 0.0
+                for k in range(n):  # with the bushings' forces of the step before
+                    s += slopes[r, k] * (vy[k] + b[3, k] * py[k])
+                    t += slopes[r, k] * (vz[k] + b[3, k] * pz[k])
+                before[0, r] = turning[0, r] = s
+                before[1, r] = turning[1, r] = t
             for _ in range(GYROSCOPIC_ITERATIONS):
                 for r in range(n_slopes):
                     trial[0, r], trial[1, r] = before[0, r], before[1, r]
                     for o in range(n_slopes):
                         trial[0, r] -= spin * between[r, o] * turning[1, o]
                         trial[1, r] += spin * between[r, o] * turning[0, o]
-                turning[:] = trial
-            for axis in range(2):
-                sign = -spin if axis == 0 else spin
                 for r in range(n_slopes):
-                    moment = sign * turning[1 - axis, r]
-                    for k in range(n):
-                        f = slopes[r, k] * moment
-                        state.q[axis, k] += b[1, k] * f
-                        state.v[axis, k] += b[3, k] * f
-                        state.force[axis, k] += f
-        for axis in range(2):
-            q, velocity = state.q[axis], state.v[axis]
-            for p in range(n_points):
-                at = s = 0.0
+                    turning[0, r], turning[1, r] = trial[0, r], trial[1, r]
+            for r in range(n_slopes):
+                s, t = -spin * turning[1, r], spin * turning[0, r]
                 for k in range(n):
-                    at += points[p, k] * q[k]
-                    s += points[p, k] * velocity[k]
-                free[axis, p] = at
-                speed[axis, p] = s
-        if not _solve(scheme, state, bushings, free, speed, spin, x, v, jacobian, right, work):
+                    f, g = slopes[r, k] * s, slopes[r, k] * t
+                    qy[k] += b[1, k] * f
+                    qz[k] += b[1, k] * g
+                    vy[k] += b[3, k] * f
+                    vz[k] += b[3, k] * g
+                    fy[k] += f
+                    fz[k] += g
+        for p in range(n_points):
+            y = z = s = t = 0.0
+            for k in range(n):
+                y += points[p, k] * qy[k]
+                z += points[p, k] * qz[k]
+                s += points[p, k] * vy[k]
+                t += points[p, k] * vz[k]
+            free[0, p], free[1, p], speed[0, p], speed[1, p] = y, z, s, t
+        if not _solve(
+            step, spin, compliance, mobility, numbers, elements, table, free, speed, pull, earlier, place, bristle,
+            bristle_after, slip, slip_after, x, v, jacobian, right, work,
+        ):  # fmt: skip
             return i
-        for axis in range(2):
-            q, velocity, force, pushed = state.q[axis], state.v[axis], state.force[axis], state.pushed[axis]
-            now = acceleration[axis]
-            for k in range(n):
-                pushed[k] = 0.0
+        for k in range(n):
+            f = g = 0.0
             for p in range(n_points):
-                f = pull[2 * p + axis]
-                if f != 0.0:
-                    for k in range(n):
-                        pushed[k] -= points[p, k] * f
+                f -= points[p, k] * pull[2 * p]
+                g -= points[p, k] * pull[2 * p + 1]
+            py[k], pz[k] = f, g
+            qy[k] += b[1, k] * f
+            qz[k] += b[1, k] * g
+            vy[k] += b[3, k] * f
+            vz[k] += b[3, k] * g
+            fy[k] += f
+            fz[k] += g
+            ay[k] = fy[k] - damping[k] * vy[k] - square[k] * qy[k]
+            az[k] = fz[k] - damping[k] * vz[k] - square[k] * qz[k]
+        for p in range(n_stations):
+            y, z = base_y, base_z
             for k in range(n):
-                q[k] += b[1, k] * pushed[k]
-                velocity[k] += b[3, k] * pushed[k]
-                force[k] += pushed[k]
-                now[k] = force[k] - damping[k] * velocity[k] - square[k] * q[k]
-            for p in range(stations.shape[0]):
-                a = inputs[i, BASE_Y + axis]
-                for k in range(n):
-                    a += stations[p, k] * now[k]
-                out[i, 2 * p + axis] = a
-            for p in range(probes.shape[0]):
-                at = 0.0
-                for k in range(n):
-                    at += probes[p, k] * q[k]
-                out[i, 2 * stations.shape[0] + 2 * p + axis] = at
+                y += stations[p, k] * ay[k]
+                z += stations[p, k] * az[k]
+            out[i, 2 * p], out[i, 2 * p + 1] = y, z
+        for p in range(probes.shape[0]):
+            y = z = 0.0
+            for k in range(n):
+                y += probes[p, k] * qy[k]
+                z += probes[p, k] * qz[k]
+            out[i, 2 * (n_stations + p)], out[i, 2 * (n_stations + p) + 1] = y, z
     return inputs.shape[0]
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
 def _solve(
-    scheme: Scheme, state: State, bushings: Bushings, free: np.ndarray, speed: np.ndarray, spin: float, x: np.ndarray,
+    step: float, spin: float, compliance: np.ndarray, mobility: np.ndarray, numbers: np.ndarray, elements: np.ndarray,
+    table: np.ndarray, free: np.ndarray, speed: np.ndarray, pull: np.ndarray, earlier: np.ndarray, place: np.ndarray,
+    bristle: np.ndarray, bristle_after: np.ndarray, slip: np.ndarray, slip_after: np.ndarray, x: np.ndarray,
     v: np.ndarray, jacobian: np.ndarray, right: np.ndarray, work: np.ndarray,
 ) -> bool:  # fmt: skip
     """Find the forces ``pull`` at the bushings' ends by Newton's method; bristles and grease move on.
 
     What fills a bushing acts at the mean of its ends, half of it on each.
     """
-    compliance, mobility, pull, place = scheme.compliance, scheme.mobility, state.pull, state.place
-    n = bushings.gap.size
+    n = numbers.shape[0]
     size = 4 * n
-    walls, middle = work[0], work[1, 0]
+    middle = 2 * n  # row of `work`
+    for row in range(size):
+        f = pull[row]
+        if f != 0.0:
+            pull[row] = 2.0 * f - earlier[row]
+        earlier[row] = f
     for _ in range(ITERATIONS):
         for axis in range(2):
             for p in range(2 * n):
@@ -228,39 +251,39 @@ def _solve(
         jacobian[:] = 0.0
         for j in range(n):
             first = 2 * j
-            oy, oz = bushings.offset[j, 0], bushings.offset[j, 1]
+            oy, oz = numbers[j, physics.OFFSET_Y], numbers[j, physics.OFFSET_Z]
             for p in (first, first + 1):
                 for c in range(10):
-                    walls[p, c] = 0.0
-                state.bristle_after[p] = physics.contact(
-                    bushings, j, x[0, p] + oy, x[1, p] + oz, v[0, p], v[1, p], x[0, p] - place[0, p],
-                    x[1, p] - place[1, p], bushings.radius[j] * spin * scheme.step, state.bristle[p], walls[p],
+                    work[p, c] = 0.0
+                bristle_after[p] = physics.contact(
+                    numbers, j, x[0, p] + oy, x[1, p] + oz, v[0, p], v[1, p], x[0, p] - place[0, p],
+                    x[1, p] - place[1, p], numbers[j, physics.RADIUS] * spin * step, bristle[p], work, p,
                 )  # fmt: skip
             for c in range(10):
-                middle[c] = 0.0
+                work[middle, c] = 0.0
             my, mz = 0.5 * (x[0, first] + x[0, first + 1]), 0.5 * (x[1, first] + x[1, first + 1])
             sy, sz = 0.5 * (v[0, first] + v[0, first + 1]), 0.5 * (v[1, first] + v[1, first + 1])
-            if bushings.film[j] > 0.0:
-                physics.film(bushings, j, my + oy, mz + oz, sy, sz, spin, middle)
+            if numbers[j, physics.FILM] > 0.0:
+                physics.film(numbers, table, j, my + oy, mz + oz, sy, sz, spin, work, middle)
             else:
                 physics.grease(
-                    bushings, j, my, mz, sy, sz, my - 0.5 * (place[0, first] + place[0, first + 1]),
-                    mz - 0.5 * (place[1, first] + place[1, first + 1]), state.slip, state.slip_after, middle,
+                    numbers, elements, j, my, mz, sy, sz, my - 0.5 * (place[0, first] + place[0, first + 1]),
+                    mz - 0.5 * (place[1, first] + place[1, first + 1]), slip, slip_after, work, middle,
                 )  # fmt: skip
             for p in (first, first + 1):
-                touching = walls[p, 0] != 0.0 or walls[p, 1] != 0.0
+                touching = work[p, 0] != 0.0 or work[p, 1] != 0.0
                 for axis in range(2):
                     row = 2 * p + axis
-                    right[row] = walls[p, axis] + 0.5 * middle[axis] - pull[row]
+                    right[row] = work[p, axis] + 0.5 * work[middle, axis] - pull[row]
                     largest = max(largest, abs(right[row]) * compliance[p, p])
                     for o in range(2 * n):
                         by_place = 0.25 * (compliance[first, o] + compliance[first + 1, o])
                         by_speed = 0.25 * (mobility[first, o] + mobility[first + 1, o])
                         for other in range(2):
                             c = 2 + 2 * axis + other
-                            slope = middle[c] * by_place + middle[c + 4] * by_speed
+                            slope = work[middle, c] * by_place + work[middle, c + 4] * by_speed
                             if touching:
-                                slope += walls[p, c] * compliance[p, o] + walls[p, c + 4] * mobility[p, o]
+                                slope += work[p, c] * compliance[p, o] + work[p, c + 4] * mobility[p, o]
                             jacobian[row, 2 * o + other] = slope
                     jacobian[row, row] += 1.0
         if largest > EXACT:
@@ -269,8 +292,8 @@ def _solve(
                 pull[row] += right[row]
         if largest <= TOLERANCE:
             place[:] = x
-            state.bristle[:] = state.bristle_after
-            state.slip[:] = state.slip_after
+            bristle[:] = bristle_after
+            slip[:] = slip_after
             return True
     return False
 
