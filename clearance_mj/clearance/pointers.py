@@ -20,7 +20,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 _SHARED = [
     *(
         f"clearance/{part}.py"
-        for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")
+        for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "reynolds", "round_kernel")
     ),
     *(f"engines/{part}.py" for part in ("decimating", "lane_modes", "round_loop", "round_points", "round_scheme")),
     *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),

@@ -13,8 +13,9 @@ Along the bearing P is a sum of cos(q_k ξ), q_k = (k - 1/2) π, of which each h
 oil cannot pull, the film is taken to break and to form straight across the bearing: mean of P >= 0, with the flow
 balanced where it is positive, is a complementarity problem of one dimension, solved by policy iteration.
 
-The pressure takes the least power, so that forces are the slopes of half of it: with the power 12 μ R L (R/C)² C A² g,
-the force over 12 μ R L (R/C)² A is -g ŵ - g'/2 ∂ŵ/∂ψ. The table holds ln g.
+The pressure takes the least power, so that forces are the slopes of half of it by w. A thin film resists squeeze far
+more than turning, one that opens no more than it: with u = (w_n, κ w_t) = |u| (sin χ n - cos χ t) the power is
+12 μ R L (R/C)² C u² g, with a g that is smooth over χ in both. The table holds ln g.
 """
 
 from __future__ import annotations
@@ -25,13 +26,14 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.extending import register_jitable
 
-__all__ = ["DIRECTIONS", "RATIOS", "STEP", "THINNEST", "film_force", "film_table"]
+__all__ = ["DIRECTIONS", "RATIOS", "STEP", "THINNEST", "film_force", "film_table", "turning_share"]
 
 AROUND = 180  # nodes around
 RATIOS, STEP = 43, 1 / 7  # rows of the table, equidistant in -ln(1 - ε)
 THINNEST = math.exp(-(RATIOS - 1) * STEP)  # 1 - ε of the last row
-DIRECTIONS = 41  # columns of the table, ψ from -π/2 to π/2; the other half is their mirror image
+DIRECTIONS = 41  # columns of the table, χ from -π/2 to π/2; the other half is their mirror image
 MAX_ITERATIONS = 60
 LEAST_WAVES, MOST_WAVES = 4, 48  # cosines along the bearing; finer ones are those of a short bearing
 FINE = 6.0  # q_k D/L times the length of the thin film in the finest of them
@@ -143,11 +145,24 @@ def film_force(ratio: float, width: float, psi: Any, cavitated: bool) -> np.ndar
     thin = min(math.sqrt(2 * (1 - ratio) / max(ratio, 1e-9)), 1.0)
     count = min(max(LEAST_WAVES, math.ceil(FINE * width / (np.pi * thin)) + 1), MOST_WAVES)
     q = (np.arange(count) + 0.5) * np.pi
+    weights = 2 / q**2
     rest = (1 / 3 - np.sum(2 / q**4)) * width**2
+    if count == MOST_WAVES:  # the ends of a long bearing are short: finer cosines are as the finest
+        weights[-1] += 1 - weights.sum()
+        rest = 0.0
     psi = np.ascontiguousarray(psi, dtype=float)
     found = np.empty((psi.size, 2))
-    _fill_forces(angle, cell, thickness**3, between, (q / width) ** 2, 2 / q**2, rest, psi, cavitated, found)
+    _fill_forces(angle, cell, thickness**3, between, (q / width) ** 2, weights, rest, psi, cavitated, found)
     return found
+
+
+@register_jitable
+def turning_share(ratio: float) -> float:
+    """Return κ, by which turning counts less than squeeze at an eccentricity ratio.
+
+    κ⁴ is the power of turning over that of squeeze in a short bearing whose oil can pull (Ocvirk).
+    """
+    return math.sqrt(math.sqrt((1.0 - ratio * ratio) / (1.0 + 2.0 * ratio * ratio)))
 
 
 @functools.lru_cache(maxsize=64)
@@ -161,11 +176,12 @@ def film_table(width: float, cavitated: bool) -> tuple[float, ...]:
     cavitated : bool
         Whether oil cannot pull.
     """
-    psi = np.linspace(-np.pi / 2, np.pi / 2, DIRECTIONS)
+    chi = np.linspace(-np.pi / 2, np.pi / 2, DIRECTIONS)
     values = np.empty((RATIOS, DIRECTIONS))
     for i, ratio in enumerate(-np.expm1(-STEP * np.arange(RATIOS))):
-        outwards, across = film_force(float(ratio), width, psi, cavitated).T
-        values[i] = np.log(across * np.cos(psi) - outwards * np.sin(psi))
+        inwards, around = np.sin(chi), np.cos(chi) / turning_share(float(ratio))  # w_n and -w_t where |u| = 1
+        outwards, across = film_force(float(ratio), width, np.arctan2(inwards, around), cavitated).T
+        values[i] = np.log(np.hypot(inwards, around) * (across * around - outwards * inwards))
     values[0] = values[0].mean()  # a centred film knows no direction
     over_ratio, over_psi = _spline(RATIOS, mirrored=False), _spline(DIRECTIONS, mirrored=True)
     return tuple((over_ratio @ values @ over_psi.T).ravel().tolist())

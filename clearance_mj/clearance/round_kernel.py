@@ -22,6 +22,7 @@ from ..rig.dimensions import shaft_radius
 from .follower import SLOWEST_IMPACT, end_values
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
+from .greases.finite_bearing import FiniteBearing
 from .greases.short_bearing import ShortBearing
 from .kernel import WithTable, joined
 from .pointers import at, call_law, inlined
@@ -110,9 +111,8 @@ def _own_filling(rig: Rig, j: int) -> Grease | GreaseModel:
     film = bushing.film
     if film is None:
         return bushing.grease
-    return ShortBearing(
-        film.viscosity, shaft_radius(rig, j), bushing.length, bushing.gap, film.asperities, film.cavitated
-    )
+    kind = FiniteBearing if film.width == "finite" else ShortBearing
+    return kind(film.viscosity, shaft_radius(rig, j), bushing.length, bushing.gap, film.asperities, film.cavitated)
 
 
 def round_records(rig: Rig, law: WithTable, step: float) -> RoundClearance:

@@ -1,13 +1,13 @@
 """The oil film of a bearing of finite width, in any motion of the journal: Reynolds' equation in a table.
 
 With the velocity v of the journal, w = v - Ω/2 x × r is what the film sees of it: turning and squeeze are one motion.
-Its power is P = 12 μ R L (R/C)² g(ε, ψ) w²/C, with ε = e/C and w = |w| (sin ψ n - cos ψ t); see `reynolds`. Forces are
-the slopes of half of it, F = -D w, with the symmetric matrix D of its second derivatives, which depends on the
-direction of w alone: in w and across it
+Its power is 12 μ R L (R/C)²/C g(ε, χ) u², with ε = e/C and u = (w_n, κ w_t) = |u| (sin χ n - cos χ t); see `reynolds`.
+Forces are the slopes of half of it, F = -D w, with the symmetric matrix D of its second derivatives, which depends on
+the direction of w alone: along u and across it, that is along its derivative by χ,
 
-    D = 12 μ R L (R/C)²/C [[g, g'/2], [g'/2, g + g''/2]],  ' = ∂/∂ψ
+    D = 12 μ R L (R/C)²/C S [[g, g'/2], [g'/2, g + g''/2]] S,  S = diag(1, κ) in n and t,  ' = ∂/∂χ
 
-The part of v in D w is damping, that of Ω what turning does. Without cavitation g is a quadratic form, and D constant.
+The part of v in D w is damping, that of Ω what turning does.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-import numba
 import numpy as np
 from numba.extending import register_jitable
 
 from ..contact import Numbers
 from ..grease import register
 from ..oil_bearing import OilBearing
-from ..reynolds import DIRECTIONS, RATIOS, STEP, THINNEST, film_table
+from ..pointers import kernel_loop
+from ..reynolds import DIRECTIONS, RATIOS, STEP, THINNEST, film_table, turning_share
 
 __all__ = ["FiniteBearing"]
 
@@ -41,9 +41,9 @@ def _weights(s: float) -> tuple[float, float, float, float]:
 
 
 @register_jitable
-def _power(p: Sequence[float], ratio: float, psi: float) -> tuple[float, float, float]:
-    """Return g, g' and g'' at an eccentricity ratio and a direction between -π/2 and π/2."""
-    u, v = -math.log(1.0 - ratio) / STEP, (psi + 0.5 * math.pi) * PER_DIRECTION
+def _power(p: Sequence[float], ratio: float, chi: float) -> tuple[float, float, float]:
+    """Return g, g' and g'' at an eccentricity ratio and a direction χ between -π/2 and π/2."""
+    u, v = -math.log(1.0 - ratio) / STEP, (chi + 0.5 * math.pi) * PER_DIRECTION
     i, j = min(int(u), RATIOS - 2), min(max(int(v), 0), DIRECTIONS - 2)
     s = v - j
     rows, columns = _weights(u - i), _weights(s)
@@ -70,27 +70,27 @@ def _resistance(
     e = math.sqrt(y * y + z * z)
     n_y, n_z = (y / e, z / e) if e > 0.0 else (1.0, 0.0)
     ratio = min(e * p[PER_CLEARANCE], p[MOST])
-    around = 0.5 * spin * ratio / p[PER_CLEARANCE]
-    turn_y, turn_z = -around * n_z, around * n_y
-    w_y, w_z = v_y - turn_y, v_z - turn_z
-    size = math.sqrt(w_y * w_y + w_z * w_z)
+    turn = 0.5 * spin * ratio / p[PER_CLEARANCE]
+    share = turning_share(ratio)
+    inwards, around = n_y * v_y + n_z * v_z, share * (turn - n_y * v_z + n_z * v_y)  # u_n and -u_t
+    size = math.sqrt(inwards * inwards + around * around)
     if size == 0.0:
-        centred = p[SCALE] * p[CENTRED]
-        return centred, 0.0, centred, turn_y, turn_z
-    w_y, w_z = w_y / size, w_z / size
-    inwards, along = w_y * n_y + w_z * n_z, w_z * n_y - w_y * n_z
-    g, slope, bend = _power(p, ratio, math.atan2(inwards, abs(along)))
-    # ŵ = sin ψ n - cos ψ t and its derivative by ψ, cos ψ n + sin ψ t, which the mirror of ψ turns round.
-    mirror = 1.0 if along <= 0.0 else -1.0
-    c_y, c_z = -mirror * w_z, mirror * w_y
-    own, mixed, across = p[SCALE] * g, 0.5 * p[SCALE] * slope, p[SCALE] * (g + 0.5 * bend)
-    yy = own * w_y * w_y + 2.0 * mixed * w_y * c_y + across * c_y * c_y
-    yz = own * w_y * w_z + mixed * (w_y * c_z + w_z * c_y) + across * c_y * c_z
-    zz = own * w_z * w_z + 2.0 * mixed * w_z * c_z + across * c_z * c_z
-    return yy, yz, zz, turn_y, turn_z
+        return p[SCALE] * p[CENTRED], 0.0, p[SCALE] * p[CENTRED], -turn * n_z, turn * n_y
+    s, c = inwards / size, around / size  # sin χ, cos χ
+    g, slope, bend = _power(p, ratio, math.atan2(s, abs(c)))
+    mixed = math.copysign(0.5 * slope, c * slope)  # the mirror image of χ turns the slope round
+    bend = 0.5 * bend
+    # g + bend of c n + s t, the derivative of u's direction, and g of that itself, s n - c t.
+    nn = p[SCALE] * (g + 2.0 * mixed * s * c + bend * c * c)
+    nt = p[SCALE] * share * (mixed * (s * s - c * c) + bend * s * c)
+    tt = p[SCALE] * share * share * (g - 2.0 * mixed * s * c + bend * s * s)
+    yy = nn * n_y * n_y - 2.0 * nt * n_y * n_z + tt * n_z * n_z
+    yz = (nn - tt) * n_y * n_z + nt * (n_y * n_y - n_z * n_z)
+    zz = nn * n_z * n_z + 2.0 * nt * n_y * n_z + tt * n_y * n_y
+    return yy, yz, zz, -turn * n_z, turn * n_y
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel_loop()
 def _fill_forces(p: np.ndarray, r: np.ndarray, v: np.ndarray, spin: float, out: np.ndarray) -> None:
     """Fill out (n, 2) with forces on the journal at r moving with v, (n, 2) each."""
     for i in range(len(r)):
