@@ -146,7 +146,7 @@ def film_force(ratio: float, width: float, psi: Any, cavitated: bool) -> np.ndar
     count = min(max(LEAST_WAVES, math.ceil(FINE * width / (np.pi * thin)) + 1), MOST_WAVES)
     q = (np.arange(count) + 0.5) * np.pi
     weights = 2 / q**2
-    rest = (1 / 3 - np.sum(2 / q**4)) * width**2
+    rest = float(1 / 3 - np.sum(2 / q**4)) * width**2
     if count == MOST_WAVES:  # the ends of a long bearing are short: finer cosines are as the finest
         weights[-1] += 1 - weights.sum()
         rest = 0.0
@@ -178,9 +178,10 @@ def film_table(width: float, cavitated: bool) -> tuple[float, ...]:
     """
     chi = np.linspace(-np.pi / 2, np.pi / 2, DIRECTIONS)
     values = np.empty((RATIOS, DIRECTIONS))
-    for i, ratio in enumerate(-np.expm1(-STEP * np.arange(RATIOS))):
-        inwards, around = np.sin(chi), np.cos(chi) / turning_share(float(ratio))  # w_n and -w_t where |u| = 1
-        outwards, across = film_force(float(ratio), width, np.arctan2(inwards, around), cavitated).T
+    for i in range(RATIOS):
+        ratio = -math.expm1(-STEP * i)
+        inwards, around = np.sin(chi), np.cos(chi) / turning_share(ratio)  # w_n and -w_t where |u| = 1
+        outwards, across = film_force(ratio, width, np.arctan2(inwards, around), cavitated).T
         values[i] = np.log(np.hypot(inwards, around) * (across * around - outwards * inwards))
     values[0] = values[0].mean()  # a centred film knows no direction
     over_ratio, over_psi = _spline(RATIOS, mirrored=False), _spline(DIRECTIONS, mirrored=True)

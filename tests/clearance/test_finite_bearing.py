@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 import clearance_mj as cm
 from clearance_mj import LawError, periodic
 from clearance_mj.clearance import FiniteBearing, ShortBearing
+from clearance_mj.clearance.family import FILLING_FAMILIES, ROUND_FILLING_FAMILIES
 from clearance_mj.clearance.law_files import law_from_dict
 from clearance_mj.clearance.oil_bearing import OilBearing
 from clearance_mj.clearance.round_kernel import fillings_of
@@ -210,3 +211,21 @@ def test_films_in_files_and_what_they_refuse() -> None:
         FiniteBearing(0.02, 0.025, 0.02, 5e-5, asperities=5e-5)
     with pytest.raises(LawError, match=r"carries 0 N at 0 rad/s down to its asperities, the load is 10 N"):
         b.equilibrium([0.0, -10.0], 0.0)
+
+
+@pytest.mark.parametrize("width, kind", [("short", ShortBearing), ("finite", FiniteBearing)])
+def test_the_family_of_oil_films_has_its_viscosity_free(width: str, kind: type[OilBearing]) -> None:
+    """Of round clearances alone: families of planar bushings stay those that there are."""
+    family = ROUND_FILLING_FAMILIES["oil film"]
+    assert "oil film" not in FILLING_FAMILIES
+    dry = rigid_in_oil(0.02, SPIN).bushings[0]
+    bushing = dataclasses.replace(dry, film=OilFilm(0.02, 1e-6, width=width), radius=SURFACE)  # type: ignore[arg-type]
+    (viscosity,) = family.parameters(bushing)
+    assert (viscosity.name, viscosity.unit, viscosity.start) == ("grease viscosity", "Pa s", 0.02)
+    made = family.make(bushing, 0.03)
+    assert made == kind(0.03, SURFACE, LENGTH, CLEARANCE, asperities=1e-6)
+    assert family.holds(made) and family.values(bushing, made) == {"grease viscosity": 0.03}
+    with pytest.raises(LawError, match=r"the radius of the shaft in the bushing is missing"):
+        family.make(dataclasses.replace(bushing, radius=None), 0.03)
+    with pytest.raises(LawError, match=r"the bushing has no oil of which a viscosity could be found"):
+        family.parameters(dataclasses.replace(bushing, film=None))

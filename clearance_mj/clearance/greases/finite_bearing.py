@@ -37,7 +37,12 @@ DIFFERENCE = 1e-5  # of the clearance: central differences of stiffness
 def _weights(s: float) -> tuple[float, float, float, float]:
     """Cubic B-splines over a piece of length 1."""
     r = 1.0 - s
-    return r * r * r / 6.0, (4.0 - 3.0 * s * s * (1.0 + r)) / 6.0, (4.0 - 3.0 * r * r * (1.0 + s)) / 6.0, s * s * s / 6.0
+    return (
+        r * r * r / 6.0,
+        (4.0 - 3.0 * s * s * (1.0 + r)) / 6.0,
+        (4.0 - 3.0 * r * r * (1.0 + s)) / 6.0,
+        s * s * s / 6.0,
+    )
 
 
 @register_jitable
@@ -91,7 +96,7 @@ def _resistance(
 
 
 @kernel_loop()
-def _fill_forces(p: np.ndarray, r: np.ndarray, v: np.ndarray, spin: float, out: np.ndarray) -> None:
+def _fill_forces(p: Any, r: np.ndarray, v: np.ndarray, spin: float, out: np.ndarray) -> None:
     """Fill out (n, 2) with forces on the journal at r moving with v, (n, 2) each."""
     for i in range(len(r)):
         yy, yz, zz, turn_y, turn_z = _resistance(p, r[i, 0], r[i, 1], v[i, 0], v[i, 1], spin)
@@ -159,5 +164,5 @@ class FiniteBearing(OilBearing):
         at, small = np.asarray(displacement, dtype=float), DIFFERENCE * self.clearance
         steps = small * np.concatenate((np.eye(2), -np.eye(2)))
         force = self.force(at + steps, np.zeros(2), spin)
-        yy, yz, zz, *_ = _resistance(self.parameters(), *at.tolist(), 0.0, 0.0, spin)
+        yy, yz, zz, *_ = _resistance(self.parameters(), float(at[0]), float(at[1]), 0.0, 0.0, spin)
         return -(force[:2] - force[2:]).T / (2 * small), np.array([[yy, yz], [yz, zz]])
