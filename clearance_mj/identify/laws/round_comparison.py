@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from tqdm import tqdm
 
-from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES
+from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES
+from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.round_cycle import fill_round_forces
 from ...clearance.round_kernel import round_records
 from ...core.errors import SimulationError
@@ -25,6 +27,7 @@ from .round_motion import RoundMotion
 
 __all__ = ["compare_round_families"]
 
+ALL_FILLINGS = ChainMap(FILLING_FAMILIES, ROUND_FILLING_FAMILIES)
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
 
 
@@ -60,7 +63,7 @@ def compare_round_families(
 
     def fitted(j: int, contact: str, filling: str, start: Mapping[str, float]) -> RoundFit:
         starts = [dict(start)] if start else [circle_start(motions[j], own[j])]
-        found = fit_round(motions[j], own[j], CONTACT_FAMILIES[contact], FILLING_FAMILIES[filling], starts)
+        found = fit_round(motions[j], own[j], CONTACT_FAMILIES[contact], ALL_FILLINGS[filling], starts)
         bar.update()
         return found
 
@@ -74,18 +77,22 @@ def compare_round_families(
             found.append(of_all(contact.name, fillings[0], found[0] if found else []))
         best = weighted(motions, found)[0]
         for filling in fillings[1:]:
-            before = next((f for f in found if f[0].filling.name == FILLING_FAMILIES[filling].begins_from), best.fits)
+            before = next((f for f in found if f[0].filling.name == ALL_FILLINGS[filling].begins_from), best.fits)
             found.append(of_all(best.contact, filling, before))  # type: ignore[arg-type]
     families = weighted(motions, found)
     return tuple(dataclasses.replace(f, fits=_offsets(f.fits, rig)) for f in families)  # type: ignore[arg-type]
 
 
 def _fillings(rig: Rig) -> list[str]:
-    """Names of the fillings that are tried, each after that from whose fit its own begins."""
-    names, found = set(FILLING_FAMILIES), list[str]()
+    """Names of the fillings that are tried, each after that from whose fit its own begins: oil, or all greases.
+
+    Beside oil a spring with a squeeze film is tried, which does not know that the shaft turns.
+    """
+    if all(b.film for b in rig.bushings):
+        return [*ROUND_FILLING_FAMILIES, LinearWithFilm.name]
+    names, found = list(FILLING_FAMILIES), list[str]()
     while len(found) < len(names):
-        ready = [n for n in FILLING_FAMILIES if n not in found and FILLING_FAMILIES[n].begins_from in (None, *found)]
-        found += ready
+        found += [n for n in names if n not in found and FILLING_FAMILIES[n].begins_from in (None, *found)]
     return found
 
 
@@ -95,7 +102,7 @@ def _start(contact: str, filling: str, fit: RoundFit, motion: RoundMotion) -> di
     if contact != fit.contact.name:
         found |= CONTACT_FAMILIES[contact].start(fit, motion)
     if filling != fit.filling.name:
-        found |= FILLING_FAMILIES[filling].start(fit, motion)
+        found |= ALL_FILLINGS[filling].start(fit, motion)
     return found
 
 

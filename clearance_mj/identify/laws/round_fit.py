@@ -12,6 +12,7 @@ import numpy as np
 
 from ...clearance import ContactLaw
 from ...clearance.family import ContactFamily, FillingFamily
+from ...clearance.oil_bearing import OilBearing
 from ...estimate import Estimates, Parameter, Problem, UnknownScale, solve
 from ...rig import Bushing, Friction
 from .force_fit import MAX_CORRELATION_LENGTH, MAX_RESIDUAL, STOP, ForceFit
@@ -47,7 +48,7 @@ class RoundFit(ForceFit):
         case = _case(values, self.estimates.names, self.nominal, self.contact, self.filling)
         moved = np.array(case.rest) - self.case.rest
         offset = np.array([self.bushing.offset_y, self.bushing.offset]) + moved
-        own = dataclasses.replace(bushing, gap=case.bushing.gap, friction=case.bushing.friction)
+        own = dataclasses.replace(bushing, gap=case.bushing.gap, friction=case.bushing.friction, film=case.bushing.film)
         return placed(own, offset), case.law
 
 
@@ -135,6 +136,11 @@ def _case(
     bushing = dataclasses.replace(
         nominal, gap=known.get("gap", nominal.gap), friction=friction, offset=0.0, offset_y=0.0
     )
-    law = ContactLaw(contact.make(nominal, *own[:n]), filling.make(bushing, *own[n:]))
+    law = ContactLaw(
+        contact.make(nominal, *own[:n]), filling.make(bushing if filling.round_only else nominal, *own[n:])
+    )
+    if bushing.film and isinstance(law.grease[0], OilBearing):
+        film = dataclasses.replace(bushing.film, viscosity=law.grease[0].viscosity)
+        bushing = dataclasses.replace(bushing, film=film)
     rest = known.get("rest_y", 0.0), known.get("rest_z", 0.0)
     return RoundCase(bushing, law, rest, (known.get("wider_y", 0.0), known.get("wider_yz", 0.0)))

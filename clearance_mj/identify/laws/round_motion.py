@@ -51,10 +51,11 @@ class RoundMotion:
     """
 
     def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int) -> None:
-        self.rig, self.number, self.nominal = rig, number, rig.bushings[number]
+        self.rig, self.number = rig, number
+        self.nominal = dataclasses.replace(rig.bushings[number], radius=shaft_radius(rig, number) or None)
         self.rate = forces[0].fs / DECIMATION
         """samples compared per second, of each direction"""
-        self._radius, rows = shaft_radius(rig, number), (2 * number, 2 * number + 1)
+        rows = 2 * number, 2 * number + 1
         self._motions = [_Motion.of(f, rows, f.rig.bushings[number].length) for f in forces]
         self._length = forces[0].rig.bushings[number].length
         self.turns = any(f.spin.any() for f in forces)
@@ -74,7 +75,7 @@ class RoundMotion:
 
     def forces(self, case: RoundCase) -> np.ndarray:
         """Return the forces (n,) of a law, N: y and z of each sample one after the other."""
-        bushing = dataclasses.replace(case.bushing, radius=self._radius or None, offset=0.0, offset_y=0.0)
+        bushing = dataclasses.replace(case.bushing, offset=0.0, offset_y=0.0)
         known, taps, found = SimpleNamespace(bushings=(bushing,)), low_pass(), []
         factor, half = INTERPOLATION * DECIMATION, low_pass().size // 2
         for motion in self._motions:

@@ -73,7 +73,11 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
     first, second, other = (Spin(share * bench.top_speed) for share in levels.spins)
     slow = levels.slow_roll * bench.top_speed
     taken = [_turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
-    for name, axis, spin, seconds in (("ramp_y", "Y", first, 24), ("ramp_z", "Z", first, 24), ("ramp_z2", "Z", second, 16)):
+    for name, axis, spin, seconds in (
+        ("ramp_y", "Y", first, 24),
+        ("ramp_z", "Z", first, 24),
+        ("ramp_z2", "Z", second, 16),
+    ):
         start, end = levels.ramp
         shake = excitation.level_ramp(seconds * time, FS, BAND, start, end, next(seeds))
         words = f"random 5-220 Hz, level rising from {start:g} to {end:g} m/s² RMS"
