@@ -7,6 +7,7 @@ from .contacts.hertz import Flores, HuntCrossley, LankaraniNikravesh
 from .contacts.hunt_crossley_1975 import HuntCrossley1975
 from .contacts.kelvin_voigt import KelvinVoigt
 from .grease import GreaseModel
+from .greases.finite_bearing import FiniteBearing
 from .greases.maxwell_slip import MaxwellSlip
 from .greases.short_bearing import ShortBearing
 from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
@@ -21,6 +22,7 @@ __all__ = [
     "ContactLaw",
     "ContactModel",
     "Cubic",
+    "FiniteBearing",
     "Flores",
     "GreaseModel",
     "HuntCrossley",

@@ -21,8 +21,8 @@ from .contact import ContactModel
 from .grease import GreaseModel
 
 __all__ = [
-    "CONTACT_FAMILIES", "DECADE", "FILLING_FAMILIES", "ContactFamily", "EarlierFit", "Family", "FamilyParameter",
-    "FillingFamily", "GapForces", "positive_parameter", "register_family",
+    "CONTACT_FAMILIES", "DECADE", "FILLING_FAMILIES", "ROUND_FILLING_FAMILIES", "ContactFamily", "EarlierFit", "Family",
+    "FamilyParameter", "FillingFamily", "GapForces", "positive_parameter", "register_family",
 ]  # fmt: skip
 
 DECADE = math.log(10.0)  # prior standard deviation of what a datasheet gives within a factor of ten
@@ -175,10 +175,13 @@ class FillingFamily(Family):
     """Fillings, such as greases, of one form. Subclasses are registered with `register_family`."""
 
     begins_from: ClassVar[str | None] = "linear"
+    round_only: ClassVar[bool] = False
+    """whether it fills round clearances alone, in which the shaft moves along y and z"""
 
 
 CONTACT_FAMILIES: dict[str, ContactFamily] = {}  # Families of contact that identification tries, by name
 FILLING_FAMILIES: dict[str, FillingFamily] = {}  # Families of filling that identification tries, by name
+ROUND_FILLING_FAMILIES: dict[str, FillingFamily] = {}  # Families of filling of round clearances alone, by name
 
 Registered = TypeVar("Registered", bound=type[ContactFamily] | type[FillingFamily])
 
@@ -195,5 +198,5 @@ def register_family(family: Registered) -> Registered:
     if isinstance(found, ContactFamily):
         CONTACT_FAMILIES[found.name] = found
     else:
-        FILLING_FAMILIES[found.name] = found
+        (ROUND_FILLING_FAMILIES if found.round_only else FILLING_FAMILIES)[found.name] = found
     return family

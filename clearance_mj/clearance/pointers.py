@@ -18,10 +18,8 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "rea
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
 
 _SHARED = [
-    *(
-        f"clearance/{part}.py"
-        for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases", "round_kernel")
-    ),
+    *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),
+    *(f"clearance/{part}.py" for part in ("reynolds", "round_kernel")),
     *(f"engines/{part}.py" for part in ("decimating", "lane_modes", "round_loop", "round_points", "round_scheme")),
     *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),
     "physical/library.py",  # where in MuJoCo's structures a value lies

@@ -22,7 +22,7 @@ from ..rig.dimensions import shaft_radius
 from .follower import SLOWEST_IMPACT, end_values
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
-from .greases.short_bearing import ShortBearing
+from .greases.oil_film import film_bearing
 from .kernel import WithTable, joined
 from .pointers import at, call_law, inlined
 
@@ -107,12 +107,7 @@ def fillings_of(rig: Rig, law: WithTable) -> list[GreaseModel]:
 
 def _own_filling(rig: Rig, j: int) -> Grease | GreaseModel:
     bushing = rig.bushings[j]
-    film = bushing.film
-    if film is None:
-        return bushing.grease
-    return ShortBearing(
-        film.viscosity, shaft_radius(rig, j), bushing.length, bushing.gap, film.asperities, film.cavitated
-    )
+    return bushing.grease if bushing.film is None else film_bearing(bushing, shaft_radius(rig, j))
 
 
 def round_records(rig: Rig, law: WithTable, step: float) -> RoundClearance:

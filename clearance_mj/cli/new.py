@@ -49,6 +49,7 @@ WORDS = {
     "mjcf": "a MuJoCo model",
 }
 MOTIONS = ("planar", "spatial")
+SHORTEST_FINITE = 0.25  # L/D up to which a short bearing's oil is near enough
 EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}
 """Examples of the files of each kind of structure."""
 
@@ -208,7 +209,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     if options.oil is not None:
         grease = Grease(0.0)  # oil is in its place
     friction = None if options.friction is None else Friction(options.friction)
-    film = None if options.oil is None else OilFilm(options.oil)
+    film = None if options.oil is None else _film(options)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
     bushing_length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
     return {
@@ -236,6 +237,11 @@ def _in_space(options: argparse.Namespace) -> dict[str, Any]:
         "unbalances": tuple(Unbalance(_point(x), _number(moment, "--unbalance")) for x, moment in options.unbalance),
     }
     return {name: value for name, value in fields.items() if value}
+
+
+def _film(options: argparse.Namespace) -> OilFilm:
+    depth = options.section[1] if options.section else options.diameter
+    return OilFilm(options.oil, width="finite" if options.bushing_length > SHORTEST_FINITE * depth else "short")
 
 
 def _number(text: str, option: str) -> float:

@@ -91,7 +91,7 @@ class Friction:
 
 @checked(RigError)
 class OilFilm:
-    """Oil in a short plain bearing (Ocvirk): what fills a round clearance in the place of grease."""
+    """Oil in a plain bearing: what fills a round clearance in the place of grease."""
 
     viscosity: Positive
     """Pa s"""
@@ -99,6 +99,9 @@ class OilFilm:
     """m: height of both surfaces' asperities, the thinnest film"""
     cavitated: bool = seldom(default=True)
     """whether oil cannot pull; False: pressure below the surroundings' too, all around"""
+    width: Literal["short", "finite"] = seldom(default="short")
+    """"short": Ocvirk's short bearing, whose oil flows along it alone, for lengths up to a quarter of the diameter;
+    "finite": Reynolds' equation of any length"""
 
 
 @checked(RigError)

@@ -12,14 +12,14 @@ __all__ = ["Tolerance", "unit_of"]
 
 LENGTHS = (
     "position", "to", "gap", "length", "offset", "diameter", "inner_diameter", "width", "height", "film_height",
-    "start", "lever",
+    "start", "lever", "offset_y",
 )  # fmt: skip
 FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "stiffness": "N/m",
     "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "", "damping_ratios": "",
     "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "", "rocking": "rad/m", "about": "m",
     "difference": "", "angle": "rad", "rotation_damping": "N m s/rad", "translation_damping": "N s/m", "delay": "s",
-    "probe_delay": "s",
+    "probe_delay": "s", "direction": "", "probe_angle": "rad", "coefficient": "", "viscosity": "Pa s",
 }  # fmt: skip
 """SI units of the fields that may be uncertain"""
 UNITS: dict[str, dict[str, float]] = {
@@ -36,6 +36,7 @@ UNITS: dict[str, dict[str, float]] = {
     "rad": {"rad": 1.0, "deg": math.pi / 180},
     "rad/m": {"rad/m": 1.0},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "Pa s": {"Pa s": 1.0, "mPa s": 1e-3},
 }  # in SI units
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")

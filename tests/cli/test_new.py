@@ -44,6 +44,9 @@ def test_a_rig_in_space(tmp_path):
     assert rig.is_spatial and rig.gravity == (0.0, 0.0, -9.81) and rig.spin.speed == pytest.approx(50 * np.pi)
     assert [(u.position, u.moment) for u in rig.unbalances] == [(0.3, 1e-4)]
     assert {(b.friction.coefficient, b.film.viscosity, b.grease.stiffness) for b in rig.bushings} == {(0.1, 0.02, 0.0)}
+    assert {b.film.width for b in rig.bushings} == {"finite"}  # 12 mm in a shaft of 10 mm
+    short = new(tmp_path / "short", "pump", *options.split(), "--oil", 0.02, "--bushing-length", "2.4mm")
+    assert {b.film.width for b in short.bushings} == {"short"}
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -136,9 +137,10 @@ def test_a_shaft_that_turns_moves_as_its_modes_do(rig: Rig) -> None:
     close(links.spin, modal.spin, 1e-5)
 
 
-def test_an_oil_film_carries_as_it_does_with_modes() -> None:
+@pytest.mark.parametrize("width", ["short", "finite"])
+def test_an_oil_film_carries_as_it_does_with_modes(width: Literal["short", "finite"]) -> None:
     rig = rotor(spin=Spin(300.0), unbalances=(Unbalance(0.2, 1e-4),))
-    rig = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], film=OilFilm(0.02, asperities=1e-6)),))
+    rig = rig.replace(bushings=(dataclasses.replace(rig.bushings[0], film=OilFilm(0.02, asperities=1e-6, width=width)),))
     links, modal = (cm.simulate(rig, still(0.15), engine=e) for e in ("links", "modal"))
     for name in ("displacement", "grease_force", "acceleration"):
         close(getattr(links, name), getattr(modal, name), 1e-3)

@@ -18,19 +18,16 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
-import scipy.optimize
 from numba.extending import register_jitable
 
-from ...core.errors import LawError
-from ...core.validation import Flag, NotNegative, Positive, seldom
 from ..contact import Numbers
-from ..grease import GreaseModel, register
+from ..grease import register
 from ..lanes import smaller
+from ..oil_bearing import OilBearing
 
 __all__ = ["ShortBearing"]
 
 DIFFERENCE = 1e-30  # m and m/s, of derivatives along the imaginary axis, which lose no digits
-FULLEST = 1 - 1e-9  # eccentricity ratio up to which a load is searched
 
 
 @register_jitable
@@ -49,52 +46,20 @@ def _film(ratio: Any, cavitated: Any) -> tuple[Any, Any, Any, Any, Any]:
 
 
 @register
-class ShortBearing(GreaseModel):
+class ShortBearing(OilBearing):
     """A plain bearing that is short for its diameter, filled with oil; `force` acts on the journal."""
 
     name: ClassVar[str] = "short-bearing"
-    turned: ClassVar[bool] = True
-    viscosity: Positive
-    """μ, Pa s"""
-    radius: Positive
-    """R, m, of the journal"""
-    length: Positive
-    """L, m"""
-    clearance: Positive
-    """C, m, radial"""
-    asperities: NotNegative = seldom(default=0.0)
-    """m: height of both surfaces' asperities, at which the film ends and contact begins"""
-    cavitated: Flag = seldom(default=True)
-    """whether oil cannot pull; False: pressure below the surroundings' too, all around"""
-
-    def __post_init__(self) -> None:
-        if self.asperities >= self.clearance:
-            raise ValueError(
-                f"asperities {self.asperities:g} m are as high as the film in the clearance {self.clearance:g} m is "
-                "thick; there is no room for oil"
-            )
+    fullest: ClassVar[float] = 1 - 1e-9
 
     @property
     def scale(self) -> float:
         """B = μ R L³/(2 C²), N s."""
         return self.viscosity * self.radius * self.length**3 / (2 * self.clearance**2)
 
-    @property
-    def widest(self) -> float:
-        """Largest eccentricity ratio that leaves a film."""
-        return 1 - self.asperities / self.clearance
-
     def parameters(self) -> tuple[float, ...]:
         """B, 1/C, the largest ratio, and 1 of a cavitated film, 0 of another."""
-        return self.scale, 1 / self.clearance, min(self.widest, FULLEST), float(self.cavitated)
-
-    def states(self) -> int:
-        """Nothing remembers the motion."""
-        return 0
-
-    def round_states(self) -> int:
-        """Nothing remembers the motion."""
-        return 0
+        return self.scale, 1 / self.clearance, self.most, float(self.cavitated)
 
     def small_motion(self) -> tuple[float, float]:
         """Return no stiffness, and the damping of a centred squeeze film."""
@@ -106,13 +71,6 @@ class ShortBearing(GreaseModel):
         ratio = smaller(abs(x) * p[1], p[2])
         out[0] = 0.0 * x
         out[1] = p[0] * p[1] * _film(ratio, p[3])[2]
-
-    @staticmethod
-    def energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
-    ) -> None:
-        """A film holds no energy; what it loses is its damping's."""
-        out[0] = out[1] = 0.0
 
     @staticmethod
     def round_law(
@@ -135,14 +93,6 @@ class ShortBearing(GreaseModel):
         out[3] = (rr - tt) * n_y * n_z + rt * n_y * n_y - tr * n_z * n_z
         out[4] = (rr - tt) * n_y * n_z - rt * n_z * n_z + tr * n_y * n_y
         out[5] = rr * n_z * n_z + (rt + tr) * n_y * n_z + tt * n_y * n_y
-
-    @staticmethod
-    def round_energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """A film holds no energy; what it loses is its forces'."""
-        out[0] = out[1] = 0.0
 
     def force(self, displacement: Any, velocity: Any, spin: float) -> np.ndarray:
         """Return the film's force on the journal, N.
@@ -167,9 +117,8 @@ class ShortBearing(GreaseModel):
         size = np.where(apart, e, 1.0)
         n = np.stack((np.where(apart, r[..., 0] / size, 1.0), np.where(apart, r[..., 1] / size, 0.0)), axis=-1)
         t = np.stack((-n[..., 1], n[..., 0]), axis=-1)
-        most = min(self.widest, FULLEST)
         ratio = e / self.clearance
-        ratio = np.where(ratio.real > most, most, ratio)
+        ratio = np.where(ratio.real > self.most, self.most, ratio)
         inwards, along = (np.sum(v * to, axis=-1) / self.clearance for to in (n, t))
         spun, wedge, squeeze, mixed, across = _film(ratio, float(self.cavitated))
         side = np.where((ratio * spin - 2 * along).real < 0, -1.0, 1.0)
@@ -199,37 +148,3 @@ class ShortBearing(GreaseModel):
         stiffness = -self.force(at + steps, still, spin).imag.T / DIFFERENCE
         damping = -self.force(at + np.zeros((2, 2)), steps, spin).imag.T / DIFFERENCE
         return stiffness, damping
-
-    def equilibrium(self, load: Any, spin: float) -> np.ndarray:
-        """Return where a turning journal rests under a steady load: y and z from the bearing's middle (2,), m.
-
-        Parameters
-        ----------
-        load : array_like, shape (2,)
-            N, on the journal along y and z.
-        spin : float
-            Ω, rad/s.
-
-        Raises
-        ------
-        LawError
-            If the film does not carry the load: it does not turn, or the journal would rest on asperities.
-        """
-        push = np.asarray(load, dtype=float)
-        weight, most = float(np.hypot(*push)), min(self.widest, FULLEST)
-        if weight == 0:
-            return np.zeros(2)
-
-        def carried(ratio: float) -> float:
-            return float(np.hypot(*self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)))
-
-        if carried(most) <= weight:
-            raise LawError(
-                f"the film carries {carried(most):.4g} N at {spin:g} rad/s down to its asperities, the load is "
-                f"{weight:.4g} N; give more speed or viscosity, or less clearance"
-            )
-        ratio = scipy.optimize.brentq(lambda x: carried(x) - weight, 0.0, most, xtol=1e-15)
-        force = self.force([self.clearance * ratio, 0.0], [0.0, 0.0], spin)
-        turn = -complex(*push) / complex(*force)  # the film at this angle pushes against the load
-        turn *= self.clearance * ratio / abs(turn)
-        return np.array([turn.real, turn.imag])

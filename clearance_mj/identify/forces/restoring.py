@@ -119,9 +119,11 @@ def restoring_force(
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
     seen = model.channel_gains(rows, record.kind, omega)
     moved = model.displacement_gains(model.at_points, record.kind, omega)
+    whirl: np.ndarray | float = 0.0  # of the points, under unbalance alone
     if isinstance(model, SpatialGains) and record.turning is not None and rig.unbalances:
         turned = spun_spectra(record.turning, fs, flanks(n, fs), size)[inside]
         spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega), turned)
+        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.model.unbalance.T, omega), turned)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -142,7 +144,7 @@ def restoring_force(
     def spread(power: np.ndarray) -> np.ndarray:
         return np.sqrt(power.sum(axis=0) * fs / size)
 
-    motion = np.einsum("fij,fj->fi", moved, theta)
+    motion = np.einsum("fij,fj->fi", moved, theta) + whirl
     noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))
     time = np.arange(n) / fs
     return RestoringForce(

@@ -82,7 +82,8 @@ def _planar(structural: Rig, whole: Rig, ratios: Sequence[float]) -> AnyModel:
 
 def _spatial(structural: Rig, whole: Rig, ratios: Sequence[float]) -> AnyModel:
     model = spatial_model(structural, SPATIAL_MODES, turning=bool(whole.linear.shafts) and whole.spin is not None)
-    planes = [part.stop - part.start for part in dict.fromkeys(model.planes)]
+    y, z = model.planes
+    planes = [y.stop, z.stop - y.stop] if y != z else [model.size]
     damping = model.damping + 2 * model.omega * np.concatenate([ratios_of_modes(ratios, n) for n in planes])
     return SpatialGains(dataclasses.replace(model, rig=whole, damping=damping))
 
