@@ -12,6 +12,8 @@ from tqdm import tqdm
 
 from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES
 from ...clearance.greases.bouc_wen import LinearWithFilm
+from ...clearance.greases.long_film import LongFilmed
+from ...clearance.greases.oil_film import OilFilled
 from ...clearance.round_cycle import fill_round_forces
 from ...clearance.round_kernel import round_records
 from ...core.errors import SimulationError
@@ -20,14 +22,17 @@ from ...rig import Rig
 from ...rotors.spatial import SpatialModel, spatial_model
 from ..forces.restoring import MODES, restoring_force
 from ..records.prepared import PreparedRecord
+from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
 from .comparison import WORKERS, FamilyFit, weighted
-from .round_fit import RoundFit, fit_round, parameters_of, placed
+from .round_fit import RoundFit, fit_round, parameters_of, spread_by_rig
 from .round_motion import RoundMotion
 
 __all__ = ["compare_round_families"]
 
+FIRST = (LinearWithFilm.name,)  # the filling that all others but films begin from
 ALL_FILLINGS = ChainMap(FILLING_FAMILIES, ROUND_FILLING_FAMILIES)
+DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
 
 
@@ -49,11 +54,7 @@ def compare_round_families(
     progress : bool
         Show progress bars.
     """
-    forces = [
-        restoring_force(record, rig=rig, probes=update.values)
-        for record in tqdm(records, desc="forces", disable=not progress)
-    ]
-    motions = [RoundMotion(forces, rig, j) for j in range(len(rig.bushings))]
+    motions = _motions(records, rig, update.values)
     rests = _rests(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
     contacts, fillings = list(CONTACT_FAMILIES.values()), _fillings(rig)
@@ -75,12 +76,30 @@ def compare_round_families(
     with bar, ThreadPoolExecutor(WORKERS) as pool:
         for contact in sorted(contacts, key=lambda c: c.begins_from is not None):
             found.append(of_all(contact.name, fillings[0], found[0] if found else []))
+            if not any(m.touches(f.case) for m, f in zip(motions, found[0])):
+                break  # one contact is as good as another
         best = weighted(motions, found)[0]
         for filling in fillings[1:]:
             before = next((f for f in found if f[0].filling.name == ALL_FILLINGS[filling].begins_from), best.fits)
             found.append(of_all(best.contact, filling, before))  # type: ignore[arg-type]
     families = weighted(motions, found)
-    return tuple(dataclasses.replace(f, fits=_offsets(f.fits, rig)) for f in families)  # type: ignore[arg-type]
+    names = update.estimates.names
+    drawn = [dict(zip(names, row)) for row in update.estimates.draw(DRAWS, 0).tolist()]
+    rigs = [rig_with(update.start, values).replace(unbalances=rig.unbalances) for values in drawn]
+    with ThreadPoolExecutor(WORKERS) as pool:
+        moved = list(pool.map(lambda r, values: _motions(records, r, values), rigs, drawn))
+    spread = [
+        spread_by_rig(m, [each[j] for each in moved], p, f)  # type: ignore[arg-type]
+        for j, (m, p, f) in enumerate(zip(motions, own, families[0].fits))
+    ]
+    families = (dataclasses.replace(families[0], fits=tuple(spread)), *families[1:])
+    return tuple(dataclasses.replace(f, fits=_offsets(f.fits, rig, rigs)) for f in families)  # type: ignore[arg-type]
+
+
+def _motions(records: Sequence[PreparedRecord], rig: Rig, values: Mapping[str, float]) -> list[RoundMotion]:
+    """Motions of all clearances on a rig, with values of its probes."""
+    forces = [restoring_force(record, rig=rig, probes=values) for record in records]
+    return [RoundMotion(forces, rig, j) for j in range(len(rig.bushings))]
 
 
 def _fillings(rig: Rig) -> list[str]:
@@ -89,11 +108,13 @@ def _fillings(rig: Rig) -> list[str]:
     Beside oil a spring with a squeeze film is tried, which does not know that the shaft turns.
     """
     if all(b.film for b in rig.bushings):
-        return [*ROUND_FILLING_FAMILIES, LinearWithFilm.name]
-    names, found = list(FILLING_FAMILIES), list[str]()
-    while len(found) < len(names):
-        found += [n for n in names if n not in found and FILLING_FAMILIES[n].begins_from in (None, *found)]
-    return found
+        return [OilFilled.name, LongFilmed.name]
+    if not any(b.grease.stiffness for b in rig.bushings):  # nothing that could slide
+        return [LongFilmed.name, *FIRST]
+    return [
+        LongFilmed.name,
+        *(n for n, family in FILLING_FAMILIES.items() if n in FIRST or family.begins_from in FIRST),
+    ]
 
 
 def _start(contact: str, filling: str, fit: RoundFit, motion: RoundMotion) -> dict[str, float]:
@@ -124,20 +145,25 @@ def _rests(rig: Rig) -> list[tuple[float, float]]:
     return [tuple(each) for each in (offsets + moved).tolist()]
 
 
-def _offsets(fits: Sequence[RoundFit], rig: Rig) -> tuple[RoundFit, ...]:
+def _offsets(fits: Sequence[RoundFit], rig: Rig, drawn: Sequence[Rig]) -> tuple[RoundFit, ...]:
     """Fits with the offsets of the unloaded shaft: where it rests, less what weight and forces do there."""
+    moved = _moved_to_rest(fits, rig)
+    others = np.array([_moved_to_rest(fits, other) for other in drawn]).reshape(-1, len(fits), 2) - moved
+    spread = np.einsum("kji,kjl->jil", others, others) / max(len(drawn), 1)
+    return tuple(f.offset_by(*each) for f, *each in zip(fits, moved, spread))
+
+
+def _moved_to_rest(fits: Sequence[RoundFit], rig: Rig) -> np.ndarray:
+    """How far (n_bushings, 2) weight and the forces of the clearances move the shaft from its unloaded place, m."""
     model: SpatialModel = spatial_model(rig, MODES, turning=False if rig.spin is None else None)
     n = len(fits)
     at = model.at_points[:n].reshape(2 * n, model.size)
     compliance, sag = (at / model.omega**2) @ at.T, at @ (model.weight / model.omega**2)
-    rest = np.array([f.case.rest for f in fits]).ravel()
     moved = np.zeros(2 * n)
     for _ in range(ROUNDS):
         forces = np.concatenate([_force_at_rest(f, m) for f, m in zip(fits, moved.reshape(-1, 2))])
         moved = 0.5 * moved + 0.5 * (sag - compliance @ forces)
-    return tuple(
-        dataclasses.replace(f, bushing=placed(f.bushing, each)) for f, each in zip(fits, (rest - moved).reshape(-1, 2))
-    )
+    return moved.reshape(-1, 2)
 
 
 def _force_at_rest(fit: RoundFit, moved: np.ndarray) -> np.ndarray:

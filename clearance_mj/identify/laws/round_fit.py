@@ -18,7 +18,7 @@ from ...rig import Bushing, Friction
 from .force_fit import MAX_CORRELATION_LENGTH, MAX_RESIDUAL, STOP, ForceFit
 from .round_motion import RoundCase, RoundMotion
 
-__all__ = ["RoundFit", "fit_round"]
+__all__ = ["RoundFit", "fit_round", "parameters_of", "placed", "spread_by_rig"]
 
 OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both numbers of a hole that is not quite round
 REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
@@ -33,6 +33,8 @@ class RoundFit(ForceFit):
 
     case: RoundCase
     """as found; ``bushing`` has the offset of the unloaded shaft as well, once that is known"""
+    loss: UnknownScale
+    """of the residuals, as the fit ended"""
 
     def drawn(self, bushing: Bushing, seed: int) -> tuple[Bushing, ContactLaw]:
         """Draw gap, offset and law from their covariance.
@@ -44,12 +46,38 @@ class RoundFit(ForceFit):
         seed : int
             Seed of the random numbers.
         """
-        values = self.estimates.draw(1, seed)[0]
-        case = _case(values, self.estimates.names, self.nominal, self.contact, self.filling)
-        moved = np.array(case.rest) - self.case.rest
-        offset = np.array([self.bushing.offset_y, self.bushing.offset]) + moved
+        values, names = self.estimates.draw(1, seed)[0], self.estimates.names
+        case, known = _case(values, names, self.nominal, self.contact, self.filling), dict(zip(names, values))
+        offset = np.array([v for n, v in known.items() if n.endswith((".offset_y", ".offset"))])
         own = dataclasses.replace(bushing, gap=case.bushing.gap, friction=case.bushing.friction, film=case.bushing.film)
         return placed(own, offset), case.law
+
+    def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> RoundFit:
+        """Return the fit with the unloaded shaft's offsets in the place of where it rests.
+
+        Parameters
+        ----------
+        moved : ndarray, shape (2,)
+            From the unloaded place to rest along y and z, m.
+        spread : ndarray, shape (2, 2)
+            Covariance of that, m².
+        """
+        found, parameters, values = self.estimates, [], self.estimates.value.copy()
+        covariance = found.covariance.copy()
+        at: list[int] = []
+        for i, p in enumerate(found.parameters):
+            where, _, field = p.name.rpartition(".")
+            if field in ("rest_y", "rest_z"):
+                own = float(moved[len(at)])
+                name = f"{where}.{'offset_y' if field == 'rest_y' else 'offset'}"
+                p = dataclasses.replace(p, name=name, start=p.start - own, low=p.low - own, high=p.high - own)
+                values[i] -= own
+                at.append(i)
+            parameters.append(p)
+        covariance[np.ix_(at, at)] += spread
+        bushing = placed(self.bushing, values[at])
+        estimates = Estimates.of(parameters, values, covariance)
+        return dataclasses.replace(self, bushing=bushing, estimates=estimates)
 
 
 def placed(bushing: Bushing, offset: np.ndarray) -> Bushing:
@@ -120,8 +148,29 @@ def fit_round(
     return RoundFit(
         contact, filling, motion.nominal, case.law, case.bushing,
         Estimates.of(problem.parameters, found.values, covariance), found.at, found.information,
-        loss.losses(found.residuals), found.residuals.size, loss.correlated, misfit, held_out, case,
+        loss.losses(found.residuals), found.residuals.size, loss.correlated, misfit, held_out, case, loss,
     )  # fmt: skip
+
+
+def spread_by_rig(
+    motion: RoundMotion, drawn: Sequence[RoundMotion], parameters: Sequence[Parameter], fit: RoundFit
+) -> RoundFit:
+    """Return a fit whose estimates also vary with the rig: with motions and forces on rigs drawn from its posterior.
+
+    One Gauss-Newton step of the fit for each of them; ``motion``: that of the fit.
+    """
+    problem = _RoundProblem(motion, parameters, fit.contact, fit.filling)
+    linear = problem.linearised(fit.point)
+    weighted = linear.jacobian * fit.loss.weights(linear.residuals).curvature[:, None]
+    information = weighted.T @ linear.jacobian / fit.correlation_length + np.eye(fit.point.size)
+    moved = []
+    for other in drawn:
+        changed = other.residuals([fit.case])[motion.fitted, 0] - linear.residuals
+        moved.append(np.linalg.solve(information, weighted.T @ changed / fit.correlation_length))
+    steps = np.array(moved) * problem.unit
+    covariance = fit.estimates.covariance + steps.T @ steps / max(len(steps), 1)
+    estimates = Estimates.of(fit.estimates.parameters, fit.estimates.value, covariance)
+    return dataclasses.replace(fit, estimates=estimates)
 
 
 def _case(

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.signal
+import scipy.spatial
 
 from ...clearance import ContactLaw, KelvinVoigt
 from ...clearance.grease import GreaseModel
@@ -99,10 +100,10 @@ class RoundMotion:
             own -= np.sum(own * counted, axis=0) / np.maximum(counted.sum(axis=0), 1e-300)
         return np.asarray(rest * self.weight)
 
-    def deepest(self, case: RoundCase) -> float:
-        """Return how far the ends go beyond the gap, m; negative where they never touch."""
-        reach = [np.hypot(*(m.x[:, 1:] + np.array(case.rest)).T).max() for m in self._motions]
-        return float(max(reach)) - case.bushing.gap
+    def touches(self, case: RoundCase) -> bool:
+        """Return whether an end ever goes beyond the gap."""
+        reach = max(float(np.hypot(*(m.x[:, 1:] + np.array(case.rest)).T).max()) for m in self._motions)
+        return reach > case.bushing.gap - float(np.hypot(*case.out_of_round))
 
     @property
     def middle(self) -> tuple[np.ndarray, float]:
@@ -140,6 +141,7 @@ def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
 
     M. Badoiu, K. L. Clarkson, Optimal core-sets for balls, Computational Geometry 40, 2008.
     """
+    points = points[scipy.spatial.ConvexHull(points).vertices]
     middle = points.mean(axis=0)
     for i in range(1, 2000):
         away = points - middle

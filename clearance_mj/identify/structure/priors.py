@@ -37,7 +37,8 @@ DEFAULTS = {
     "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
     "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
     "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0), "translation": math.log(10.0),
-    "inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3, "coefficient": math.log(1.5), "viscosity": math.log(1.5),
+    "inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3, "coefficient": math.log(1.5),
+    "viscosity": math.log(1.5),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
 _SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))

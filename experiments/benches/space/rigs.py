@@ -78,7 +78,8 @@ def _rotor(name: str) -> Rig:
 
 def _pump(name: str) -> Rig:
     seal = Bushing(
-        0.56, 1.5e-4, 0.02, Grease(0.0), Contact(1e6, 50.0), offset=3e-5, friction=Friction(0.1), film=OilFilm(0.02, width="finite")
+        0.56, 1.5e-4, 0.02, Grease(0.0), Contact(1e6, 50.0), offset=3e-5, friction=Friction(0.1),
+        film=OilFilm(0.02, width="finite"),
     )  # fmt: skip
     return Rig(
         name, None, (seal,), _sensors((0.15, 0.3, 0.45, 0.63)), structure=_pinned(0.7, 0.03, IMPELLER),

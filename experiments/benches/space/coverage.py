@@ -1,0 +1,185 @@
+"""How near identified benches in space are to what stands there, and how often 90 % intervals hold the truth.
+
+    python -m experiments.benches.space.coverage steering-1 rotor-1 pump-1 --out results/benches/space.csv
+
+A bench's records are made if the folder beside the table does not hold them yet; those to validate only with
+--validate. One row for each number that its rig file left open, and for FRFs and orbits. truth.toml and the records to
+validate are read only to judge. Benches that the table already holds are not identified again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy.stats
+
+import clearance_mj as cm
+from clearance_mj.identify.laws.law_misfit import in_test
+from clearance_mj.identify.methods.bench import BenchFit, fit_bench
+from clearance_mj.identify.records.prepared import PreparedRecord, prepared
+from clearance_mj.identify.records.run_out import run_out
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.signals.frf import estimate_frf
+from clearance_mj.signals.orbits import orbits_by_turn
+
+from .bench import make_bench
+from .records import write_bench
+
+CONFIDENCE = 0.9
+RESOLUTION = 0.5  # Hz
+TARGETS = {"gap": 0.03, "friction": 0.1, "viscosity": 0.05, "offset": 2e-5}
+"""Relative errors, and m"""
+MADE = ("identify", "orbit")
+
+
+def made(name: str, folder: Path, roles: Sequence[str]) -> Path:
+    """Return the folder of a bench such as "rotor-3", whose records of some roles are made if they are not there."""
+    kind, _, seed = name.partition("-")
+    where = folder / name
+    if not (where / "truth.toml").exists():
+        write_bench(make_bench(int(seed), kind), where, roles=roles)
+    return where
+
+
+def judge(folder: Path) -> pd.DataFrame:
+    """Identify one bench and compare it with its truth, and with the records to validate that are there."""
+    dataset, start = Dataset.load(folder), time.perf_counter()
+    truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
+    found = fit_bench(dataset)
+    seconds = round(time.perf_counter() - start, 1)
+    rows = [*_parameters(found, truth), *_frfs(found, dataset), *_orbits(found, dataset)]
+    about = {
+        "bench": folder.name,
+        "seconds": seconds,
+        "family": found.families[0].name,
+        "widening": found.misfit.widening,
+    }
+    return pd.DataFrame(rows).assign(**about)
+
+
+def _parameters(found: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Of gaps, offsets, friction, viscosity and unbalance."""
+    known = {p.name: (p, value, std) for p, value, std in
+             zip(found.estimates.parameters, found.estimates.value, found.estimates.varied_std)}  # fmt: skip
+    for j, bushing in enumerate(truth["bushings"]):
+        own, rig = f"bushings[{j}]", found.rig.bushings[j]
+        pairs = {"gap": (rig.gap, bushing["gap"], f"{own}.gap")}
+        pairs["offset_y"] = rig.offset_y, bushing["offset_y"], f"{own}.offset_y"
+        pairs["offset_z"] = rig.offset, bushing["offset_z"], f"{own}.offset"
+        if rig.friction:
+            pairs["friction"] = rig.friction.coefficient, bushing["friction"], f"{own}.friction"
+        if rig.film:
+            pairs["viscosity"] = rig.film.viscosity, bushing["viscosity"], f"grease viscosity, {own}"
+        for what, (value, true, name) in pairs.items():
+            row = {"what": what, "where": j, "value": value, "truth": true}
+            if name in known:
+                p, _, std = known[name]
+                z = (p.to_varied(value) - p.to_varied(true)) / std
+                prior = p.name in found.estimates.only_prior
+                row |= {"z": z, "std": std, "held": float(abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2)),
+                        "only_prior": prior}  # fmt: skip
+            yield row
+    for unbalance, true in zip(found.rig.unbalances, truth["unbalances"]):
+        yield {"what": "unbalance", "value": unbalance.moment, "truth": true["moment"]}
+        turned = math.remainder(unbalance.phase - true["phase"], 2 * math.pi)
+        yield {"what": "unbalance phase", "value": turned, "truth": 0.0}
+
+
+def _pairs(dataset: Dataset, kind: str) -> Iterator[tuple[PreparedRecord, PreparedRecord]]:
+    """Records to validate of a kind and their repeats."""
+    found = {r.name: r for r in dataset.validate if (r.excitation_kind == "spin") == (kind == "spin")}
+    for name, record in found.items():
+        other = found.get(f"{name[:-1]}b") if name.endswith("_a") else found.get(name.replace("_a_", "_b_"))
+        if other is not None and other is not record:
+            yield prepared(record), prepared(other)
+
+
+def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
+    """RMSE in dB of each level and direction beside that of the repeat."""
+    for first, second in _pairs(dataset, "base"):
+        model = cm.simulate(in_test(found.model, first), first.excitation(), engine="modal")
+        test, repeat, predicted = (
+            estimate_frf(r, resolution=RESOLUTION) for r in (first.response(), second.response(), model)
+        )
+        rmse, floor = (float(cm.compare(test, other).summary()["rmse_db"]) for other in (predicted, repeat))
+        yield {"what": "FRF", "where": first.name, "value": rmse, "truth": floor, "held": float(rmse <= floor)}
+
+
+def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
+    """RMS distance of mean orbits from the test's, beside that of the repeat, over the test's RMS radius."""
+    slow = next((prepared(r) for r in dataset.identify if r.name == "slow_roll"), None)
+    if slow is None:
+        return
+    for first, second in _pairs(dataset, "spin"):
+        if first.tested.spin is None or first.tested.spin.rate:
+            continue
+        model = cm.simulate(in_test(found.model, first), first.excitation(), engine="modal")
+        assert model.displacement is not None and first.turning is not None and second.turning is not None
+        test, repeat = (_mean_orbits(r, run_out(slow)) for r in (first, second))
+        predicted = [orbits_by_turn(*pair, first.fs, first.turning.angle).last(50).position.mean(axis=0)
+                     for pair in model.displacement.reshape(-1, 2, first.signals.shape[0])]  # fmt: skip
+        for j, own in enumerate(test):
+            centred = [o - o.mean(axis=1, keepdims=True) for o in (own, repeat[j], predicted[j])]
+            size = np.sqrt(np.mean(centred[0] ** 2))
+            floor, rms = (float(np.sqrt(np.mean((other - centred[0]) ** 2)) / size) for other in centred[1:])
+            yield {"what": "orbit", "where": first.name, "value": rms, "truth": floor, "held": float(rms <= floor)}
+
+
+def _mean_orbits(record: PreparedRecord, run: np.ndarray) -> list[np.ndarray]:
+    assert record.turning is not None and record.displacement is not None
+    orders = len(run) // 2
+    phase = np.outer(record.turning.angle, np.arange(1, orders + 1))
+    moved = record.displacement - (np.column_stack((np.cos(phase), np.sin(phase))) @ run).T
+    pairs = moved.reshape(-1, 2, moved.shape[1])
+    return [orbits_by_turn(*pair, record.fs, record.turning.angle).position.mean(axis=0) for pair in pairs]
+
+
+def summary(rows: pd.DataFrame) -> str:
+    """A line for each number: typical and largest error, how often it is on target and the interval holds."""
+    lines = ["| what | number | median error | largest | on target, % | 90 % interval held, % |", "| --- " * 6 + "|"]
+    for what, of in rows.groupby("what", sort=False):
+        absolute = what.startswith("offset") or what in ("unbalance phase",)
+        error = (of["value"] - of["truth"]).abs() if absolute else (of["value"] / of["truth"] - 1).abs()
+        if what in ("FRF", "orbit"):
+            ratio = of["value"] / of["truth"]
+            share = 100 * (ratio <= 1).mean()
+            lines.append(
+                f"| {what} over repeat | {len(of)} | {ratio.median():.2f} | {ratio.max():.2f} | {share:.0f} | |"
+            )
+            continue
+        target = TARGETS.get(what.partition("_")[0], np.nan)
+        shown = (f"{1e6 * v:.1f} µm" if what.startswith("offset") else f"{v:.3g}" if absolute else f"{100 * v:.2f} %"
+                 for v in (error.median(), error.max()))  # fmt: skip
+        held = f"{100 * of['held'].mean():.0f}" if "held" in of and of["held"].notna().any() else ""
+        lines.append(f"| {what} | {len(of)} | {' | '.join(shown)} | {100 * (error <= target).mean():.0f} | {held} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Judge benches that the table does not hold yet, write it, print the summary."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("benches", nargs="+", help="such as rotor-3")
+    parser.add_argument("--out", type=Path, default=Path("results/benches/space.csv"))
+    parser.add_argument("--validate", action="store_true", help="make records to validate, too")
+    options = parser.parse_args(arguments)
+    rows = pd.read_csv(options.out, dtype={"bench": str}) if options.out.exists() else pd.DataFrame({"bench": []})
+    roles = (*MADE, "validate") if options.validate else MADE
+    for name in options.benches:
+        if name not in set(rows["bench"]):
+            rows = pd.concat([rows, judge(made(name, options.out.parent / "space", roles))])
+            options.out.parent.mkdir(parents=True, exist_ok=True)
+            rows.to_csv(options.out, index=False, float_format="%.6g")
+            print(f"{name}: {rows['seconds'].iloc[-1]:g} s", flush=True)
+    print(summary(rows))
+
+
+if __name__ == "__main__":
+    main()
