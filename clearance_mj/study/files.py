@@ -90,7 +90,10 @@ def study_summary(study: Study) -> dict:
         ],
         "left_out": [{"method": name, "why": why} for name, why in study.left_out.items()],
         "modes_left_out": [
-            {"level": level, "why": why} for level, modes in study.level_modes.items() for why in modes.left_out
+            part.columns | {"level": level, "why": why}
+            for part in study.parts
+            for level, modes in part.level_modes.items()
+            for why in modes.left_out
         ],
         "best_law": study.best_law,
         "identified_from": [r.name for r in study.dataset.identify],

@@ -16,23 +16,37 @@ import numpy as np
 if TYPE_CHECKING:
     from .prepared import PreparedRecord
 
-__all__ = ["TURNS", "run_out", "without_run_out"]
+__all__ = ["SLOW", "TURNS", "run_out", "run_out_at", "without_run_out"]
 
 TURNS = 4  # multiples of the spin that unbalance and run-out excite
 SLOW = 0.35  # of the fastest record's spin: so slow is a turning in which unbalance moves nothing
 
 
-def run_out(slow: PreparedRecord) -> np.ndarray:
+def run_out(angle: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     """Return the run-out (2 TURNS, n_probes) of each probe per cos kθ and sin kθ of the shaft's angle θ, m.
 
     Parameters
     ----------
-    slow : PreparedRecord
-        Whose shaft turns slowly, with probes.
+    angle : ndarray, shape (n_t,)
+        rad, of a shaft that turns slowly.
+    displacement : ndarray, shape (n_probes, n_t)
+        What the probes show, m.
     """
-    assert slow.turning is not None and slow.displacement is not None
-    rows = np.column_stack((_multiples(slow.turning.angle), np.ones(len(slow.signals))))
-    return np.asarray(np.linalg.lstsq(rows, slow.displacement.T, rcond=None)[0][:-1])
+    rows = np.column_stack((_multiples(angle), np.ones(angle.size)))
+    return np.asarray(np.linalg.lstsq(rows, displacement.T, rcond=None)[0][:-1])
+
+
+def run_out_at(angle: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Return what a run-out shows at angles of the shaft, (n_probes, n_t), m.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n_t,)
+        rad.
+    found : ndarray, shape (2 TURNS, n_probes)
+        As `run_out` returns.
+    """
+    return np.asarray((_multiples(angle) @ found).T)
 
 
 def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, ...]:
@@ -48,7 +62,8 @@ def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, 
     slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
     if not slow:
         return tuple(records)
-    found = run_out(slow[0])
+    assert slow[0].turning is not None and slow[0].displacement is not None
+    found = run_out(slow[0].turning.angle, slow[0].displacement)
     return tuple(_less(record, found) for record in records)
 
 
@@ -62,7 +77,7 @@ def _less(record: PreparedRecord, found: np.ndarray) -> PreparedRecord:
         return record
     signals = record.signals.copy()
     at = slice(-1 - found.shape[1], -1)
-    signals[:, at] -= _multiples(record.turning.angle) @ found
+    signals[:, at] -= run_out_at(record.turning.angle, found).T
     return dataclasses.replace(record, signals=signals)
 
 
