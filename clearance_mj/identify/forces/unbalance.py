@@ -23,8 +23,11 @@ from ..records.prepared import PreparedRecord
 __all__ = ["spun_spectra", "unbalance_gains", "with_unbalance"]
 
 MODES = 16  # of each plane
+FAST = 0.5  # of the fastest: slower turning shows run-out and the errors of the model, more than an unbalance
 LINES = 4  # either side of the turns' frequency
 NOISE = 0.01  # of a channel's RMS
+MODEL_ERROR = 0.01  # of a line's level: what the model misses
+QUIET = 1e-9  # m/s², of an excitation that was not driven
 
 
 def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int) -> np.ndarray:
@@ -70,30 +73,35 @@ def unbalance_gains(
 
 
 def with_unbalance(rig: Rig, records: Sequence[PreparedRecord], probes: Mapping[str, float]) -> Rig:
-    """Return a rig whose first unbalance is that of the records in which its shaft turned at one speed.
+    """Return a rig whose first unbalance is that of records in which its shaft turned, at one speed or in a ramp.
 
     Parameters
     ----------
     rig : Rig
         As updated; one without an unbalance is returned as it is: no place of one is known.
     records : sequence of PreparedRecord
-        Of it.
+        Of it, such as `prepare_turning` returns them; without any, the rig is returned as it is.
     probes : mapping of str to float
         Gains and places of the probes.
     """
-    turned = [r for r in records if r.turning is not None and not (r.tested.spin and r.tested.spin.rate)]
-    if not (rig.unbalances and turned):
+    fastest = max((_speed(record) for record in records), default=0.0)
+    if not (rig.unbalances and fastest):
         return rig
     first = rig.unbalances[0]
     unit = [dataclasses.replace(first, moment=1.0, phase=phase) for phase in (0.0, math.pi / 2)]
     normal, right = np.zeros((2, 2)), np.zeros(2)
-    for record in turned:
+    for record in (r for r in records if _speed(r) >= FAST * fastest):
         columns, target = _at_turns(rig, record, probes, unit)
         normal += (columns.conj().T @ columns).real
         right += (columns.conj().T @ target).real
     a, b = np.linalg.solve(normal, right).tolist()
     found = dataclasses.replace(first, moment=math.hypot(a, b), phase=math.atan2(b, a))
     return rig.replace(unbalances=(found, *rig.unbalances[1:]))
+
+
+def _speed(record: PreparedRecord) -> float:
+    """Fastest spin of a record, rad/s."""
+    return 0.0 if record.turning is None else float(np.abs(record.turning.speed).max())
 
 
 def _at_turns(
@@ -103,8 +111,8 @@ def _at_turns(
     assert record.turning is not None
     n, fs = len(record.signals), record.fs
     window = np.hanning(n)
-    middle = round(abs(record.turning.mean_speed) / (2 * np.pi) * n / fs)
-    lines = slice(max(middle - LINES, 1), middle + LINES + 1)
+    turns = np.abs(record.turning.speed)[[0, -1]] / (2 * np.pi) * n / fs
+    lines = slice(max(math.floor(turns.min()) - LINES, 1), math.ceil(turns.max()) + LINES + 1)
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)[lines]
     measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
     spun = spun_spectra(record.turning, fs, window, n)[lines]
@@ -115,9 +123,10 @@ def _at_turns(
         [np.einsum("fcu,fu->fc", unbalance_gains(gains, rows, omega, _forces(gains, one)), spun) for one in unit],
         axis=2,
     )
-    noise = NOISE * np.sqrt(np.mean(record.signals**2, axis=0)) + 1e-300
-    basis, _ = np.linalg.qr(seen / noise[None, :, None])
-    targets = np.concatenate((of_both, measured[:, :, None]), axis=2) / noise[None, :, None]
+    white = NOISE * np.sqrt(np.mean(record.signals**2, axis=0) * np.sum(window**2)) + QUIET
+    noise = np.hypot(white, MODEL_ERROR * np.abs(measured))[:, :, None]
+    basis, _ = np.linalg.qr(seen / noise)
+    targets = np.concatenate((of_both, measured[:, :, None]), axis=2) / noise
     rest = targets - basis @ (basis.conj().transpose(0, 2, 1) @ targets)
     return rest[:, :, :2].reshape(-1, 2), rest[:, :, 2].ravel()
 

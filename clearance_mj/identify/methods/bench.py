@@ -22,7 +22,7 @@ from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..laws.round_comparison import compare_round_families
 from ..records.needs import more_sensors_than_clearances
-from ..records.prepared import PreparedRecord, prepare
+from ..records.prepared import PreparedRecord, prepare, prepare_turning
 from ..registry import Identified, register
 from ..structure.examination import examine
 from ..structure.priors import unsaid_words
@@ -116,7 +116,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
 def _fit_in_space(dataset: Dataset, records: Sequence[PreparedRecord], progress: bool) -> BenchFit:
     """The same of a rig in space, whose structure is believed as it is drawn."""
     update = update_from(dataset.rig, records)
-    rig = with_unbalance(update.rig, records, update.values)
+    rig = with_unbalance(update.rig, prepare_turning(dataset), update.values)
     families = compare_round_families(records, update, rig, progress)
     model = Model(families[0].rig(rig), families[0].law, partial(_drawn, update, families))
     misfit = law_misfit(update.records, model, progress)

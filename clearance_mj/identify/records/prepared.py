@@ -18,7 +18,7 @@ from ...signals.keyphasor import ShaftTurning
 from ...signals.response import Response
 from .run_out import TURNS, without_run_out
 
-__all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepared"]
+__all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepare_turning", "prepared"]
 
 EXCITATION = "excitation"
 TURN_WIDTH, TURN_SPREAD = 1.5, 0.01  # Hz, and share of it, either side of each
@@ -163,3 +163,16 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
     if not driven:
         raise RecordError("no record to identify is driven by its base or a force: turning alone tells no structure")
     return driven
+
+
+def prepare_turning(dataset: Dataset) -> tuple[PreparedRecord, ...]:
+    """Return the records to identify in which the shaft turned, driven or alone, with all channels, without run-out.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Records of a rig in space.
+    """
+    found = without_run_out([prepared(record) for record in dataset.identify])
+    channels = max((len(record.channels) for record in found), default=0)
+    return tuple(r for r in found if r.turning is not None and len(r.channels) == channels)

@@ -37,7 +37,7 @@ DEFAULTS = {
     "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
     "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
     "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0), "translation": math.log(10.0),
-    "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3, "coefficient": math.log(1.5), "viscosity": math.log(1.5),
+    "inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3, "coefficient": math.log(1.5), "viscosity": math.log(1.5),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
 _SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))
@@ -133,7 +133,8 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
 def prepared_rig(rig: Rig) -> Rig:
     """Return the same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes.
 
-    In space the directions of its sensors are vectors, and pins that hold its shaft are stiff springs.
+    In space the directions of its sensors are vectors, pins that hold its shaft are stiff springs, and discs that are
+    thin have one inertia.
     """
     linear = rig.linear
     if not isinstance(linear, Beam | Shaft):
@@ -159,14 +160,17 @@ def prepared_rig(rig: Rig) -> Rig:
 
 
 def _on_springs(shaft: Shaft) -> Shaft:
-    """The shaft with springs in the place of pins."""
+    """The shaft with springs in the place of pins, and thin discs by one inertia."""
     material = shaft.material or shaft.sections[0].material
     thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
     stiff = STIFF_SUPPORT * (material.young_modulus if material else STEEL) * thickest / shaft.length**3
     supports = tuple(
         dataclasses.replace(s, kind="elastic", translation=stiff) if s.kind == "pinned" else s for s in shaft.supports
     )
-    return dataclasses.replace(shaft, supports=supports)
+    thin = tuple(
+        dataclasses.replace(d, polar_inertia=None) if d.polar_inertia == 2 * d.inertia else d for d in shaft.discs
+    )
+    return dataclasses.replace(shaft, supports=supports, discs=thin)
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
@@ -208,6 +212,9 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
         if "material" in section:
             yield from (("structure", "sections", i, "material", name) for name in ("young_modulus", "density"))
     yield from (("structure", "discs", i, "mass") for i, disc in enumerate(shaft.get("discs", ())) if disc["mass"])
+    if data.get("motion") == "spatial":
+        thin = [i for i, disc in enumerate(shaft.get("discs", ())) if disc["inertia"] and "polar_inertia" not in disc]
+        yield from (("structure", "discs", i, "inertia") for i in thin)
     name = "beam" if "beam" in data else "structure"
     if "beam" in data or shaft:
         yield from ((name, "damping_ratios", i) for i in range(min(damped, len(data[name]["damping_ratios"]))))
