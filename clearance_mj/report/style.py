@@ -140,4 +140,5 @@ def sensor_title(rig: Rig, row: int) -> str:
     sensor = rig.sensors[row]
     inside = [i + 1 for i, b in enumerate(rig.bushings) if b.holds(sensor.position)]
     at = sensor.position if isinstance(sensor.position, str) else f"{sensor.position:g} m"
-    return f"sensor {sensor.node}" + (f", bushing {inside[0]}" if inside else f", {at}")
+    along = f" along {sensor.label[-1].lower()}" if rig.is_spatial else ""
+    return f"sensor {sensor.node}{along}" + (f", bushing {inside[0]}" if inside else f", {at}")

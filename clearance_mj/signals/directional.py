@@ -76,7 +76,8 @@ def directional_frfs(frf: FRF) -> DirectionalFRF:
 
     def part(response: str, reference: str) -> np.ndarray:
         j, of_reference = columns[reference]
-        one_sided = np.array([sign * of_reference * frf.value[i, j] for i, sign in (of[response] for of in both.values())])
+        places = [of[response] for of in both.values()]
+        one_sided = of_reference * np.array([sign * frf.value[i, j] for i, sign in places])
         return np.concatenate((one_sided[:, ::-1].conj(), one_sided), axis=1)
 
     yy, yz, zy, zz = (part(response, reference) for response in AXES for reference in AXES)

@@ -29,6 +29,7 @@ from .laws import StudiedLaws
 from .level_modes import LevelModes
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
 from .rows import Summaries, agreement_rows, level_summaries, scatter_rows
+from .whirl_in_test import PlacedWhirl
 
 __all__ = ["ENGINES", "N_MODES", "RESOLUTION", "Study"]
 
@@ -85,6 +86,8 @@ class Study:
         self._workers, self._progress = workers, progress
         self._tests: dict[str, FRF] = {}
         self._cases: dict[tuple[str, str, str], Case] = {}
+        self.motions: dict[tuple[str, str, str], PlacedWhirl] = {}
+        """of the shaft in records of its turning alone, by law, engine and record, as `Turning` finds them"""
 
     # Parts of a study in space.
 
@@ -142,7 +145,7 @@ class Study:
 
     @functools.cached_property
     def methods(self) -> tuple[str, ...]:
-        """Names of the methods in the study: those that were named, or those of `laws.METHODS` that give a law."""
+        """Names of the methods in the study."""
         return self.found.methods
 
     @property
@@ -151,13 +154,7 @@ class Study:
         return self.found.left_out
 
     def law(self, name: str) -> IdentifiedModel:
-        """Return a law by the name of its method, identified if it was not yet.
-
-        Parameters
-        ----------
-        name : str
-            The method.
-        """
+        """Return the law of a method, see `StudiedLaws.law`."""
         return self.found.law(name)
 
     @property

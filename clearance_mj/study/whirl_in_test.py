@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.cache import ResultCache, code_outside
 from ..engines import get_engine
 from ..engines.simulation import Simulation
 from ..identify.records.in_test import in_test
@@ -20,6 +21,8 @@ from ..io.dataset import Record
 from ..model import Model
 from ..rotors.whirling import Whirl
 from ..signals.excitation import Excitation
+from . import stored
+from .bands import model_content, models_of
 
 __all__ = ["RUN_IN", "PlacedWhirl", "measured_whirl", "run_out_of", "simulated_whirl"]
 
@@ -86,38 +89,47 @@ def measured_whirl(record: Record, found: np.ndarray | None) -> Whirl:
     return Whirl(record.tested_rig, record.fs, response.time, position, turning.speed, turning.angle)
 
 
-def simulated_whirl(model: Model, record: Record, engine: str) -> PlacedWhirl:
+def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache: ResultCache | None) -> PlacedWhirl:
     """Return the motion of a model that turns as a record's shaft did.
 
     A model at one speed turns for `RUN_IN` before the record begins, at which its shaft has the record's angle.
 
     Parameters
     ----------
+    name : str
+        Name of the law.
     model : Model
         Rig and law.
     record : Record
         Of kind "spin".
     engine : str
         Name of the engine.
+    cache : ResultCache or None
+        Where the motion is kept for the next study.
     """
     tested = in_test(model, record.tested_rig, record.turning())
-    rig, spin = tested.rig, tested.rig.spin
+    spin, used = tested.rig.spin, get_engine(engine)
     assert spin is not None
     lead = 0 if spin.rate else round(RUN_IN * record.fs)
     earlier = dataclasses.replace(spin, angle=spin.angle - spin.speed * lead / record.fs)
-    rig = rig.replace(spin=earlier)
-    quiet = Excitation(np.zeros(lead + record.size), record.fs, "base", None, {"generator": "rest"})
-    simulation = Simulation(rig, quiet, tested.law, get_engine(engine))
-    before = simulation.run.before()
-    response = simulation.whole()
+    rig = tested.rig.replace(spin=earlier)
     n = len(rig.bushings)
-    assert response.displacement is not None and response.spin is not None and before is not None
-    rest = np.asarray(before)[len(rig.sensors) : len(rig.sensors) + 2 * n]
-    position = (response.displacement - rest[:, None])[:, lead:].reshape(n, 2, -1)
+
+    def compute() -> dict[str, np.ndarray]:
+        quiet = Excitation(np.zeros(lead + record.size), record.fs, "base", None, {"generator": "rest"})
+        simulation = Simulation(rig, quiet, tested.law, used)
+        rest = np.zeros(2 * n) if (before := simulation.run.before()) is None else np.asarray(before)
+        response = simulation.whole()
+        assert response.displacement is not None and response.spin is not None
+        share = np.full(n, np.nan) if response.contact_share is None else response.contact_share
+        found = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": share}
+        return found | {"rest": rest[len(rig.sensors) :][: 2 * n]}
+
+    inputs = [*model_content(dataclasses.replace(tested, rig=rig)), engine, dataclasses.asdict(used), lead]
+    inputs += [record.fs, record.size, *code_outside(used, *models_of(tested.law))]
+    found = stored.arrays(cache, f"{name}_{engine}_{record.name}", inputs, compute)
+    position = (found["displacement"] - found["rest"][:, None]).reshape(n, 2, -1)
     time = np.arange(record.size) / record.fs
-    motion = Whirl(rig, record.fs, time, position, response.spin[lead:], spin.angle_at(time))
     offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
-    share = response.contact_share
-    return PlacedWhirl(
-        motion, rest.reshape(n, 2) + offset, tuple(np.full(n, np.nan) if share is None else share.tolist())
-    )
+    motion = Whirl(rig, record.fs, time, position, found["spin"], spin.angle_at(time))
+    return PlacedWhirl(motion, found["rest"].reshape(n, 2) + offset, tuple(found["share"].tolist()))

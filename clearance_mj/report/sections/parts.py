@@ -1,0 +1,39 @@
+"""A section of a study in space: once for each direction and spin, the main one open, the others folded away."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from ...study import Study
+from ..html import render
+
+__all__ = ["by_part"]
+
+_ANCHOR = re.compile(r'(id="|href="#)([^"]*)"')
+
+
+def by_part(study: Study, write: Callable[[Study], str]) -> str:
+    """Return what a function writes of a study, or of each of its parts under a heading; anchors differ then.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    write : callable
+        Returns the markup of a study of one direction and spin.
+    """
+    if study.parts == (study,):
+        return write(study)
+    others = [part for part in study.parts if part is not study.main_part]
+    shown = []
+    for part in (study.main_part, *others) if study.parts else ():
+        body = write(part)
+        own = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and part.suffix not in anchor}
+        shown.append((part, _ANCHOR.sub(lambda found, own=own, end=part.suffix: _renamed(found, own, end), body)))
+    return render("parts.html.j2", shown=shown) if shown else "<p>No record is driven by its base or a force.</p>\n"
+
+
+def _renamed(found: re.Match[str], own: set[str], end: str) -> str:
+    kind, anchor = found.groups()
+    return f'{kind}{anchor}{end}"' if anchor in own else found.group()
