@@ -39,7 +39,7 @@ class FRFMatrices:
     def directional(self) -> dict[str, DirectionalFRF]:
         """Directional FRFs of "test", "repeat", if there is one, and each law."""
         others = {} if self.repeat is None else {REPEAT[0]: self.repeat}
-        return {name: directional_frfs(frf) for name, frf in ({"test": self.test} | others | self.models).items()}
+        return {name: directional_frfs(frf) for name, frf in (others | {"test": self.test} | self.models).items()}
 
 
 def matrices_of(study: Study) -> list[FRFMatrices]:

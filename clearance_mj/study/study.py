@@ -89,8 +89,6 @@ class Study:
         self.motions: dict[tuple[str, str, str], PlacedWhirl] = {}
         """of the shaft in records of its turning alone, by law, engine and record, as `Turning` finds them"""
 
-    # Parts of a study in space.
-
     @functools.cached_property
     def parts(self) -> tuple[Study, ...]:
         """Of a rig in space: a study of the records of each direction and spin; of another: the study itself."""
@@ -132,8 +130,6 @@ class Study:
         """Validation records of a shaft's turning alone, of which there are orbits."""
         return tuple(r for r in self.dataset.validate if r.excitation_kind == "spin")
 
-    # What is computed.
-
     @property
     def cache(self) -> ResultCache | None:
         """Where results are kept for the next study; None: nowhere."""
@@ -154,7 +150,13 @@ class Study:
         return self.found.left_out
 
     def law(self, name: str) -> IdentifiedModel:
-        """Return the law of a method, see `StudiedLaws.law`."""
+        """Return a law by the name of its method, identified if it was not yet.
+
+        Parameters
+        ----------
+        name : str
+            The method.
+        """
         return self.found.law(name)
 
     @property
@@ -286,8 +288,6 @@ class Study:
     def sine_steps(self) -> dict[str, SineSteps]:
         """By record under a stepped sine: frequencies and amplitudes of its steps."""
         return {record.name: sine_steps(record.response()) for record in self.dataset.sines}
-
-    # What it says.
 
     @property
     def levels(self) -> list[float]:

@@ -139,6 +139,6 @@ class Turning:
                 for law in self.study.methods:
                     for record in records:
                         case = self.case(law, record)
-                        pair = (w.orbits(j) for w in (self.test(record), case.placed.motion))
-                        gap = case.placed.motion.rig.bushings[j].gap
-                        yield head(record, law, self.engine), j, gap, *pair, case
+                        motion = case.placed.motion
+                        test, model = self.test(record).orbits(j), motion.orbits(j)
+                        yield head(record, law, self.engine), j, motion.rig.bushings[j].gap, test, model, case

@@ -71,7 +71,7 @@ def run_out_of(records: Sequence[Record]) -> np.ndarray | None:
 
 
 def measured_whirl(record: Record, found: np.ndarray | None) -> Whirl:
-    """Return the motion that the probes of a record show.
+    """Return the motion that the probes of a record show, from the keyphasor's first mark to its last.
 
     Parameters
     ----------
@@ -86,7 +86,8 @@ def measured_whirl(record: Record, found: np.ndarray | None) -> Whirl:
     if found is not None:
         moved = moved - run_out_at(turning.angle, found)
     position = moved.reshape(len(record.rig.bushings), 2, -1)
-    return Whirl(record.tested_rig, record.fs, response.time, position, turning.speed, turning.angle)
+    whole = Whirl(record.tested_rig, record.fs, response.time, position, turning.speed, turning.angle)
+    return whole.between(turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs)
 
 
 def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache: ResultCache | None) -> PlacedWhirl:
@@ -118,7 +119,8 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
     def compute() -> dict[str, np.ndarray]:
         quiet = Excitation(np.zeros(lead + record.size), record.fs, "base", None, {"generator": "rest"})
         simulation = Simulation(rig, quiet, tested.law, used)
-        rest = np.zeros(2 * n) if (before := simulation.run.before()) is None else np.asarray(before)
+        still = used.start(rig.replace(spin=None, unbalances=()), tested.law, "base", simulation.step).before()
+        rest = np.zeros(len(rig.sensors) + 2 * n) if still is None else still
         response = simulation.whole()
         assert response.displacement is not None and response.spin is not None
         share = np.full(n, np.nan) if response.contact_share is None else response.contact_share

@@ -29,7 +29,9 @@ def in_test(model: Model, tested: Rig, turning: ShaftTurning | None) -> Model:
     shaker = dataclasses.replace(rig.shaker, direction=tested.shaker.direction)
     spin = tested.spin
     if spin is not None and turning is not None:
+        # Before the first mark the keyphasor tells the angle of a steady shaft alone.
         speed = spin.speed if spin.rate else turning.mean_speed
-        spin = dataclasses.replace(spin, speed=speed, angle=float(turning.angle[0]))
+        turned = dataclasses.replace(spin, speed=speed, angle=0.0).angle_at(turning.marks[:1])
+        spin = dataclasses.replace(spin, speed=speed, angle=-float(turned[0]))
     unbalances = rig.unbalances if spin else ()
     return dataclasses.replace(model, rig=rig.replace(shaker=shaker, spin=spin, unbalances=unbalances))

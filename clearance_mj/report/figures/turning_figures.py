@@ -48,7 +48,7 @@ def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
         tidy(right, f"{next(names)} {words}, about the middle", "z (µm)", "y (µm)")
     caption = (
         f"Orbits in bushing {bushing + 1}, {looks.test} and laws, the last {LAST} turns without the probes’ run-out. "
-        "Left: in the clearance of each law, the circle, with the test’s orbit from where the best law’s shaft rests. "
+        "Left: in the clearance of each law, the dashed circle, the test’s from where the best law’s shaft rests. "
         "Right: about their middles; dots: once-per-turn marks."
     )
     alt = f"Orbits in bushing {bushing + 1} at {n} speeds, test and laws {looks.laws}."
@@ -66,7 +66,7 @@ def _in_clearance(
         placed = turning.case(law, record).placed
         gap = placed.motion.rig.bushings[bushing].gap
         places[looks.colour(law)] = complex(*placed.rest[bushing])
-        ax.plot(*_yz(gap * AROUND), color=looks.colour(law), lw=0.8)
+        ax.plot(*_yz(gap * AROUND), color=looks.colour(law), lw=0.8, ls="--")
         reach = max(reach, gap)
     best = places[looks.colour(turning.study.best_law)]
     for orbits, look in shown:
@@ -140,8 +140,8 @@ def _shown(
     looks = Looks(turning.study)
     tests = [turning.test(record).orbits(bushing) for record in records[:2]]
     found: list[tuple[Orbits, dict[str, Any], str]] = []
-    found += [(again, {"color": REPEAT, "lw": 1.6, "label": SECOND}, "") for again in tests[1:]]
-    found.append((tests[0], {"color": TEST, "lw": 1.2, "label": "test"}, ""))
+    found += [(again, {"color": REPEAT, "lw": 1.3, "label": SECOND}, "") for again in tests[1:]]
+    found.append((tests[0], {"color": TEST, "lw": 0.9, "label": "test"}, ""))
     for law in turning.study.methods:
         motion = turning.case(law, records[0]).placed.motion
         look = looks.line(law, turning.engine) | {"linestyle": "-"}

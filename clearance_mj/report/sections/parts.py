@@ -29,11 +29,16 @@ def by_part(study: Study, write: Callable[[Study], str]) -> str:
     shown = []
     for part in (study.main_part, *others) if study.parts else ():
         body = write(part)
-        own = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and part.suffix not in anchor}
-        shown.append((part, _ANCHOR.sub(lambda found, own=own, end=part.suffix: _renamed(found, own, end), body)))
+        shown.append((part, _with_suffix(body, part.suffix)))
     return render("parts.html.j2", shown=shown) if shown else "<p>No record is driven by its base or a force.</p>\n"
 
 
-def _renamed(found: re.Match[str], own: set[str], end: str) -> str:
-    kind, anchor = found.groups()
-    return f'{kind}{anchor}{end}"' if anchor in own else found.group()
+def _with_suffix(body: str, end: str) -> str:
+    """Markup whose own anchors, and the links to them, end with what tells the part."""
+    own = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and end not in anchor}
+
+    def renamed(found: re.Match[str]) -> str:
+        kind, anchor = found.groups()
+        return f'{kind}{anchor}{end}"' if anchor in own else found.group()
+
+    return _ANCHOR.sub(renamed, body)
