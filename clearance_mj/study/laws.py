@@ -11,13 +11,15 @@ from ..core.errors import RecordError
 from ..identify import get_method, require
 from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset
+from ..rig.dimensions import planar
 from . import stored
 from .identified import IdentifiedModel
 
 __all__ = ["METHODS", "StudiedLaws"]
 
 METHODS = ("nominal", "constant", "amplitude", "bench")
-"""tried where none are named: rig file alone, constants, a law with the rig taken for exact, rig and law"""
+"""tried where none are named: rig file alone, constants, a law with the rig taken for exact, rig and law; of a rig in
+space those that know one"""
 
 
 class StudiedLaws:
@@ -46,12 +48,15 @@ class StudiedLaws:
         for method in methods or ():
             get_method(method)
         for method in methods or ():
+            if not get_method(method).in_space:
+                planar(dataset.rig, f'method "{method}"')
             require(method, dataset)
+        self._candidates = [m for m in METHODS if get_method(m).in_space or not dataset.rig.is_spatial]
         self.dataset, self.cache, self._progress = dataset, cache, progress
         self._named = None if methods is None else tuple(methods)
         self.left_out: dict[str, str] = {}
         """why methods that were not named are left out, by their names"""
-        for method in METHODS if methods is None else ():
+        for method in self._candidates if methods is None else ():
             self._try(method, functools.partial(get_method(method).require, dataset))
         self.known: dict[str, IdentifiedModel] = {}
         """those that were found"""
@@ -70,10 +75,10 @@ class StudiedLaws:
         """Names of the methods: those that were named, or those of `METHODS` that give a law."""
         if self._named is not None:
             return self._named
-        for method in METHODS:
+        for method in self._candidates:
             if method not in self.left_out:
                 self._try(method, functools.partial(self.law, method))
-        return tuple(method for method in METHODS if method not in self.left_out)
+        return tuple(method for method in self._candidates if method not in self.left_out)
 
     def law(self, name: str) -> IdentifiedModel:
         """Return a law by the name of its method, identified if it was not yet.

@@ -65,7 +65,8 @@ def gyroscopic_frfs(spin):
     omega = np.linspace(0.1, 8.0, 80)
     a, b = 9 - omega**2 + 0.2j * omega, 1j * omega * spin * 1.6
     value = np.array([[a, -b], [b, a]]) / (a**2 + b**2)
-    return FRF(omega / (2 * np.pi), value, responses=LABELS, references=("200:+Y", "200:+Z"), quantity="rotation/moment")
+    references = "200:+Y", "200:+Z"
+    return FRF(omega / (2 * np.pi), value, responses=LABELS, references=references, quantity="rotation/moment")
 
 
 @pytest.mark.parametrize("spin", [0.0, 1.5])
@@ -96,9 +97,10 @@ def circle(radius=1e-5, phase=0.0, middle=0.0, speed=50.0):
     return orbits_by_turn(w.real, w.imag, 2048.0, speed * time)
 
 
-@pytest.mark.parametrize(
-    ("other", "error"), [({}, 0.0), ({"radius": 2e-5}, 1.0), ({"phase": np.pi / 2}, np.sqrt(2)), ({"middle": 3e-5}, 0.0)]
-)
+CHANGED = [({}, 0.0), ({"radius": 2e-5}, 1.0), ({"phase": np.pi / 2}, np.sqrt(2)), ({"middle": 3e-5}, 0.0)]
+
+
+@pytest.mark.parametrize(("other", "error"), CHANGED)
 def test_errors_of_orbits(other, error):
     found = compare_orbits(circle(), circle(**other))
     assert found["error"] == pytest.approx(error, abs=1e-6)
