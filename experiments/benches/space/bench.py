@@ -1,8 +1,9 @@
 """Benches in space: what the designer knows (the rig file) and what really stands there (the truth), from a seed.
 
-Drawn, 1 σ and cut at 2 σ: Young's modulus 3 %, density 1 %, masses 5 %, clamp or supports, modal damping within a factor
-of 2, gaps 20 %, offsets 0.3 of the gap along y and z, gaps out of round by 5 %, gains 1 %, cross-axis sensitivity 2 %,
-places 2 mm, probes turned by 2 degrees, viscosity and friction within a factor of 1.5, contact within one of 2.
+Drawn, 1 σ and cut at 2 σ: Young's modulus 3 %, density 1 %, masses 5 %, clamp as of 0 to 2 diameters more shaft or
+elastic supports, modal damping within a factor of 2, gaps 20 % and out of round by 5 %, offsets 0.3 of the gap along y
+and z, gains 1 %, cross-axis sensitivity 2 %, places 2 mm, probes turned by 2 degrees, viscosity and friction within a
+factor of 1.5, contact and unbalance within one of 2.
 """
 
 from __future__ import annotations

@@ -95,10 +95,12 @@ def scheme(
 def unloaded(on: Scheme, bushings: Bushings) -> State:
     """The shaft straight and at rest, with grease and bristles relaxed."""
     n, points = on.square.size, on.points.shape[0]
-    modal = [np.zeros((2, n)) for _ in range(4)]
     slip = np.zeros((len(bushings.numbers), bushings.slip.shape[2], 2))
-    ends = np.zeros((2, points)), np.zeros(2 * points), np.zeros(2 * points), np.zeros(points), np.zeros(points)
-    return State(*modal, *ends, slip, slip.copy())
+    return State(
+        q=np.zeros((2, n)), v=np.zeros((2, n)), force=np.zeros((2, n)), pushed=np.zeros((2, n)),
+        place=np.zeros((2, points)), pull=np.zeros(2 * points), earlier=np.zeros(2 * points),
+        bristle=np.zeros(points), bristle_after=np.zeros(points), slip=slip, slip_after=slip.copy(),
+    )  # fmt: skip
 
 
 def whirl(angle: np.ndarray, spin: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -129,9 +131,10 @@ def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, 
     qy, qz, vy, vz = state.q[0], state.q[1], state.v[0], state.v[1]
     fy, fz, py, pz = state.force[0], state.force[1], state.pushed[0], state.pushed[1]
     n, n_points, n_slopes, n_stations = square.size, points.shape[0], slopes.shape[0], stations.shape[0]
-    free, speed, x, v = np.empty((4, 2, n_points))
-    before, turning, trial = np.empty((3, 2, n_slopes))
-    ay, az = np.empty((2, n))
+    points_work, slopes_work, modes_work = np.empty((4, 2, n_points)), np.empty((3, 2, n_slopes)), np.empty((2, n))
+    free, speed, x, v = points_work[0], points_work[1], points_work[2], points_work[3]
+    before, turning, trial = slopes_work[0], slopes_work[1], slopes_work[2]
+    ay, az = modes_work[0], modes_work[1]
     jacobian, right = np.empty((2 * n_points, 2 * n_points)), np.empty(2 * n_points)
     work = np.empty((n_points + 1, 10))
     for i in range(inputs.shape[0]):
@@ -248,7 +251,6 @@ def _solve(
                     s -= mobility[p, o] * pull[2 * o + axis]
                 x[axis, p], v[axis, p] = at, s
         largest = 0.0
-        jacobian[:] = 0.0
         for j in range(n):
             first = 2 * j
             oy, oz = numbers[j, physics.OFFSET_Y], numbers[j, physics.OFFSET_Z]
@@ -291,14 +293,16 @@ def _solve(
             for row in range(size):
                 pull[row] += right[row]
         if largest <= TOLERANCE:
-            place[:] = x
-            bristle[:] = bristle_after
-            slip[:] = slip_after
+            for p in range(2 * n):
+                place[0, p], place[1, p], bristle[p] = x[0, p], x[1, p], bristle_after[p]
+            for j in range(n):
+                for i in range(slip.shape[1]):
+                    slip[j, i, 0], slip[j, i, 1] = slip_after[j, i, 0], slip_after[j, i, 1]
             return True
     return False
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True)
 def _eliminate(matrix: np.ndarray, right: np.ndarray, n: int) -> None:
     """Solve in place; the matrix is near the identity where steps are short."""
     for k in range(n):

@@ -1,7 +1,8 @@
 """What happens inside a round bushing, with derivatives for the implicit step; compiled, SI units.
 
-Forces count against positive displacement, of y and z. Each function adds to row p of an array ``to``: force
-along y and z, its derivatives with y and z (yy, yz, zy, zz), and those with the speeds; ``b``: `Bushings.numbers`. Nothing here is taken from the package.
+Forces count against positive displacement, of y and z. Each function adds to row p of an array ``to``: force along y
+and z, its derivatives with y and z (yy, yz, zy, zz), and those with the speeds; ``b``: `Bushings.numbers`. Nothing here
+is taken from the package. After a change here delete __pycache__: numba keeps the compiled loop of `motion`.
 """
 
 from __future__ import annotations
@@ -35,10 +36,10 @@ elastic: a spring that never slides, relaxed where the unloaded shaft is; a damp
 GAP, COSINE, SINE, OFFSET_Y, OFFSET_Z, K, K3, ALPHA, C, MU, BRISTLE, RADIUS, ELASTIC, SQUEEZE, HEIGHT, FILM = range(16)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True)
 def contact(
-    b: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, dy: float, dz: float, rolled: float, bristle: float,
-    to: np.ndarray, p: int,
+    b: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, dy: float, dz: float, rolled: float,
+    bristle: float, to: np.ndarray, p: int,
 ) -> float:  # fmt: skip
     """Add the force of half of bushing j at y, z from its middle; return the bristle's deflection along the wall.
 
@@ -121,7 +122,7 @@ def contact(
     return rubbing / stiffness
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True)
 def grease(
     b: np.ndarray, elements: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, dy: float, dz: float,
     before: np.ndarray,
@@ -175,7 +176,7 @@ def grease(
         to[p, 5] += slope * vz * ez
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True)
 def film(
     b: np.ndarray, table: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, spin: float, to: np.ndarray,
     p: int,
@@ -227,7 +228,7 @@ def film(
     to[p, 1] -= a * (fr * rz + ft * ry)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True)
 def _turn(to: np.ndarray, p: int, at: int, rr: float, rt: float, tr: float, tt: float, c: float, s: float) -> None:
     """Subtract a matrix of outward and along, r = (c, s) and t = (-s, c), as one of y and z."""
     to[p, at] -= rr * c * c - (rt + tr) * c * s + tt * s * s

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj.io.record import Kind, Role
 from clearance_mj.rig import Spin
 from clearance_mj.signals import excitation
 from clearance_mj.signals.excitation import Excitation
@@ -34,7 +35,8 @@ class Levels:
 
 LEVELS = {
     "steering": Levels(
-        (1.0, 30.0), (3.0, 9.0, 22.0), (20.0, 60.0, 160.0, 320.0), (0.5, 1.0, 0.75), ((0.3, 0.5, 0.9), (0.4, 0.6, 0.8)), 0.15
+        (1.0, 30.0), (3.0, 9.0, 22.0), (20.0, 60.0, 160.0, 320.0), (0.5, 1.0, 0.75),
+        ((0.3, 0.5, 0.9), (0.4, 0.6, 0.8)), 0.15,
     ),
     "rotor": Levels(
         (0.3, 4.0), (0.5, 1.5, 3.0), (10.0, 30.0, 80.0, 160.0), (0.3, 0.5, 0.4), ((0.25, 0.5, 0.65), (0.35, 0.55, 0.7))
@@ -50,8 +52,8 @@ class Plan:
     """A record to take."""
 
     name: str
-    role: str  #: "identify", "validate" or "orbit"
-    kind: str  #: "base", "force" or "spin": turning alone
+    role: Role
+    kind: Kind  #: "spin" is turning alone
     size: int  #: samples
     words: str
     spin: Spin | None = None
@@ -72,7 +74,7 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
     seeds = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 40).tolist())
     first, second, other = (Spin(share * bench.top_speed) for share in levels.spins)
     slow = levels.slow_roll * bench.top_speed
-    taken = [turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
+    taken = [_turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
     for name, axis, spin, seconds in (
         ("ramp_y", "Y", first, 24),
         ("ramp_z", "Z", first, 24),
@@ -82,7 +84,7 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
         shake = excitation.level_ramp(seconds * time, FS, BAND, start, end, next(seeds))
         words = f"random 5-220 Hz, level rising from {start:g} to {end:g} m/s² RMS"
         taken.append(driven(name, "identify", shake, words, spin, axis))
-    taken += [_hammer(axis, levels.peaks, 10 * time, first) for axis in "YZ"]
+    taken += [_hammer(axis, levels.peaks, max(10 * time, TURNS * 2 * math.pi / first.speed), first) for axis in "YZ"]
     taken.append(run_up("run_up", "identify", 20 * time, bench.top_speed))
     taken += orbits("orbit", "orbit", levels.orbits[0], 6 * time, bench.top_speed)
     for level in levels.validate[1:2] if short else levels.validate:
@@ -98,10 +100,12 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
 
 
 def driven(
-    name: str, role: str, what: Excitation, words: str, spin: Spin, axis: str, level: float | None = None
+    name: str, role: Role, what: Excitation, words: str, spin: Spin, axis: str, level: float | None = None
 ) -> Plan:
+    """A record under an excitation along an axis, of a shaft at one speed."""
     text = f"{words} along {axis.lower()}, at {_rpm(spin.speed)}"
-    return Plan(name, role, what.kind, what.value.size, text, spin, what, axis, level)
+    kind: Kind = "force" if what.kind == "force" else "base"
+    return Plan(name, role, kind, what.value.size, text, spin, what, axis, level)
 
 
 def _hammer(axis: str, peaks: tuple[float, ...], seconds: float, spin: Spin) -> Plan:
@@ -111,18 +115,20 @@ def _hammer(axis: str, peaks: tuple[float, ...], seconds: float, spin: Spin) -> 
     return driven(f"hammer_{axis.lower()}", "identify", hits, words, spin, axis)
 
 
-def turning(name: str, role: str, seconds: float, spin: Spin, accelerometers: bool = True) -> Plan:
+def turning(name: str, role: Role, seconds: float, spin: Spin, accelerometers: bool = True) -> Plan:
+    """A record of turning alone."""
     words = f"turns at {_rpm(spin.speed)}" + (f" to {_rpm(spin.until)}" if spin.until is not None else "")
     return Plan(name, role, "spin", round(seconds * FS), words, spin, accelerometers=accelerometers)
 
 
-def run_up(name: str, role: str, seconds: float, top: float, accelerometers: bool = True) -> Plan:
+def run_up(name: str, role: Role, seconds: float, top: float, accelerometers: bool = True) -> Plan:
     """From a tenth of the top speed to eight, the last twentieth of the time at that speed."""
     low, high = 0.1 * top, 0.8 * top
     return turning(name, role, seconds, Spin(low, (high - low) / (0.95 * seconds), high), accelerometers)
 
 
-def orbits(name: str, role: str, shares: tuple[float, ...], seconds: float, top: float) -> Iterator[Plan]:
+def orbits(name: str, role: Role, shares: tuple[float, ...], seconds: float, top: float) -> Iterator[Plan]:
+    """Records of turning alone at shares of the top speed, of probes and keyphasor."""
     for share in shares:
         longer = max(seconds, TURNS * 2 * math.pi / (share * top))
         yield turning(f"{name}_{_rpm(share * top).split()[0]}", role, longer, Spin(share * top), False)

@@ -5,8 +5,19 @@ from __future__ import annotations
 import math
 
 from clearance_mj.rig import (
-    Beam, Bushing, Contact, Friction, Grease, OilFilm, PointMass, Rig, Sensor, Shaker, Spin, Unbalance,
-)  # fmt: skip
+    Beam,
+    Bushing,
+    Contact,
+    Friction,
+    Grease,
+    OilFilm,
+    PointMass,
+    Rig,
+    Sensor,
+    Shaker,
+    Spin,
+    Unbalance,
+)
 from clearance_mj.structure.section import Material, Section
 from clearance_mj.structure.shaft import Disc, Shaft, Support
 
@@ -49,7 +60,7 @@ def _steering(name: str) -> Rig:
 
 def _pinned(length: float, diameter: float, disc: Disc) -> Shaft:
     return Shaft(
-        (Section(length, diameter),), (Support(0.0, "pinned"), Support(length, "pinned")), (disc,), STEEL,
+        (Section(length, (diameter, diameter)),), (Support(0.0, "pinned"), Support(length, "pinned")), (disc,), STEEL,
         rayleigh=(6.0, 2e-6),
     )  # fmt: skip
 

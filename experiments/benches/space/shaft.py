@@ -12,6 +12,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -75,13 +76,13 @@ class Rotor:
             mass[at, at] += self.mass_per_length * _element_mass(h) + rotary * _element_rotary(h)
             stiffness[at, at] += self.bending_stiffness * _element_stiffness(h)
         for disc in self.discs:
-            at = 2 * int(np.argmin(np.abs(x - disc.position)))
-            mass[at, at] += disc.mass
-            mass[at + 1, at + 1] += disc.inertia
+            node = 2 * int(np.argmin(np.abs(x - disc.position)))
+            mass[node, node] += disc.mass
+            mass[node + 1, node + 1] += disc.inertia
         free = np.ones(2 * x.size, dtype=bool)
         for support in self.supports:
-            at = 2 * int(np.argmin(np.abs(x - support.position)))
-            for i, spring in enumerate((support.translation, support.rotation), at):
+            node = 2 * int(np.argmin(np.abs(x - support.position)))
+            for i, spring in enumerate((support.translation, support.rotation), node):
                 if math.isinf(spring):
                     free[i] = False
                 else:
@@ -117,7 +118,7 @@ class Rotor:
         down[free] = np.linalg.solve(stiffness[np.ix_(free, free)], weight[free])
         return _rows(x, positions) @ down
 
-    def replace(self, **changes: object) -> Rotor:
+    def replace(self, **changes: Any) -> Rotor:
         """A copy with other values."""
         return dataclasses.replace(self, **changes)
 
@@ -133,9 +134,9 @@ class Modes:
     participation: np.ndarray  # (n,) Φᵀ M r: modal force per acceleration of gravity
     slopes: np.ndarray  # (r, n) S with SᵀS = Φᵀ G Φ, one row for each disc
 
-    def at(self, positions: Sequence[float]) -> np.ndarray:
+    def at(self, positions: Sequence[float] | np.ndarray) -> np.ndarray:
         """(n_positions, n) deflections of the modes."""
-        return _rows(self.mesh, positions) @ self.shape
+        return _rows(self.mesh, list(positions)) @ self.shape
 
 
 def _element_rotary(h: float) -> np.ndarray:

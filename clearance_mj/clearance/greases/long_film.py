@@ -1,0 +1,120 @@
+"""A spring with the squeeze film of a long bearing: damping c/(1 - ε²)^1.5 at an eccentricity ratio ε = e/h.
+
+Sommerfeld's solution for a journal that is squeezed towards its bearing without turning (Hamrock, Schmid & Jacobson,
+Fundamentals of Fluid Film Lubrication, 2004, chapter 11), here in every direction: grease does not turn with the shaft.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from numba.extending import register_jitable
+
+from ...core.validation import NotNegative, Positive
+from ...rig import Bushing
+from ..contact import Numbers
+from ..family import FamilyParameter, FillingFamily, register_family
+from ..grease import GreaseModel, register
+from ..lanes import smaller
+from .bouc_wen import spring_and_film
+
+__all__ = ["LongFilm", "LongFilmed"]
+
+CLOSEST = 0.97  # largest eccentricity ratio: the film stays as thin as there
+
+
+@register_jitable
+def _damping(e: Any, damping: Any, per_height: Any) -> Any:
+    ratio = smaller(e * per_height, CLOSEST)
+    thin = 1.0 - ratio * ratio
+    return damping / (thin * thin**0.5)
+
+
+@register
+class LongFilm(GreaseModel):
+    """A spring and the squeeze film of a long bearing."""
+
+    name: ClassVar[str] = "long-film"
+    stiffness: NotNegative
+    """N/m"""
+    damping: NotNegative
+    """N s/m, in the middle"""
+    height: Positive
+    """h, m, of the film in the middle"""
+
+    def parameters(self) -> tuple[float, ...]:
+        """Stiffness, damping and 1/h."""
+        return self.stiffness, self.damping, 1 / self.height
+
+    def states(self) -> int:
+        """Nothing remembers the motion."""
+        return 0
+
+    def round_states(self) -> int:
+        """Nothing remembers the motion."""
+        return 0
+
+    def small_motion(self) -> tuple[float, float]:
+        """Return the spring and the damping in the middle."""
+        return self.stiffness, self.damping
+
+    def largest(self) -> tuple[float, float]:
+        """Return the spring and the damping of the thinnest film."""
+        return self.stiffness, self.damping / (1 - CLOSEST**2) ** 1.5
+
+    @staticmethod
+    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
+        """See the module."""
+        out[0] = p[0] * x
+        out[1] = _damping(abs(x), p[1], p[2])
+
+    @staticmethod
+    def energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+    ) -> None:
+        """The spring's."""
+        out[0] = 0.5 * p[0] * x * x
+        out[1] = 0.0
+
+    @staticmethod
+    def round_law(
+        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """See the module: the same in all directions."""
+        out[0], out[1] = p[0] * y, p[0] * z
+        out[2] = out[5] = _damping(math.sqrt(y * y + z * z), p[1], p[2])
+        out[3] = out[4] = 0.0
+
+    @staticmethod
+    def round_energy(
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
+        out: Numbers,
+    ) -> None:  # fmt: skip
+        """The spring's."""
+        out[0] = 0.5 * p[0] * (y * y + z * z)
+        out[1] = 0.0
+
+
+@register_family
+class LongFilmed(FillingFamily):
+    """A spring with the squeeze film of a long bearing, in round clearances."""
+
+    name: ClassVar[str] = "long film"
+    model: ClassVar[type] = LongFilm
+    round_only: ClassVar[bool] = True
+
+    def parameters(self, bushing: Bushing) -> list[FamilyParameter]:
+        """Return stiffness, damping and film height."""
+        return spring_and_film(bushing)
+
+    def make(self, bushing: Bushing, *values: float) -> LongFilm:
+        """Return the grease of stiffness, damping and film height."""
+        return LongFilm(*values)
+
+    def values(self, bushing: Bushing, model: LongFilm) -> dict[str, float]:
+        """Return stiffness, damping and film height."""
+        names = (p.name for p in self.parameters(bushing))
+        return dict(zip(names, (model.stiffness, model.damping, model.height)))
