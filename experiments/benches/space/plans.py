@@ -74,7 +74,7 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
     seeds = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 40).tolist())
     first, second, other = (Spin(share * bench.top_speed) for share in levels.spins)
     slow = levels.slow_roll * bench.top_speed
-    taken = [_turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
+    taken = [turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
     for name, axis, spin, seconds in (
         ("ramp_y", "Y", first, 24),
         ("ramp_z", "Z", first, 24),
