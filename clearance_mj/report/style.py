@@ -116,6 +116,8 @@ def level_axis(ax: Axes, levels: Sequence[float]) -> None:
     """Make x a logarithmic axis with a tick at each level."""
     ax.set_xscale("log")
     ax.set_xticks(levels, [f"{level:g}" for level in levels])
+    if len(levels) == 1:
+        ax.set_xlim(levels[0] / 2, 2 * levels[0])
     ax.xaxis.set_minor_locator(NullLocator())
 
 
