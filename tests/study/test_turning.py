@@ -1,9 +1,12 @@
 """Studies of a rig in space: FRFs, directional FRFs and orbits whose agreement is known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from clearance_mj.core.errors import RecordError
+from clearance_mj.core.errors import ClearanceError, RecordError
+from clearance_mj.io.dataset import Dataset
 from clearance_mj.report.sections import directions, turning
 from clearance_mj.report.writer import ReportWriter
 from clearance_mj.rotors.spatial import spatial_model
@@ -17,6 +20,7 @@ from clearance_mj.study.turning import Turning
 
 from .turning_rig import RIG, turning_dataset
 
+SHIPPED = Path(__file__).parents[2] / "data" / "turning_rig"
 LABELS = ("1:+Y", "1:+Z")
 
 
@@ -150,3 +154,18 @@ def test_sections_write_figures_and_tables(study, tmp_path):
     assert {path.name for path in (tmp_path / "tables").iterdir()} == {"frf_matrices.csv", "orbits.csv", "run_ups.csv"}
     drawn = {path.name for path in (tmp_path / "figures").iterdir()}
     assert {"directional_level_2_573rpm.png", "frf_matrix_1_level_2_573rpm.png", "orbits_bushing_1.png"} <= drawn
+
+
+def test_methods_that_know_the_plane_alone_are_refused():
+    with pytest.raises(ClearanceError, match='method "constant" knows planar rigs'):
+        Study(turning_dataset(), ("nominal", "constant"))
+
+
+def test_the_shipped_rig_has_repeats_of_all_it_validates_on_and_is_synthetic():
+    dataset = Dataset.load(SHIPPED)
+    study = Study(dataset, ("nominal",))
+    assert dataset.is_synthetic and not (SHIPPED / "truth.toml").exists()
+    assert [len(part.driven) for part in study.parts] == [2, 2]
+    turning = Turning(study)
+    assert [len(records) for records in (*turning.speeds.values(), *turning.run_ups.values())] == [2, 2, 2]
+    assert sum(path.stat().st_size for path in SHIPPED.iterdir()) < 6e6
