@@ -7,16 +7,9 @@ Standard 670; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 20
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from .prepared import PreparedRecord
-
-__all__ = ["SLOW", "TURNS", "run_out", "run_out_at", "without_run_out"]
+__all__ = ["SLOW", "TURNS", "run_out", "run_out_at"]
 
 TURNS = 4  # multiples of the spin that unbalance and run-out excite
 SLOW = 0.35  # of the fastest record's spin: so slow is a turning in which unbalance moves nothing
@@ -47,38 +40,6 @@ def run_out_at(angle: np.ndarray, found: np.ndarray) -> np.ndarray:
         As `run_out` returns.
     """
     return np.asarray((_multiples(angle) @ found).T)
-
-
-def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, ...]:
-    """Return records whose probes no longer show the run-out that a slow record shows, if there is one.
-
-    Parameters
-    ----------
-    records : sequence of PreparedRecord
-        Of one rig; those that turn are changed.
-    """
-    turned = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
-    speeds = [abs(r.turning.mean_speed) for r in turned if r.turning]
-    slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
-    if not slow:
-        return tuple(records)
-    assert slow[0].turning is not None and slow[0].displacement is not None
-    found = run_out(slow[0].turning.angle, slow[0].displacement)
-    return tuple(_less(record, found) for record in records)
-
-
-def _steady(record: PreparedRecord) -> bool:
-    spin = record.tested.spin
-    return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
-
-
-def _less(record: PreparedRecord, found: np.ndarray) -> PreparedRecord:
-    if record.turning is None or record.displacement is None:
-        return record
-    signals = record.signals.copy()
-    at = slice(-1 - found.shape[1], -1)
-    signals[:, at] -= run_out_at(record.turning.angle, found).T
-    return dataclasses.replace(record, signals=signals)
 
 
 def _multiples(angle: np.ndarray) -> np.ndarray:
