@@ -1,4 +1,4 @@
-# make study | reproduce | audit | test | test-slow | test-models | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-slow | test-models | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study reproduce audit test test-slow test-models fuzz steering coverage bench lint data models readme docs gallery verification clean
+.PHONY: setup study turning-study reproduce audit test test-slow test-models fuzz steering coverage bench lint data models readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -18,6 +18,10 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 
 study: setup
 	$(BIN)/clearance-mj study data/table1_rig --out results/study
+
+# The same of a shaft that turns: FRFs along y and z, orbits and run-ups.
+turning-study: setup
+	$(BIN)/clearance-mj study data/turning_rig --out results/turning_study
 
 # The article's figures and tables beside ours, all of them or ITEMS="table_1 figure_02".
 reproduce: setup
@@ -97,6 +101,7 @@ lint: setup
 
 data: setup
 	$(BIN)/python -m experiments.testrig data/table1_rig
+	$(BIN)/python -m experiments.benches.space.shipped data/turning_rig
 
 models: setup
 	$(BIN)/python -m clearance_mj.engines models/table1_rig.toml

@@ -13,7 +13,9 @@ from .options import add_plugin, load_plugin
 
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
-    parser.add_argument("--engines", default="links,modal", help="comma-separated; modal-mj too (default: %(default)s)")
+    parser.add_argument(
+        "--engines", help="comma-separated; modal-mj too (default: links,modal); of a rig in space modal"
+    )
     parser.add_argument(
         "--methods",
         help=f"comma-separated, of {', '.join(LAWS)} "
@@ -31,7 +33,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
 
     load_plugin(options.plugin)
-    engines, methods = options.engines.split(","), options.methods.split(",") if options.methods is not None else None
+    engines, methods = (None if names is None else names.split(",") for names in (options.engines, options.methods))
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "left_out": study.left_out, "results": study.rows()}

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..core.files import write_text
 from ..core.output_folder import output_folder
 from ..io.dataset import Dataset
-from ..study import ENGINES, Study, write_results
+from ..study import Study, write_results
 from . import html
 from .sections import registered_sections, section
 from .writer import ReportWriter
@@ -19,7 +19,7 @@ __all__ = ["report_study", "section", "write_report"]
 def report_study(
     path: str | Path,
     out: str | Path,
-    engines: Sequence[str] = ENGINES,
+    engines: Sequence[str] | None = None,
     methods: Sequence[str] | None = None,
     workers: int | None = None,
     progress: bool = False,
@@ -70,7 +70,8 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
         Show a progress bar.
     """
     writer = ReportWriter(Path(folder), progress)
-    sections = [html.Section(name, found.title, found.write(study, writer)) for name, found in registered_sections()]
+    written = [html.Section(name, found.title, found.write(study, writer)) for name, found in registered_sections()]
+    sections = [section for section in written if section.body]
     writer.close()
     title = f"Clearance study of rig “{study.dataset.rig.name}”"
     write_text(Path(folder) / "report.html", html.page(title, sections, _source(study)))

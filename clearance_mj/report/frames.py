@@ -19,6 +19,7 @@ from ..signals.comparison import Comparison
 from ..statistics import repeatability
 from ..statistics.intervals import Interval, ratio
 from ..study import N_MODES, Study
+from ..study.conditions import condition_of
 from .tables import MEASURES, REPEAT
 
 __all__ = [
@@ -48,12 +49,13 @@ def interval(row: dict, key: str, factor: float = 1.0) -> Interval:
 def _stacked(study: Study, part: Callable[[Comparison], pd.DataFrame]) -> pd.DataFrame:
     """A part of every comparison, with what it compares in front."""
     parts = [
-        _headed(part(comparison), level=level, record="", law=REPEAT[0], engine=REPEAT[1])
-        for level, comparison in study.repeatability.items()
+        _headed(part(comparison), **of.columns, level=level, record="", law=REPEAT[0], engine=REPEAT[1])
+        for of in study.parts
+        for level, comparison in of.repeatability.items()
     ]
     parts += [
-        _headed(part(c.comparison), level=c.record.level, record=c.record.name, law=c.law, engine=c.engine)
-        for c in study.cases
+        _headed(part(c.comparison), **head, level=c.record.level, record=c.record.name, law=c.law, engine=c.engine)
+        for head, c in ((of.columns, c) for of in study.parts for c in of.cases)
     ]
     return pd.concat(parts, ignore_index=True)
 
@@ -74,8 +76,14 @@ def modes(study: Study) -> pd.DataFrame:
 
 def sensors(study: Study) -> pd.DataFrame:
     """Return measures of every sensor: a row per record, law, engine and sensor."""
-    nodes = [str(s.node) for s in study.dataset.rig.sensors]
+    nodes = sensor_names(study)
     return _stacked(study, lambda c: pd.DataFrame(c.per_sensor).assign(sensor=nodes)[["sensor", *_KEYS]])
+
+
+def sensor_names(study: Study) -> list[str]:
+    """Return what rows call each sensor: its node, of a rig in space with the direction."""
+    rig = study.dataset.rig
+    return rig.sensor_labels if rig.is_spatial else [str(s.node) for s in rig.sensors]
 
 
 def seeds(study: Study) -> pd.DataFrame:
@@ -85,6 +93,8 @@ def seeds(study: Study) -> pd.DataFrame:
 
 def sensor_means(study: Study) -> pd.DataFrame:
     """Return means over seeds of every sensor's measures, with intervals: a row per level, law, engine and sensor."""
+    if study.parts != (study,):
+        return pd.concat([sensor_means(part).assign(**part.columns) for part in study.parts], ignore_index=True)
     rows: list[dict] = []
     for (sensor, law, engine), found in sensors(study).groupby(["sensor", "law", "engine"], sort=False):
         by_level: dict[Any, Any] = {level: part[_KEYS].to_dict("records") for level, part in found.groupby("level")}
@@ -93,7 +103,7 @@ def sensor_means(study: Study) -> pd.DataFrame:
         else:
             means = repeatability.mean_rows(by_level)
         rows += [{"level": level, "law": law, "engine": engine, "sensor": sensor} | m for level, m in means.items()]
-    nodes = {str(s.node): i for i, s in enumerate(study.dataset.rig.sensors)}
+    nodes = {name: i for i, name in enumerate(sensor_names(study))}
     return pd.DataFrame(rows).sort_values("sensor", key=lambda column: column.map(nodes), kind="stable")
 
 
@@ -103,17 +113,19 @@ def contact(study: Study) -> pd.DataFrame:
     Gaps are those of the rig that the law is simulated on; those of the test are the rig file's.
     """
     parts: list[tuple[Record, str, str, Rig, dict]] = []
-    for record in study.dataset.validate:
+    for record in study.driven:
         probes = record.response().displacement
         if probes is not None:
-            seen = {"displacement_rms": probes.std(axis=1), "displacement_peak": np.abs(probes).max(axis=1)}
+            moved = probes.reshape(len(study.dataset.rig.bushings), -1, record.size)
+            seen = {"displacement_rms": np.sqrt(moved.var(axis=2).sum(axis=1))}
+            seen |= {"displacement_peak": np.linalg.norm(moved, axis=1).max(axis=1)}
             seen |= dict.fromkeys(("contact_share", "contact_peak"), np.nan)
             parts.append((record, "test", REPEAT[1], study.dataset.rig, seen))
     parts += [(c.record, c.law, c.engine, study.law(c.law).rig, c.statistics) for c in study.cases]
     return pd.concat(
         [
             pd.DataFrame({
-                "level": record.level, "record": record.name, "law": law, "engine": engine,
+                **condition(study, record), "level": record.level, "record": record.name, "law": law, "engine": engine,
                 "bushing": range(1, len(rig.bushings) + 1), "gap_m": [b.gap for b in rig.bushings],
                 "displacement_rms_m": found["displacement_rms"],
                 "displacement_peak_m": found["displacement_peak"], "contact_share": found["contact_share"],
@@ -125,8 +137,15 @@ def contact(study: Study) -> pd.DataFrame:
     )  # fmt: skip
 
 
+def condition(study: Study, record: Record) -> dict[str, str | float]:
+    """Return the columns that tell how a record was tested; none of a rig in a plane."""
+    return condition_of(record).columns if study.dataset.rig.is_spatial else {}
+
+
 def improvements(study: Study) -> pd.DataFrame:
     """Return the change from the base law to another in percent of the former: a row per level, law and quantity."""
+    if study.parts != (study,):
+        return pd.concat([improvements(part).assign(**part.columns) for part in study.parts], ignore_index=True)
     found = {(r["level"], r["law"]): r for r in study.rows() if r["engine"] == study.main_engine}
     rows = []
     for (level, law), row in found.items():
@@ -203,7 +222,7 @@ def records(study: Study) -> pd.DataFrame:
     return pd.DataFrame(
         [
             {
-                "record": r.name, "role": r.role, "excitation": r.description,
+                "record": r.name, "role": r.role, "excitation": r.description, **condition(study, r),
                 "level": np.nan if r.level is None else r.level,
                 "unit": "N" if r.excitation_kind == "force" else "m/s²",
                 "duration_s": r.duration, "fs_hz": r.fs, "seed": "" if r.seed is None else r.seed,

@@ -116,6 +116,8 @@ def level_axis(ax: Axes, levels: Sequence[float]) -> None:
     """Make x a logarithmic axis with a tick at each level."""
     ax.set_xscale("log")
     ax.set_xticks(levels, [f"{level:g}" for level in levels])
+    if len(levels) == 1:
+        ax.set_xlim(levels[0] / 2, 2 * levels[0])
     ax.xaxis.set_minor_locator(NullLocator())
 
 
@@ -140,4 +142,5 @@ def sensor_title(rig: Rig, row: int) -> str:
     sensor = rig.sensors[row]
     inside = [i + 1 for i, b in enumerate(rig.bushings) if b.holds(sensor.position)]
     at = sensor.position if isinstance(sensor.position, str) else f"{sensor.position:g} m"
-    return f"sensor {sensor.node}" + (f", bushing {inside[0]}" if inside else f", {at}")
+    along = f" along {sensor.label[-1].lower()}" if rig.is_spatial else ""
+    return f"sensor {sensor.node}{along}" + (f", bushing {inside[0]}" if inside else f", {at}")

@@ -10,6 +10,7 @@ from . import excitation
 from .alignment import Alignment, accelerance, align, convert_quantity
 from .comparison import Comparison, compare
 from .correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
+from .directional import DirectionalFRF, directional_frfs
 from .ema import Modes, extract_modes
 from .excitation import Excitation
 from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references
@@ -24,10 +25,10 @@ from .spectra_frf import frf_from_spectra
 from .stepped_sines import SineSteps, sine_steps
 
 __all__ = [
-    "FRF", "Alignment", "BestLinear", "Comparison", "Excitation", "FilteredOrbit", "FullSpectrum", "Modes", "Orbits",
-    "Response", "SineSteps", "Spectra", "SpeedCascade", "accelerance", "align", "best_linear", "compare",
-    "convert_quantity", "csac", "csf", "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac",
-    "frf_from_spectra", "full_spectrum", "join_references", "mac", "mre", "orbits_by_turn", "random_db",
-    "random_error", "relative_error", "rmse_db", "shaft_angle", "sine_steps", "speed_cascade", "stepped_harmonics",
-    "with_quantity",
+    "FRF", "Alignment", "BestLinear", "Comparison", "DirectionalFRF", "Excitation", "FilteredOrbit", "FullSpectrum",
+    "Modes", "Orbits", "Response", "SineSteps", "Spectra", "SpeedCascade", "accelerance", "align", "best_linear",
+    "compare", "convert_quantity", "csac", "csf", "directional_frfs", "estimate_frf", "estimate_frf_blocks",
+    "excitation", "extract_modes", "frac", "frf_from_spectra", "full_spectrum", "join_references", "mac", "mre",
+    "orbits_by_turn", "random_db", "random_error", "relative_error", "rmse_db", "shaft_angle", "sine_steps",
+    "speed_cascade", "stepped_harmonics", "with_quantity",
 ]  # fmt: skip

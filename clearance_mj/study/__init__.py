@@ -8,7 +8,8 @@ same record level with another seed gives the repeatability: how closely the rig
 from .case import Case
 from .files import study_summary, write_results
 from .identified import IdentifiedModel
-from .study import ENGINES, METHODS, N_MODES, RESOLUTION, Study
+from .laws import METHODS
+from .study import ENGINES, N_MODES, RESOLUTION, Study
 
 __all__ = [
     "ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Case", "IdentifiedModel", "Study", "study_summary", "write_results",

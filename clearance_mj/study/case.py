@@ -43,5 +43,5 @@ def require_comparable(dataset: Dataset) -> None:
     if not dataset.rig.bushings:
         raise RecordError(f"{dataset.path}: the rig has no bushings, so there is no clearance to study")
     for record in dataset.validate:
-        if record.level is None:
+        if record.level is None and record.excitation_kind != "spin":
             raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')

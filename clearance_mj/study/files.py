@@ -16,8 +16,10 @@ from ..periodic.summaries import of_branch, of_map
 from ..signals.frf import FRF
 from ..statistics.intervals import CONFIDENCE
 from ..version import __version__
+from .matrices import matrix_rows
 from .periodic import missed
 from .study import Study
+from .turning import Turning
 
 __all__ = ["study_summary", "write_results"]
 
@@ -90,7 +92,10 @@ def study_summary(study: Study) -> dict:
         ],
         "left_out": [{"method": name, "why": why} for name, why in study.left_out.items()],
         "modes_left_out": [
-            {"level": level, "why": why} for level, modes in study.level_modes.items() for why in modes.left_out
+            part.columns | {"level": level, "why": why}
+            for part in study.parts
+            for level, modes in part.level_modes.items()
+            for why in modes.left_out
         ],
         "best_law": study.best_law,
         "identified_from": [r.name for r in study.dataset.identify],
@@ -99,11 +104,23 @@ def study_summary(study: Study) -> dict:
         "confidence": CONFIDENCE,
         "seed_scatter": study.scatter_rows(),
         "statistics": [
-            {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
-            for c in study.cases
+            part.columns
+            | {"law": c.law, "engine": c.engine, "record": c.record.name, "level": c.record.level, **c.statistics}
+            for part in study.parts
+            for c in part.simulated()
         ],
         "periodic": _periodic(study),
-    }
+    } | _in_space(study)
+
+
+def _in_space(study: Study) -> dict:
+    """What a study in space has beside: FRF matrices, orbits and run-ups."""
+    if not study.dataset.rig.is_spatial:
+        return {}
+    turning = Turning(study)
+    return {
+        "frf_matrices": matrix_rows(study), "orbits": turning.orbit_rows(), "run_ups": turning.run_up_rows(),
+    }  # fmt: skip
 
 
 def _periodic(study: Study) -> dict:

@@ -27,7 +27,7 @@ from ..statistics.frf_bands import Band
 from .identified import IdentifiedModel
 from .periodic import PeriodicVibrations
 
-__all__ = ["CaseResult", "band", "case", "law", "periodic", "record_digest"]
+__all__ = ["CaseResult", "arrays", "band", "case", "law", "periodic", "record_digest"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,10 @@ class CaseResult:
 def record_digest(record: Record) -> str:
     """Return the digest of everything that a law or a case takes from a record."""
     response = record.response()
-    arrays = [a for a in (response.excitation, response.acceleration, response.displacement) if a is not None]
+    found = response.excitation, response.acceleration, response.displacement, response.spin
+    arrays = [a for a in found if a is not None]
     samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
-    facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.rig.content())
+    facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.tested_rig.content())
     return digest(*facts, *samples)
 
 
@@ -138,6 +139,22 @@ def periodic(
         return PeriodicVibrations(
             kept["law"], tuple(Branch(Model(rig, law), **values) for values in parts), found, kept["missing"]
         )
+
+    return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")
+
+
+def arrays(
+    cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], dict[str, np.ndarray]]
+) -> dict[str, np.ndarray]:
+    """Return named arrays from the cache, or compute them."""
+
+    def save(found: dict[str, np.ndarray], path: Path) -> None:
+        with path.open("wb") as file:
+            np.savez(file, **found)  # type: ignore[arg-type]
+
+    def load(path: Path) -> dict[str, np.ndarray]:
+        with np.load(path) as data:
+            return {key: data[key] for key in data}
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")
 

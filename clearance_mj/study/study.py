@@ -5,57 +5,55 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from ..clearance.law import Law
 from ..core.cache import ResultCache, code_outside
-from ..core.errors import RecordError
 from ..core.tasks import run_tasks
 from ..engines import get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
-from ..identify import get_method, require
-from ..identify.records.checks import IdentifiabilityWarning
+from ..identify.records.in_test import in_test
 from ..io.dataset import Dataset, Record
-from ..model import Model
 from ..signals.comparison import Comparison, compare, compare_modes
 from ..signals.frf import FRF, estimate_frf
 from ..signals.stepped_sines import SineSteps, sine_steps
 from ..statistics.contact import contact_statistics
-from ..statistics.frf_bands import Band, frf_band, paired_error
+from ..statistics.frf_bands import Band
 from . import stored
+from .bands import law_band, model_content, models_of
 from .case import Case, require_comparable
+from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
+from .laws import StudiedLaws
 from .level_modes import LevelModes
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
 from .rows import Summaries, agreement_rows, level_summaries, scatter_rows
+from .whirl_in_test import PlacedWhirl
 
-__all__ = ["ENGINES", "METHODS", "N_MODES", "RESOLUTION", "Study"]
+__all__ = ["ENGINES", "N_MODES", "RESOLUTION", "Study"]
 
 ENGINES = ("links", "modal")
-METHODS = ("nominal", "constant", "amplitude", "bench")
-"""tried where none are named: rig file alone, constants, a law with the rig taken for exact, rig and law"""
+"""of a rig in a plane; one in space is simulated by the last of them"""
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
-BAND_ENGINE = "modal"  # of FRF bands: the cheapest
 
 
 class Study:
     """Laws on engines, compared with the validation records of a dataset.
 
-    What is costly is computed when it is first asked for and kept in the cache.
+    What is costly is computed when it is first asked for and kept in the cache. Of a rig in space the records of each
+    direction and spin are a study of their own, one of `parts`, which share laws and results.
 
     Parameters
     ----------
     dataset : Dataset
         Rig and records.
     methods : sequence of str, optional
-        Ways to a law, see `identify.identify`; default: those of `METHODS` that the records allow.
-    engines : sequence of str
-        Engines to run.
+        Ways to a law, see `identify.identify`; default: those of `laws.METHODS` that the records allow.
+    engines : sequence of str, optional
+        Engines to run; default: `ENGINES`, of a rig in space "modal" alone.
     cache : ResultCache, optional
         Where results are kept for the next study; default: nowhere.
     workers : int, optional
@@ -73,47 +71,83 @@ class Study:
     """
 
     def __init__(
-        self, dataset: Dataset, methods: Sequence[str] | None = None, engines: Sequence[str] = ENGINES,
+        self, dataset: Dataset, methods: Sequence[str] | None = None, engines: Sequence[str] | None = None,
         cache: ResultCache | None = None, workers: int | None = None, progress: bool = False,
     ):  # fmt: skip
+        engines = engines or (ENGINES[-1:] if dataset.rig.is_spatial else ENGINES)
         for engine in engines:
             get_engine(engine)
-        for method in methods or ():
-            get_method(method)
         require_comparable(dataset)
-        for method in methods or ():
-            require(method, dataset)
         self.dataset, self.engines = dataset, tuple(engines)
-        self._named = None if methods is None else tuple(methods)
-        self.left_out: dict[str, str] = {}
-        """why methods that were not named are left out, by their names"""
-        for method in METHODS if methods is None else ():
-            self._try(method, functools.partial(get_method(method).require, dataset))
-        self.cache, self._workers, self._progress = cache, workers, progress
-        self._laws: dict[str, IdentifiedModel] = {}
+        self.found = StudiedLaws(dataset, methods, cache, progress)
+        """the laws"""
+        self.condition: Condition | None = None
+        """of a part of a study in space: direction and spin of its records"""
+        self._workers, self._progress = workers, progress
         self._tests: dict[str, FRF] = {}
         self._cases: dict[tuple[str, str, str], Case] = {}
+        self.motions: dict[tuple[str, str, str], PlacedWhirl] = {}
+        """of the shaft in records of its turning alone, by law, engine and record, as `Turning` finds them"""
 
-    def _try(self, method: str, find: Callable[[], object]) -> None:
-        """Leave a method out, and warn of it, where it cannot be had from the records."""
-        try:
-            find()
-        except RecordError as error:
-            self.left_out[method] = str(error)
-            words = f'method "{method}" is left out of the study: {error}'
-            warnings.warn(words, IdentifiabilityWarning, stacklevel=3)
+    @functools.cached_property
+    def parts(self) -> tuple[Study, ...]:
+        """Of a rig in space: a study of the records of each direction and spin; of another: the study itself."""
+        if not self.dataset.rig.is_spatial or self.condition is not None:
+            return (self,)
+        return tuple(self._part(*found) for found in conditions_of(self.driven).items())
+
+    def _part(self, condition: Condition, records: tuple[Record, ...]) -> Study:
+        """The same study of some of the validation records; results are shared."""
+        part = Study.__new__(Study)
+        shared = ("engines", "found", "_workers", "_progress", "_tests", "_cases")
+        part.__dict__ |= {name: self.__dict__[name] for name in shared}
+        others = tuple(r for r in self.dataset.records if r.role != "validate")
+        part.dataset, part.condition = dataclasses.replace(self.dataset, records=(*others, *records)), condition
+        return part
+
+    @property
+    def main_part(self) -> Study:
+        """The part that is shown first: the one of most records."""
+        return max(self.parts, key=lambda part: len(part.dataset.validate), default=self)
+
+    @property
+    def columns(self) -> dict[str, str | float]:
+        """What tells a part's rows from those of others; nothing of a rig in a plane."""
+        return self.condition.columns if self.condition else {}
+
+    @property
+    def suffix(self) -> str:
+        """What names of a part's figures end with; "" of a rig in a plane."""
+        return self.condition.suffix if self.condition else ""
+
+    @property
+    def driven(self) -> tuple[Record, ...]:
+        """Validation records with an excitation, of which there are FRFs."""
+        return tuple(r for r in self.dataset.validate if r.excitation_kind != "spin")
+
+    @property
+    def turned(self) -> tuple[Record, ...]:
+        """Validation records of a shaft's turning alone, of which there are orbits."""
+        return tuple(r for r in self.dataset.validate if r.excitation_kind == "spin")
+
+    @property
+    def cache(self) -> ResultCache | None:
+        """Where results are kept for the next study; None: nowhere."""
+        return self.found.cache
+
+    @cache.setter
+    def cache(self, cache: ResultCache | None) -> None:
+        self.found.cache = cache
 
     @functools.cached_property
     def methods(self) -> tuple[str, ...]:
-        """Names of the methods in the study: those that were named, or those of `METHODS` that give a law."""
-        if self._named is not None:
-            return self._named
-        for method in METHODS:
-            if method not in self.left_out:
-                self._try(method, functools.partial(self.law, method))
-        return tuple(method for method in METHODS if method not in self.left_out)
+        """Names of the methods in the study."""
+        return self.found.methods
 
-    # What is computed.
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Why methods that were not named are left out, by their names."""
+        return self.found.left_out
 
     def law(self, name: str) -> IdentifiedModel:
         """Return a law by the name of its method, identified if it was not yet.
@@ -123,20 +157,7 @@ class Study:
         name : str
             The method.
         """
-        if name not in self._laws:
-            method = get_method(name)
-            inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
-            inputs += code_outside(method.find)
-
-            def compute() -> IdentifiedModel:
-                with warnings.catch_warnings():  # all are raised below, those of stored results too
-                    warnings.simplefilter("ignore", IdentifiabilityWarning)
-                    return IdentifiedModel.of(name, method.find(self.dataset, self._progress))
-
-            found = self._laws[name] = stored.law(self.cache, name, inputs, self.dataset.rig, compute)
-            for text in found.warnings:
-                warnings.warn(text, IdentifiabilityWarning, stacklevel=2)
-        return self._laws[name]
+        return self.found.law(name)
 
     @property
     def laws(self) -> tuple[IdentifiedModel, ...]:
@@ -158,7 +179,7 @@ class Study:
     @property
     def tests(self) -> dict[str, FRF]:
         """Measured FRFs by the record's name."""
-        return {record.name: self.test(record) for record in self.dataset.validate}
+        return {record.name: self.test(record) for record in self.driven}
 
     @functools.cached_property
     def level_modes(self) -> dict[float, LevelModes]:
@@ -189,7 +210,7 @@ class Study:
         """
         wanted = list(itertools.product(
             self.methods if laws is None else laws, self.engines if engines is None else engines,
-            self.dataset.validate if records is None else records,
+            self.driven if records is None else records,
         ))  # fmt: skip
         keys = [(law, engine, record.name) for law, engine, record in wanted]
         missing = [i for i, key in enumerate(keys) if key not in self._cases]
@@ -204,11 +225,12 @@ class Study:
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """Every law on every engine against every validation record."""
-        return self.simulated()
+        """Every law on every engine against every validation record with an excitation."""
+        return tuple(case for part in self.parts for case in part.simulated())
 
     def _case(self, name: str, engine: str, record: Record) -> Case:
-        model, test = self._laws[name].model, self._tests[record.name]
+        test = self._tests[record.name]
+        model = in_test(self.law(name).model, record.tested_rig, record.turning())
 
         def compute() -> stored.CaseResult:
             response = simulate(model, record.excitation(), None, engine)
@@ -219,9 +241,9 @@ class Study:
 
         engine_used = get_engine(engine)
         settings = dataclasses.asdict(engine_used)
-        inputs = [*_content(model), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
+        inputs = [*model_content(model), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
         inputs += [self.level_modes[record.level or 0.0].of_record[record.name].frequency.tolist()]
-        inputs += code_outside(engine_used, *_models(model.law))
+        inputs += code_outside(engine_used, *models_of(model.law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return Case(name, engine, record, found.frf, found.comparison, found.statistics)
 
@@ -237,30 +259,15 @@ class Study:
         found = {}
         for law in self.laws:
             if law.drawn:
-                found[law.name] = self._band(law)
+                found[law.name] = law_band(law, self.main_record, RESOLUTION, self.cache)
         return found
-
-    def _band(self, law: IdentifiedModel) -> tuple[Band, np.ndarray]:
-        record = self.main_record
-
-        def compute() -> tuple[Band, np.ndarray]:
-            excitation = record.excitation()
-            band = frf_band(law.model, excitation, law.drawn, resolution=RESOLUTION, misfit=law.misfit)
-            response = law.model.simulate(excitation, BAND_ENGINE)
-            return band, paired_error(record.response(), response, RESOLUTION)
-
-        inputs = [
-            [_content(model) for model in (law.model, *law.drawn)],
-            law.to_dict()["misfit"],
-            RESOLUTION,
-            stored.record_digest(record),
-            *code_outside(*_models(law.law)),
-        ]
-        return stored.band(self.cache, f"band_{law.name}", inputs, compute)
 
     @functools.cached_property
     def periodic(self) -> PeriodicVibrations:
         """What the best law that has periodic vibrations does under sines of the study's levels, and beyond them."""
+        if self.dataset.rig.is_spatial:
+            why = "clearance-mj response and clearance-mj orbits follow those of a rig in space"
+            return PeriodicVibrations("", (), None, why)
         names = sorted(self.methods, key=lambda name: name == self.best_law)
         name = next((name for name in reversed(names) if has_periodic_vibrations(self.law(name).law)), None)
         if name is None:
@@ -273,7 +280,8 @@ class Study:
             kind = record.excitation_kind
             return periodic_vibrations(name, model, self.levels, band, kind, self._workers, self._progress)
 
-        inputs = [*_content(model), self.levels, band, record.excitation_kind, *code_outside(*_models(model.law))]
+        inputs = [*model_content(model), self.levels, band, record.excitation_kind]
+        inputs += code_outside(*models_of(model.law))
         return stored.periodic(self.cache, f"periodic_{name}", inputs, model.rig, model.law, compute)
 
     @functools.cached_property
@@ -281,12 +289,10 @@ class Study:
         """By record under a stepped sine: frequencies and amplitudes of its steps."""
         return {record.name: sine_steps(record.response()) for record in self.dataset.sines}
 
-    # What it says.
-
     @property
     def levels(self) -> list[float]:
         """Levels of the validation records, rising."""
-        return sorted({r.level for r in self.dataset.validate if r.level is not None})
+        return sorted({r.level for r in self.driven if r.level is not None})
 
     @property
     def main_level(self) -> float:
@@ -320,7 +326,7 @@ class Study:
     @property
     def unit(self) -> str:
         """Unit of the levels: m/s² for a shaken base, N for a force."""
-        return "N" if self.dataset.validate[0].excitation_kind == "force" else "m/s²"
+        return "N" if any(r.excitation_kind == "force" for r in self.driven[:1]) else "m/s²"
 
     @property
     def is_synthetic(self) -> bool:
@@ -335,7 +341,7 @@ class Study:
         level : float
             m/s², or N.
         """
-        return [r for r in self.dataset.validate if r.level == level]
+        return [r for r in self.driven if r.level == level]
 
     def case(self, law: str, engine: str, level: float) -> Case:
         """Return the first case of a law, an engine and a level.
@@ -372,7 +378,7 @@ class Study:
         Errors and criteria have the limits of their 95 % interval beside them (``rmse_db_low``, ``rmse_db_high``),
         see `intervals.over_seeds` and, for the repeatability, `intervals.on_power_law`.
         """
-        return self._rows
+        return [part.columns | row for part in self.parts for row in part._rows]
 
     @functools.cached_property
     def _rows(self) -> list[dict]:
@@ -381,17 +387,11 @@ class Study:
 
     def scatter_rows(self) -> list[dict]:
         """What the intervals rest on: a row per law, engine and measure, with Cochran's test of equal scatter."""
-        return scatter_rows({key: self._summaries(*key) for key in self.combinations})
+        return [
+            part.columns | row
+            for part in self.parts
+            for row in scatter_rows({key: part._summaries(*key) for key in self.combinations})
+        ]
 
     def _summaries(self, law: str, engine: str) -> Summaries:
         return {level: level_summaries(found) for level, found in self.of_law(law, engine).items()}
-
-
-def _content(model: Model) -> list[object]:
-    """What results of a model depend on; plain data."""
-    return [model.rig.content(), model.law.to_dict()]
-
-
-def _models(law: Law) -> list[object]:
-    """Contact and grease models of a law."""
-    return [*getattr(law, "contact", ()), *(law.grease or ())]

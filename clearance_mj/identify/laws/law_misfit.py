@@ -25,6 +25,7 @@ from ...model import Model
 from ...signals.frf import estimate_frf
 from ...signals.frf_error import random_error
 from ...signals.response import Response
+from ..records.in_test import in_test
 from ..records.prepared import PreparedRecord
 from .output_error import CREST, DB, PIECE, RESOLUTION
 
@@ -205,7 +206,7 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     """
     excitations = [record.excitation() for record in records]
     numbers, title = range(len(records)), "misfit" if progress else ""
-    tested = [in_test(model, record) for record in records]
+    tested = [in_test(model, record.tested, record.turning) for record in records]
     tasks = run_tasks(lambda i: simulate(tested[i], excitations[i], engine="modal"), numbers, progress=title)
     simulated = dict(tasks)
     pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
@@ -216,20 +217,6 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     unit = "N" if records[0].kind == "force" else "m/s²"
     stretches.sort(key=lambda s: s.level)
     return LawMisfit(tuple(model.rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
-
-
-def in_test(model: Model, record: PreparedRecord) -> Model:
-    """Return a model driven along the direction of a record, and turning as its shaft did."""
-    rig, tested = model.rig, record.tested
-    if not rig.is_spatial:
-        return model
-    shaker = dataclasses.replace(rig.shaker, direction=tested.shaker.direction)
-    spin = tested.spin
-    if spin is not None and record.turning is not None:
-        speed = spin.speed if spin.rate else record.turning.mean_speed
-        spin = dataclasses.replace(spin, speed=speed, angle=float(record.turning.angle[0]))
-    unbalances = rig.unbalances if spin else ()
-    return dataclasses.replace(model, rig=rig.replace(shaker=shaker, spin=spin, unbalances=unbalances))
 
 
 def _is_of_hits(response: Response) -> bool:

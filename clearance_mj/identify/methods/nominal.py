@@ -7,6 +7,6 @@ from ...model import Model
 from ..registry import Identified, register
 
 
-@register("nominal", "the rig file only: datasheet contact, fresh grease as a linear spring and damper")
+@register("nominal", "the rig file only: datasheet contact, fresh grease as a linear spring and damper", in_space=True)
 def _find(dataset: Dataset, progress: bool = False) -> Identified:
     return Identified(model=Model(dataset.rig))

@@ -16,7 +16,7 @@ from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
 from ...signals.keyphasor import ShaftTurning
 from ...signals.response import Response
-from .run_out import TURNS, without_run_out
+from .run_out import SLOW, TURNS, run_out, run_out_at
 
 __all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepare_turning", "prepared"]
 
@@ -176,3 +176,35 @@ def prepare_turning(dataset: Dataset) -> tuple[PreparedRecord, ...]:
     found = without_run_out([prepared(record) for record in dataset.identify])
     channels = max((len(record.channels) for record in found), default=0)
     return tuple(r for r in found if r.turning is not None and len(r.channels) == channels)
+
+
+def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, ...]:
+    """Return records whose probes no longer show the run-out that a slow record shows, if there is one.
+
+    Parameters
+    ----------
+    records : sequence of PreparedRecord
+        Of one rig; those that turn are changed.
+    """
+    turned = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
+    speeds = [abs(r.turning.mean_speed) for r in turned if r.turning]
+    slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
+    if not slow:
+        return tuple(records)
+    assert slow[0].turning is not None and slow[0].displacement is not None
+    found = run_out(slow[0].turning.angle, slow[0].displacement)
+    return tuple(_less(record, found) for record in records)
+
+
+def _steady(record: PreparedRecord) -> bool:
+    spin = record.tested.spin
+    return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
+
+
+def _less(record: PreparedRecord, found: np.ndarray) -> PreparedRecord:
+    if record.turning is None or record.displacement is None:
+        return record
+    signals = record.signals.copy()
+    at = slice(-1 - found.shape[1], -1)
+    signals[:, at] -= run_out_at(record.turning.angle, found).T
+    return dataclasses.replace(record, signals=signals)

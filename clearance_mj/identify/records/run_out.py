@@ -7,63 +7,39 @@ Standard 670; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 20
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from .prepared import PreparedRecord
-
-__all__ = ["TURNS", "run_out", "without_run_out"]
+__all__ = ["SLOW", "TURNS", "run_out", "run_out_at"]
 
 TURNS = 4  # multiples of the spin that unbalance and run-out excite
 SLOW = 0.35  # of the fastest record's spin: so slow is a turning in which unbalance moves nothing
 
 
-def run_out(slow: PreparedRecord) -> np.ndarray:
+def run_out(angle: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     """Return the run-out (2 TURNS, n_probes) of each probe per cos kθ and sin kθ of the shaft's angle θ, m.
 
     Parameters
     ----------
-    slow : PreparedRecord
-        Whose shaft turns slowly, with probes.
+    angle : ndarray, shape (n_t,)
+        rad, of a shaft that turns slowly.
+    displacement : ndarray, shape (n_probes, n_t)
+        What the probes show, m.
     """
-    assert slow.turning is not None and slow.displacement is not None
-    rows = np.column_stack((_multiples(slow.turning.angle), np.ones(len(slow.signals))))
-    return np.asarray(np.linalg.lstsq(rows, slow.displacement.T, rcond=None)[0][:-1])
+    rows = np.column_stack((_multiples(angle), np.ones(angle.size)))
+    return np.asarray(np.linalg.lstsq(rows, displacement.T, rcond=None)[0][:-1])
 
 
-def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, ...]:
-    """Return records whose probes no longer show the run-out that a slow record shows, if there is one.
+def run_out_at(angle: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Return what a run-out shows at angles of the shaft, (n_probes, n_t), m.
 
     Parameters
     ----------
-    records : sequence of PreparedRecord
-        Of one rig; those that turn are changed.
+    angle : ndarray, shape (n_t,)
+        rad.
+    found : ndarray, shape (2 TURNS, n_probes)
+        As `run_out` returns.
     """
-    turned = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
-    speeds = [abs(r.turning.mean_speed) for r in turned if r.turning]
-    slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
-    if not slow:
-        return tuple(records)
-    found = run_out(slow[0])
-    return tuple(_less(record, found) for record in records)
-
-
-def _steady(record: PreparedRecord) -> bool:
-    spin = record.tested.spin
-    return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
-
-
-def _less(record: PreparedRecord, found: np.ndarray) -> PreparedRecord:
-    if record.turning is None or record.displacement is None:
-        return record
-    signals = record.signals.copy()
-    at = slice(-1 - found.shape[1], -1)
-    signals[:, at] -= _multiples(record.turning.angle) @ found
-    return dataclasses.replace(record, signals=signals)
+    return np.asarray((_multiples(angle) @ found).T)
 
 
 def _multiples(angle: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ def correlation(study: Study, level: float) -> Drawing:
         frequency_axis(ax, _band(study, level), field == "csf")
     caption = f"CSAC and CSF as published, over all sensors at each line. {looks.words(level)}"
     alt = f"CSAC and CSF over all sensors against frequency, laws {looks.laws}, {looks.level_words(level)}."
-    return Drawing(f"correlation_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
+    return Drawing(looks.name("correlation", level), figure, caption, alt, level == study.main_level, chart=True)
 
 
 def csac_sensors(study: Study, level: float) -> Drawing:
@@ -61,7 +61,7 @@ def _per_sensor(study: Study, level: float, name: str) -> Drawing:
         f"{study.records(level)[0].name}."
     )
     alt = f"{label} over frequency for each of {n} sensors, laws {looks.laws}, {looks.level_words(level)}."
-    return Drawing(f"{name}_sensors_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
+    return Drawing(looks.name(f"{name}_sensors", level), figure, caption, alt, level == study.main_level, chart=True)
 
 
 def _band(study: Study, level: float) -> tuple[float, float]:

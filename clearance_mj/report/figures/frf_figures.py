@@ -58,7 +58,8 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
     figure.align_ylabels(axes[:, 0])
     caption = f"FRFs at the bushings: magnitude, phase, and {CUT} {panels.looks.words(level)}"
     alt = f"FRF overlay at the bushings: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
-    return Drawing(f"frf_bushings_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
+    name = panels.looks.name("frf_bushings", level)
+    return Drawing(name, figure, caption, alt, level == study.main_level, chart=True)
 
 
 def frf_others(study: Study, level: float) -> Drawing | None:
@@ -86,7 +87,7 @@ def frf_others(study: Study, level: float) -> Drawing | None:
         figure.align_ylabels((magnitude, coherence))
     caption = f"FRFs at the other sensors: magnitude; strips: {CUT} {panels.looks.words(level)}"
     alt = f"FRF overlay at the other sensors: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
-    return Drawing(f"frf_others_level_{level:g}", figure, caption, alt, level == study.main_level, chart=True)
+    return Drawing(panels.looks.name("frf_others", level), figure, caption, alt, level == study.main_level, chart=True)
 
 
 class _Panels:
@@ -156,4 +157,4 @@ def study_waterfall(study: Study) -> Drawing:
         "shift and flatten where the shaft begins to touch its bushings."
     )
     alt = f"FRF magnitudes of the {of} and law {law} at {len(study.levels)} levels, one above the other."
-    return Drawing("waterfall", figure, caption, alt, chart=True)
+    return Drawing(f"waterfall{study.suffix}", figure, caption, alt, chart=True)

@@ -59,7 +59,12 @@ class Looks:
 
     def level_words(self, level: float) -> str:
         """Return a level in words."""
-        return f"{level:g} {self.study.unit} RMS, {self.test}"
+        along = f" {self.study.condition.words}" if self.study.condition else ""
+        return f"{level:g} {self.study.unit} RMS{along}, {self.test}"
+
+    def name(self, kind: str, level: float) -> str:
+        """Return the name of a figure of a level."""
+        return f"{kind}_level_{level:g}{self.study.suffix}"
 
     def words(self, level: float) -> str:
         """Return what is drawn of a level, in words."""

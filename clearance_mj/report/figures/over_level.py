@@ -38,7 +38,7 @@ def agreement(study: Study) -> Drawing:
         f"The repeatability compares two records of the rig at one level with different seeds.{looks.engine_words}"
     )
     alt = f"Seven measures over level for laws {looks.laws} and the repeatability."
-    return Drawing("verdict", figure, caption, alt)
+    return Drawing(f"verdict{study.suffix}", figure, caption, alt)
 
 
 def _agreement_lines(ax: Axes, looks: Looks, measure: Measure) -> None:
@@ -93,7 +93,7 @@ def modes(study: Study) -> Drawing:
         f"breaks where a mode was not found.{looks.engine_words}"
     )
     alt = f"Natural frequency and damping of {len(numbers)} modes over level, test and laws {looks.laws}."
-    return Drawing("modes", figure, caption, alt)
+    return Drawing(f"modes{study.suffix}", figure, caption, alt)
 
 
 def contact(study: Study) -> Drawing:
@@ -120,7 +120,7 @@ def contact(study: Study) -> Drawing:
         f"{looks.engine_words}"
     )
     alt = f"RMS displacement over gap, time in contact and peak force over level, laws {looks.laws}."
-    return Drawing("contact", figure, caption, alt)
+    return Drawing(f"contact{study.suffix}", figure, caption, alt)
 
 
 def _law_lines(ax: Axes, looks: Looks, rows: pd.DataFrame, name: str, factor: float = 1.0) -> None:

@@ -12,6 +12,7 @@ from ..html import render
 from ..tables import REPEAT, Column, Table
 from ..writer import ReportWriter
 from . import section
+from .parts import by_part
 
 FAMILIES = (
     "Families of contact and grease that were compared. Weight: probability of the family among them, with which they "
@@ -38,12 +39,14 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         "weight": Column("Weight", "", ".3f"), "misfit": Column("Misfit", "", ".2f"),
         "held_out": Column("of what no fit saw", "", ".2f"),
     })  # fmt: skip
-    return render(
-        "bushings.html.j2", parameters=shown, families=compared,
-        bands=[writer.figure(drawing) for drawing in figures.study_bands(study)],
-        contact=writer.figure(figures.contact(study)), contact_table=contact_table(study),
-        modes=writer.figure(figures.modes(study)),
-    )  # fmt: skip
+    bands = [writer.figure(drawing) for drawing in figures.study_bands(study.main_part)]
+
+    def motion(part: Study) -> str:
+        contact, over_level = (writer.figure(draw(part)) for draw in (figures.contact, figures.modes))
+        return render("motion.html.j2", contact=contact, contact_table=contact_table(part), modes=over_level)
+
+    found = render("bushings.html.j2", parameters=shown, families=compared, bands=bands)
+    return found + by_part(study, motion)
 
 
 def contact_table(study: Study) -> Table:

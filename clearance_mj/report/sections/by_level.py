@@ -10,6 +10,7 @@ from ..html import heading, render
 from ..style import Drawing
 from ..writer import ReportWriter
 from . import section
+from .parts import by_part
 
 Draw = Callable[[Study, float], Drawing | None]
 
@@ -17,15 +18,19 @@ Draw = Callable[[Study, float], Drawing | None]
 @section("frf", "Frequency response functions", 30)
 def frf(study: Study, writer: ReportWriter) -> str:
     """Return FRFs over level, and those of each level."""
-    over_level = heading("waterfall", "Over level") + writer.figure(figures.study_waterfall(study))
-    return over_level + _levels(study, writer, "frf", (figures.frf_bushings, figures.frf_others))
+
+    def write(part: Study) -> str:
+        over_level = heading("waterfall", "Over level") + writer.figure(figures.study_waterfall(part))
+        return over_level + _levels(part, writer, "frf", (figures.frf_bushings, figures.frf_others))
+
+    return by_part(study, write)
 
 
 @section("correlation", "Agreement over frequency", 40)
 def correlation(study: Study, writer: ReportWriter) -> str:
     """Return CSAC and CSF of each level."""
     draw = (figures.correlation, figures.csac_sensors, figures.csf_sensors)
-    return _levels(study, writer, "correlation", draw)
+    return by_part(study, lambda part: _levels(part, writer, "correlation", draw))
 
 
 def _levels(study: Study, writer: ReportWriter, kind: str, draw: Sequence[Draw]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...study import Study
+from ...study import RESOLUTION, Study
 from ..html import render
 from ..writer import ReportWriter
 from . import section
@@ -11,5 +11,4 @@ from . import section
 @section("definitions", "Definitions", 70)
 def definitions(study: Study, writer: ReportWriter) -> str:
     """Return the definitions."""
-    frequency = study.test(study.main_record).frequency
-    return render("definitions.html.j2", resolution=f"{frequency[1] - frequency[0]:g}")
+    return render("definitions.html.j2", resolution=f"{RESOLUTION:g}", in_space=study.dataset.rig.is_spatial)

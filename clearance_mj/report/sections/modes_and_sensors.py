@@ -12,6 +12,7 @@ from ..html import render
 from ..tables import MEASURES, REPEAT, Column, Measure, Table
 from ..writer import ReportWriter
 from . import section
+from .parts import by_part
 
 
 @section("tables", "Modes and sensors", 50)
@@ -22,6 +23,10 @@ def modes_and_sensors(study: Study, writer: ReportWriter) -> str:
     writer.csv("sensor_means", frames.sensor_means(study))
     writer.csv("seeds", frames.seeds(study))
     writer.csv("improvements", frames.improvements(study))
+    return by_part(study, _tables)
+
+
+def _tables(study: Study) -> str:
     shown = dict.fromkeys((study.main_level, study.levels[0]))
     return render(
         "modes_and_sensors.html.j2", study=study,
@@ -108,7 +113,7 @@ def sensor_tables(study: Study, level: float) -> list[Table]:
 def _sensor_table(study: Study, level: float, measure: Measure, rows: dict[tuple, dict]) -> Table:
     shown = _shown(study, level)
     columns = (Column("Sensor"), *(Column(law, "", measure.form) for law, _ in shown))
-    nodes = (*(str(s.node) for s in study.dataset.rig.sensors), "mean")
+    nodes = (*frames.sensor_names(study), "mean")
     body = tuple((node, *(interval(rows[*on, node], measure.key) for on in shown)) for node in nodes)
     unit = f" ({measure.unit})" if measure.unit else ""
     return Table(f"{measure.key}_level_{level:g}", measure.label + unit, columns, body)

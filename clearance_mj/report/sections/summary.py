@@ -15,6 +15,7 @@ from ..html import render
 from ..tables import OVERALL, REPEAT, Column, Table
 from ..writer import ReportWriter
 from . import section
+from .parts import by_part
 
 
 @section("summary", "Summary", 20)
@@ -22,6 +23,10 @@ def summary(study: Study, writer: ReportWriter) -> str:
     """Return the summary; writes verdict.csv and seed_scatter.csv."""
     writer.csv("verdict", study.rows())
     writer.csv("seed_scatter", study.scatter_rows())
+    return by_part(study, lambda part: _summary(part, writer))
+
+
+def _summary(study: Study, writer: ReportWriter) -> str:
     tested = [r for r in study.scatter_rows() if np.isfinite(r["cochran_limit"])]
     others = [engine for engine in study.engines if engine != study.main_engine]
     return render(

@@ -74,7 +74,7 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
     seeds = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 40).tolist())
     first, second, other = (Spin(share * bench.top_speed) for share in levels.spins)
     slow = levels.slow_roll * bench.top_speed
-    taken = [_turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
+    taken = [turning("slow_roll", "identify", max(8 * time, TURNS * 2 * math.pi / slow), Spin(slow))]
     for name, axis, spin, seconds in (
         ("ramp_y", "Y", first, 24),
         ("ramp_z", "Z", first, 24),
@@ -83,25 +83,26 @@ def plans(bench: Bench, short: bool = False) -> list[Plan]:
         start, end = levels.ramp
         shake = excitation.level_ramp(seconds * time, FS, BAND, start, end, next(seeds))
         words = f"random 5-220 Hz, level rising from {start:g} to {end:g} m/s² RMS"
-        taken.append(_driven(name, "identify", shake, words, spin, axis))
+        taken.append(driven(name, "identify", shake, words, spin, axis))
     taken += [_hammer(axis, levels.peaks, max(10 * time, TURNS * 2 * math.pi / first.speed), first) for axis in "YZ"]
-    taken.append(_run_up("run_up", "identify", 20 * time, bench.top_speed))
-    taken += _orbits("orbit", "orbit", levels.orbits[0], 6 * time, bench.top_speed)
+    taken.append(run_up("run_up", "identify", 20 * time, bench.top_speed))
+    taken += orbits("orbit", "orbit", levels.orbits[0], 6 * time, bench.top_speed)
     for level in levels.validate[1:2] if short else levels.validate:
         for axis in "YZ":
             for letter in "ab":
                 shake = excitation.random(16 * time, FS, BAND, rms=level, seed=next(seeds))
                 name = f"level_{level:g}_{axis.lower()}_{letter}"
-                taken.append(_driven(name, "validate", shake, "stationary random 5-220 Hz", other, axis, level))
+                taken.append(driven(name, "validate", shake, "stationary random 5-220 Hz", other, axis, level))
     for letter in "ab":
-        taken += _orbits(f"unseen_{letter}", "validate", levels.orbits[1], 4 * time, bench.top_speed)
-        taken.append(_run_up(f"run_up_{letter}", "validate", 12 * time, bench.top_speed))
+        taken += orbits(f"unseen_{letter}", "validate", levels.orbits[1], 4 * time, bench.top_speed)
+        taken.append(run_up(f"run_up_{letter}", "validate", 12 * time, bench.top_speed))
     return taken
 
 
-def _driven(
+def driven(
     name: str, role: Role, what: Excitation, words: str, spin: Spin, axis: str, level: float | None = None
 ) -> Plan:
+    """A record under an excitation along an axis, of a shaft at one speed."""
     text = f"{words} along {axis.lower()}, at {_rpm(spin.speed)}"
     kind: Kind = "force" if what.kind == "force" else "base"
     return Plan(name, role, kind, what.value.size, text, spin, what, axis, level)
@@ -111,24 +112,26 @@ def _hammer(axis: str, peaks: tuple[float, ...], seconds: float, spin: Spin) -> 
     times = tuple((0.02 + i / len(peaks)) * seconds for i in range(len(peaks)))
     hits = excitation.hammer(seconds, FS, peak=peaks, width=0.004, times=times, kind="force")
     words = f"half-sine pulses of 4 ms and {', '.join(f'{p:g}' for p in peaks)} N"
-    return _driven(f"hammer_{axis.lower()}", "identify", hits, words, spin, axis)
+    return driven(f"hammer_{axis.lower()}", "identify", hits, words, spin, axis)
 
 
-def _turning(name: str, role: Role, seconds: float, spin: Spin, accelerometers: bool = True) -> Plan:
+def turning(name: str, role: Role, seconds: float, spin: Spin, accelerometers: bool = True) -> Plan:
+    """A record of turning alone."""
     words = f"turns at {_rpm(spin.speed)}" + (f" to {_rpm(spin.until)}" if spin.until is not None else "")
     return Plan(name, role, "spin", round(seconds * FS), words, spin, accelerometers=accelerometers)
 
 
-def _run_up(name: str, role: Role, seconds: float, top: float) -> Plan:
+def run_up(name: str, role: Role, seconds: float, top: float, accelerometers: bool = True) -> Plan:
     """From a tenth of the top speed to eight, the last twentieth of the time at that speed."""
     low, high = 0.1 * top, 0.8 * top
-    return _turning(name, role, seconds, Spin(low, (high - low) / (0.95 * seconds), high))
+    return turning(name, role, seconds, Spin(low, (high - low) / (0.95 * seconds), high), accelerometers)
 
 
-def _orbits(name: str, role: Role, shares: tuple[float, ...], seconds: float, top: float) -> Iterator[Plan]:
+def orbits(name: str, role: Role, shares: tuple[float, ...], seconds: float, top: float) -> Iterator[Plan]:
+    """Records of turning alone at shares of the top speed, of probes and keyphasor."""
     for share in shares:
         longer = max(seconds, TURNS * 2 * math.pi / (share * top))
-        yield _turning(f"{name}_{_rpm(share * top).split()[0]}", role, longer, Spin(share * top), False)
+        yield turning(f"{name}_{_rpm(share * top).split()[0]}", role, longer, Spin(share * top), False)
 
 
 def _rpm(speed: float) -> str:

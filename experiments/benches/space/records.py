@@ -178,15 +178,22 @@ def write_bench(
     bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "orbit", "validate")
 ) -> None:
     """Simulate the records of a bench that have one of the roles, and write dataset and truth."""
+    taken = list(enumerate(plans(bench, short)))
+    write_records(bench, folder, [(i, plan) for i, plan in taken if plan.role in roles])
+    (Path(folder) / "truth.toml").write_text(tomli_w.dumps(bench.truth()), encoding="utf-8")
+
+
+def write_records(
+    bench: Bench, folder: str | Path, taken: Sequence[tuple[int, Plan]], command: str = ""
+) -> None:  # fmt: skip
+    """Simulate records of a bench, each with the number that its noise is drawn from, and write the dataset."""
     records = []
-    for i, plan in enumerate(plans(bench, short)):
-        if plan.role not in roles:
-            continue
+    for i, plan in taken:
         channels = measure_channels(bench, plan, np.random.default_rng((bench.seed, STREAM, i)))
         provenance = {
             "source": f"synthetic: virtual bench {bench.name}, not measured",
             "noise": f"white, {NOISE:.0%} RMS of each channel",
-        }
+        } | ({"command": command} if command else {})  # fmt: skip
         band = None if plan.excitation is None else plan.excitation.band
         direction = None if plan.excitation is None else plan.direction
         records.append(
@@ -196,4 +203,3 @@ def write_bench(
             )
         )  # fmt: skip
     write_dataset(folder, bench.rig, records)
-    (Path(folder) / "truth.toml").write_text(tomli_w.dumps(bench.truth()), encoding="utf-8")

@@ -1,0 +1,37 @@
+"""Models as they were tested: driven along the direction of a record, and turning as its shaft did."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from ...model import Model
+from ...rig import Rig
+from ...signals.keyphasor import ShaftTurning
+
+__all__ = ["in_test"]
+
+
+def in_test(model: Model, tested: Rig, turning: ShaftTurning | None) -> Model:
+    """Return a model driven as the rig was in a test, and turning as its shaft did.
+
+    Parameters
+    ----------
+    model : Model
+        Rig and law; one that moves in a plane stays as it is.
+    tested : Rig
+        As it was driven, `Record.tested_rig`.
+    turning : ShaftTurning or None
+        What the keyphasor shows, `Record.turning`; None of a shaft that did not turn.
+    """
+    rig = model.rig
+    if not rig.is_spatial:
+        return model
+    shaker = dataclasses.replace(rig.shaker, direction=tested.shaker.direction)
+    spin = tested.spin
+    if spin is not None and turning is not None:
+        # Before the first mark the keyphasor tells the angle of a steady shaft alone.
+        speed = spin.speed if spin.rate else turning.mean_speed
+        turned = dataclasses.replace(spin, speed=speed, angle=0.0).angle_at(turning.marks[:1])
+        spin = dataclasses.replace(spin, speed=speed, angle=-float(turned[0]))
+    unbalances = rig.unbalances if spin else ()
+    return dataclasses.replace(model, rig=rig.replace(shaker=shaker, spin=spin, unbalances=unbalances))

@@ -1,0 +1,146 @@
+"""FRF matrices of a rig in space, and its directional FRFs: test and laws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from ...rig import Rig
+from ...signals.frf import FRF
+from ...study import Study
+from ...study.matrices import FRFMatrices
+from ..style import (
+    COLOURS,
+    REPEAT,
+    TEST,
+    Drawing,
+    decibel,
+    finite,
+    frequency_axis,
+    letters,
+    sheet,
+    tidy,
+)
+from .looks import Looks
+
+__all__ = ["directional", "frf_matrix"]
+
+MOST_NODES = 4
+AXES = "YZ"
+
+
+def frf_matrix(study: Study, found: FRFMatrices) -> list[Drawing]:
+    """Draw the magnitude of every FRF of a matrix: a figure for each node, rows along y and z, columns to y and z."""
+    looks, frfs = Looks(study), _frfs(study, found)
+    references = [next(r for r in found.test.references if r.endswith(axis)) for axis in AXES]
+    drawn = []
+    for node in _nodes(study.dataset.rig, found.test):
+        of_node = [label for label in found.test.responses if label.split(":")[0] == node]
+        rows = [next(label for label in of_node if label.endswith(axis)) for axis in AXES]
+        figure = sheet(1.75 * len(rows), _key(study, found))
+        axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
+        for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
+            seen = []
+            for frf, look in frfs.values():
+                i, j = frf.responses.index(rows[row]), frf.references.index(references[column])
+                seen.append(decibel(frf.value[i, j]))
+                ax.plot(frf.frequency, seen[-1], **look)
+            lowest = min(np.percentile(finite(each), 0.5) for each in seen)
+            ax.set_ylim(lowest - 2, max(finite(each).max() for each in seen) + 2)
+            title = f"{letter} along {rows[row][-1].lower()}, to {found.kind} along {AXES[column].lower()}"
+            tidy(ax, title, f"|H| ({looks.magnitude})" if column == 0 else "")
+            frequency_axis(ax, (found.test.frequency[0], found.test.frequency[-1]), row == len(rows) - 1)
+        words = _words(study, found)
+        caption = f"FRF matrix of node {node} at {words}: what couples y and z is beside the diagonal."
+        alt = f"Magnitudes of {axes.size} FRFs of node {node}: test and laws {looks.laws}."
+        first = node == _first(study, found)
+        drawn.append(Drawing(f"frf_matrix_{node}{_end(found)}", figure, caption, alt, first, chart=True))
+    return drawn
+
+
+def directional(study: Study, found: FRFMatrices) -> Drawing:
+    """Draw normal and reverse directional FRFs of the nodes, backward on the left and forward on the right."""
+    looks, frfs = Looks(study), found.directional
+    points = frfs["test"].points[:MOST_NODES]
+    figure = sheet(1.75 * len(points), _key(study, found))
+    axes = figure.subplots(len(points), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
+    look_of = _look(study)
+    for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
+        name, seen = ("normal", "reverse")[column], []
+        for who, frf in frfs.items():
+            i = frf.points.index(points[row])
+            seen.append(decibel(getattr(frf, name)[i]))
+            # A line from the last backward to the first forward frequency would be none of the FRF.
+            gap = np.searchsorted(frf.frequency, 0.0)
+            x, y = np.insert(frf.frequency, gap, 0.0), np.insert(seen[-1], gap, np.nan)
+            ax.plot(x, y, **look_of(who))
+        top = max(finite(each).max() for each in seen)
+        ax.set_ylim(max(min(np.percentile(finite(each), 1) for each in seen), top - 90) - 2, top + 2)
+        ax.axvline(0, color=REPEAT, lw=0.6)
+        if found.spin_rpm:
+            for sign in (-1, 1):
+                ax.axvline(sign * found.spin_rpm / 60, color=COLOURS[5 % len(COLOURS)], lw=0.7, ls=":")
+        ax.set_xlim(frf.frequency[0], frf.frequency[-1])
+        last = row == len(points) - 1
+        label = "Frequency (Hz): backward < 0 < forward" if last else ""
+        tidy(ax, f"{letter} node {points[row]}, {name}", f"|H| ({looks.magnitude})" if column == 0 else "", label)
+    caption = (
+        f"Directional FRFs at {_words(study, found)}: normal, of circles that go round as the excitation does, and "
+        "reverse, of those that go round against it, which are nothing where y and z are alike. Dotted: the spin."
+    )
+    alt = f"Directional FRFs of {len(points)} nodes: test and laws {looks.laws}."
+    return Drawing(f"directional{_end(found)}", figure, caption, alt, chart=True)
+
+
+def _look(study: Study) -> Any:
+    looks = Looks(study)
+
+    def of(who: str) -> dict[str, Any]:
+        if who == "test":
+            return {"color": TEST, "lw": 2.0, "label": "test"}
+        if who == "repeat":
+            return {"color": REPEAT, "lw": 0.9, "label": "test, other seed"}
+        return looks.line(who, study.main_engine)
+
+    return of
+
+
+def _frfs(study: Study, found: FRFMatrices) -> dict[str, tuple[FRF, dict[str, Any]]]:
+    """FRFs by name, with their lines."""
+    repeat = {} if found.repeat is None else {"repeat": found.repeat}
+    look = _look(study)
+    return {name: (frf, look(name)) for name, frf in (repeat | {"test": found.test} | found.models).items()}
+
+
+def _key(study: Study, found: FRFMatrices) -> list[Line2D]:
+    return Looks(study).key("test", "" if found.repeat is None else "test, other seed", engines=False)
+
+
+def _nodes(rig: Rig, frf: FRF) -> list[str]:
+    """Nodes with responses along y and z."""
+    nodes = dict.fromkeys(label.split(":")[0] for label in frf.responses)
+    return [n for n in nodes if {label[-1] for label in frf.responses if label.split(":")[0] == n} >= set(AXES)]
+
+
+def _first(study: Study, found: FRFMatrices) -> str:
+    """Node that is nearest to a bushing."""
+    rig, nodes = study.dataset.rig, _nodes(study.dataset.rig, found.test)
+    bushings = [b.position for b in rig.bushings if isinstance(b.position, float)]
+    away = {
+        str(s.node): min((abs(s.position - x) for x in bushings), default=0.0)
+        for s in rig.sensors
+        if isinstance(s.position, float) and str(s.node) in nodes
+    }
+    return min(away, key=lambda node: away[node]) if away else nodes[0]
+
+
+def _end(found: FRFMatrices) -> str:
+    return f"_level_{found.level:g}_{found.spin_rpm:.0f}rpm" + ("_force" if found.kind == "force" else "")
+
+
+def _words(study: Study, found: FRFMatrices) -> str:
+    turning = f"{found.spin_rpm:.4g} rev/min" if found.spin_rpm else "no spin"
+    unit = "N" if found.kind == "force" else "m/s²"
+    return f"{found.level:g} {unit} RMS and {turning}, {Looks(study).test} and laws"

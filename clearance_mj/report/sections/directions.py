@@ -1,0 +1,54 @@
+"""FRF matrices and directional FRFs of a rig that was driven along y and along z."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from ...study import Study
+from ...study.matrices import FRFMatrices, matrices_of, matrix_rows
+from .. import figures
+from ..html import render
+from ..tables import Column, Table
+from ..writer import ReportWriter
+from . import section
+
+CAPTION = (
+    "Whole FRF matrices, to y and to z, against the test’s first records of both directions. Normal and reverse: RMSE "
+    "of the directional FRFs, means over the nodes. Reverse over normal: RMS of all reverse directional FRFs over that "
+    "of the normal ones, nothing where y and z are alike."
+)
+
+
+@section("directions", "FRF matrices and directional FRFs", 35)
+def directions(study: Study, writer: ReportWriter) -> str:
+    """Return FRF matrices of each level and spin; writes frf_matrices.csv. Nothing of a rig in a plane."""
+    if not study.dataset.rig.is_spatial:
+        return ""
+    found = matrices_of(study)
+    if not found:
+        return "<p>The rig was not driven along y and along z at one level and spin.</p>\n"
+    rows = pd.DataFrame(matrix_rows(study))
+    writer.csv("frf_matrices", rows)
+    shown = Table.of("frf_matrices", CAPTION, rows, {
+        "spin_rpm": Column("Spin", "rev/min", ".4g"), "level": Column("Level", study.unit, "g"), "law": Column("Law"),
+        "rmse_db": Column("RMSE", "dB", ".2f"), "frac": Column("FRAC", "", ".4f"), "csac": Column("CSAC", "", ".4f"),
+        "csf": Column("CSF", "", ".4f"), "normal_db": Column("normal", "dB", ".2f", "RMSE, directional"),
+        "reverse_db": Column("reverse", "dB", ".2f", "RMSE, directional"),
+        "anisotropy": Column("model", "", ".3f", "Reverse over normal"),
+        "anisotropy_test": Column("test", "", ".3f", "Reverse over normal"),
+    })  # fmt: skip
+    main = max(found, key=lambda each: each.level == study.main_part.main_level)
+    ordered = sorted(found, key=lambda each: each is not main)
+    drawn = [(_words(each), each is main, _drawn(study, each, writer)) for each in ordered]
+    return render("directions.html.j2", table_of_rows=shown, drawn=drawn)
+
+
+def _drawn(study: Study, found: FRFMatrices, writer: ReportWriter) -> list[str]:
+    """The node nearest to a bushing first."""
+    matrices = sorted(figures.frf_matrix(study, found), key=lambda drawing: not drawing.sharp)
+    return [writer.figure(drawing) for drawing in (figures.directional(study, found), *matrices)]
+
+
+def _words(found: FRFMatrices) -> str:
+    unit = "N" if found.kind == "force" else "m/s²"
+    return f"Level {found.level:g} {unit} RMS, {found.spin_rpm:.4g} rev/min"

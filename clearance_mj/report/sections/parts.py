@@ -1,0 +1,44 @@
+"""A section of a study in space: once for each direction and spin, the main one open, the others folded away."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from ...study import Study
+from ..html import render
+
+__all__ = ["by_part"]
+
+_ANCHOR = re.compile(r'(id="|href="#)([^"]*)"')
+
+
+def by_part(study: Study, write: Callable[[Study], str]) -> str:
+    """Return what a function writes of a study, or of each of its parts under a heading; anchors differ then.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    write : callable
+        Returns the markup of a study of one direction and spin.
+    """
+    if study.parts == (study,):
+        return write(study)
+    others = [part for part in study.parts if part is not study.main_part]
+    shown = []
+    for part in (study.main_part, *others) if study.parts else ():
+        body = write(part)
+        shown.append((part, _with_suffix(body, part.suffix)))
+    return render("parts.html.j2", shown=shown) if shown else "<p>No record is driven by its base or a force.</p>\n"
+
+
+def _with_suffix(body: str, end: str) -> str:
+    """Markup whose own anchors, and the links to them, end with what tells the part."""
+    own = {anchor for kind, anchor in _ANCHOR.findall(body) if kind.startswith("id") and end not in anchor}
+
+    def renamed(found: re.Match[str]) -> str:
+        kind, anchor = found.groups()
+        return f'{kind}{anchor}{end}"' if anchor in own else found.group()
+
+    return _ANCHOR.sub(renamed, body)

@@ -1,0 +1,74 @@
+"""What the uncertainty of a study's laws makes of their FRFs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..clearance.law import Law
+from ..core.cache import ResultCache, code_outside
+from ..identify.records.in_test import in_test
+from ..io.dataset import Record
+from ..model import Model
+from ..statistics.frf_bands import Band, frf_band, paired_error
+from . import stored
+from .identified import IdentifiedModel
+
+__all__ = ["law_band", "model_content", "models_of"]
+
+ENGINE = "modal"  # the cheapest
+
+
+def law_band(
+    law: IdentifiedModel, record: Record, resolution: float, cache: ResultCache | None
+) -> tuple[Band, np.ndarray]:
+    """Return the FRF band of a law under a record's excitation, and the record's random error about the fitted law.
+
+    Parameters
+    ----------
+    law : IdentifiedModel
+        With models drawn about it.
+    record : Record
+        Whose excitation is simulated.
+    resolution : float
+        Hz, of the FRFs.
+    cache : ResultCache or None
+        Where the band is kept for the next study.
+    """
+    tested, turning = record.tested_rig, record.turning()
+    model, *drawn = (in_test(each, tested, turning) for each in (law.model, *law.drawn))
+
+    def compute() -> tuple[Band, np.ndarray]:
+        excitation = record.excitation()
+        band = frf_band(model, excitation, drawn, resolution=resolution, misfit=law.misfit)
+        return band, paired_error(record.response(), model.simulate(excitation, ENGINE), resolution)
+
+    inputs = [
+        [model_content(each) for each in (model, *drawn)],
+        law.to_dict()["misfit"],
+        resolution,
+        stored.record_digest(record),
+        *code_outside(*models_of(law.law)),
+    ]
+    return stored.band(cache, f"band_{law.name}", inputs, compute)
+
+
+def model_content(model: Model) -> list[object]:
+    """Return what results of a model depend on; plain data.
+
+    Parameters
+    ----------
+    model : Model
+        Rig and law.
+    """
+    return [model.rig.content(), model.law.to_dict()]
+
+
+def models_of(law: Law) -> list[object]:
+    """Return the contact and grease models of a law.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    """
+    return [*getattr(law, "contact", ()), *(law.grease or ())]

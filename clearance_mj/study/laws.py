@@ -1,0 +1,104 @@
+"""The laws of a study: which methods its records allow, and the models that they give, each found when asked for."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from collections.abc import Callable, Sequence
+
+from ..core.cache import ResultCache, code_outside
+from ..core.errors import RecordError
+from ..identify import get_method, require
+from ..identify.records.checks import IdentifiabilityWarning
+from ..io.dataset import Dataset
+from ..rig.dimensions import planar
+from . import stored
+from .identified import IdentifiedModel
+
+__all__ = ["METHODS", "StudiedLaws"]
+
+METHODS = ("nominal", "constant", "amplitude", "bench")
+"""tried where none are named: rig file alone, constants, a law with the rig taken for exact, rig and law; of a rig in
+space those that know one"""
+
+
+class StudiedLaws:
+    """Models by the names of the methods that find them.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Rig and records.
+    methods : sequence of str or None
+        Methods that are named; None: those of `METHODS` that the records allow.
+    cache : ResultCache or None
+        Where models are kept for the next study.
+    progress : bool
+        Show progress bars.
+
+    Raises
+    ------
+    RecordError
+        If the dataset has not what a method that was named needs.
+    ClearanceError
+        For an unknown method.
+    """
+
+    def __init__(self, dataset: Dataset, methods: Sequence[str] | None, cache: ResultCache | None, progress: bool):
+        for method in methods or ():
+            get_method(method)
+        for method in methods or ():
+            if not get_method(method).in_space:
+                planar(dataset.rig, f'method "{method}"')
+            require(method, dataset)
+        self._candidates = [m for m in METHODS if get_method(m).in_space or not dataset.rig.is_spatial]
+        self.dataset, self.cache, self._progress = dataset, cache, progress
+        self._named = None if methods is None else tuple(methods)
+        self.left_out: dict[str, str] = {}
+        """why methods that were not named are left out, by their names"""
+        for method in self._candidates if methods is None else ():
+            self._try(method, functools.partial(get_method(method).require, dataset))
+        self.known: dict[str, IdentifiedModel] = {}
+        """those that were found"""
+
+    def _try(self, method: str, find: Callable[[], object]) -> None:
+        """Leave a method out, and warn of it, where it cannot be had from the records."""
+        try:
+            find()
+        except RecordError as error:
+            self.left_out[method] = str(error)
+            words = f'method "{method}" is left out of the study: {error}'
+            warnings.warn(words, IdentifiabilityWarning, stacklevel=4)
+
+    @functools.cached_property
+    def methods(self) -> tuple[str, ...]:
+        """Names of the methods: those that were named, or those of `METHODS` that give a law."""
+        if self._named is not None:
+            return self._named
+        for method in self._candidates:
+            if method not in self.left_out:
+                self._try(method, functools.partial(self.law, method))
+        return tuple(method for method in self._candidates if method not in self.left_out)
+
+    def law(self, name: str) -> IdentifiedModel:
+        """Return a law by the name of its method, identified if it was not yet.
+
+        Parameters
+        ----------
+        name : str
+            The method.
+        """
+        if name not in self.known:
+            method = get_method(name)
+            inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
+            inputs += code_outside(method.find)
+
+            def compute() -> IdentifiedModel:
+                with warnings.catch_warnings():  # all are raised below, those of stored results too
+                    warnings.simplefilter("ignore", IdentifiabilityWarning)
+                    return IdentifiedModel.of(name, method.find(self.dataset, self._progress))
+
+            found = self.known[name] = stored.law(self.cache, name, inputs, self.dataset.rig, compute)
+            for text in found.warnings:
+                warnings.warn(text, IdentifiabilityWarning, stacklevel=3)
+        return self.known[name]

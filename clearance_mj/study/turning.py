@@ -1,0 +1,144 @@
+"""A study's records of a shaft's turning alone: orbits beside orbits at one speed, run-ups beside run-ups."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..io.dataset import Record
+from ..rotors.whirling import Whirl
+from ..signals.orbits import Orbits
+from .conditions import Condition, conditions_of
+from .orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
+from .study import Study
+from .whirl_in_test import PlacedWhirl, measured_whirl, run_out_of, simulated_whirl
+
+__all__ = ["Turning", "TurningCase"]
+
+REPEAT = ("repeat", "rig")
+"""law and engine of rows that compare a repeat of a test with the test"""
+
+
+@dataclass(frozen=True, eq=False)
+class TurningCase:
+    """One law on one engine, turning as the shaft did in a record."""
+
+    law: str
+    """name"""
+    engine: str
+    """name"""
+    record: Record
+    """validation record of kind "spin" """
+    placed: PlacedWhirl
+    """the model's motion"""
+
+
+class Turning:
+    """Motions of a study's laws beside those of its validation records of turning alone.
+
+    Parameters
+    ----------
+    study : Study
+        Of a rig in space.
+    """
+
+    def __init__(self, study: Study):
+        self.study, self.engine = study, study.main_engine
+        self._tests: dict[str, Whirl] = {}
+
+    @functools.cached_property
+    def run_out(self) -> np.ndarray | None:
+        """Run-out of the probes; None if no record turns slowly enough."""
+        return run_out_of(self.study.dataset.records)
+
+    @functools.cached_property
+    def groups(self) -> dict[Condition, tuple[Record, ...]]:
+        """Records by how the shaft turned; those after the first are its repeats."""
+        return conditions_of([r for r in self.study.turned if not r.missing_probes])
+
+    @property
+    def speeds(self) -> dict[Condition, tuple[Record, ...]]:
+        """Those at one speed, by rising speed."""
+        steady = {c: found for c, found in self.groups.items() if c.spin and not c.spin.rate}
+        return dict(sorted(steady.items(), key=lambda item: abs(item[0].speed)))
+
+    @property
+    def run_ups(self) -> dict[Condition, tuple[Record, ...]]:
+        """Those whose speed changes."""
+        return {c: found for c, found in self.groups.items() if c.spin and c.spin.rate}
+
+    def test(self, record: Record) -> Whirl:
+        """Return the motion that a record's probes show, from where the shaft rests, without run-out.
+
+        Parameters
+        ----------
+        record : Record
+            A validation record of kind "spin".
+        """
+        if record.name not in self._tests:
+            self._tests[record.name] = measured_whirl(record, self.run_out)
+        return self._tests[record.name]
+
+    def case(self, law: str, record: Record) -> TurningCase:
+        """Return the motion of a law, simulated if it was not yet.
+
+        Parameters
+        ----------
+        law : str
+            Its name.
+        record : Record
+            A validation record of kind "spin".
+        """
+        study, key = self.study, (law, self.engine, record.name)
+        if key not in study.motions:
+            study.motions[key] = simulated_whirl(law, study.law(law).model, record, self.engine, study.cache)
+        return TurningCase(law, self.engine, record, study.motions[key])
+
+    def orbit_rows(self) -> list[dict[str, Any]]:
+        """Return a row per record, bushing and law of `compare_orbits`, with the repeat's beside the laws'."""
+        rows = []
+        for head, j, gap, test, model, case in self._pairs(self.speeds):
+            found = compare_orbits(test, model)
+            share = np.nan if case is None else case.placed.contact_share[j]
+            rows.append(head | found | {"middle_over_gap": found["middle_m"] / gap, "contact_share": share})
+        return rows
+
+    def run_up_rows(self) -> list[dict[str, Any]]:
+        """Return a row per run-up, bushing and law of `compare_run_ups`, with the repeat's beside the laws'.
+
+        The onset of contact of the test is where its motion reaches the wall that the law has.
+        """
+        rows = []
+        for head, j, gap, test, model, case in self._pairs(self.run_ups):
+            onset = {"onset_test_rpm": np.nan, "onset_model_rpm": np.nan}
+            if case is not None:
+                rest = case.placed.rest[j]
+                onset = {"onset_test_rpm": onset_of_contact(test, rest, gap)}
+                onset["onset_model_rpm"] = onset_of_contact(model, rest, gap)
+            rows.append(head | compare_run_ups(test, model) | onset)
+        return rows
+
+    def _pairs(
+        self, groups: dict[Condition, tuple[Record, ...]]
+    ) -> Iterator[tuple[dict[str, Any], int, float, Orbits, Orbits, TurningCase | None]]:
+        """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's case."""
+        for condition, records in groups.items():
+            for j, bushing in enumerate(self.study.dataset.rig.bushings):
+
+                def head(record: Record, law: str, engine: str, at: int = j, speed: float = condition.speed) -> dict:
+                    return {"record": record.name, "spin_rpm": speed, "bushing": at + 1, "law": law, "engine": engine}
+
+                first = self.test(records[0]).orbits(j)
+                for other in records[1:2]:
+                    again = self.test(other).orbits(j)
+                    yield head(records[0], *REPEAT), j, bushing.gap, first, again, None
+                for law in self.study.methods:
+                    for record in records:
+                        case = self.case(law, record)
+                        motion = case.placed.motion
+                        test, model = self.test(record).orbits(j), motion.orbits(j)
+                        yield head(record, law, self.engine), j, motion.rig.bushings[j].gap, test, model, case

@@ -1,0 +1,137 @@
+"""How a shaft moved in its bushings while it turned alone: as a record's probes show it, and as a model's would.
+
+Both are counted from where the shaft rests while it stands still, in which probes read zero. What probes show of a
+shaft that rolls slowly is their run-out, and is taken off the test's.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.cache import ResultCache, code_outside
+from ..engines import get_engine
+from ..engines.simulation import Simulation
+from ..identify.records.in_test import in_test
+from ..identify.records.run_out import SLOW, run_out, run_out_at
+from ..io.dataset import Record
+from ..model import Model
+from ..rotors.whirling import Whirl
+from ..signals.excitation import Excitation
+from . import stored
+from .bands import model_content, models_of
+
+__all__ = ["RUN_IN", "PlacedWhirl", "measured_whirl", "run_out_of", "simulated_whirl"]
+
+RUN_IN = 1.5  # s, for which a model turns at the record's speed before the record begins
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedWhirl:
+    """The motion of a model's shaft from where it rests, and where that is."""
+
+    motion: Whirl
+    """from where the shaft rests"""
+    rest: np.ndarray
+    """(n_bushings, 2) m, from the bushings' middles, of the shaft that stands still"""
+    contact_share: tuple[float, ...]
+    """(n_bushings,) share of the time in contact"""
+
+
+def run_out_of(records: Sequence[Record]) -> np.ndarray | None:
+    """Return the run-out of the probes, see `run_out`, of the record that turns slowest at one speed.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Of one rig.
+
+    Returns
+    -------
+    ndarray or None
+        None if no record turns slowly enough beside the fastest.
+    """
+    steady = [
+        (abs(spin.speed), record)
+        for record in records
+        if record.excitation_kind == "spin" and not record.missing_probes
+        for spin in [record.tested_rig.spin]
+        if spin and not spin.rate
+    ]
+    if not steady:
+        return None
+    speed, slow = min(steady, key=lambda item: item[0])
+    turning, displacement = slow.turning(), slow.response().displacement
+    if speed >= SLOW * max(other for other, _ in steady) or turning is None or displacement is None:
+        return None
+    return run_out(turning.angle, displacement)
+
+
+def measured_whirl(record: Record, found: np.ndarray | None) -> Whirl:
+    """Return the motion that the probes of a record show, from the keyphasor's first mark to its last.
+
+    Parameters
+    ----------
+    record : Record
+        Of kind "spin", with both probes of every bushing.
+    found : ndarray or None
+        Run-out, which is taken off.
+    """
+    response, turning = record.response(), record.turning()
+    assert turning is not None and response.displacement is not None
+    moved = response.displacement
+    if found is not None:
+        moved = moved - run_out_at(turning.angle, found)
+    position = moved.reshape(len(record.rig.bushings), 2, -1)
+    whole = Whirl(record.tested_rig, record.fs, response.time, position, turning.speed, turning.angle)
+    return whole.between(turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs)
+
+
+def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache: ResultCache | None) -> PlacedWhirl:
+    """Return the motion of a model that turns as a record's shaft did.
+
+    A model at one speed turns for `RUN_IN` before the record begins, at which its shaft has the record's angle.
+
+    Parameters
+    ----------
+    name : str
+        Name of the law.
+    model : Model
+        Rig and law.
+    record : Record
+        Of kind "spin".
+    engine : str
+        Name of the engine.
+    cache : ResultCache or None
+        Where the motion is kept for the next study.
+    """
+    tested = in_test(model, record.tested_rig, record.turning())
+    spin, used = tested.rig.spin, get_engine(engine)
+    assert spin is not None
+    lead = 0 if spin.rate else round(RUN_IN * record.fs)
+    earlier = dataclasses.replace(spin, angle=spin.angle - spin.speed * lead / record.fs)
+    rig = tested.rig.replace(spin=earlier)
+    n = len(rig.bushings)
+
+    def compute() -> dict[str, np.ndarray]:
+        quiet = Excitation(np.zeros(lead + record.size), record.fs, "base", None, {"generator": "rest"})
+        simulation = Simulation(rig, quiet, tested.law, used)
+        still = used.start(rig.replace(spin=None, unbalances=()), tested.law, "base", simulation.step).before()
+        rest = np.zeros(len(rig.sensors) + 2 * n) if still is None else still
+        response = simulation.whole()
+        assert response.displacement is not None and response.spin is not None
+        share = np.full(n, np.nan) if response.contact_share is None else response.contact_share
+        found = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": share}
+        return found | {"rest": rest[len(rig.sensors) :][: 2 * n]}
+
+    inputs = [*model_content(dataclasses.replace(tested, rig=rig)), engine, dataclasses.asdict(used), lead]
+    inputs += [record.fs, record.size, *code_outside(used, *models_of(tested.law))]
+    found = stored.arrays(cache, f"{name}_{engine}_{record.name}", inputs, compute)
+    position = (found["displacement"] - found["rest"][:, None]).reshape(n, 2, -1)
+    time = np.arange(record.size) / record.fs
+    offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
+    motion = Whirl(rig, record.fs, time, position, found["spin"], spin.angle_at(time))
+    return PlacedWhirl(motion, found["rest"].reshape(n, 2) + offset, tuple(found["share"].tolist()))
