@@ -37,6 +37,16 @@ class ShaftTurning(ArrayData):
         turns = 2 * np.pi * (self.marks.size - 1) / (self.marks[-1] - self.marks[0])
         return float(np.sign(self.speed[0]) * turns)
 
+    def part(self, samples: slice) -> ShaftTurning:
+        """Return the turning in a part of the record; the marks stay those of the whole.
+
+        Parameters
+        ----------
+        samples : slice
+            Of the record's samples.
+        """
+        return ShaftTurning(self.marks, self.angle[samples], self.speed[samples])
+
     @property
     def of_turns(self) -> np.ndarray:
         """(n_turns,) rad/s, mean of each turn."""

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from tqdm import tqdm
 
-from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES
+from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES, ContactFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.long_film import LongFilmed
 from ...clearance.greases.oil_film import OilFilled
@@ -32,6 +32,8 @@ __all__ = ["compare_round_families"]
 
 FIRST = (LinearWithFilm.name,)  # the filling that all others but films begin from
 ALL_FILLINGS = ChainMap(FILLING_FAMILIES, ROUND_FILLING_FAMILIES)
+MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
+MIN_SECONDS = 4.0  # of each of them
 DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
 
@@ -54,16 +56,18 @@ def compare_round_families(
     progress : bool
         Show progress bars.
     """
+    seconds = sum(record.duration for record in records)
+    records = [loudest(record, MAX_SECONDS / seconds) for record in records]
     motions = _motions(records, rig, update.values)
     rests = _rests(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
-    contacts, fillings = list(CONTACT_FAMILIES.values()), _fillings(rig)
+    contacts, fillings = _contacts(), _fillings(rig)
     bar = tqdm(
         desc="families", total=(len(contacts) + len(fillings) - 1) * len(motions), unit="fit", disable=not progress
     )
 
     def fitted(j: int, contact: str, filling: str, start: Mapping[str, float]) -> RoundFit:
-        starts = [dict(start)] if start else [circle_start(motions[j], own[j])]
+        starts = [dict(start)] if start else circle_starts(motions[j])
         found = fit_round(motions[j], own[j], CONTACT_FAMILIES[contact], ALL_FILLINGS[filling], starts)
         bar.update()
         return found
@@ -74,7 +78,7 @@ def compare_round_families(
 
     found: list[list[RoundFit]] = []
     with bar, ThreadPoolExecutor(WORKERS) as pool:
-        for contact in sorted(contacts, key=lambda c: c.begins_from is not None):
+        for contact in contacts:
             found.append(of_all(contact.name, fillings[0], found[0] if found else []))
             if not any(m.touches(f.case) for m, f in zip(motions, found[0])):
                 break  # one contact is as good as another
@@ -96,10 +100,27 @@ def compare_round_families(
     return tuple(dataclasses.replace(f, fits=_offsets(f.fits, rig, rigs)) for f in families)  # type: ignore[arg-type]
 
 
+def loudest(record: PreparedRecord, share: float) -> PreparedRecord:
+    """Return the part of a record, a share of it, in which the shaft moves most; all of one that is short anyway."""
+    n = len(record.signals)
+    size = max(int(share * n), int(MIN_SECONDS * record.fs))
+    if size >= n or record.displacement is None:
+        return record
+    power = np.concatenate(([0.0], np.cumsum(np.sum(record.displacement**2, axis=0))))
+    first = int(np.argmax(power[size:] - power[:-size]))
+    return record.part(slice(first, first + size))
+
+
 def _motions(records: Sequence[PreparedRecord], rig: Rig, values: Mapping[str, float]) -> list[RoundMotion]:
     """Motions of all clearances on a rig, with values of its probes."""
     forces = [restoring_force(record, rig=rig, probes=values) for record in records]
     return [RoundMotion(forces, rig, j) for j in range(len(rig.bushings))]
+
+
+def _contacts() -> list[ContactFamily]:
+    """Contacts that are tried, that from whose fit the others begin first; a linear one is a special case of all."""
+    found = [c for name, c in CONTACT_FAMILIES.items() if name != "linear"]
+    return sorted(found, key=lambda c: c.begins_from is not None)
 
 
 def _fillings(rig: Rig) -> list[str]:
@@ -127,11 +148,12 @@ def _start(contact: str, filling: str, fit: RoundFit, motion: RoundMotion) -> di
     return found
 
 
-def circle_start(motion: RoundMotion, parameters: Sequence[object]) -> dict[str, float]:
-    """Return gap and place of the shaft as the smallest circle about its motion has them."""
+def circle_starts(motion: RoundMotion) -> list[dict[str, float]]:
+    """Return gaps and place of the shaft as the smallest circle about its motion has them, which may lie in the wall."""
     (y, z), radius = motion.middle
     own = f"bushings[{motion.number}]"
-    return {f"{own}.rest_y": -float(y), f"{own}.rest_z": -float(z), f"{own}.gap": 0.98 * radius}
+    middle = {f"{own}.rest_y": -float(y), f"{own}.rest_z": -float(z)}
+    return [middle | {f"{own}.gap": 0.98 * radius}, middle]
 
 
 def _rests(rig: Rig) -> list[tuple[float, float]]:

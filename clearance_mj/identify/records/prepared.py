@@ -109,6 +109,17 @@ class PreparedRecord:
             if channel in (None, name):
                 raise RecordError(fault)
 
+    def part(self, samples: slice) -> PreparedRecord:
+        """Return a part of the record.
+
+        Parameters
+        ----------
+        samples : slice
+            Of its samples.
+        """
+        turning = None if self.turning is None else self.turning.part(samples)
+        return dataclasses.replace(self, signals=self.signals[samples], turning=turning)
+
     def without_probes(self) -> PreparedRecord:
         """Return the record as if it had no displacement probes."""
         if not self.probes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import scipy.ndimage
@@ -31,6 +32,7 @@ STOP = Stop(steps=8, decrease=0.0, move=0.05)  # of a fit: a step below 0.05 pri
 OUTLYING = 2.0  # standard deviations from which on a line counts less
 NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is found
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
+WORKERS = 2  # threads
 COUPLE = 0.5
 """Of a force, RMS: half the difference of what acts at both ends of a clearance, and of what acts at its ends and in
 its middle, if these are independent and alike."""
@@ -188,9 +190,14 @@ class RigFit:
             for i, channel in channels.items():
                 own = np.arange(moved[0].shape[1]) == channel
                 changes[i] = [change * own / steps[i] for change in moved]
-        for i in sorted(set(range(self.problem.size)) - set(changes)):
+
+        def changed(i: int) -> list[np.ndarray]:
             steps = self._steps(at, [i])
-            changes[i] = [f.changed(gains) / steps[i] for f, gains in zip(found, self._gains(at + steps))]
+            return [f.changed(gains) / steps[i] for f, gains in zip(found, self._gains(at + steps))]
+
+        others = sorted(set(range(self.problem.size)) - set(changes))
+        with ThreadPoolExecutor(WORKERS) as pool:
+            changes |= dict(zip(others, pool.map(changed, others)))
         slopes = [-f.without_forces(np.array(c)) for f, c in zip(found, zip(*(changes[i] for i in sorted(changes))))]
         return Linearised(self._joined([f.residual for f in found]), self._joined(slopes).T)
 

@@ -22,8 +22,6 @@ from .spectra import rms
 
 __all__ = ["rig_file_misfit", "update_from"]
 
-THIN = 3  # every so many-th line of records in space, of which there are more, and each with twice the channels
-
 
 def update_from(rig: Rig, records: Sequence[PreparedRecord]) -> RigUpdate:
     """Update the numbers of a rig to prepared records, its structure as it is drawn.
@@ -40,7 +38,7 @@ def update_from(rig: Rig, records: Sequence[PreparedRecord]) -> RigUpdate:
     RecordError
         If there are no more sensors than clearances, or a channel cannot be used.
     """
-    return RigFit(rig, records, thin=THIN if rig.is_spatial else 1).run()
+    return RigFit(rig, records).run()
 
 
 def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
