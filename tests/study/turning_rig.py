@@ -26,8 +26,9 @@ RIG = Rig(
 
 
 def keyphasor(angle):
-    """One pulse per turn, which rises through its half at angle 0."""
-    return np.clip(0.5 + 20 * np.sin(np.clip((angle + np.pi) % (2 * np.pi) - np.pi, -0.05, 0.5)), 0, 1)
+    """One raised cosine of 60 degrees per turn, which rises through its half at angle 0."""
+    turns = (angle / (2 * np.pi) + 1 / 24) % 1.0
+    return np.where(turns < 1 / 6, 0.5 - 0.5 * np.cos(12 * np.pi * turns), 0.0)
 
 
 def turning_record(name, role, spin, axis=None, level=None, seed=0, duration=6.0, run_out=RUN_OUT):
@@ -42,7 +43,7 @@ def turning_record(name, role, spin, axis=None, level=None, seed=0, duration=6.0
     signals = [("100", f"+{axis.upper()}", "acceleration", excitation.value)] if axis else []
     signals += [(*label.split(":"), "acceleration", a) for label, a in zip(RIG.sensor_labels, response.acceleration)]
     signals += [(*label.split(":"), "displacement", x) for label, x in zip(RIG.probe_labels, probes)]
-    signals.append(("400", "S", "unknown", np.where(np.sin(angle) > 0, 1.0, 0.0) if spin.rate else keyphasor(angle)))
+    signals.append(("400", "S", "unknown", keyphasor(angle)))
     channels = [
         Channel(f"{node}{way}{what}", int(node), way, what, value, FS, unit="V" if what == "unknown" else "")
         for node, way, what, value in signals

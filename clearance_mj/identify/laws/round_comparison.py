@@ -149,7 +149,7 @@ def _start(contact: str, filling: str, fit: RoundFit, motion: RoundMotion) -> di
 
 
 def circle_starts(motion: RoundMotion) -> list[dict[str, float]]:
-    """Return gaps and place of the shaft as the smallest circle about its motion has them, which may lie in the wall."""
+    """Return gaps and places of the shaft from the smallest circle about its motion, which may lie in the wall."""
     (y, z), radius = motion.middle
     own = f"bushings[{motion.number}]"
     middle = {f"{own}.rest_y": -float(y), f"{own}.rest_z": -float(z)}

@@ -22,10 +22,10 @@ import pandas as pd
 import scipy.stats
 
 import clearance_mj as cm
-from clearance_mj.identify.laws.law_misfit import in_test
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
+from clearance_mj.identify.records.in_test import in_test
 from clearance_mj.identify.records.prepared import PreparedRecord, prepared
-from clearance_mj.identify.records.run_out import run_out
+from clearance_mj.identify.records.run_out import run_out, run_out_at
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.signals.orbits import orbits_by_turn
@@ -105,7 +105,7 @@ def _pairs(dataset: Dataset, kind: str) -> Iterator[tuple[PreparedRecord, Prepar
 def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
     """RMSE in dB of each level and direction beside that of the repeat."""
     for first, second in _pairs(dataset, "base"):
-        model = cm.simulate(in_test(found.model, first), first.excitation(), engine="modal")
+        model = cm.simulate(in_test(found.model, first.tested, first.turning), first.excitation(), engine="modal")
         test, repeat, predicted = (
             estimate_frf(r, resolution=RESOLUTION) for r in (first.response(), second.response(), model)
         )
@@ -121,9 +121,11 @@ def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
     for first, second in _pairs(dataset, "spin"):
         if first.tested.spin is None or first.tested.spin.rate:
             continue
-        model = cm.simulate(in_test(found.model, first), first.excitation(), engine="modal")
+        model = cm.simulate(in_test(found.model, first.tested, first.turning), first.excitation(), engine="modal")
         assert model.displacement is not None and first.turning is not None and second.turning is not None
-        test, repeat = (_mean_orbits(r, run_out(slow)) for r in (first, second))
+        assert slow.turning is not None and slow.displacement is not None
+        run = run_out(slow.turning.angle, slow.displacement)
+        test, repeat = (_mean_orbits(r, run) for r in (first, second))
         predicted = [orbits_by_turn(*pair, first.fs, first.turning.angle).last(50).position.mean(axis=0)
                      for pair in model.displacement.reshape(-1, 2, first.signals.shape[0])]  # fmt: skip
         for j, own in enumerate(test):
@@ -135,9 +137,7 @@ def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
 
 def _mean_orbits(record: PreparedRecord, run: np.ndarray) -> list[np.ndarray]:
     assert record.turning is not None and record.displacement is not None
-    orders = len(run) // 2
-    phase = np.outer(record.turning.angle, np.arange(1, orders + 1))
-    moved = record.displacement - (np.column_stack((np.cos(phase), np.sin(phase))) @ run).T
+    moved = record.displacement - run_out_at(record.turning.angle, run)
     pairs = moved.reshape(-1, 2, moved.shape[1])
     return [orbits_by_turn(*pair, record.fs, record.turning.angle).position.mean(axis=0) for pair in pairs]
 

@@ -1,0 +1,149 @@
+"""Identification in space: gains of a turning shaft, run-out, unbalance, forces along motions, and a whole bench."""
+
+import dataclasses
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.clearance.round_cycle import fill_round_forces
+from clearance_mj.clearance.round_kernel import round_records
+from clearance_mj.identify.forces.restoring import restoring_force
+from clearance_mj.identify.forces.unbalance import with_unbalance
+from clearance_mj.identify.laws.round_motion import smallest_circle
+from clearance_mj.identify.records.prepared import prepare, prepare_turning, prepared
+from clearance_mj.identify.records.run_out import run_out
+from clearance_mj.identify.structure.priors import priors, rig_with
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Bushing, Contact, Friction, Grease, Spin
+from clearance_mj.rotors.gains import SpatialGains
+from clearance_mj.rotors.spatial import spatial_model
+
+from ..study.turning_rig import RIG, RUN_OUT, SHAFT, turning_record
+
+GAP, K, MU, RADIUS = 2e-4, 1e5, 0.1, 0.01
+
+
+@pytest.mark.parametrize("spin", [0.0, 150.0])
+def test_gains_of_a_turning_shaft(spin):
+    """A sum over poles is the inverse of the dynamic stiffness with its gyroscopic moments, line by line."""
+    tested = RIG.replace(spin=Spin(spin), shaker=dataclasses.replace(RIG.shaker, direction=(0.0, 1.0, 0.0)))
+    model = spatial_model(RIG, 6)
+    omega = 2 * np.pi * np.array([3.0, 40.0, 71.0, 200.0])
+    found = SpatialGains(model).driven(tested).displacement_gains(model.at_sensors, "base", omega)
+    inputs = np.vstack((-SpatialGains(model).at_bushings, -model.influence[:, 1])).T
+    for w, gains in zip(omega, found):
+        dynamic = np.diag(model.omega**2 - w**2 + 1j * w * model.damping)
+        dynamic = dynamic + spin * (1j * w * model.gyroscopic + model.circulatory)
+        known = model.at_sensors @ np.linalg.solve(dynamic, inputs)
+        np.testing.assert_allclose(gains, known, rtol=1e-9, atol=1e-9 * np.abs(known).max())
+
+
+def forces_along(place, velocity, out_of_round=(0.0, 0.0), friction=0.0, spin=0.0):
+    """Forces of a bushing with a linear contact along a motion (n, 2) of both its ends."""
+    bushing = Bushing(
+        0.5, GAP, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.01,
+        friction=Friction(friction) if friction else None,
+    )  # fmt: skip
+    law = cm.ContactLaw(cm.clearance.KelvinVoigt(K, 0.0), Grease(0.0))
+    records = round_records(SimpleNamespace(bushings=(bushing,)), law, 1e-4)
+    x, v = (np.ascontiguousarray(np.repeat(each[:, None], 3, axis=1)) for each in (place, velocity))
+    out = np.empty(place.shape)
+    fill_round_forces(x, v, np.full(len(place), spin), 1.0, np.array(out_of_round), records, out)
+    return out
+
+
+def test_forces_on_a_circle():
+    """On a circle of radius r the wall pushes with k (r - gap), and rubs with μ of that once its bristles slide."""
+    angle, r, rate = np.linspace(0, 2 * np.pi, 629), 1.2 * GAP, 100.0
+    normal, along = np.stack((np.cos(angle), np.sin(angle)), axis=1), np.stack((-np.sin(angle), np.cos(angle)), axis=1)
+    found = forces_along(r * normal, r * rate * along, friction=MU, spin=30.0)[300:]
+    size = K * (r - GAP)
+    np.testing.assert_allclose(np.sum(found * normal[300:], axis=1), size, rtol=1e-9)
+    np.testing.assert_allclose(np.sum(found * along[300:], axis=1), MU * size, rtol=1e-9)
+
+
+def test_a_wall_out_of_round_does_no_work():
+    """Around a closed way the forces of an elastic wall that is not round do no work: they have a potential."""
+    angle = np.linspace(0, 2 * np.pi, 20001)
+    place = GAP * np.stack((1.3 * np.cos(angle) + 0.2 * np.sin(2 * angle), 1.25 * np.sin(angle)), axis=1)
+    force = forces_along(place, np.zeros_like(place), out_of_round=(0.05 * GAP, -0.03 * GAP))
+    work = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place, axis=0), axis=1)
+    assert abs(work.sum()) < 1e-6 * np.abs(work).sum()
+    round_work = forces_along(place, np.zeros_like(place))
+    assert np.abs(force - round_work).max() > 0.05 * np.abs(force).max()
+
+
+def test_the_smallest_circle():
+    """Of points on an arc that spans more than half of a circle it is that circle."""
+    angle = np.linspace(0.0, 1.3 * np.pi, 200)
+    inside = np.random.default_rng(0).normal(0, 0.1, (500, 2))
+    points = np.concatenate((np.stack((np.cos(angle), np.sin(angle)), axis=1), inside)) * 3.0 + (2.0, -1.0)
+    middle, radius = smallest_circle(points)
+    np.testing.assert_allclose([*middle, radius], [2.0, -1.0, 3.0], atol=5e-3)
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """Records of a shaft that never touches: slow, along y at another speed, and fast, with a run-out once per turn."""
+    records = [
+        turning_record("slow", "identify", Spin(6.0)),
+        turning_record("ramp_y", "identify", Spin(60.0), "y", 1.0, 1),
+        turning_record("ramp_z", "identify", Spin(140.0), "z", 1.0, 2),
+    ]
+    return Dataset(RIG, tuple(records))
+
+
+def test_run_out(turning):
+    """What a probe shows of a slowly turning shaft once per turn is its run-out."""
+    slow = prepared(turning.records[0])
+    found = run_out(slow.turning.angle, slow.displacement)
+    size = np.hypot(*found[[0, len(found) // 2]])
+    np.testing.assert_allclose(size, RUN_OUT, rtol=0.02)
+
+
+def test_unbalance(turning):
+    """An unbalance of 1e-4 kg m at 0 rad, found from a prior of another moment and phase."""
+    start = RIG.replace(unbalances=(dataclasses.replace(RIG.unbalances[0], moment=3e-4, phase=1.0),))
+    (found,) = with_unbalance(start, prepare_turning(turning), {}).unbalances
+    assert found.moment == pytest.approx(1e-4, rel=0.02) and found.phase == pytest.approx(0.0, abs=0.02)
+
+
+def test_no_force_where_nothing_touches(turning):
+    """Turning, run-out and unbalance leave no force in a clearance that is never used up."""
+    for record in prepare(turning):
+        found = restoring_force(record, rig=RIG)
+        moved = np.std(found.displacement[:, found.valid])
+        shaft = 48 * 2.1e11 * math.pi * 0.03**4 / 64 / SHAFT.length**3
+        assert np.std(found.force[:, found.valid]) < 0.01 * shaft * moved
+
+
+def test_what_is_open_in_space():
+    """Cross-axis sensitivity, turned probes, both offsets, supports and friction are open beside the planar numbers."""
+    rig = RIG.replace(bushings=(dataclasses.replace(RIG.bushings[0], friction=Friction(0.1)),))
+    found = {p.name: p for p in priors(rig, 250.0, probes=True)}
+    opened = ("sensors[0].direction[2]", "sensors[1].direction[1]", "bushings[0].probe_angle", "bushings[0].offset_y",
+              "bushings[0].friction.coefficient", "structure.supports[0].translation", "probes[1].gain")  # fmt: skip
+    assert set(opened) <= set(found)
+    changed = rig_with(rig, {"sensors[0].direction[2]": 0.02, "bushings[0].probe_angle": 0.03})
+    assert changed.sensors[0].unit_direction == pytest.approx([0.0, 1.0, 0.02], abs=3e-4)
+    assert changed.bushings[0].probe_angle == 0.03
+
+
+@pytest.mark.slow
+def test_the_shipped_turning_rig():
+    """Of foreign physics: gap within 3 %, offsets within 20 µm, viscosity within 5 %, intervals of 3 sigma hold."""
+    from experiments.benches.space.shipped import shipped_bench
+
+    (true,) = shipped_bench().truth()["bushings"]
+    found = cm.identify.identify(Dataset.load("data/turning_rig"), "bench")
+    (bushing,) = found.rig.bushings
+    known = {p.name: (value, std) for p, value, std in
+             zip(found.estimates.parameters, found.estimates.value, found.estimates.varied_std)}  # fmt: skip
+    assert bushing.gap == pytest.approx(true["gap"], rel=0.03)
+    assert bushing.film.viscosity == pytest.approx(true["viscosity"], rel=0.05)
+    assert (bushing.offset_y, bushing.offset) == pytest.approx((true["offset_y"], true["offset_z"]), abs=2e-5)
+    for name, value in (("bushings[0].gap", true["gap"]), ("grease viscosity, bushings[0]", true["viscosity"])):
+        assert abs(math.log(known[name][0] / value)) < 3 * known[name][1]
