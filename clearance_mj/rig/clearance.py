@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Share, checked, seldom
@@ -14,6 +14,23 @@ from ..structure.attached import Housing
 from ..structure.base import moved, parse_dof, parse_place
 
 __all__ = ["Bushing", "Contact", "Friction", "Grease", "OilFilm"]
+
+
+RIGHT_ANGLE = 1e-3  # rad, within which two probes stand at right angles
+
+
+def _first_of_two(value: Any) -> Any:
+    if not isinstance(value, list | tuple):
+        return value
+    if len(value) != 2 or abs(value[1] - value[0] - math.pi / 2) > RIGHT_ANGLE:
+        raise ValueError(
+            f"{list(value)} rad are not at right angles; give two angles of which the second is pi/2 more than the "
+            "first, or the first alone"
+        )
+    return value[0]
+
+
+ProbeAngle: TypeAlias = Annotated[Number, BeforeValidator(_first_of_two)]
 
 
 @checked(RigError)
@@ -140,8 +157,9 @@ class Bushing:
     """oil in the gap, in space; None: grease"""
     radius: Positive | None = seldom(default=None)
     """m, of the shaft where it touches; None: half the section's depth there"""
-    probe_angle: Number = seldom(default=0.0)
-    """rad, by which two displacement probes in space are turned from y and z, > 0 from y to z"""
+    probe_angle: ProbeAngle = seldom(default=0.0)
+    """rad, by which two displacement probes in space are turned from y and z, > 0 from y to z; or the angles of both
+    from y, at right angles"""
 
     def __post_init__(self) -> None:
         if math.hypot(self.offset_y, self.offset) >= self.gap:

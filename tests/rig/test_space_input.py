@@ -27,6 +27,10 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
 @pytest.mark.parametrize(
     ("file", "said"),
     [
+        (
+            text(of_bushing="probe_angle = [0.0, 1.2]\n"),
+            "bushings[0].probe_angle [0.0, 1.2] rad are not at right angles",
+        ),
         (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
         (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
         (text("gravity = [0.0, 0.0, -9.81]\n"), 'gravity needs motion = "spatial": a planar rig moves along z alone'),

@@ -54,7 +54,11 @@ class PreparedRecord:
     def excitation(self) -> Excitation:
         """Return the measured excitation, to simulate with."""
         return Excitation(
-            self.signals[:, -1], self.fs, self.kind, self.band, {"generator": "record", "record": self.name}
+            self.signals[:, -1],
+            self.fs,
+            "force" if self.kind == "force" else "base",
+            self.band,
+            {"generator": "record", "record": self.name},
         )
 
     def response(self) -> Response:
