@@ -133,8 +133,8 @@ def test_what_knows_the_plane_alone_says_so() -> None:
     rig = everything()
     dataset: Any = cm.Dataset.load(TABLE1.parents[1] / "data" / "table1_rig")
     calls = (
-        lambda: cm.identify.identify(dataclasses.replace(dataset, rig=rig), "nominal"),
-        lambda: cm.identify.update_rig(dataclasses.replace(dataset, rig=rig)),
+        lambda: cm.identify.identify(dataclasses.replace(dataset, rig=rig), "constant"),
+        lambda: cm.identify.law(dataclasses.replace(dataset, rig=rig), "output-error"),
         lambda: cm.simulate(rig, cm.excitation.random(0.1, 2048.0, seed=0), engine="modal-mj"),
     )
     for call in calls:

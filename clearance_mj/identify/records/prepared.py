@@ -49,7 +49,12 @@ class PreparedRecord:
     @property
     def displacement(self) -> np.ndarray | None:
         """(n_bushings, n_t) of the probes, m, y and z of round clearances; None unless every clearance has them."""
-        return self.signals[:, len(self.rig.sensors) : -1].T if self.probes else None
+        return self.signals[:, self._n_sensors : -1].T if self.probes else None
+
+    @property
+    def _n_sensors(self) -> int:
+        """Accelerometers that were recorded: all of the rig, or none."""
+        return sum(name.startswith("accelerometer") for name in self.channels)
 
     def excitation(self) -> Excitation:
         """Return the measured excitation, to simulate with."""
@@ -64,8 +69,9 @@ class PreparedRecord:
     def response(self) -> Response:
         """Return what the sensors measured, as `Record.response` does."""
         return Response(
-            self.fs, self.signals[:, -1], self.signals[:, : len(self.rig.sensors)].T, self.displacement, kind=self.kind,
-            band=self.band, responses=tuple(self.rig.sensor_labels), reference=self.reference,
+            self.fs, self.signals[:, -1], self.signals[:, : self._n_sensors].T, self.displacement,
+            kind="force" if self.kind == "force" else "base",
+            band=self.band, responses=tuple(self.rig.sensor_labels[: self._n_sensors]), reference=self.reference,
         )  # fmt: skip
 
     def away_from_turns(self, frequency: np.ndarray) -> np.ndarray:
@@ -128,7 +134,7 @@ class PreparedRecord:
         """Return the record as if it had no displacement probes."""
         if not self.probes:
             return self
-        kept, names = [*range(len(self.rig.sensors)), -1], self.channels
+        kept, names = [*range(self._n_sensors), -1], self.channels
         return dataclasses.replace(
             self, channels=tuple(names[i] for i in kept), signals=self.signals[:, kept], probes=False
         )
