@@ -49,7 +49,7 @@ class PreparedRecord:
     @property
     def displacement(self) -> np.ndarray | None:
         """(n_bushings, n_t) of the probes, m, y and z of round clearances; None unless every clearance has them."""
-        return self.signals[:, len(self.rig.sensors) : -1].T if self.probes else None
+        return self.signals[:, -1 - len(self.rig.probe_labels) : -1].T if self.probes else None
 
     def excitation(self) -> Excitation:
         """Return the measured excitation, to simulate with."""

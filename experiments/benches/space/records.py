@@ -175,12 +175,13 @@ def _probes(bench: Bench, moved: Motion, angle: np.ndarray | None) -> list[Signa
 
 
 def write_bench(
-    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "orbit", "validate")
-) -> None:
-    """Simulate the records of a bench that have one of the roles, and write dataset and truth."""
+    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "orbit", "validate"),
+    kinds: Sequence[str] = ("base", "force", "spin"),
+) -> None:  # fmt: skip
+    """Simulate the records of a bench that have one of the roles and kinds, and write dataset and truth."""
     records = []
     for i, plan in enumerate(plans(bench, short)):
-        if plan.role not in roles:
+        if plan.role not in roles or plan.kind not in kinds:
             continue
         channels = measure_channels(bench, plan, np.random.default_rng((bench.seed, STREAM, i)))
         provenance = {
