@@ -14,15 +14,17 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
-from .windows import Bands, Slow, Spectra, Window, slow_motion
+from .windows import CERTAIN, Bands, Slow, Spectra, Window, slow_motion
 
 __all__ = ["Forces", "forces_in"]
 
 DIFFERENCE = 0.3  # prior standard deviations, steps by which the linear rig's numbers are varied
 SAME_SPEED = 0.5  # rad/s, within which a shaft's gains are taken to be the same
 ERROR, SPREAD = 0.03, 0.01
-"""Expected error of a force: shares of what bends the shaft at rest as far as it moves, at the same frequency, and of
-its RMS over all frequencies"""
+"""Expected errors of a force over what bends the shaft at rest as far as it moves: of each line, and of all alike"""
+LAW_ERROR, LAW_SPREAD = 0.05, 0.05
+"""The same over the force itself: of each line, and of all alike, for its law is fed with a motion that has noise"""
+SLOPE = 0.5  # of what H⁻¹ changes from one line to the next
 NEIGHBOURS = 5  # lines over which the expected error is the same
 
 
@@ -88,16 +90,17 @@ def forces_in(
     for window, own in zip(windows, spectra):
         gains = maker.gains(values, window.mean_speed)
         inverse = gains.inverse
-        weight = _weight(inverse, own, static, window.noise, size)
+        seen = maker.shown(values, window, own)
+        weight = _weight(inverse, own, seen, static, window.noise)
         before = weight[:, :, None] * inverse
-        here = before, maker.shown(values, window, own)
+        here = before, seen
         shown.append(np.einsum("fij,fj->fi", *here))
         per_force.append(before @ gains.shown)
         by = maker.derivatives(values, window, own, here[1])
         shown_by.append(np.einsum("fij,fjk->fik", before, by[0]))
         per_force_by.append(before @ by[1])
         force = np.einsum("fij,fj->fi", inverse, here[1])
-        tilts.append(maker.tilt(values, gains, own, force, weight, slow, size))
+        tilts.append(maker.tilt(values, gains, own, force, _gate(own, inverse, weight, window.noise), slow, size))
     tilt, tilt_speed = (np.concatenate(parts) for parts in zip(*tilts))
     return Forces(
         tuple(windows), tuple(parameters), np.array(list(values.values())), np.array(shown), np.array(shown_by),
@@ -155,10 +158,9 @@ class _Maker:
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
         m = force.shape[1]
         points = np.einsum("fij,fj->fi", gains.points, force) + np.einsum("fiu,fu->fi", gains.moved, drive(values, own))
-        middle, ends = points[:, :m].reshape(-1, m // 2, 1, 2), points[:, m:].reshape(-1, m // 2, 2, 2)
-        away = (ends - middle).transpose(0, 2, 1, 3).reshape(len(points), 2, m)
-        clear = np.min(gate / np.median(gate, axis=0), axis=1)
-        away = away * np.minimum(clear, 1.0)[:, None, None]
+        middle, ends = points[:, :m].reshape(-1, m // 2, 2, 1), points[:, m:].reshape(-1, m // 2, 2, 2)
+        away = (ends - middle).transpose(0, 3, 1, 2).reshape(len(points), 2, m)
+        away = away * gate[:, None, :]
         taper = np.maximum(scipy.signal.get_window("hann", slow.size), 0.05)[:, None, None]
         found = [
             slow.size / size * np.fft.irfft(part, slow.size, axis=0) / taper
@@ -181,13 +183,42 @@ def drive(values: Mapping[str, float], own: Spectra) -> np.ndarray:
     return np.hstack(found) if found else np.zeros((len(own.one), 0), dtype=complex)
 
 
-def _weight(inverse: np.ndarray, own: Spectra, stiffness: np.ndarray, noise: np.ndarray, size: int) -> np.ndarray:
-    """(n_f, m) one over the expected error: of the rig and the law in proportion to the motion, and of the probes."""
-    energy = float(np.sum(scipy.signal.get_window("hann", size) ** 2))
+def _gate(own: Spectra, inverse: np.ndarray, weight: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """(n_f, m) 1 where probes show forces, 0 where they show noise or antiresonances only."""
+    energy = energy_of(own)
     of_noise = np.einsum("fij,j->fi", np.abs(inverse) ** 2, noise**2 * energy)
-    bent = np.abs(own.displacement) ** 2
-    bent = bent.reshape(len(bent), -1, 2).mean(axis=2) * stiffness**2
-    near = scipy.ndimage.maximum_filter1d(bent, NEIGHBOURS, axis=0)
-    moving = bent[2:].mean(axis=0)  # but where the shaft is on the mean
-    expected = ERROR**2 * near + SPREAD**2 * moving
-    return np.asarray(1 / np.sqrt(np.repeat(expected, 2, axis=1) + of_noise))
+    near = scipy.ndimage.maximum_filter1d(np.abs(own.displacement), NEIGHBOURS, axis=0)
+    leaked = np.einsum("fij,fj->fi", np.abs(np.gradient(inverse, axis=0)), near) * SLOPE
+    blurred = np.clip(2.0 - 2.0 * (of_noise + leaked**2) * weight**2, 0.0, 1.0)
+    moved = np.clip(1 - CERTAIN * energy * noise**2 / np.maximum(np.abs(own.displacement) ** 2, 1e-300), 0.0, 1.0)
+    return np.asarray(moved * blurred)
+
+
+def _weight(
+    inverse: np.ndarray, own: Spectra, shown: np.ndarray, stiffness: np.ndarray, noise: np.ndarray
+) -> np.ndarray:
+    """(n_f, m) one over the expected error: of rig and law, of the window's slope, and of the probes.
+
+    The window's slope mixes neighbouring lines, between which H⁻¹ changes: near antiresonances by much.
+    """
+    energy = energy_of(own)
+    of_noise = np.einsum("fij,j->fi", np.abs(inverse) ** 2, noise**2 * energy)
+    near = scipy.ndimage.maximum_filter1d(np.abs(own.displacement), NEIGHBOURS, axis=0)
+    leaked = np.einsum("fij,fj->fi", np.abs(np.gradient(inverse, axis=0)), near) * SLOPE
+    forces = np.sqrt(np.maximum(np.abs(np.einsum("fij,fj->fi", inverse, shown)) ** 2 - CERTAIN * of_noise, 0.0))
+    acting = scipy.ndimage.maximum_filter1d(forces, NEIGHBOURS, axis=0)
+    bent = np.repeat(stiffness, 2) * near
+    rig = _round(ERROR * bent) ** 2 + _round(SPREAD * np.sqrt(np.mean(bent[2:] ** 2, axis=0, keepdims=True))) ** 2
+    law = _round(LAW_ERROR * acting) ** 2 + _round(LAW_SPREAD * np.sqrt(np.mean(forces**2, axis=0, keepdims=True))) ** 2
+    return np.asarray(1 / np.sqrt(rig + law + _round(leaked) ** 2 + of_noise))
+
+
+def _round(values: np.ndarray) -> np.ndarray:
+    """The larger of both directions of each clearance."""
+    pairs = values.reshape(len(values), -1, 2).max(axis=2)
+    return np.repeat(pairs, 2, axis=1)
+
+
+def energy_of(own: Spectra) -> float:
+    """Return the sum of the squares of Hann's window, ¾ of its sum's half: of white noise per line."""
+    return 0.75 * float(np.abs(own.one[0, 0]))

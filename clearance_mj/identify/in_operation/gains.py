@@ -27,7 +27,7 @@ class ProbeGains(NamedTuple):
     """A turning shaft at frequencies, as its probes see it; m = 2 n_bushings, u = 2 n_unbalances."""
 
     shown: np.ndarray  #: (n_f, m, m) H, m/N: what the probes show per force in the clearances, against displacement
-    points: np.ndarray  #: (n_f, 3 m, m) motion of the middles, then of both ends, per force
+    points: np.ndarray  #: (n_f, 3 m, m) motion of the middles, then of both ends along y, along z, per force
     seen: np.ndarray  #: (n_f, m, u) W: what probes show of forces along y and z at the unbalances
     moved: np.ndarray  #: (n_f, 3 m, u) the same of the points
 

@@ -17,6 +17,7 @@ from ...clearance.greases.oil_film import OilFilled
 from ...clearance.round_cycle import fill_round_forces
 from ...clearance.round_kernel import round_records
 from ...estimate import Parameter, Problem, UnknownScale
+from ...estimate.problem import Linearised
 from ...rig import Bushing, Friction, Rig
 from ...rig.dimensions import shaft_radius
 from ..laws.round_fit import parameters_of
@@ -26,6 +27,8 @@ from .windows import Window
 
 __all__ = ["LawProblem", "Place", "law_parameters", "places_of"]
 
+KEPT_MOTIONS = 4  # of probes' gains and turns
+STEP = 1e-3  # coordinates, of differences
 MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
 LARGEST_CORRELATION = 30.0  # residuals that count as one observation on the way
 
@@ -103,30 +106,95 @@ class LawProblem(Problem):
         )  # fmt: skip
         self.names = [p.name for p in self.parameters]
         self._acts = forces.per_force_by.any(axis=(1, 2, 3, 4))
+        self._rest = [self.names.index(f"bushings[{p.number}].force at rest {axis}") for p in places for axis in "yz"]
+        moving = [i for i, n in enumerate(self.names) if i >= self.n_linear or n.endswith((".gain", ".probe_angle"))]
+        self._moving = np.setdiff1d(moving, self._rest)
+        """numbers of the parameters on which forces of laws depend"""
+        slow, surface = forces.slow, run_out(dict(zip(self.names, forces.at.tolist())), forces.shown.shape[2])
+        self._shown = slow.x - slow.waves @ surface, slow.v - slow.waves_by_time @ surface
+        self._of_probes = [n for n in self.names if n.endswith((".gain", ".probe_angle"))]
+        self._moved: dict[tuple[float, ...], list[tuple[np.ndarray, np.ndarray]]] = {}
         self._known: tuple[bytes, np.ndarray] | None = None
 
     def law_forces(self, values: np.ndarray) -> np.ndarray:
         """Return the forces (n_t, m) of laws at parameters (n,), N."""
-        known = dict(zip(self.names, values.tolist()))
-        x, v = self.motion(known)
-        out = np.empty(x.shape)
-        slow, forces = self.forces.slow, self.forces
-        for place in self.places:
+        known, slow = dict(zip(self.names, values.tolist())), self.forces.slow
+        out = np.empty(slow.x.shape)
+        for place, (x, v) in zip(self.places, self._points(known)):
             own = slice(2 * place.number, 2 * place.number + 2)
-            points = [np.stack((part[:, own], *(part[:, own] + away[:, end, own] for end in (0, 1))), axis=1)
-                      for part, away in ((x, forces.tilt), (v, forces.tilt_speed))]  # fmt: skip
-            out[:, own] = forces_of(self._case(place, known), points[0], points[1], slow.spin, 1 / slow.rate)
+            out[:, own] = forces_of(self._case(place, known), x, v, slow.spin, 1 / slow.rate)
         return out
+
+    def _points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Motion and velocity (n_t, 3, 2) of the middle and both ends of each clearance, by gains and turn of probes.
+
+        Run-out is that of the point about which the forces are linearised.
+        """
+        key = tuple(known.get(name, 0.0) for name in self._of_probes)
+        if key not in self._moved:
+            if len(self._moved) >= KEPT_MOTIONS:
+                self._moved.clear()
+            self._moved[key] = [self._at_ends(place, known) for place in self.places]
+        return self._moved[key]
+
+    def _at_ends(self, place: Place, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        forces, j = self.forces, place.number
+        own = slice(2 * j, 2 * j + 2)
+        angle = known.get(f"bushings[{j}].probe_angle", place.nominal.probe_angle)
+        c, s = np.cos(angle), np.sin(angle)
+        gain = np.array([known.get(f"probes[{i}].gain", 1.0) for i in (2 * j, 2 * j + 1)])
+        turned = np.array([[c, s], [-s, c]]) / gain[:, None]
+        found = []
+        for shown, away in zip(self._shown, (forces.tilt, forces.tilt_speed)):
+            points = np.empty((len(shown), 3, 2))
+            points[:, 0] = shown[:, own] @ turned
+            points[:, 1:] = away[:, :, own] + points[:, :1]
+            found.append(points)
+        return found[0], found[1]
 
     def misses(self, values: np.ndarray) -> np.ndarray:
         """Return what laws miss of what probes show (n_windows, n_f, m), over its expected error."""
-        forces, change = self.forces, values[: self.n_linear] - self.forces.at
-        rest = [
-            values[self.names.index(f"bushings[{p.number}].force at rest {axis}")] for p in self.places for axis in "yz"
-        ]
-        acting = forces.of_laws(self.law_forces(values)) - forces.one[:, :, None] * np.array(rest)
-        shown = forces.shown + forces.shown_by @ change
-        return np.asarray(shown - (self._per_force(change) @ acting[..., None])[..., 0])
+        change = values[: self.n_linear] - self.forces.at
+        shown = self.forces.shown + self.forces.shown_by @ change
+        return np.asarray(shown - times(self._per_force(change), self._acting(values)))
+
+    def _acting(self, values: np.ndarray) -> np.ndarray:
+        """(n_windows, n_f, m) spectra of the forces of laws above those at rest, N."""
+        forces = self.forces
+        return forces.of_laws(self.law_forces(values)) - forces.one[:, :, None] * values[self._rest]
+
+    def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> Linearised:
+        """Return residuals and Jacobian: differences of what forces of laws depend on, else as it is linear.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n,)
+            Coordinates of the point.
+        residuals : ndarray, shape (n_residuals,), optional
+            Residuals there; they are computed in any case.
+        """
+        values = self.values(at)
+        change, acting = values[: self.n_linear] - self.forces.at, self._acting(values)
+        per_force = self._per_force(change)
+        shown = self.forces.shown + self.forces.shown_by @ change
+        here = real(shown - times(per_force, acting))
+        jacobian = np.zeros((here.size, self.size))
+        for i, p in enumerate(self.parameters):
+            by_unit = self.unit[i] * (1.0 if p.transform == "linear" else values[i])
+            if i < self.n_linear:
+                column = by_unit * self.forces.shown_by[..., i]
+                if self._acts[i]:
+                    column = column - times(by_unit * self.forces.per_force_by[i], acting)
+                jacobian[:, i] = real(column)
+            elif i in self._rest:
+                row = self._rest.index(i)
+                jacobian[:, i] = real(by_unit * self.forces.one[:, :, None] * per_force[..., row])
+        for i in self._moving:
+            step = -STEP if at[i] + STEP > self.high[i] else STEP
+            moved = self._acting(self.values(at + step * (np.arange(self.size) == i)))
+            jacobian[:, i] -= real(times(per_force, (moved - acting) / step))
+        self.evaluations += 1 + self._moving.size
+        return Linearised(np.where(np.abs(here) < MAX_RESIDUAL, here, np.inf), jacobian)
 
     def _per_force(self, change: np.ndarray) -> np.ndarray:
         """(n_windows, n_f, m, m) what probes show of forces, over its expected error."""
@@ -140,20 +208,6 @@ class LawProblem(Problem):
     def _over_errors(self, values: np.ndarray) -> np.ndarray:
         found = real(self.misses(values))
         return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
-
-    def motion(self, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Return motion and velocity (n_t, m) of the middles, without run-out, gains and turn of the probes."""
-        slow, m = self.forces.slow, self.forces.shown.shape[2]
-        surface = run_out(known, m)
-        x, v = slow.x - slow.waves @ surface, slow.v - slow.waves_by_time @ surface
-        turned = np.zeros((m, m))
-        for place in self.places:
-            angle = known.get(f"bushings[{place.number}].probe_angle", place.nominal.probe_angle)
-            c, s = np.cos(angle), np.sin(angle)
-            own = slice(2 * place.number, 2 * place.number + 2)
-            turned[own, own] = [[c, s], [-s, c]]
-        gain = np.array([known.get(f"probes[{i}].gain", 1.0) for i in range(m)])
-        return x / gain @ turned, v / gain @ turned
 
     def _case(self, place: Place, known: Mapping[str, float]) -> Case:
         own = f"bushings[{place.number}]"
@@ -198,6 +252,11 @@ def forces_of(case: Case, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: 
     shape = np.array(case.out_of_round)
     fill_round_forces(np.ascontiguousarray(x), np.ascontiguousarray(v), spin, 1.0, shape, records, out)
     return out
+
+
+def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return the product of matrices (..., m, m) and vectors (..., m)."""
+    return np.einsum("...ij,...j->...i", matrix, vector)
 
 
 def real(spectra: np.ndarray) -> np.ndarray:

@@ -24,10 +24,11 @@ from .gains import ORDERS, places_of_unbalance, probe_gains, spun
 __all__ = ["Bands", "Window", "bands_of", "cut", "uncertain"]
 
 LENGTH = 1.5  # s, of a window
-STEADY, CHANGING = 4, 20  # windows of a record at one speed, and of a run-up, at most
+STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
 PLAIN = ("structure.", "beam.", "masses[", "1/beam.clamp")
 LIKELY_UNBALANCE = 2.0  # of the rig file's: 1 σ of its parts along and across the mark
 RUN_OUT = 0.1  # of the gap: 1 σ of what the surface adds per order, along cosine and sine
+CLEARED, CERTAIN = 1.0, 6.0  # s, pieces in which noise is left out; power over that of noise from which on a line counts
 WIDEST = 0.4  # of the rate: highest frequency of the motion
 NOISY = 0.7  # of half the rate: from there on a probe shows but noise
 QUIETEST = 1e-3  # of a probe's RMS: none is taken to be quieter
@@ -51,6 +52,7 @@ class Window:
     start: float  #: s in the record, of its first sample
     fs: float  #: samples per second of the spectra's signals
     displacement: np.ndarray  #: (n, m) m, from where the shaft rests standing still; m = 2 n_bushings
+    clear: np.ndarray  #: (n, m) the same without noise, as far as it can be told from motion
     angle: np.ndarray  #: (n,) rad
     speed: np.ndarray  #: (n,) rad/s
     steady: bool  #: whether it is of a record at one speed
@@ -127,11 +129,38 @@ def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None)
     if starts.size > most:
         starts = starts[np.round(np.linspace(0, starts.size - 1, most)).astype(int)]
     turning, noise = record.turning, noise_of(shown)
+    clear = without_noise(shown, noise, record.fs)
     parts = [slice(start, start + size) for start in starts.tolist()]
     return [
-        Window(record.name, p.start / record.fs, record.fs, shown[p], turning.angle[p], turning.speed[p], steady, noise)
+        Window(record.name, p.start / record.fs, record.fs, shown[p], clear[p], turning.angle[p], turning.speed[p], steady, noise)
         for p in parts
     ]
+
+
+def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray:
+    """Return probes (n_t, m), m, in which lines that are not above the noise are left out (Wiener's filter).
+
+    Laws see the motion with its noise, and the probes show the same noise: it would count as a force of springs.
+
+    Parameters
+    ----------
+    shown : ndarray, shape (n_t, m)
+        Of a record.
+    noise : ndarray, shape (m,)
+        Standard deviation of a sample, m.
+    fs : float
+        Samples per second.
+    """
+    size = min(round(CLEARED * fs), len(shown))
+    taper = scipy.signal.get_window("hann", size)
+    transform = scipy.signal.ShortTimeFFT(taper, max(size // 4, 1), fs)
+    ends = [(size // 2, size - size // 2), (0, 0)]
+    longer = np.pad(shown, ends, "reflect", reflect_type="odd")
+    spectra = transform.stft(longer, axis=0)
+    level = (CERTAIN * np.sum(taper**2) * noise**2)[None, :, None]
+    spectra *= np.clip(1 - level / np.maximum(np.abs(spectra) ** 2, 1e-300), 0.0, 1.0)
+    clear = transform.istft(spectra, k1=len(longer), f_axis=0, t_axis=-1)
+    return np.asarray(clear.reshape(len(longer), -1)[size // 2 : size // 2 + len(shown)])
 
 
 def noise_of(shown: np.ndarray) -> np.ndarray:
@@ -241,7 +270,7 @@ def slow_motion(windows: Sequence[Window], bands: Bands) -> Slow:
     taps = scipy.signal.firwin(2 * half + 1, min(1.1 * bands.motion, 0.49 * fs), fs=fs, window=("kaiser", 4.0))
     found = []
     for window in windows:
-        ends = np.pad(window.displacement, ((half, half), (0, 0)), "reflect", reflect_type="odd")
+        ends = np.pad(window.clear, ((half, half), (0, 0)), "reflect", reflect_type="odd")
         smooth = scipy.signal.fftconvolve(ends, taps[:, None], "valid", axes=0)
         time = np.arange(window.size) / fs
         v = CubicSpline(time, smooth, axis=0)(time, 1)
