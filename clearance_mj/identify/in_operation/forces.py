@@ -25,6 +25,7 @@ ERROR, SPREAD = 0.03, 0.01
 LAW_ERROR, LAW_SPREAD = 0.05, 0.05
 """The same over the force itself: of each line, and of all alike, for its law is fed with a motion that has noise"""
 SLOPE = 0.5  # of what H⁻¹ changes from one line to the next
+MIDDLE = 0.3  # of the window: forces over time are told where it is larger
 NEIGHBOURS = 5  # lines over which the expected error is the same
 
 
@@ -45,6 +46,15 @@ class Forces:
     tilt: np.ndarray  #: (n_t, 2, m) displacement of both ends beyond that of the middle, m
     tilt_speed: np.ndarray  #: (n_t, 2, m) m/s
     stiffness: np.ndarray  #: (n_bushings,) N/m, of the shaft at rest
+    over_error: np.ndarray  #: (n_windows, n_f, m, m) H⁻¹ over the forces' expected errors, which weighs what is shown
+    clear: np.ndarray  #: (n_windows, n_f, m) N, the forces as probes show them, where they are above their errors
+
+    def over_time(self) -> np.ndarray:
+        """Return the forces (n_windows, n, m), N, at the times of the slow motion, 0 where a window is small."""
+        n = self.slow.size
+        taper = scipy.signal.get_window("hann", n)[:, None]
+        found = n / self.windows[0].size * np.fft.irfft(self.clear, n, axis=1)
+        return np.asarray(np.where(taper > MIDDLE, found / np.maximum(taper, MIDDLE), 0.0))
 
     def of_laws(self, force: np.ndarray) -> np.ndarray:
         """Return spectra (n_windows, n_f, m) of forces (n_t, m) of laws, N.
@@ -61,8 +71,9 @@ class Forces:
 
 
 def forces_in(
-    rig: Rig, windows: Sequence[Window], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands
-) -> Forces:
+    rig: Rig, windows: Sequence[Window], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands,
+    weighed: Forces | None = None,
+) -> Forces:  # fmt: skip
     """Return the forces in windows at values of what is uncertain, with their derivatives.
 
     Parameters
@@ -77,6 +88,8 @@ def forces_in(
         Their values; those not given are at their starts.
     bands : Bands
         As `bands_of` returns them.
+    weighed : Forces, optional
+        Whose expected errors are taken, so that misfits compare.
     """
     values = {p.name: at.get(p.name, p.start) for p in parameters}
     frequency = np.fft.rfftfreq(windows[0].size, 1 / windows[0].fs)
@@ -86,13 +99,14 @@ def forces_in(
     static = np.abs(np.diag(maker.gains(values, 0.0).inverse[0].real)).reshape(-1, 2).mean(axis=1)
     spectra = [w.spectra(frequency.size) for w in windows]
     size = windows[0].size
-    shown, shown_by, per_force, per_force_by, tilts = [], [], [], [], []
-    for window, own in zip(windows, spectra):
+    shown, shown_by, per_force, per_force_by, tilts, over, gated = [], [], [], [], [], [], []
+    for i, (window, own) in enumerate(zip(windows, spectra)):
         gains = maker.gains(values, window.mean_speed)
         inverse = gains.inverse
         seen = maker.shown(values, window, own)
         weight = _weight(inverse, own, seen, static, window.noise)
-        before = weight[:, :, None] * inverse
+        before = weight[:, :, None] * inverse if weighed is None else weighed.over_error[i]
+        over.append(before)
         here = before, seen
         shown.append(np.einsum("fij,fj->fi", *here))
         per_force.append(before @ gains.shown)
@@ -100,12 +114,14 @@ def forces_in(
         shown_by.append(np.einsum("fij,fjk->fik", before, by[0]))
         per_force_by.append(before @ by[1])
         force = np.einsum("fij,fj->fi", inverse, here[1])
-        tilts.append(maker.tilt(values, gains, own, force, _gate(own, inverse, weight, window.noise), slow, size))
+        gate = _gate(own, inverse, weight, window.noise)
+        gated.append(gate * force)
+        tilts.append(maker.tilt(values, gains, own, force, gate, slow, size))
     tilt, tilt_speed = (np.concatenate(parts) for parts in zip(*tilts))
     return Forces(
         tuple(windows), tuple(parameters), np.array(list(values.values())), np.array(shown), np.array(shown_by),
         np.array(per_force), np.swapaxes(per_force_by, 0, 1), np.array([s.one[:, 0] for s in spectra]), slow, tilt,
-        tilt_speed, static,
+        tilt_speed, static, np.array(over), np.array(gated),
     )  # fmt: skip
 
 
