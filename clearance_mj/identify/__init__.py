@@ -10,6 +10,8 @@ from .channels.mapping import map_channels
 from .follow.alarms import Alarm
 from .follow.bench_twin import twin
 from .follow.history import Twin
+from .in_operation.found import OrbitFit
+from .in_operation.orbits import orbits
 from .laws.comparison import FamilyFit
 from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
@@ -28,6 +30,7 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
+    "OrbitFit",
     "RigUpdate",
     "Twin",
     "bouc_wen",
@@ -42,6 +45,7 @@ __all__ = [
     "law",
     "map_channels",
     "methods",
+    "orbits",
     "priors",
     "register",
     "require",

@@ -120,12 +120,12 @@ class LawProblem(Problem):
         """Return the forces (n_t, m) of laws at parameters (n,), N."""
         known, slow = dict(zip(self.names, values.tolist())), self.forces.slow
         out = np.empty(slow.x.shape)
-        for place, (x, v) in zip(self.places, self._points(known)):
+        for place, (x, v) in zip(self.places, self.points(known)):
             own = slice(2 * place.number, 2 * place.number + 2)
             out[:, own] = forces_of(self._case(place, known), x, v, slow.spin, 1 / slow.rate)
         return out
 
-    def _points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
+    def points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Motion and velocity (n_t, 3, 2) of the middle and both ends of each clearance, by gains and turn of probes.
 
         Run-out is that of the point about which the forces are linearised.

@@ -91,8 +91,10 @@ def fitted(
     found = solve(problem, starts, n_best=SEARCHED, stop=FIRST)
     for _ in range(ROUNDS):
         known = dict(zip(problem.names, found.values.tolist()))
-        problem = LawProblem(forces_in(rig, windows, uncertain, known, bands, weighed), places, own)
-        found = solve(problem, [problem.at(known)], stop=STOP)
+        forces = forces_in(rig, windows, uncertain, known, bands, weighed)
+        problem = LawProblem(forces, places, own)
+        others = [problem.at(known | each) for each in _by_force(forces, places)]
+        found = solve(problem, [problem.at(known), *others], n_best=2, stop=STOP)
     return found
 
 

@@ -25,7 +25,7 @@ from .comparison import WORKERS, FamilyFit, weighted
 from .round_fit import RoundFit, fit_round, parameters_of, placed
 from .round_motion import RoundMotion
 
-__all__ = ["compare_round_families"]
+__all__ = ["compare_round_families", "rests_of"]
 
 ALL_FILLINGS = ChainMap(FILLING_FAMILIES, ROUND_FILLING_FAMILIES)
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
@@ -54,7 +54,7 @@ def compare_round_families(
         for record in tqdm(records, desc="forces", disable=not progress)
     ]
     motions = [RoundMotion(forces, rig, j) for j in range(len(rig.bushings))]
-    rests = _rests(rig)
+    rests = rests_of(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
     contacts, fillings = list(CONTACT_FAMILIES.values()), _fillings(rig)
     bar = tqdm(
@@ -113,7 +113,7 @@ def circle_start(motion: RoundMotion, parameters: Sequence[object]) -> dict[str,
     return {f"{own}.rest_y": -float(y), f"{own}.rest_z": -float(z), f"{own}.gap": 0.98 * radius}
 
 
-def _rests(rig: Rig) -> list[tuple[float, float]]:
+def rests_of(rig: Rig) -> list[tuple[float, float]]:
     """Where the shaft rests in each clearance as the rig file has it, from its middle, m."""
     offsets = np.array([(b.offset_y, b.offset) for b in rig.bushings])
     standing = rig.replace(spin=None, unbalances=())
