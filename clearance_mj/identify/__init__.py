@@ -12,6 +12,7 @@ from .follow.bench_twin import twin
 from .follow.history import Twin
 from .in_operation.found import OrbitFit
 from .in_operation.orbits import orbits
+from .in_operation.twin import OrbitAlarm, OrbitTwin, follow_orbits
 from .laws.comparison import FamilyFit
 from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
@@ -30,7 +31,9 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
+    "OrbitAlarm",
     "OrbitFit",
+    "OrbitTwin",
     "RigUpdate",
     "Twin",
     "bouc_wen",
@@ -40,6 +43,7 @@ __all__ = [
     "fit_jointed_mode",
     "fit_jointed_structure",
     "fitted_model",
+    "follow_orbits",
     "get_method",
     "identify",
     "law",

@@ -16,7 +16,7 @@ from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
 from .windows import CERTAIN, Bands, Slow, Spectra, Window, slow_motion
 
-__all__ = ["Forces", "forces_in"]
+__all__ = ["ForceMaker", "Forces", "forces_in"]
 
 DIFFERENCE = 0.3  # prior standard deviations, steps by which the linear rig's numbers are varied
 SAME_SPEED = 0.5  # rad/s, within which a shaft's gains are taken to be the same
@@ -72,7 +72,7 @@ class Forces:
 
 def forces_in(
     rig: Rig, windows: Sequence[Window], parameters: Sequence[Parameter], at: Mapping[str, float], bands: Bands,
-    weighed: Forces | None = None,
+    weighed: Forces | None = None, maker: ForceMaker | None = None,
 ) -> Forces:  # fmt: skip
     """Return the forces in windows at values of what is uncertain, with their derivatives.
 
@@ -90,12 +90,15 @@ def forces_in(
         As `bands_of` returns them.
     weighed : Forces, optional
         Whose expected errors are taken, so that misfits compare.
+    maker : ForceMaker, optional
+        One of earlier windows; nothing is then derived.
     """
     values = {p.name: at.get(p.name, p.start) for p in parameters}
     frequency = np.fft.rfftfreq(windows[0].size, 1 / windows[0].fs)
     frequency = frequency[frequency <= bands.force]
     slow = slow_motion(windows, bands)
-    maker = _Maker(rig, parameters, 2 * np.pi * frequency, bands)
+    derived = maker is None
+    maker = maker or ForceMaker(rig, parameters, 2 * np.pi * frequency)
     static = np.abs(np.diag(maker.gains(values, 0.0).inverse[0].real)).reshape(-1, 2).mean(axis=1)
     spectra = [w.spectra(frequency.size) for w in windows]
     size = windows[0].size
@@ -110,7 +113,7 @@ def forces_in(
         here = before, seen
         shown.append(np.einsum("fij,fj->fi", *here))
         per_force.append(before @ gains.shown)
-        by = maker.derivatives(values, window, own, here[1])
+        by = maker.derivatives(values, window, own, here[1]) if derived else maker.none(here[1])
         shown_by.append(np.einsum("fij,fjk->fik", before, by[0]))
         per_force_by.append(before @ by[1])
         force = np.einsum("fij,fj->fi", inverse, here[1])
@@ -125,13 +128,28 @@ def forces_in(
     )  # fmt: skip
 
 
-class _Maker:
-    """Forces of one rig, whose gains at every speed are computed once."""
+class ForceMaker:
+    """Forces of one rig, whose gains at every speed are computed once.
 
-    def __init__(self, rig: Rig, parameters: Sequence[Parameter], omega: np.ndarray, bands: Bands) -> None:
-        self.rig, self.parameters, self.omega, self.bands = rig, tuple(parameters), omega, bands
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    parameters : sequence of Parameter
+        What is uncertain.
+    omega : ndarray, shape (n_f,)
+        rad/s, of the lines.
+    """
+
+    def __init__(self, rig: Rig, parameters: Sequence[Parameter], omega: np.ndarray) -> None:
+        self.rig, self.parameters, self.omega = rig, tuple(parameters), omega
         self.known: dict[tuple[object, ...], ProbeGains] = {}
         self.rigs: dict[tuple[tuple[str, float], ...], Rig] = {}
+
+    def none(self, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return zeros in the place of derivatives."""
+        count = len(self.parameters)
+        return np.zeros((*here.shape, count)), np.zeros((count, *here.shape, here.shape[1]))
 
     def gains(self, values: Mapping[str, float], spin: float) -> ProbeGains:
         numbers = tuple((n, v) for n, v in values.items() if not n.startswith("unbalances[") and "run-out" not in n)

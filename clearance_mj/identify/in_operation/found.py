@@ -13,6 +13,7 @@ import numpy as np
 from ...core.files import to_json, write_text
 from ...estimate.estimates import Estimates
 from ...rig import Rig
+from .windows import Bands
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,6 +95,10 @@ class OrbitFit:
     """names of the records"""
     misfit: float
     """RMS of what is left, over its expected error"""
+    bands: Bands
+    """of forces and motion"""
+    drawn: Rig
+    """the rig that was fitted, as it was drawn"""
     warnings: tuple[str, ...] = ()
     """plain words on what not to rely on"""
 

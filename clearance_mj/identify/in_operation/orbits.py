@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.errors import RecordError
 from ...core.kinds import checks_kinds
-from ...estimate import Parameter, Solution
+from ...estimate import Parameter, Solution, solve
 from ...estimate.estimates import Estimates
 from ...estimate.loss import UnknownScale
 from ...io.dataset import Dataset, Record
@@ -23,8 +23,8 @@ from ..records.prepared import PreparedRecord, prepared
 from ..structure.priors import priors
 from .found import ClearanceInOperation, OrbitFit
 from .problem import LawProblem, Place, law_parameters, places_of
-from .search import fitted, free
-from .windows import Window, bands_of, cut, uncertain
+from .search import FIRST, fitted, free
+from .windows import Bands, bands_of, cut, uncertain
 
 __all__ = ["orbits"]
 
@@ -76,7 +76,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
 
     begin = free(rig, windows, bands, places, varied, own(False))
     found = fitted(rig, windows, bands, places, varied, own(True), begin)
-    return _result(rig, chosen, places, found, _odds(found, own(False)))
+    return _result(rig, chosen, bands, places, found, _odds(found, own(False)))
 
 
 def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
@@ -106,9 +106,6 @@ def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
     """(n_bushings,) logarithm of the likelihood of laws with contact over that of laws without it."""
     problem = found.problem
     assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
-    from ...estimate import solve
-    from .search import FIRST
-
     without = LawProblem(problem.forces, problem.places, own, touching=False)
     other = solve(without, [without.at(dict(zip(problem.names, found.values.tolist())))], stop=FIRST)
     n = found.residuals.size / max(found.loss.correlated, 1.0)
@@ -117,7 +114,7 @@ def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
 
 
 def _result(
-    rig: Rig, records: Sequence[PreparedRecord], places: Sequence[Place], found: Solution, odds: np.ndarray
+    rig: Rig, records: Sequence[PreparedRecord], bands: Bands, places: Sequence[Place], found: Solution, odds: np.ndarray
 ) -> OrbitFit:
     problem = found.problem
     assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
@@ -138,8 +135,9 @@ def _result(
     misfit = float(found.loss.scale(found.residuals)) ** 0.5
     names = tuple(r.name for r in records)
     return OrbitFit(
-        rig.replace(bushings=tuple(bushings)), tuple(clearances), estimates, names, misfit, _warnings(records, misfit)
-    )
+        rig.replace(bushings=tuple(bushings)), tuple(clearances), estimates, names, misfit, bands, rig,
+        _warnings(records, misfit),
+    )  # fmt: skip
 
 
 def _clearance(

@@ -116,25 +116,39 @@ def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None)
     """
     if record.displacement is None or record.turning is None:
         raise RecordError(f'record "{record.name}": has no two probes in each clearance, or its shaft does not turn')
-    size = round(length * record.fs)
     spin = record.tested.spin
-    steady = not (spin and spin.rate)
+    found = windows_of(record, length, length / 2)
+    most = most or (CHANGING if spin and spin.rate else STEADY)
+    if len(found) <= most:
+        return found
+    return [found[i] for i in np.round(np.linspace(0, len(found) - 1, most)).astype(int).tolist()]
+
+
+def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window]:
+    """Return all windows of a record whose shaft turns, with probes.
+
+    Parameters
+    ----------
+    record : PreparedRecord
+        The record.
+    length, hop : float
+        s, of each, and from one to the next.
+    """
+    assert record.displacement is not None and record.turning is not None
+    size, spin, turning = round(length * record.fs), record.tested.spin, record.turning
     shown = record.displacement.T
     if len(shown) < size:
         raise RecordError(
             f'record "{record.name}": lasts {record.duration:.3g} s; orbits are looked at in windows of {length:g} s'
         )
-    starts = np.arange(0, len(shown) - size + 1, size // 2)
-    most = most or (STEADY if steady else CHANGING)
-    if starts.size > most:
-        starts = starts[np.round(np.linspace(0, starts.size - 1, most)).astype(int)]
-    turning, noise = record.turning, noise_of(shown)
+    noise = noise_of(shown)
     clear = without_noise(shown, noise, record.fs)
-    parts = [slice(start, start + size) for start in starts.tolist()]
+    parts = [slice(start, start + size) for start in range(0, len(shown) - size + 1, round(hop * record.fs))]
     return [
-        Window(record.name, p.start / record.fs, record.fs, shown[p], clear[p], turning.angle[p], turning.speed[p], steady, noise)
+        Window(record.name, p.start / record.fs, record.fs, shown[p], clear[p], turning.angle[p], turning.speed[p],
+               not (spin and spin.rate), noise)
         for p in parts
-    ]
+    ]  # fmt: skip
 
 
 def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray:
