@@ -10,6 +10,9 @@ from .channels.mapping import map_channels
 from .follow.alarms import Alarm
 from .follow.bench_twin import twin
 from .follow.history import Twin
+from .in_operation.found import OrbitFit
+from .in_operation.orbits import orbits
+from .in_operation.twin import OrbitAlarm, OrbitTwin, follow_orbits
 from .laws.comparison import FamilyFit
 from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
@@ -28,6 +31,9 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
+    "OrbitAlarm",
+    "OrbitFit",
+    "OrbitTwin",
     "RigUpdate",
     "Twin",
     "bouc_wen",
@@ -37,11 +43,13 @@ __all__ = [
     "fit_jointed_mode",
     "fit_jointed_structure",
     "fitted_model",
+    "follow_orbits",
     "get_method",
     "identify",
     "law",
     "map_channels",
     "methods",
+    "orbits",
     "priors",
     "register",
     "require",

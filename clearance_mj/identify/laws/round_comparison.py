@@ -28,7 +28,7 @@ from .comparison import WORKERS, FamilyFit, weighted
 from .round_fit import RoundFit, fit_round, parameters_of, spread_by_rig
 from .round_motion import RoundMotion
 
-__all__ = ["compare_round_families"]
+__all__ = ["compare_round_families", "rests_of"]
 
 FIRST = (LinearWithFilm.name,)  # the filling that all others but films begin from
 ALL_FILLINGS = ChainMap(FILLING_FAMILIES, ROUND_FILLING_FAMILIES)
@@ -59,7 +59,7 @@ def compare_round_families(
     seconds = sum(record.duration for record in records)
     records = [loudest(record, MAX_SECONDS / seconds) for record in records]
     motions = _motions(records, rig, update.values)
-    rests = _rests(rig)
+    rests = rests_of(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
     contacts, fillings = _contacts(), _fillings(rig)
     bar = tqdm(
@@ -156,7 +156,7 @@ def circle_starts(motion: RoundMotion) -> list[dict[str, float]]:
     return [middle | {f"{own}.gap": 0.98 * radius}, middle]
 
 
-def _rests(rig: Rig) -> list[tuple[float, float]]:
+def rests_of(rig: Rig) -> list[tuple[float, float]]:
     """Where the shaft rests in each clearance as the rig file has it, from its middle, m."""
     offsets = np.array([(b.offset_y, b.offset) for b in rig.bushings])
     standing = rig.replace(spin=None, unbalances=())

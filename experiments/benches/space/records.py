@@ -175,11 +175,12 @@ def _probes(bench: Bench, moved: Motion, angle: np.ndarray | None) -> list[Signa
 
 
 def write_bench(
-    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "orbit", "validate")
-) -> None:
-    """Simulate the records of a bench that have one of the roles, and write dataset and truth."""
+    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "orbit", "validate"),
+    kinds: Sequence[str] = ("base", "force", "spin"),
+) -> None:  # fmt: skip
+    """Simulate the records of a bench that have one of the roles and kinds, and write dataset and truth."""
     taken = list(enumerate(plans(bench, short)))
-    write_records(bench, folder, [(i, plan) for i, plan in taken if plan.role in roles])
+    write_records(bench, folder, [(i, plan) for i, plan in taken if plan.role in roles and plan.kind in kinds])
     (Path(folder) / "truth.toml").write_text(tomli_w.dumps(bench.truth()), encoding="utf-8")
 
 

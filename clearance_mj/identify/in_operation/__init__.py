@@ -1,0 +1,1 @@
+"""Identification from records of a machine in operation: probes and keyphasor alone."""

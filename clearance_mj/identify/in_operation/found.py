@@ -1,0 +1,150 @@
+"""What orbits tell of clearances: gaps with their intervals, or how wide they are at least."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.files import to_json, write_text
+from ...estimate.estimates import Estimates
+from ...rig import Rig
+from .windows import Bands
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["ClearanceInOperation", "OrbitFit"]
+
+NORMAL95 = 1.959963984540054  # standard deviations, half of a 95 % interval
+MICRO = 1e6
+RPM = 30 / math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class ClearanceInOperation:
+    """A clearance as the orbits of its shaft show it."""
+
+    name: str
+    """of its bushing, as in `Rig.clearance_labels`"""
+    seen: bool
+    """whether the records tell the gap: by contact, or by an oil film's forces"""
+    touches: bool
+    """whether the shaft touches in any record"""
+    odds: float
+    """logarithm of the likelihood of contact over that of none, as far as laws and rig explain the records"""
+    gap: float
+    """m, radial; where it is not seen, that of the rig file"""
+    gap_std: float
+    """standard deviation of its logarithm"""
+    rest: tuple[float, float]
+    """m, along y and z from the bushing's middle to where the shaft rests standing still"""
+    rest_std: tuple[float, float]
+    """m"""
+    at_least: float
+    """m, radius of the smallest circle about the shaft's motion: no gap is narrower"""
+    law: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """contact, friction and filling by name, SI, each with the standard deviation of its logarithm"""
+    path: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
+    """(n, 2) motion along y and z from where the shaft rests, m"""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Limits of the gap, m, at 95 %; without an upper one where it is not seen."""
+        if not self.seen:
+            return self.at_least, math.inf
+        half = NORMAL95 * self.gap_std
+        return self.gap * math.exp(-half), self.gap * math.exp(half)
+
+    @property
+    def words(self) -> str:
+        """What is known, in a sentence."""
+        if not self.seen:
+            why = "the shaft touches, but too little of the wall" if self.touches else "the shaft never touches"
+            return f"{self.name}: gap not seen, {why}; it is at least {MICRO * self.at_least:.4g} µm"
+        low, high = (MICRO * end for end in self.interval)
+        by = "contact" if self.touches else "the oil film alone"
+        return f"{self.name}: gap {MICRO * self.gap:.4g} µm (95 %: {low:.4g} to {high:.4g} µm), by {by}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, SI units."""
+        low, high = self.interval
+        return {
+            "bushing": self.name, "seen": self.seen, "touches": self.touches, "odds": self.odds,
+            "gap": self.gap if self.seen else None, "low": low, "high": high if math.isfinite(high) else None,
+            "at_least": self.at_least, "rest": list(self.rest), "rest_std": list(self.rest_std),
+            "law": {name: {"value": v, "relative_std": s} for name, (v, s) in self.law.items()},
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitFit:
+    """What the orbits of a machine in operation tell of its clearances. Made by `orbits`."""
+
+    rig: Rig
+    """with the gaps and places found, where they are seen"""
+    clearances: tuple[ClearanceInOperation, ...]
+    """of each bushing"""
+    estimates: Estimates
+    """of everything that was fitted: rig, unbalance, run-out, laws"""
+    records: tuple[str, ...]
+    """names of the records"""
+    misfit: float
+    """RMS of what is left, over its expected error"""
+    bands: Bands
+    """of forces and motion"""
+    drawn: Rig
+    """the rig that was fitted, as it was drawn"""
+    warnings: tuple[str, ...] = ()
+    """plain words on what not to rely on"""
+
+    def words(self) -> list[str]:
+        """Say in a line for each clearance what is known of it."""
+        return [c.words for c in self.clearances]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row of plain data for each clearance, SI units."""
+        return [c.to_dict() for c in self.clearances]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, SI units."""
+        return {
+            "rig": self.rig.name, "records": list(self.records), "misfit": self.misfit, "clearances": self.rows(),
+            "parameters": list(self.estimates.rows()), "warnings": list(self.warnings),
+        }  # fmt: skip
+
+    def save(self, folder: str | Path) -> None:
+        """Write ``rig.toml`` and ``orbits.json``.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder that is written to.
+        """
+        self.rig.save(Path(folder) / "rig.toml")
+        write_text(Path(folder) / "orbits.json", to_json(self.to_dict()))
+
+    def plot(self) -> Figure:
+        """Draw the orbits of each clearance with the wall that was found and its 95 % band."""
+        from matplotlib.figure import Figure
+
+        n = len(self.clearances)
+        figure = Figure(figsize=(4.2 * n, 4.2), layout="constrained")
+        around = np.linspace(0, 2 * np.pi, 361)
+        circle = np.array([np.cos(around), np.sin(around)])
+        for axes, clearance in zip(figure.subplots(1, n, squeeze=False)[0], self.clearances):
+            y, z = MICRO * (clearance.path + np.array(clearance.rest)).T
+            axes.plot(y, z, lw=0.3, color="tab:blue", label="orbits")
+            ends = clearance.interval if clearance.seen else (clearance.at_least,)
+            if clearance.seen:
+                axes.plot(*(MICRO * clearance.gap * circle), color="black", lw=1.0, label="wall")
+            for i, end in enumerate(ends):
+                label = None if i else "95 %" if clearance.seen else "at least so wide"
+                axes.plot(*(MICRO * end * circle), color="tab:red", lw=0.7, ls="--", label=label)
+            axes.set(aspect="equal", xlabel="y (µm)", ylabel="z (µm)", title=clearance.name)
+            axes.legend(loc="upper right", fontsize="small")
+        return figure

@@ -1,0 +1,96 @@
+"""What two probes in each clearance tell of a turning shaft: forces in the clearances, and motion beside the probes.
+
+The shaft is linear and known, and nothing excites it but its unbalance: in the frequency domain probes show
+d = H F + W s + r, with F the forces in the clearances, s those of the unbalance and r the run-out. There are as
+many probes as forces, so that F = H⁻¹ (d - W s - r): the force over the position that the probes show, up to the
+numbers of unbalance and run-out, on which it depends linearly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ...rig import Rig
+from ...rotors.gains import SpatialGains
+from ...rotors.spatial import SpatialModel, spatial_model
+
+__all__ = ["ORDERS", "ProbeGains", "places_of_unbalance", "probe_gains", "spun"]
+
+MODES = 12  # of each plane of the known structure, to which static shapes are added
+ORDERS = (1, 2)  # multiples of the shaft's angle of which run-out is found
+
+
+class ProbeGains(NamedTuple):
+    """A turning shaft at frequencies, as its probes see it; m = 2 n_bushings, u = 2 n_unbalances."""
+
+    shown: np.ndarray  #: (n_f, m, m) H, m/N: what the probes show per force in the clearances, against displacement
+    points: np.ndarray  #: (n_f, 3 m, m) motion of the middles, then of both ends along y, along z, per force
+    seen: np.ndarray  #: (n_f, m, u) W: what probes show of forces along y and z at the unbalances
+    moved: np.ndarray  #: (n_f, 3 m, u) the same of the points
+
+    @property
+    def inverse(self) -> np.ndarray:
+        """(n_f, m, m) H⁻¹, N/m."""
+        return np.linalg.inv(self.shown)
+
+
+def places_of_unbalance(rig: Rig) -> list[tuple[float, float]]:
+    """Return places, m, and sizes, kg m, of the unbalances that a shaft may have: the rig file's, else of its discs.
+
+    Parameters
+    ----------
+    rig : Rig
+        Whose shaft turns.
+    """
+    if rig.unbalances:
+        return [(float(u.position), u.moment) for u in rig.unbalances]
+    discs = [(float(d.position), d.mass) for shaft in rig.linear.shafts for d in shaft.discs]
+    discs += [(float(p.position), p.mass) for p in rig.point_masses if isinstance(p.position, int | float)]
+    return [(place, ECCENTRICITY * mass) for place, mass in discs]
+
+
+ECCENTRICITY = 5e-5  # m, of a disc of which the rig file says nothing: a poor balance (ISO 21940-11, above G 16)
+
+
+def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.ndarray) -> ProbeGains:
+    """Return what probes show of a rig that turns.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig in space.
+    probes : mapping of str to float
+        Gains and places of its probes, as `SpatialGains.at_probes` takes them.
+    spin : float
+        rad/s.
+    omega : ndarray, shape (n_f,)
+        rad/s, from 0 on.
+    """
+    gains = SpatialGains(spatial_model(rig, MODES), spin)
+    forces = -gains.at_bushings.T
+    whirling = _unit_unbalances(gains.model)
+    rows = np.vstack((gains.at_probes(probes), gains.at_points))
+    found = gains.responses(rows, np.hstack((forces, whirling)), omega)
+    m = forces.shape[1]
+    return ProbeGains(found[:, :m, :m], found[:, m:, :m], found[:, :m, m:], found[:, m:, m:])
+
+
+def _unit_unbalances(model: SpatialModel) -> np.ndarray:
+    """(n, u) forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them."""
+    found = [model.moved([place])[0] for place, _ in places_of_unbalance(model.rig)]
+    return np.concatenate(found).T if found else np.zeros((model.size, 0))
+
+
+def spun(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Return the forces (n_t, 2, 2) along y and z of unit unbalances along the mark and across it, N/(kg m).
+
+    Parameters
+    ----------
+    angle, speed : ndarray, shape (n_t,)
+        Of the shaft, rad and rad/s.
+    """
+    c, s = speed**2 * np.cos(angle), speed**2 * np.sin(angle)
+    return np.stack((np.stack((c, -s), axis=-1), np.stack((s, c), axis=-1)), axis=1)

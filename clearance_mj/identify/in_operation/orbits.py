@@ -1,0 +1,182 @@
+"""The clearance from orbits alone: two probes in each bushing and a keyphasor of a machine in operation."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...core.errors import RecordError
+from ...core.kinds import checks_kinds
+from ...estimate import Parameter, Solution, solve
+from ...estimate.loss import UnknownScale
+from ...io.dataset import Dataset, Record
+from ...model import Model
+from ...rig import Rig
+from ..laws.round_comparison import rests_of
+from ..laws.round_fit import placed
+from ..laws.round_motion import smallest_circle
+from ..records.prepared import PreparedRecord, prepared
+from ..structure.priors import priors
+from .found import ClearanceInOperation, OrbitFit
+from .problem import LawProblem, Place, law_parameters, places_of
+from .search import FIRST, fitted, free
+from .windows import Bands, bands_of, cut, uncertain
+
+__all__ = ["orbits"]
+
+LIKELY = 10.0  # logarithm of the odds from which on contact is seen
+KNOWN = 0.08  # standard deviation of the gap's logarithm up to which it counts as seen
+SHAPE = 0.1  # of the deepest penetration: error of a gap by a contact law of another shape
+WEIGHT = 50.0  # N, of the size of a force at rest where the rig file tells no mass
+COMMON_GAIN = 0.01  # 1 σ of the gain of a pair of probes, which scales all that they show
+
+
+@checks_kinds
+def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: Model | None = None) -> OrbitFit:
+    """Find the clearances of a turning shaft from records of probes and keyphasor alone.
+
+    Unbalance excites the shaft; the forces in its clearances follow from two probes in each, up to unbalance, run-out
+    and what the rig file leaves open, which are found with the gap, the place of the shaft, contact, friction and what
+    fills the gap, from records at several speeds or a run-up. A slow roll among them tells the run-out.
+
+    Parameters
+    ----------
+    records : Dataset or sequence of Record
+        Those of a shaft that turns, excited by nothing else; of a dataset none to validate.
+    rig : Rig, optional
+        Instead of the records' own.
+    model : Model, optional
+        Whose rig is taken instead, as identified before.
+
+    Returns
+    -------
+    OrbitFit
+
+    Raises
+    ------
+    RecordError
+        If there is no such record, the rig has no bushings or moves in a plane, or a record lacks its probes.
+    """
+    chosen, rig = _chosen(records, rig or (model.rig if model else None))
+    windows = [window for record in chosen for window in cut(record)]
+    bands = bands_of(rig, windows)
+    known = priors(rig, bands.force, probes=True)
+    usual = [*known, *(p for p in priors(rig.replace(tolerances=())) if p.name.endswith(".gap"))]
+    places, rests, weight = places_of(rig), rests_of(rig), 9.81 * (rig.total_mass or WEIGHT / 9.81)
+    varied = uncertain(rig, known)
+
+    def own(touching: bool) -> list[Parameter]:
+        return [
+            p for place in places for p in law_parameters(place, usual, rests[place.number], True, weight, touching)
+        ]
+
+    begin = free(rig, windows, bands, places, varied, own(False))
+    found = fitted(rig, windows, bands, places, varied, own(True), begin)
+    return _result(rig, chosen, bands, places, found, _odds(found, own(False)))
+
+
+def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
+    given = [*records.to_identify(), *records.orbits] if isinstance(records, Dataset) else list(records)
+    own = rig or (records.rig if isinstance(records, Dataset) else given[0].rig if given else None)
+    if own is None:
+        raise RecordError("there are no records; give some of a shaft that turns")
+    if not own.bushings:
+        raise RecordError(f"rig {own.name!r} has no bushings, so there is no clearance to find")
+    if not own.is_spatial:
+        raise RecordError(f'rig {own.name!r} moves in a plane and has no orbits; give it motion = "spatial"')
+    turned = {r.name: r for r in given if r.excitation_kind == "spin"}
+    if not turned:
+        raise RecordError('no record is of a shaft that turns alone (kind "spin"), which orbits are found in')
+    for record in turned.values():
+        if record.missing_probes:
+            number, label = record.missing_probes[0]
+            raise RecordError(f'record "{record.name}": bushings[{number}] has no displacement probe at {label}')
+    rates = {record.fs for record in turned.values()}
+    if len(rates) > 1:
+        raise RecordError(f"records are sampled at {', '.join(f'{fs:g}' for fs in sorted(rates))} Hz; needs one rate")
+    own_rig = [dataclasses.replace(r, rig=own) if rig is not None else r for r in turned.values()]
+    return [prepared(record) for record in own_rig], own
+
+
+def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
+    """(n_bushings,) logarithm of the likelihood of laws with contact over that of laws without it."""
+    problem = found.problem
+    assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
+    without = LawProblem(problem.forces, problem.places, own, touching=False)
+    other = solve(without, [without.at(dict(zip(problem.names, found.values.tolist())))], stop=FIRST)
+    n = found.residuals.size / max(found.loss.correlated, 1.0)
+    scales = [float(found.loss.scale(s.residuals)) for s in (other, found)]
+    return np.full(len(problem.places), 0.5 * n * math.log(scales[0] / scales[1]))
+
+
+def _result(
+    rig: Rig,
+    records: Sequence[PreparedRecord],
+    bands: Bands,
+    places: Sequence[Place],
+    found: Solution,
+    odds: np.ndarray,
+) -> OrbitFit:
+    problem = found.problem
+    assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
+    correlated = max(found.loss.correlated, 1.0)
+    covariance = np.linalg.inv(found.information / correlated + found.prior)
+    estimates = found.estimates(covariance)
+    values = dict(zip(estimates.names, estimates.value.tolist()))
+    std = dict(zip(estimates.names, estimates.varied_std.tolist()))
+    clearances, bushings = [], []
+    for place in places:
+        clearance = _clearance(rig, problem, place, values, std, float(odds[place.number]))
+        clearances.append(clearance)
+        bushing = rig.bushings[place.number]
+        if clearance.seen:
+            sag = np.array(rests_of(rig)[place.number]) - (bushing.offset_y, bushing.offset)
+            bushing = placed(dataclasses.replace(bushing, gap=clearance.gap), np.array(clearance.rest) - sag)
+        bushings.append(bushing)
+    misfit = float(found.loss.scale(found.residuals)) ** 0.5
+    names = tuple(r.name for r in records)
+    return OrbitFit(
+        rig.replace(bushings=tuple(bushings)), tuple(clearances), estimates, names, misfit, bands, rig,
+        _warnings(records, misfit),
+    )  # fmt: skip
+
+
+def _clearance(
+    rig: Rig, problem: LawProblem, place: Place, values: dict[str, float], std: dict[str, float], odds: float
+) -> ClearanceInOperation:
+    own = f"bushings[{place.number}]"
+    ends, _ = problem.points(values)[place.number]
+    rest = np.array([values[f"{own}.rest_{axis}"] for axis in "yz"])
+    reach, gap = float(np.hypot(*(ends[:, 1:] + rest).reshape(-1, 2).T).max()), values[f"{own}.gap"]
+    touches = odds > LIKELY and reach > gap
+    depth = max(reach - gap, 0.0) / gap if touches else 0.0
+    gap_std = math.sqrt(std[f"{own}.gap"] ** 2 + COMMON_GAIN**2 / 2 + (SHAPE * depth) ** 2)
+    seen = gap_std < KNOWN and (touches or place.filling.round_only)
+    radius = smallest_circle(ends[:: max(1, len(ends) // 20000), 0])[1]
+    law = {n.partition("].")[2]: (v, std[n]) for n, v in values.items() if n.startswith(own) and _is_law(n)}
+    return ClearanceInOperation(
+        rig.clearance_labels[place.number], seen, touches, odds, gap if seen else rig.bushings[place.number].gap,
+        gap_std, (float(rest[0]), float(rest[1])), (std[f"{own}.rest_y"], std[f"{own}.rest_z"]),
+        radius / (1 + 2 * COMMON_GAIN), law, ends[:, 0],
+    )  # fmt: skip
+
+
+def _is_law(name: str) -> bool:
+    return any(word in name for word in (".contact ", ".grease ", ".friction"))
+
+
+def _warnings(records: Sequence[PreparedRecord], misfit: float) -> tuple[str, ...]:
+    found = []
+    speeds = [abs(r.turning.mean_speed) for r in records if r.turning]
+    if len(records) == 1 and not (records[0].tested.spin and records[0].tested.spin.rate):
+        found.append(
+            "one speed alone hardly tells unbalance and run-out apart: give more speeds, a run-up or a slow roll"
+        )
+    elif speeds and min(speeds) > 0.35 * max(speeds):
+        found.append("no record turns slowly: run-out is told by the faster ones alone, with the unbalance")
+    if misfit > 1.5:
+        found.append(f"rig and laws miss {misfit:.2g} times what they are expected to: intervals may be too narrow")
+    return tuple(found)

@@ -1,0 +1,270 @@
+"""Laws of round clearances beside the forces that probes show: parameters, residuals and where a search begins."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...clearance import ContactLaw, KelvinVoigt
+from ...clearance.contacts.kelvin_voigt import Linear
+from ...clearance.family import ContactFamily, FillingFamily
+from ...clearance.greases.bouc_wen import LinearWithFilm
+from ...clearance.greases.oil_film import OilFilled
+from ...clearance.round_cycle import fill_round_forces
+from ...clearance.round_kernel import round_records
+from ...estimate import Parameter, Problem, UnknownScale
+from ...estimate.problem import Linearised
+from ...rig import Bushing, Friction, Rig
+from ...rig.dimensions import shaft_radius
+from ..laws.round_fit import parameters_of
+from ..laws.round_motion import WIDE
+from .forces import Forces, run_out
+from .windows import Window
+
+__all__ = ["LawProblem", "Place", "law_parameters", "places_of"]
+
+KEPT_MOTIONS = 4  # of probes' gains and turns
+STEP = 1e-3  # coordinates, of differences
+MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
+LARGEST_CORRELATION = 30.0  # residuals that count as one observation on the way
+
+
+class Place(NamedTuple):
+    """A clearance and the families of its law."""
+
+    number: int
+    nominal: Bushing  #: with the shaft's radius
+    contact: ContactFamily
+    filling: FillingFamily
+
+
+def places_of(rig: Rig) -> list[Place]:
+    """Return the clearances of a rig: linear contacts, oil where the rig file has it, else springs and a squeeze film."""
+    found = []
+    for j, bushing in enumerate(rig.bushings):
+        nominal = dataclasses.replace(bushing, radius=shaft_radius(rig, j) or None)
+        found.append(Place(j, nominal, Linear(), OilFilled() if bushing.film else LinearWithFilm()))
+    return found
+
+
+def law_parameters(
+    place: Place, priors: Sequence[Parameter], rest: tuple[float, float], turns: bool, weight: float, touching: bool
+) -> list[Parameter]:
+    """Return what is open of a clearance's law, named by its number.
+
+    Parameters
+    ----------
+    place : Place
+        The clearance.
+    priors : sequence of Parameter
+        Of the rig file.
+    rest : (float, float)
+        From its middle to where the shaft rests, as the rig file has it, m.
+    turns : bool
+        Whether the shaft turns in any record.
+    weight : float
+        N, of the size of the force at rest, which moves nothing and is unknown.
+    touching : bool
+        Whether the shaft may touch; else gap, contact and friction are left out where nothing but contact tells them.
+    """
+    own = f"bushings[{place.number}]"
+    shape = parameters_of(SimpleNamespace(number=place.number, nominal=place.nominal, turns=turns), priors, rest)  # type: ignore[arg-type]
+    contact = place.contact.parameters(place.nominal)
+    if not touching:
+        contact = []
+        oil = place.filling.round_only
+        shape = [p for p in shape if oil and not p.name.endswith("friction") and "wider" not in p.name]
+    law = [*contact, *_filling(place)]
+    held = [
+        Parameter(f"{own}.force at rest {axis}", "N", 0.0, -50 * weight, 50 * weight, weight, "linear") for axis in "yz"
+    ]
+    return [*shape, *(dataclasses.replace(p, name=f"{own}.{p.name}") for p in law), *held]
+
+
+def _filling(place: Place) -> list[Parameter]:
+    """What is open of the filling: a dry bushing, whose rig file has no spring, has none."""
+    dry = not place.nominal.grease.stiffness
+    return [p for p in place.filling.parameters(place.nominal) if not (dry and p.name == "grease stiffness")]
+
+
+class LawProblem(Problem):
+    """What is uncertain of the rig and of its clearances' laws, and what their forces miss, window after window."""
+
+    def __init__(
+        self, forces: Forces, places: Sequence[Place], own: Sequence[Parameter], touching: bool = True
+    ) -> None:  # fmt: skip
+        self.forces, self.places, self.touching = forces, tuple(places), touching
+        self.n_linear = len(forces.parameters)
+        size = 2 * forces.shown[0].size
+        super().__init__(
+            [*forces.parameters, *own], lambda values: np.array([self._over_errors(each) for each in values]),
+            loss=UnknownScale(size * _blocks(forces.windows), LARGEST_CORRELATION), lanes=False,
+        )  # fmt: skip
+        self.names = [p.name for p in self.parameters]
+        self._acts = forces.per_force_by.any(axis=(1, 2, 3, 4))
+        self._rest = [self.names.index(f"bushings[{p.number}].force at rest {axis}") for p in places for axis in "yz"]
+        moving = [i for i, n in enumerate(self.names) if i >= self.n_linear or n.endswith((".gain", ".probe_angle"))]
+        self._moving = np.setdiff1d(moving, self._rest)
+        """numbers of the parameters on which forces of laws depend"""
+        slow, surface = forces.slow, run_out(dict(zip(self.names, forces.at.tolist())), forces.shown.shape[2])
+        self._shown = slow.x - slow.waves @ surface, slow.v - slow.waves_by_time @ surface
+        self._of_probes = [n for n in self.names if n.endswith((".gain", ".probe_angle"))]
+        self._moved: dict[tuple[float, ...], list[tuple[np.ndarray, np.ndarray]]] = {}
+        self._known: tuple[bytes, np.ndarray] | None = None
+
+    def law_forces(self, values: np.ndarray) -> np.ndarray:
+        """Return the forces (n_t, m) of laws at parameters (n,), N."""
+        known, slow = dict(zip(self.names, values.tolist())), self.forces.slow
+        out = np.empty(slow.x.shape)
+        for place, (x, v) in zip(self.places, self.points(known)):
+            own = slice(2 * place.number, 2 * place.number + 2)
+            out[:, own] = forces_of(self._case(place, known), x, v, slow.spin, 1 / slow.rate)
+        return out
+
+    def points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Motion and velocity (n_t, 3, 2) of the middle and both ends of each clearance, by gains and turn of probes.
+
+        Run-out is that of the point about which the forces are linearised.
+        """
+        key = tuple(known.get(name, 0.0) for name in self._of_probes)
+        if key not in self._moved:
+            if len(self._moved) >= KEPT_MOTIONS:
+                self._moved.clear()
+            self._moved[key] = [self._at_ends(place, known) for place in self.places]
+        return self._moved[key]
+
+    def _at_ends(self, place: Place, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        forces, j = self.forces, place.number
+        own = slice(2 * j, 2 * j + 2)
+        angle = known.get(f"bushings[{j}].probe_angle", place.nominal.probe_angle)
+        c, s = np.cos(angle), np.sin(angle)
+        gain = np.array([known.get(f"probes[{i}].gain", 1.0) for i in (2 * j, 2 * j + 1)])
+        turned = np.array([[c, s], [-s, c]]) / gain[:, None]
+        found = []
+        for shown, away in zip(self._shown, (forces.tilt, forces.tilt_speed)):
+            points = np.empty((len(shown), 3, 2))
+            points[:, 0] = shown[:, own] @ turned
+            points[:, 1:] = away[:, :, own] + points[:, :1]
+            found.append(points)
+        return found[0], found[1]
+
+    def misses(self, values: np.ndarray) -> np.ndarray:
+        """Return what laws miss of what probes show (n_windows, n_f, m), over its expected error."""
+        change = values[: self.n_linear] - self.forces.at
+        shown = self.forces.shown + self.forces.shown_by @ change
+        return np.asarray(shown - times(self._per_force(change), self._acting(values)))
+
+    def _acting(self, values: np.ndarray) -> np.ndarray:
+        """(n_windows, n_f, m) spectra of the forces of laws above those at rest, N."""
+        forces = self.forces
+        return forces.of_laws(self.law_forces(values)) - forces.one[:, :, None] * values[self._rest]
+
+    def linearised(self, at: np.ndarray, residuals: np.ndarray | None = None) -> Linearised:
+        """Return residuals and Jacobian: differences of what forces of laws depend on, else as it is linear.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n,)
+            Coordinates of the point.
+        residuals : ndarray, shape (n_residuals,), optional
+            Residuals there; they are computed in any case.
+        """
+        values = self.values(at)
+        change, acting = values[: self.n_linear] - self.forces.at, self._acting(values)
+        per_force = self._per_force(change)
+        shown = self.forces.shown + self.forces.shown_by @ change
+        here = real(shown - times(per_force, acting))
+        jacobian = np.zeros((here.size, self.size))
+        for i, p in enumerate(self.parameters):
+            by_unit = self.unit[i] * (1.0 if p.transform == "linear" else values[i])
+            if i < self.n_linear:
+                column = by_unit * self.forces.shown_by[..., i]
+                if self._acts[i]:
+                    column = column - times(by_unit * self.forces.per_force_by[i], acting)
+                jacobian[:, i] = real(column)
+            elif i in self._rest:
+                row = self._rest.index(i)
+                jacobian[:, i] = real(by_unit * self.forces.one[:, :, None] * per_force[..., row])
+        for i in self._moving:
+            step = -STEP if at[i] + STEP > self.high[i] else STEP
+            moved = self._acting(self.values(at + step * (np.arange(self.size) == i)))
+            jacobian[:, i] -= real(times(per_force, (moved - acting) / step))
+        self.evaluations += 1 + self._moving.size
+        return Linearised(np.where(np.abs(here) < MAX_RESIDUAL, here, np.inf), jacobian)
+
+    def _per_force(self, change: np.ndarray) -> np.ndarray:
+        """(n_windows, n_f, m, m) what probes show of forces, over its expected error."""
+        key = change.tobytes()
+        if self._known is None or self._known[0] != key:
+            given = np.flatnonzero(change * self._acts)
+            by = np.tensordot(change[given], self.forces.per_force_by[given], 1)
+            self._known = key, self.forces.per_force + by
+        return self._known[1]
+
+    def _over_errors(self, values: np.ndarray) -> np.ndarray:
+        found = real(self.misses(values))
+        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
+
+    def _case(self, place: Place, known: Mapping[str, float]) -> Case:
+        own = f"bushings[{place.number}]"
+        nominal = place.nominal
+        gap = known.get(f"{own}.gap", nominal.gap)
+        friction = known.get(f"{own}.friction", 0.0)
+        bristles = nominal.friction or Friction(0.0)
+        bushing = dataclasses.replace(
+            nominal, gap=gap, friction=dataclasses.replace(bristles, coefficient=friction) if friction else None,
+            offset=0.0, offset_y=0.0,
+        )  # fmt: skip
+        filling = place.filling.make(
+            bushing if place.filling.round_only else nominal,
+            *(known.get(f"{own}.{p.name}", 0.0) for p in place.filling.parameters(nominal)),
+        )
+        contact = KelvinVoigt(1e-3)
+        if self.touching:
+            contact = place.contact.make(
+                nominal, *(known[f"{own}.{p.name}"] for p in place.contact.parameters(nominal))
+            )  # fmt: skip
+        else:
+            bushing = dataclasses.replace(bushing, gap=WIDE * gap)
+        middle = known.get(f"{own}.rest_y", 0.0), known.get(f"{own}.rest_z", 0.0)
+        oval = known.get(f"{own}.wider_y", 0.0), known.get(f"{own}.wider_yz", 0.0)
+        return Case(bushing, ContactLaw(contact, filling), middle, oval)
+
+
+class Case(NamedTuple):
+    """A law of one round clearance."""
+
+    bushing: Bushing
+    law: ContactLaw
+    rest: tuple[float, float]
+    out_of_round: tuple[float, float]
+
+
+def forces_of(case: Case, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: float) -> np.ndarray:
+    """Return forces (n_t, 2) of a law along a motion (n_t, 3, 2) of the middle and both ends."""
+    records = round_records(SimpleNamespace(bushings=(case.bushing,)), case.law, step)  # type: ignore[arg-type]
+    records.bushings["offset_y"], records.bushings["offset_z"] = case.rest
+    out = np.empty((len(x), 2))
+    shape = np.array(case.out_of_round)
+    fill_round_forces(np.ascontiguousarray(x), np.ascontiguousarray(v), spin, 1.0, shape, records, out)
+    return out
+
+
+def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return the product of matrices (..., m, m) and vectors (..., m)."""
+    return np.einsum("...ij,...j->...i", matrix, vector)
+
+
+def real(spectra: np.ndarray) -> np.ndarray:
+    """Return real and imaginary parts of spectra (n_windows, ...), window after window."""
+    return np.ascontiguousarray(spectra).view(float).reshape(len(spectra), -1).ravel()
+
+
+def _blocks(windows: Sequence[Window]) -> np.ndarray:
+    """First window of each block: a record at one speed repeats itself, in a run-up every window is new."""
+    names = [(w.record, -1 if w.steady else i) for i, w in enumerate(windows)]
+    return np.array([i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]])

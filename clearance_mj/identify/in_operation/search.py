@@ -1,0 +1,159 @@
+"""Where the search for a clearance's law begins, and the search.
+
+Most windows of most machines do not touch: unbalance, run-out and rig follow from them. The forces that are left in the
+others point from the wall to its centre, F = -N n with N = k (e - g): x = g F/|F| + F/k - r, which is linear in the gap
+g, the contact's compliance 1/k, the place r at rest and, as friction turns the force, in a part of g across.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...estimate import Parameter, Solution, Stop, solve
+from ...rig import Rig
+from .forces import Forces, forces_in
+from .problem import LawProblem, Place, real
+from .windows import Bands, Window
+
+__all__ = ["fitted", "free"]
+
+DRAWS = 120  # laws drawn
+SEARCHED = 4  # of them from which a search is made
+WIDER = 1.5  # prior standard deviations of gap and place that are drawn from
+STRONG = (0.2, 0.35, 0.5, 0.7)  # of the largest force: from there on a force counts as contact
+ROUNDS = 3  # in which force and motion are linearised anew about what was found
+ROBUST = 8  # rounds in which windows that miss much count less
+FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
+
+
+def free(
+    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[Place], uncertain: Sequence[Parameter],
+    own: Sequence[Parameter],
+) -> dict[str, float]:  # fmt: skip
+    """Return unbalance, run-out and rig as the windows have them in which nothing touches.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    windows : sequence of Window
+        Of its records.
+    bands : Bands
+        Of forces and motion.
+    places : sequence of Place
+        The clearances.
+    uncertain, own : sequence of Parameter
+        Of the rig, and of laws without contact.
+    """
+    known: dict[str, float] = {}
+    for _ in range(2):
+        problem = LawProblem(forces_in(rig, windows, uncertain, known, bands), places, own, touching=False)
+        at, linear = problem.at(known), _linear(problem)
+        columns, misses = _columns(problem, linear, problem.values(at)), real(problem.misses(problem.values(at)))
+        rows = columns.reshape(len(windows), -1, len(linear))
+        weight = np.ones(len(windows))
+        step = np.zeros(len(linear))
+        for _ in range(ROBUST):
+            by = rows * weight[:, None, None]
+            normal = np.einsum("wri,wrj->ij", by, rows) + np.eye(len(linear))
+            right = np.einsum("wri,wr->i", by, misses.reshape(len(windows), -1)) + at[linear]
+            step = -np.linalg.solve(normal, right)
+            left = np.sqrt(np.mean((misses + columns @ step).reshape(len(windows), -1) ** 2, axis=1))
+            weight = 1 / (1 + (left / np.median(left) / 2) ** 6)
+        at[linear] += step
+        known = dict(zip(problem.names, problem.values(problem.inside(at)).tolist()))
+    return known
+
+
+def fitted(
+    rig: Rig, windows: Sequence[Window], bands: Bands, places: Sequence[Place], uncertain: Sequence[Parameter],
+    own: Sequence[Parameter], begin: Mapping[str, float], seed: int = 0,
+) -> Solution:  # fmt: skip
+    """Return the likeliest laws with contact and what is uncertain of the rig, linearised about them.
+
+    Parameters
+    ----------
+    rig, windows, bands, places, uncertain
+        As `free` takes them.
+    own : sequence of Parameter
+        Of laws.
+    begin : mapping of str to float
+        What `free` returns.
+    seed : int
+        Of the draws.
+    """
+    weighed = forces_in(rig, windows, uncertain, begin, bands)
+    problem = LawProblem(weighed, places, own)
+    starts = [problem.at(begin | each) for each in _by_force(weighed, places)]
+    starts = [problem.at(begin), *starts, *_drawn(problem, problem.at(begin), seed)]
+    found = solve(problem, starts, n_best=SEARCHED, stop=FIRST)
+    for _ in range(ROUNDS):
+        known = dict(zip(problem.names, found.values.tolist()))
+        forces = forces_in(rig, windows, uncertain, known, bands, weighed)
+        problem = LawProblem(forces, places, own)
+        others = [problem.at(known | each) for each in _by_force(forces, places)]
+        found = solve(problem, [problem.at(known), *others], n_best=2, stop=STOP)
+    return found
+
+
+def _by_force(forces: Forces, places: Sequence[Place]) -> list[dict[str, float]]:
+    """Gap, place at rest and contact of each clearance as the forces over time have them."""
+    slow, over_time = forces.slow, forces.over_time()
+    found = []
+    for share in STRONG:
+        law: dict[str, float] = {}
+        for place in places:
+            own, at = f"bushings[{place.number}]", slice(2 * place.number, 2 * place.number + 2)
+            force = over_time[:, :, at].reshape(-1, 2)
+            size = np.hypot(*force.T)
+            strong = size > share * size.max()
+            x, f, n = slow.x[strong][:, at], force[strong], force[strong] / size[strong][:, None]
+            across = n[:, ::-1] * np.array([-1.0, 1.0])
+            rows = np.stack([n, across, f, *(np.broadcast_to(-axis, n.shape) for axis in np.eye(2))], axis=2)
+            (g, turned, compliance, y, z), *_ = np.linalg.lstsq(rows.reshape(-1, 5), x.ravel(), rcond=None)
+            gap = float(np.hypot(g, turned))
+            if not 0.2 < gap / place.nominal.gap < 5.0:
+                continue
+            law |= {f"{own}.gap": gap, f"{own}.rest_y": float(y), f"{own}.rest_z": float(z)}
+            law[f"{own}.contact stiffness"] = float(1 / max(compliance, 0.1 / place.nominal.contact.stiffness))
+        found.append(law)
+    return found
+
+
+def _linear(problem: LawProblem) -> list[int]:
+    return [i for i, name in enumerate(problem.names) if i < problem.n_linear or "force at rest" in name]
+
+
+def _drawn(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndarray]:
+    """Coordinates (n,) of drawn laws, each with the likeliest of what is shown depends on linearly."""
+    rng, linear = np.random.default_rng(seed), _linear(problem)
+    law = np.setdiff1d(np.arange(problem.size), linear)
+    columns = _columns(problem, linear, problem.values(at))
+    precision = columns.T @ columns + np.eye(len(linear))
+    found = []
+    for _ in range(DRAWS):
+        point = at.copy()
+        point[law] = WIDER * rng.standard_normal(law.size)
+        point = problem.inside(point)
+        misses = real(problem.misses(problem.values(point)))
+        point[linear] -= np.linalg.solve(precision, columns.T @ misses + point[linear])
+        found.append(problem.inside(point))
+    return found
+
+
+def _columns(problem: LawProblem, linear: Sequence[int], values: np.ndarray) -> np.ndarray:
+    """(n_residuals, n_linear) derivatives of what is shown, by coordinates."""
+    forces = problem.forces
+    columns = np.empty((2 * forces.shown.size, len(linear)))
+    for k, i in enumerate(linear):
+        p = problem.parameters[i]
+        unit = problem.unit[i] * (1.0 if p.transform == "linear" else values[i])
+        if i < problem.n_linear:
+            by = forces.shown_by[:, :, :, i] * unit
+        else:
+            row = 2 * int(p.name[p.name.index("[") + 1 : p.name.index("]")]) + p.name.endswith("z")
+            by = unit * forces.one[:, :, None] * forces.per_force[:, :, :, row]
+        columns[:, k] = real(by)
+    return columns

@@ -1,0 +1,300 @@
+"""Windows of orbit records: spectra of forces in the clearances, and the motion that laws are to explain them by.
+
+Under Hann's window w a shaft's forces are H⁻¹ (w d) but for the window's slope, which is small beside all dynamics but
+the sharp antiresonances, where the forces' expected error is large in any case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+from scipy.interpolate import CubicSpline
+
+from ...core.errors import RecordError
+from ...estimate.parameter import Parameter
+from ...rig import Rig
+from ..records.prepared import PreparedRecord
+from .gains import ORDERS, places_of_unbalance, probe_gains, spun
+
+__all__ = ["Bands", "Window", "bands_of", "cut", "uncertain"]
+
+LENGTH = 1.5  # s, of a window
+STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
+PLAIN = ("structure.", "beam.", "masses[", "1/beam.clamp")
+LIKELY_UNBALANCE = 2.0  # of the rig file's: 1 σ of its parts along and across the mark
+RUN_OUT = 0.1  # of the gap: 1 σ of what the surface adds per order, along cosine and sine
+CLEARED, CERTAIN = (
+    1.0,
+    6.0,
+)  # s, pieces in which noise is left out; power over that of noise from which on a line counts
+WIDEST = 0.4  # of the rate: highest frequency of the motion
+NOISY = 0.7  # of half the rate: from there on a probe shows but noise
+QUIETEST = 1e-3  # of a probe's RMS: none is taken to be quieter
+FORCE_NOISE = 0.03  # of the force's RMS that the probes' noise may make: where the band of forces ends
+LEAST_TURNS = 5.0  # multiples of the fastest spin that the band of forces holds
+RATE = 5.0  # samples of motion per period of its highest frequency
+
+
+class Bands(NamedTuple):
+    """Up to where forces are compared and motion is known, Hz."""
+
+    force: float
+    motion: float
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A piece of a record."""
+
+    record: str  #: name
+    start: float  #: s in the record, of its first sample
+    fs: float  #: samples per second of the spectra's signals
+    displacement: np.ndarray  #: (n, m) m, from where the shaft rests standing still; m = 2 n_bushings
+    clear: np.ndarray  #: (n, m) the same without noise, as far as it can be told from motion
+    angle: np.ndarray  #: (n,) rad
+    speed: np.ndarray  #: (n,) rad/s
+    steady: bool  #: whether it is of a record at one speed
+    noise: np.ndarray  #: (m,) m, standard deviation of a sample of each probe
+
+    @property
+    def mean_speed(self) -> float:
+        """Mean spin, rad/s."""
+        return float(self.speed.mean())
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return len(self.angle)
+
+    def spectra(self, lines: int) -> Spectra:
+        """Return spectra of what is measured, up to a number of lines.
+
+        Parameters
+        ----------
+        lines : int
+            Number of lines from 0 Hz on.
+        """
+        taper = scipy.signal.get_window("hann", self.size)
+        waves = turned_waves(self.angle)
+        parts = (self.displacement, spun(self.angle, self.speed), waves, np.ones((self.size, 1)))
+        return Spectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
+
+
+class Spectra(NamedTuple):
+    """Spectra of a window, under Hann's window."""
+
+    displacement: np.ndarray  #: (n_f, m)
+    turned: np.ndarray  #: (n_f, 2, 2) forces along y and z of unit unbalances along and across the mark
+    waves: np.ndarray  #: (n_f, 2 n_orders) cosine and sine of multiples of the shaft's angle
+    one: np.ndarray  #: (n_f, 1) of a constant
+
+
+def turned_waves(angle: np.ndarray) -> np.ndarray:
+    """Return (n, 2 n_orders) cosine and sine of the multiples of the shaft's angle that run-out has.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        rad.
+    """
+    return np.column_stack([f(order * angle) for order in ORDERS for f in (np.cos, np.sin)])
+
+
+def cut(record: PreparedRecord, length: float = LENGTH, most: int | None = None) -> list[Window]:
+    """Return windows of a record, half a window apart or farther.
+
+    Parameters
+    ----------
+    record : PreparedRecord
+        Whose shaft turns, with probes.
+    length : float
+        s, of each.
+    most : int, optional
+        Number of windows at most; None: as many as say something new.
+    """
+    if record.displacement is None or record.turning is None:
+        raise RecordError(f'record "{record.name}": has no two probes in each clearance, or its shaft does not turn')
+    spin = record.tested.spin
+    found = windows_of(record, length, length / 2)
+    most = most or (CHANGING if spin and spin.rate else STEADY)
+    if len(found) <= most:
+        return found
+    return [found[i] for i in np.round(np.linspace(0, len(found) - 1, most)).astype(int).tolist()]
+
+
+def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window]:
+    """Return all windows of a record whose shaft turns, with probes.
+
+    Parameters
+    ----------
+    record : PreparedRecord
+        The record.
+    length, hop : float
+        s, of each, and from one to the next.
+    """
+    assert record.displacement is not None and record.turning is not None
+    size, spin, turning = round(length * record.fs), record.tested.spin, record.turning
+    shown = record.displacement.T
+    if len(shown) < size:
+        raise RecordError(
+            f'record "{record.name}": lasts {record.duration:.3g} s; orbits are looked at in windows of {length:g} s'
+        )
+    noise = noise_of(shown)
+    clear = without_noise(shown, noise, record.fs)
+    parts = [slice(start, start + size) for start in range(0, len(shown) - size + 1, round(hop * record.fs))]
+    return [
+        Window(record.name, p.start / record.fs, record.fs, shown[p], clear[p], turning.angle[p], turning.speed[p],
+               not (spin and spin.rate), noise)
+        for p in parts
+    ]  # fmt: skip
+
+
+def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray:
+    """Return probes (n_t, m), m, in which lines that are not above the noise are left out (Wiener's filter).
+
+    Laws see the motion with its noise, and the probes show the same noise: it would count as a force of springs.
+
+    Parameters
+    ----------
+    shown : ndarray, shape (n_t, m)
+        Of a record.
+    noise : ndarray, shape (m,)
+        Standard deviation of a sample, m.
+    fs : float
+        Samples per second.
+    """
+    size = min(round(CLEARED * fs), len(shown))
+    taper = scipy.signal.get_window("hann", size)
+    transform = scipy.signal.ShortTimeFFT(taper, max(size // 4, 1), fs)
+    ends = [(size // 2, size - size // 2), (0, 0)]
+    longer = np.pad(shown, ends, "reflect", reflect_type="odd")
+    spectra = transform.stft(longer, axis=0)
+    level = (CERTAIN * np.sum(taper**2) * noise**2)[None, :, None]
+    spectra *= np.clip(1 - level / np.maximum(np.abs(spectra) ** 2, 1e-300), 0.0, 1.0)
+    clear = transform.istft(spectra, k1=len(longer), f_axis=0, t_axis=-1)
+    return np.asarray(clear.reshape(len(longer), -1)[size // 2 : size // 2 + len(shown)])
+
+
+def noise_of(shown: np.ndarray) -> np.ndarray:
+    """Return the white noise of probes (m,), m, as they show it where nothing moves as fast.
+
+    Parameters
+    ----------
+    shown : ndarray, shape (n_t, m)
+        Of a record.
+    """
+    size = min(len(shown), 4096)
+    taper = scipy.signal.get_window("hann", size)
+    pieces = [shown[i : i + size].T * taper for i in range(0, len(shown) - size + 1, size)]
+    power = np.mean([np.abs(np.fft.rfft(piece)[:, round(NOISY * size / 2) :]) ** 2 for piece in pieces], axis=0)
+    quiet = np.median(power, axis=1) / float(np.sum(taper**2))
+    return np.asarray(np.maximum(np.sqrt(quiet), QUIETEST * np.std(shown, axis=0)))
+
+
+def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
+    """Return what the forces that probes show depend on: the linear rig's numbers, unbalances and run-out.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    numbers : sequence of Parameter
+        What its file leaves open, of which those are taken that say what probes show.
+    """
+    ends = (".position", ".probe_angle")
+    found = [
+        p for p in numbers
+        if p.name.startswith((*PLAIN, "probes[")) or (p.name.startswith("bushings[") and p.name.endswith(ends))
+    ]  # fmt: skip
+    for i, (_, size) in enumerate(places_of_unbalance(rig)):
+        most, std = 50 * size, LIKELY_UNBALANCE * size
+        for part in ("along", "across"):
+            found.append(Parameter(f"unbalances[{i}] {part} the mark", "kg m", 0.0, -most, most, std, "linear"))
+    for j, bushing in enumerate(rig.bushings):
+        for probe in (2 * j, 2 * j + 1):
+            for order in ORDERS:
+                for wave in ("cos", "sin"):
+                    name, std = f"probes[{probe}] run-out {order}x {wave}", RUN_OUT * bushing.gap
+                    found.append(Parameter(name, "m", 0.0, -10 * std, 10 * std, std, "linear"))
+    return found
+
+
+def bands_of(rig: Rig, windows: Sequence[Window]) -> Bands:
+    """Return the bands within which probes show forces and motion over their noise.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    windows : sequence of Window
+        Of all records, of one length and rate.
+    """
+    fs, size = windows[0].fs, windows[0].size
+    fastest = max(abs(w.mean_speed) for w in windows) / (2 * np.pi)
+    frequency = np.fft.rfftfreq(size, 1 / fs)
+    taper = scipy.signal.get_window("hann", size)
+    power = np.array([np.abs(np.fft.rfft((w.displacement.T * taper).T, axis=0)) ** 2 for w in windows])
+    energy = float(np.sum(taper**2))
+    noise = np.median([w.noise for w in windows], axis=0)
+    highest = WIDEST * fs
+    inside = frequency <= highest
+    middle = float(np.median([w.mean_speed for w in windows]))
+    inverse = np.abs(probe_gains(rig, {}, middle, 2 * np.pi * frequency[inside]).inverse) ** 2
+    # Antiresonances, where the noise of few lines would make any force, count as their surroundings do.
+    of_noise = np.cumsum(_smoothed(np.einsum("fij,j->f", inverse, noise**2 * energy)))
+    least = min(max(LEAST_TURNS * fastest, 20.0), 0.5 * highest)
+    low = frequency[inside] <= least
+    levels = np.sum(power[:, inside][:, low] * np.abs(inverse[0].max()), axis=(1, 2))
+    end = float(frequency[inside][max(np.searchsorted(of_noise, FORCE_NOISE**2 * np.quantile(levels, 0.75)) - 1, 0)])
+    force = min(max(end, least), 0.5 * highest)
+    return Bands(force, min(highest, max(2 * force, 8 * fastest, 100.0)))
+
+
+def _smoothed(values: np.ndarray) -> np.ndarray:
+    return np.asarray(scipy.signal.medfilt(values, 2 * (values.size // 20) + 1))
+
+
+class Slow(NamedTuple):
+    """The motion of windows below the highest frequency at which it is known, one after the other."""
+
+    rate: float  #: samples per second
+    size: int  #: samples of a window
+    x: np.ndarray  #: (n_t, m) what probes show, m
+    v: np.ndarray  #: (n_t, m) m/s
+    waves: np.ndarray  #: (n_t, 2 n_orders) see `turned_waves`
+    waves_by_time: np.ndarray  #: (n_t, 2 n_orders) 1/s
+    spin: np.ndarray  #: (n_t,) rad/s
+
+
+def slow_motion(windows: Sequence[Window], bands: Bands) -> Slow:
+    """Return the motion of windows at a rate that its band needs.
+
+    Parameters
+    ----------
+    windows : sequence of Window
+        Of one length and rate.
+    bands : Bands
+        As `bands_of` returns them.
+    """
+    fs = windows[0].fs
+    step = max(1, int(fs / (RATE * bands.motion)))
+    half = round(2.0 * fs / bands.motion)
+    taps = scipy.signal.firwin(2 * half + 1, min(1.1 * bands.motion, 0.49 * fs), fs=fs, window=("kaiser", 4.0))
+    found = []
+    for window in windows:
+        ends = np.pad(window.clear, ((half, half), (0, 0)), "reflect", reflect_type="odd")
+        smooth = scipy.signal.fftconvolve(ends, taps[:, None], "valid", axes=0)
+        time = np.arange(window.size) / fs
+        v = CubicSpline(time, smooth, axis=0)(time, 1)
+        waves = turned_waves(window.angle)
+        orders = np.repeat(ORDERS, 2)
+        turned = waves.reshape(-1, len(ORDERS), 2)[:, :, ::-1] * np.array([-1.0, 1.0])
+        by_time = turned.reshape(len(waves), -1) * orders * window.speed[:, None]
+        found.append([each[::step] for each in (smooth, v, waves, by_time, window.speed)])
+    joined = [np.concatenate(parts) for parts in zip(*found)]
+    return Slow(fs / step, len(found[0][0]), *joined)

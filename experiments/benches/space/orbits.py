@@ -1,0 +1,54 @@
+"""Judge identification from orbits alone on virtual benches.
+
+python -m experiments.benches.space.orbits --kinds rotor pump steering --seeds 1 2 3 4 5 6
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+import clearance_mj as cm
+from experiments.benches.space.bench import make_bench
+from experiments.benches.space.records import write_bench
+from experiments.benches.space.rigs import KINDS
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Make the records of operation, slow roll and run-up of each bench, and print what orbits tell of its gap."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--kinds", nargs="*", choices=list(KINDS), default=list(KINDS))
+    parser.add_argument("--seeds", nargs="*", type=int, default=list(range(1, 7)))
+    parser.add_argument("--folder", type=Path, default=Path("results/benches/orbits"), help="of the datasets")
+    options = parser.parse_args(arguments)
+    print(f"{'bench':12s} {'true':>7s} {'found':>7s} {'error':>7s} {'95 %':>16s} holds  took")
+    for kind in options.kinds:
+        for seed in options.seeds:
+            judge(kind, seed, options.folder / f"{kind}-{seed}")
+
+
+def judge(kind: str, seed: int, folder: Path) -> None:
+    """Print a row for each bushing of a bench, whose records are made unless they are there."""
+    if not (folder / "truth.toml").exists():
+        write_bench(make_bench(seed, kind), folder, roles=("identify", "orbit"), kinds=("spin",))
+    truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
+    start = time.perf_counter()
+    found = cm.identify.orbits(cm.Dataset.load(folder))
+    took = time.perf_counter() - start
+    for clearance, hole in zip(found.clearances, truth["bushings"]):
+        low, high = (1e6 * end for end in clearance.interval)
+        true, gap = 1e6 * hole["gap"], 1e6 * clearance.gap
+        said = f"{gap:7.1f} {100 * (gap / true - 1):6.1f}%" if clearance.seen else f"{'not seen':>15s}"
+        holds = "yes" if low <= true <= high else "NO"
+        words = f"{found.misfit:.2f}, odds {clearance.odds:.3g}"
+        print(
+            f"{kind}-{seed:<4d} {true:11.1f} {said} {low:7.1f} {high:7.1f}  {holds:5s} {took:5.1f} s  {words}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
