@@ -11,7 +11,6 @@ import numpy as np
 from ...core.errors import RecordError
 from ...core.kinds import checks_kinds
 from ...estimate import Parameter, Solution, solve
-from ...estimate.estimates import Estimates
 from ...estimate.loss import UnknownScale
 from ...io.dataset import Dataset, Record
 from ...model import Model
@@ -114,7 +113,12 @@ def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
 
 
 def _result(
-    rig: Rig, records: Sequence[PreparedRecord], bands: Bands, places: Sequence[Place], found: Solution, odds: np.ndarray
+    rig: Rig,
+    records: Sequence[PreparedRecord],
+    bands: Bands,
+    places: Sequence[Place],
+    found: Solution,
+    odds: np.ndarray,
 ) -> OrbitFit:
     problem = found.problem
     assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
@@ -168,7 +172,9 @@ def _warnings(records: Sequence[PreparedRecord], misfit: float) -> tuple[str, ..
     found = []
     speeds = [abs(r.turning.mean_speed) for r in records if r.turning]
     if len(records) == 1 and not (records[0].tested.spin and records[0].tested.spin.rate):
-        found.append("one speed alone hardly tells unbalance and run-out apart: give more speeds, a run-up or a slow roll")
+        found.append(
+            "one speed alone hardly tells unbalance and run-out apart: give more speeds, a run-up or a slow roll"
+        )
     elif speeds and min(speeds) > 0.35 * max(speeds):
         found.append("no record turns slowly: run-out is told by the faster ones alone, with the unbalance")
     if misfit > 1.5:

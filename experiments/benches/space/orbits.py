@@ -44,7 +44,10 @@ def judge(kind: str, seed: int, folder: Path) -> None:
         said = f"{gap:7.1f} {100 * (gap / true - 1):6.1f}%" if clearance.seen else f"{'not seen':>15s}"
         holds = "yes" if low <= true <= high else "NO"
         words = f"{found.misfit:.2f}, odds {clearance.odds:.3g}"
-        print(f"{kind}-{seed:<4d} {true:11.1f} {said} {low:7.1f} {high:7.1f}  {holds:5s} {took:5.1f} s  {words}", flush=True)
+        print(
+            f"{kind}-{seed:<4d} {true:11.1f} {said} {low:7.1f} {high:7.1f}  {holds:5s} {took:5.1f} s  {words}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

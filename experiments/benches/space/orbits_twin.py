@@ -37,7 +37,8 @@ def changing(bench: Bench, speed: float, factors: dict[str, float], seconds: flo
     """Return a record at one speed, rad/s, in whose middle numbers of all bushings change by factors."""
     half = round(seconds / 2 * FS)
     later = dataclasses.replace(
-        bench, holes=tuple(dataclasses.replace(h, **{n: f * getattr(h, n) for n, f in factors.items()}) for h in bench.holes)
+        bench,
+        holes=tuple(dataclasses.replace(h, **{n: f * getattr(h, n) for n, f in factors.items()}) for h in bench.holes),
     )
     first, second = Spin(speed), Spin(speed, angle=math.fmod(speed * half / FS, 2 * math.pi))
     parts = [simulate(bench, spin=first, size=half), simulate(later, spin=second, size=half)]
@@ -49,7 +50,9 @@ def changing(bench: Bench, speed: float, factors: dict[str, float], seconds: flo
     signals.append(("keyphasor", KEYPHASOR_NODE, "S", "unknown", keyphasor(angle)))
     rng = np.random.default_rng(bench.seed)
     channels = [
-        Channel(name, node, axis, quantity, digitise(signal, NOISE, rng)[0], FS, unit="V" if quantity == "unknown" else "")
+        Channel(
+            name, node, axis, quantity, digitise(signal, NOISE, rng)[0], FS, unit="V" if quantity == "unknown" else ""
+        )
         for name, node, axis, quantity, signal in signals
     ]
     return Record("operation", "orbit", bench.rig, FS, channels, "spin", spin=first)
@@ -77,8 +80,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in twin.names:
             value = twin.value(name)
             middle = np.searchsorted(twin.time, options.seconds / 2)
-            print(f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end ± {100 * twin.std[-1][twin.names.index(name)]:.1f} %")
-        print(f"  missed {np.median(twin.missed[: middle]) if twin.names else 0:.2f}", *(f"  {a}" for a in twin.alarms), sep="\n")
+            print(
+                f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end ± {100 * twin.std[-1][twin.names.index(name)]:.1f} %"
+            )
+        print(
+            f"  missed {np.median(twin.missed[:middle]) if twin.names else 0:.2f}",
+            *(f"  {a}" for a in twin.alarms),
+            sep="\n",
+        )
         print(f"  {options.seconds / took:.0f} times real time", flush=True)
 
 
