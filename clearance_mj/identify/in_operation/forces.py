@@ -8,13 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.ndimage
-import scipy.signal
 
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..structure.priors import rig_with
 from .gains import ORDERS, ProbeGains, probe_gains
-from .windows import CERTAIN, Bands, Slow, Spectra, Window, slow_motion
+from .windows import CERTAIN, Bands, Slow, Spectra, Window, hann, slow_motion
 
 __all__ = ["ForceMaker", "Forces", "forces_in"]
 
@@ -52,7 +51,7 @@ class Forces:
     def over_time(self) -> np.ndarray:
         """Return the forces (n_windows, n, m), N, at the times of the slow motion, 0 where a window is small."""
         n = self.slow.size
-        taper = scipy.signal.get_window("hann", n)[:, None]
+        taper = hann(n)[:, None]
         found = n / self.windows[0].size * np.fft.irfft(self.clear, n, axis=1)
         return np.asarray(np.where(taper > MIDDLE, found / np.maximum(taper, MIDDLE), 0.0))
 
@@ -65,7 +64,7 @@ class Forces:
             At the times of the slow motion.
         """
         count, n = len(self.windows), self.slow.size
-        rows = force.reshape(count, n, -1) * scipy.signal.get_window("hann", n)[:, None]
+        rows = force.reshape(count, n, -1) * hann(n)[:, None]
         step = self.windows[0].size / n
         return np.asarray(step * np.fft.rfft(rows, axis=1)[:, : self.shown.shape[1]])
 
@@ -152,6 +151,15 @@ class ForceMaker:
         return np.zeros((*here.shape, count)), np.zeros((count, *here.shape, here.shape[1]))
 
     def gains(self, values: Mapping[str, float], spin: float) -> ProbeGains:
+        """Return what probes show at values of what is uncertain and a spin, rad/s.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By name.
+        spin : float
+            rad/s.
+        """
         numbers = tuple((n, v) for n, v in values.items() if not n.startswith("unbalances[") and "run-out" not in n)
         key = (numbers, round(spin / SAME_SPEED))
         if key not in self.known:
@@ -195,7 +203,7 @@ class ForceMaker:
         middle, ends = points[:, :m].reshape(-1, m // 2, 2, 1), points[:, m:].reshape(-1, m // 2, 2, 2)
         away = (ends - middle).transpose(0, 3, 1, 2).reshape(len(points), 2, m)
         away = away * gate[:, None, :]
-        taper = np.maximum(scipy.signal.get_window("hann", slow.size), 0.05)[:, None, None]
+        taper = np.maximum(hann(slow.size), 0.05)[:, None, None]
         found = [
             slow.size / size * np.fft.irfft(part, slow.size, axis=0) / taper
             for part in (away, 1j * self.omega[:, None, None] * away)

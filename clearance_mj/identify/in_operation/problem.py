@@ -43,7 +43,7 @@ class Place(NamedTuple):
 
 
 def places_of(rig: Rig) -> list[Place]:
-    """Return the clearances of a rig: linear contacts, oil where the rig file has it, else springs and a squeeze film."""
+    """Return a rig's clearances: linear contacts; oil where the rig file has it, else springs and a squeeze film."""
     found = []
     for j, bushing in enumerate(rig.bushings):
         nominal = dataclasses.replace(bushing, radius=shaft_radius(rig, j) or None)
@@ -105,7 +105,7 @@ class LawProblem(Problem):
             loss=UnknownScale(size * _blocks(forces.windows), LARGEST_CORRELATION), lanes=False,
         )  # fmt: skip
         self.names = [p.name for p in self.parameters]
-        self._acts = forces.per_force_by.any(axis=(1, 2, 3, 4))
+        self._acts = np.array([by.any() for by in forces.per_force_by], dtype=bool)
         self._rest = [self.names.index(f"bushings[{p.number}].force at rest {axis}") for p in places for axis in "yz"]
         moving = [i for i, n in enumerate(self.names) if i >= self.n_linear or n.endswith((".gain", ".probe_angle"))]
         self._moving = np.setdiff1d(moving, self._rest)

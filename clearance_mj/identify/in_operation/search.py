@@ -19,11 +19,12 @@ from .windows import Bands, Window
 
 __all__ = ["fitted", "free"]
 
-DRAWS = 120  # laws drawn
-SEARCHED = 4  # of them from which a search is made
+DRAWS, OILY = 30, 100  # laws drawn, and where oil fills gaps, whose forces point to no wall
+SEARCHED = 3  # of them from which a search is made
 WIDER = 1.5  # prior standard deviations of gap and place that are drawn from
 STRONG = (0.2, 0.35, 0.5, 0.7)  # of the largest force: from there on a force counts as contact
 ROUNDS = 3  # in which force and motion are linearised anew about what was found
+NEAR, FARTHEST = 0.5, 1.0  # of the gap, motion that hardly touches; prior standard deviations of the rig's numbers
 ROBUST = 8  # rounds in which windows that miss much count less
 FIRST, STOP = Stop(steps=12, decrease=1e-3), Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
 
@@ -48,12 +49,16 @@ def free(
         Of the rig, and of laws without contact.
     """
     known: dict[str, float] = {}
-    for _ in range(2):
+    reach = np.max([_reach(windows, place) for place in places], axis=0)
+    for turn in range(3):
         problem = LawProblem(forces_in(rig, windows, uncertain, known, bands), places, own, touching=False)
         at, linear = problem.at(known), _linear(problem)
+        if turn == 0:  # unbalance and run-out first: as long as they are wrong, they would bend the rig
+            linear = [i for i in linear if _is_motion(problem.names[i])]
         columns, misses = _columns(problem, linear, problem.values(at)), real(problem.misses(problem.values(at)))
         rows = columns.reshape(len(windows), -1, len(linear))
-        weight = np.ones(len(windows))
+        near = 1 / (1 + (reach / NEAR) ** 6)
+        weight = near
         step = np.zeros(len(linear))
         for _ in range(ROBUST):
             by = rows * weight[:, None, None]
@@ -61,8 +66,11 @@ def free(
             right = np.einsum("wri,wr->i", by, misses.reshape(len(windows), -1)) + at[linear]
             step = -np.linalg.solve(normal, right)
             left = np.sqrt(np.mean((misses + columns @ step).reshape(len(windows), -1) ** 2, axis=1))
-            weight = 1 / (1 + (left / np.median(left) / 2) ** 6)
+            quiet = np.sqrt(np.sum(near * left**2) / np.sum(near))
+            weight = np.maximum(near, 1e-3) / (1 + (left / quiet / 2) ** 6)
         at[linear] += step
+        rig_only = [i for i in linear if not _is_motion(problem.names[i])]
+        at[rig_only] = np.clip(at[rig_only], -FARTHEST, FARTHEST)
         known = dict(zip(problem.names, problem.values(problem.inside(at)).tolist()))
     return known
 
@@ -86,7 +94,7 @@ def fitted(
     """
     weighed = forces_in(rig, windows, uncertain, begin, bands)
     problem = LawProblem(weighed, places, own)
-    starts = [problem.at(begin | each) for each in _by_force(weighed, places)]
+    starts = [problem.at({**begin, **each}) for each in _by_force(weighed, places)]
     starts = [problem.at(begin), *starts, *_drawn(problem, problem.at(begin), seed)]
     found = solve(problem, starts, n_best=SEARCHED, stop=FIRST)
     for _ in range(ROUNDS):
@@ -122,6 +130,16 @@ def _by_force(forces: Forces, places: Sequence[Place]) -> list[dict[str, float]]
     return found
 
 
+def _reach(windows: Sequence[Window], place: Place) -> np.ndarray:
+    """(n_windows,) farthest motion from where the shaft rests, over the gap of the rig file."""
+    own = slice(2 * place.number, 2 * place.number + 2)
+    return np.array([np.hypot(*w.clear[:, own].T).max() for w in windows]) / place.nominal.gap
+
+
+def _is_motion(name: str) -> bool:
+    return "unbalance" in name or "run-out" in name or "force at rest" in name
+
+
 def _linear(problem: LawProblem) -> list[int]:
     return [i for i, name in enumerate(problem.names) if i < problem.n_linear or "force at rest" in name]
 
@@ -133,7 +151,8 @@ def _drawn(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndarray]:
     columns = _columns(problem, linear, problem.values(at))
     precision = columns.T @ columns + np.eye(len(linear))
     found = []
-    for _ in range(DRAWS):
+    oil = any(place.filling.round_only for place in problem.places)
+    for _ in range(OILY if oil else DRAWS):
         point = at.copy()
         point[law] = WIDER * rng.standard_normal(law.size)
         point = problem.inside(point)

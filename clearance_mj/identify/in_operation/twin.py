@@ -7,6 +7,7 @@ rub: forces that neither the known law nor the shaft explains, as no window had 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -34,6 +35,7 @@ THRESHOLD, SIGNIFICANCE = {"gap": 0.03, "viscosity": 0.1}, 4.0
 """Relative changes that matter, and standard deviations beyond them from which on a change counts"""
 LEARNED = 6  # windows from which on it is known how much is missed in health
 BEYOND, RISE = 6.0, 1.5  # standard deviations of what is missed in health, and factor on it, beyond which is a rub
+MIN_WINDOWS = 4  # that show a change before it counts, so that gap and viscosity are told apart
 IN_A_ROW = 2  # windows that show a rub before it counts
 
 
@@ -137,7 +139,8 @@ def follow_orbits(record: Record, found: OrbitFit) -> OrbitTwin:
     shortest = LENGTH + LEARNED * HOP
     if whole.turning is None or whole.duration < shortest:
         raise RecordError(
-            f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of a shaft that turns'
+            f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of a shaft that '
+            "turns"
         )
     return OrbitFollower(found).run(record.name, windows_of(whole, LENGTH, HOP))
 
@@ -178,7 +181,13 @@ class OrbitFollower:
         rows = list(self._each(windows))
         time, mean, std, missed, alarms = zip(*rows)
         return OrbitTwin(
-            name, np.array(time), self.told, np.array(mean), np.array(std), np.array(missed), tuple(sum(alarms, []))
+            name,
+            np.array(time),
+            self.told,
+            np.array(mean),
+            np.array(std),
+            np.array(missed),
+            tuple(itertools.chain(*alarms)),
         )
 
     def _each(
@@ -240,7 +249,7 @@ class OrbitFollower:
         self.belief = fused(walked, observation, scatter)
         thresholds = np.log1p([THRESHOLD[k] for k in self.kinds])
         likeliest = self.changes.likeliest(np.eye(len(self.kinds)), thresholds)
-        if likeliest is None or likeliest[1] < SIGNIFICANCE or likeliest[0].windows < 2:
+        if likeliest is None or likeliest[1] < SIGNIFICANCE or likeliest[0].windows < MIN_WINDOWS:
             return []
         change = likeliest[0]
         number, kind = int(self.names[change.kind].split("[")[1].split("]")[0]), self.kinds[change.kind]

@@ -6,6 +6,9 @@ the sharp antiresonances, where the forces' expected error is large in any case.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -26,6 +29,7 @@ __all__ = ["Bands", "Window", "bands_of", "cut", "uncertain"]
 LENGTH = 1.5  # s, of a window
 STEADY, CHANGING = 3, 16  # windows of a record at one speed, and of a run-up, at most
 PLAIN = ("structure.", "beam.", "masses[", "1/beam.clamp")
+SUPPORT = math.log(2.0)  # 1 σ of the logarithm of a support's stiffness: orbits tell little of it
 LIKELY_UNBALANCE = 2.0  # of the rig file's: 1 σ of its parts along and across the mark
 RUN_OUT = 0.1  # of the gap: 1 σ of what the surface adds per order, along cosine and sine
 CLEARED, CERTAIN = (
@@ -38,6 +42,20 @@ QUIETEST = 1e-3  # of a probe's RMS: none is taken to be quieter
 FORCE_NOISE = 0.03  # of the force's RMS that the probes' noise may make: where the band of forces ends
 LEAST_TURNS = 5.0  # multiples of the fastest spin that the band of forces holds
 RATE = 5.0  # samples of motion per period of its highest frequency
+
+
+@functools.lru_cache(maxsize=32)
+def hann(size: int) -> np.ndarray:
+    """Return Hann's window (size,).
+
+    Parameters
+    ----------
+    size : int
+        Number of samples.
+    """
+    found = scipy.signal.get_window("hann", size)
+    found.flags.writeable = False
+    return np.asarray(found)
 
 
 class Bands(NamedTuple):
@@ -79,7 +97,7 @@ class Window:
         lines : int
             Number of lines from 0 Hz on.
         """
-        taper = scipy.signal.get_window("hann", self.size)
+        taper = hann(self.size)
         waves = turned_waves(self.angle)
         parts = (self.displacement, spun(self.angle, self.speed), waves, np.ones((self.size, 1)))
         return Spectra(*(np.fft.rfft((p.T * taper).T, axis=0)[:lines] for p in parts))
@@ -146,12 +164,28 @@ def windows_of(record: PreparedRecord, length: float, hop: float) -> list[Window
         )
     noise = noise_of(shown)
     clear = without_noise(shown, noise, record.fs)
-    parts = [slice(start, start + size) for start in range(0, len(shown) - size + 1, round(hop * record.fs))]
-    return [
-        Window(record.name, p.start / record.fs, record.fs, shown[p], clear[p], turning.angle[p], turning.speed[p],
-               not (spin and spin.rate), noise)
-        for p in parts
-    ]  # fmt: skip
+    found = []
+    for start in range(0, len(shown) - size + 1, round(hop * record.fs)):
+        p = slice(start, start + size)
+        angle, speed = smooth_angle(turning.angle[p], record.fs)
+        steady = not (spin and spin.rate)
+        found.append(Window(record.name, start / record.fs, record.fs, shown[p], clear[p], angle, speed, steady, noise))
+    return found
+
+
+def smooth_angle(angle: np.ndarray, fs: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return angle (n,), rad, and speed (n,), rad/s, of a shaft without the jitter of its sampled pulses: a cubic.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        rad, of a window.
+    fs : float
+        Samples per second.
+    """
+    time = np.linspace(-1.0, 1.0, angle.size)
+    cubic = np.polynomial.Chebyshev.fit(time, angle, 3)
+    return np.asarray(cubic(time)), np.asarray(cubic.deriv()(time) * 2 * fs / (angle.size - 1))
 
 
 def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray:
@@ -169,7 +203,7 @@ def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray
         Samples per second.
     """
     size = min(round(CLEARED * fs), len(shown))
-    taper = scipy.signal.get_window("hann", size)
+    taper = hann(size)
     transform = scipy.signal.ShortTimeFFT(taper, max(size // 4, 1), fs)
     ends = [(size // 2, size - size // 2), (0, 0)]
     longer = np.pad(shown, ends, "reflect", reflect_type="odd")
@@ -189,7 +223,7 @@ def noise_of(shown: np.ndarray) -> np.ndarray:
         Of a record.
     """
     size = min(len(shown), 4096)
-    taper = scipy.signal.get_window("hann", size)
+    taper = hann(size)
     pieces = [shown[i : i + size].T * taper for i in range(0, len(shown) - size + 1, size)]
     power = np.mean([np.abs(np.fft.rfft(piece)[:, round(NOISY * size / 2) :]) ** 2 for piece in pieces], axis=0)
     quiet = np.median(power, axis=1) / float(np.sum(taper**2))
@@ -211,6 +245,9 @@ def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
         p for p in numbers
         if p.name.startswith((*PLAIN, "probes[")) or (p.name.startswith("bushings[") and p.name.endswith(ends))
     ]  # fmt: skip
+    found = [
+        dataclasses.replace(p, prior_std=min(p.prior_std, SUPPORT)) if ".supports[" in p.name else p for p in found
+    ]
     for i, (_, size) in enumerate(places_of_unbalance(rig)):
         most, std = 50 * size, LIKELY_UNBALANCE * size
         for part in ("along", "across"):
@@ -237,7 +274,7 @@ def bands_of(rig: Rig, windows: Sequence[Window]) -> Bands:
     fs, size = windows[0].fs, windows[0].size
     fastest = max(abs(w.mean_speed) for w in windows) / (2 * np.pi)
     frequency = np.fft.rfftfreq(size, 1 / fs)
-    taper = scipy.signal.get_window("hann", size)
+    taper = hann(size)
     power = np.array([np.abs(np.fft.rfft((w.displacement.T * taper).T, axis=0)) ** 2 for w in windows])
     energy = float(np.sum(taper**2))
     noise = np.median([w.noise for w in windows], axis=0)

@@ -1,0 +1,154 @@
+"""Clearances from orbits alone, on records of the library's own engine and on a foreign bench; the twin on orbits."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
+from clearance_mj.core.errors import RecordError
+from clearance_mj.io.channels import Channel
+from clearance_mj.io.dataset import Record
+from clearance_mj.rig import Spin, Unbalance
+from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+FS = 1024.0
+STEEL = Material(2.1e11, 7800.0)
+GAP, CONTACT = 2e-4, 1e6
+SLOW, MIDDLE = Spin(20.0), Spin(90.0)
+RUN_UP = Spin(90.0, 15.0, 180.0)
+
+
+def rotor(gap=GAP, unbalance=1e-4):
+    """A disc of 3 kg on a shaft of 20 mm, in an empty bushing; its critical speed is at 125 rad/s."""
+    pins = Support(0.0, "pinned"), Support(1.0, "pinned")
+    shaft = Shaft((Section(1.0, (0.02, 0.02)),), pins, (Disc(0.35, 3.0, 0.01),), STEEL, (12.0, 0.0))
+    bushing = Bushing(0.6, gap, 0.0, Grease(0.0, 1.0), Contact(CONTACT, 50.0))
+    return Rig("rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, motion="spatial", spin=MIDDLE,
+               unbalances=(Unbalance(0.35, unbalance, 0.5),))  # fmt: skip
+
+
+def recorded(name, rig, spin, seconds=8.0, noise=2e-7, nominal=None):
+    """What probes and keyphasor show of the rig, simulated by the library; run-out of 3 µm; the record says ``nominal``."""
+    turning = rig.replace(spin=spin)
+    lead = 0.0 if spin.rate else 4.0
+    moved = cm.simulate(turning, cm.excitation.still(seconds + lead, FS), engine="modal").displacement[
+        :, round(lead * FS) :
+    ]
+    time = np.arange(moved.shape[1]) / FS
+    angle = spin.angle_at(time + lead)
+    rng = np.random.default_rng(len(name))
+    shown = [
+        each + 3e-6 * np.cos(angle - turn) + noise * rng.standard_normal(time.size)
+        for each, turn in zip(moved, (0.0, np.pi / 2))
+    ]
+    pulses = 5.0 * (np.cos(angle + np.pi / 3) > 0.5)
+    channels = [
+        Channel(f"probe {axis}", 301, f"+{axis}", "displacement", value, FS) for axis, value in zip("YZ", shown)
+    ]
+    channels.append(Channel("keyphasor", 400, "S", "unknown", pulses, FS, unit="V"))
+    return Record(name, "orbit", nominal or rig, FS, channels, "spin", spin=spin)
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    """Records of a rotor whose file has a gap that is 15 % too wide."""
+    drawn = rotor(1.15 * GAP)
+    return [
+        recorded("slow", rotor(), SLOW, 3.5, nominal=drawn),
+        recorded("middle", rotor(), MIDDLE, 3.5, nominal=drawn),
+        recorded("run_up", rotor(), RUN_UP, 6.5, nominal=drawn),
+    ]
+
+
+@pytest.fixture(scope="module")
+def found(rubbing):
+    return cm.identify.orbits(rubbing)
+
+
+def test_a_gap_that_is_met_is_found_with_an_interval_that_holds(found):
+    (clearance,) = found.clearances
+    assert clearance.seen
+    assert clearance.touches
+    assert clearance.gap == pytest.approx(GAP, rel=0.03)
+    low, high = clearance.interval
+    assert low < GAP < high < 1.2 * low
+    assert found.rig.bushings[0].gap == clearance.gap
+    np.testing.assert_allclose(clearance.rest, 0.0, atol=1e-5)
+
+
+def test_a_found_unbalance_is_the_one_that_acts(found):
+    values = dict(zip(found.estimates.names, found.estimates.value))
+    along, across = (values[f"unbalances[0] {part} the mark"] for part in ("along", "across"))
+    # The mark passes where the pulses rise, which the records' angle begins at.
+    assert np.hypot(along, across) == pytest.approx(1e-4, rel=0.05)
+
+
+def test_results_are_words_rows_and_a_figure(found, tmp_path):
+    assert found.words()[0].startswith("bushings[0]: gap ") or "gap " in found.words()[0]
+    assert found.rows()[0]["seen"] is True
+    found.save(tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["orbits.json", "rig.toml"]
+    assert len(found.plot().axes) == 1
+
+
+def test_a_gap_that_is_never_met_is_not_seen_and_is_wider_than_the_motion():
+    records = [recorded("slow", rotor(), SLOW, 3.5), recorded("middle", rotor(), MIDDLE, 3.5)]
+    (clearance,) = cm.identify.orbits(records).clearances
+    assert not clearance.seen
+    assert not clearance.touches
+    assert 0 < clearance.at_least < GAP
+    assert clearance.interval == (clearance.at_least, np.inf)
+    assert "not seen" in clearance.words
+
+
+def test_the_twin_sees_a_rub_within_seconds_of_its_onset(found):
+    """The record goes on with that of a narrower gap: its orbit of 13 µm meets a wall at 11 µm."""
+    seconds = 12.0
+    later = Spin(MIDDLE.speed, angle=MIDDLE.speed * seconds % (2 * np.pi))
+    before, after = recorded("a", rotor(), MIDDLE, seconds), recorded("a", rotor(1.1e-5), later, seconds)
+    joined = [
+        dataclasses.replace(c, value=np.concatenate((c.value, d.value)))
+        for c, d in zip(before.channels, after.channels)
+    ]
+    record = Record("on", "orbit", before.rig, FS, joined, "spin", spin=MIDDLE)
+    twin = cm.identify.follow_orbits(record, found)
+    rubs = [a for a in twin.alarms if a.quantity == "rub"]
+    assert len(rubs) == 1
+    assert seconds < rubs[0].time < seconds + 3.0
+    assert "rubs since" in str(rubs[0])
+    quiet = cm.identify.follow_orbits(before, found)
+    assert not quiet.alarms
+    assert quiet.value("bushings[0].gap")[-1] == pytest.approx(GAP, rel=0.05)
+
+
+def test_bad_input_is_refused_in_one_line(rubbing, found):
+    rig = rotor()
+    with pytest.raises(RecordError, match="there are no records"):
+        cm.identify.orbits([])
+    with pytest.raises(RecordError, match="has no bushings"):
+        cm.identify.orbits(rubbing, rig.replace(bushings=()))
+    planar = rig.replace(motion="planar", spin=None, unbalances=(), sensors=(Sensor(1, 0.35),))
+    with pytest.raises(RecordError, match="moves in a plane and has no orbits"):
+        cm.identify.orbits(rubbing, planar)
+    short = recorded("short", rig, MIDDLE, 1.0)
+    with pytest.raises(RecordError, match="orbits are looked at in windows"):
+        cm.identify.orbits([short])
+    with pytest.raises(RecordError, match="a twin learns from"):
+        cm.identify.follow_orbits(short, found)
+
+
+@pytest.mark.slow
+def test_a_foreign_bench_whose_rotor_touches(tmp_path):
+    from experiments.benches.space.bench import make_bench
+    from experiments.benches.space.records import write_bench
+
+    bench = make_bench(3, "rotor")
+    write_bench(bench, tmp_path / "bench", roles=("identify", "orbit"), kinds=("spin",))
+    (clearance,) = cm.identify.orbits(cm.Dataset.load(tmp_path / "bench")).clearances
+    assert clearance.gap == pytest.approx(bench.holes[0].gap, rel=0.05)
+    low, high = clearance.interval
+    assert low < bench.holes[0].gap < high
