@@ -79,14 +79,14 @@ def scheme(bench: Bench, step: float) -> Scheme:
     )
     state, forced = np.empty((2, 4, omega.size))
     for k, (own, ratio) in enumerate(zip(omega, ratios)):
-        state[:, k], forced[:, k] = _exact(own, ratio, step)
+        state[:, k], forced[:, k] = exact_step(own, ratio, step)
     return Scheme(
         step, state, forced, omega**2, 2 * ratios * omega, -np.column_stack((along, turned)), np.array(accelerometers),
         shaft, shaft * forced[1] @ shaft.T, shaft * forced[3] @ shaft.T, rows(accelerometers), watched,
     )  # fmt: skip
 
 
-def _exact(omega: float, ratio: float, h: float) -> tuple[np.ndarray, np.ndarray]:
+def exact_step(omega: float, ratio: float, h: float) -> tuple[np.ndarray, np.ndarray]:
     """One oscillator over a step under p0 + (p1 - p0) t/h: its matrix exponential with p and ṗ as states."""
     system = np.zeros((4, 4))
     system[0, 1] = system[1, 2] = system[2, 3] = 1.0

@@ -50,8 +50,8 @@ class Strip:
         signs = np.outer([1, turned, 1, turned], [1, turned, 1, turned])  # slopes, seen along the shaft
         for e in range(STRIP_ELEMENTS):
             at = slice(2 * e, 2 * e + 4)
-            mass[at, at] += density * signs * _element_mass(h)
-            stiffness[at, at] += bending * signs * _element_stiffness(h)
+            mass[at, at] += density * signs * element_mass(h)
+            stiffness[at, at] += bending * signs * element_stiffness(h)
         return mass, stiffness
 
 
@@ -81,7 +81,7 @@ class Shaft:
     def modes(self, nodes: Iterable[float] = (), springs: Iterable[tuple[float, float]] = ()) -> Modes:
         """Modes of the shaft with springs (position, N/m) to the base; forces act exactly at ``nodes``, m."""
         springs = tuple(springs)
-        x = _mesh(
+        x = mesh_of(
             self.length,
             [*nodes, *(p for p, _ in self.masses), *(p for p, _ in springs), *(s.place for s in self.strips)],
         )
@@ -89,13 +89,13 @@ class Shaft:
         mass, stiffness = np.zeros((2, size, size))
         for e, h in enumerate(np.diff(x)):
             at = slice(2 * e, 2 * e + 4)
-            mass[at, at] += self.mass_per_length * _element_mass(h)
-            stiffness[at, at] += self.bending_stiffness * _element_stiffness(h)
+            mass[at, at] += self.mass_per_length * element_mass(h)
+            stiffness[at, at] += self.bending_stiffness * element_stiffness(h)
         for place, value in self.masses:
-            row = _rows(x, [place])[0]
+            row = shape_rows(x, [place])[0]
             mass[: row.size, : row.size] += value * np.outer(row, row)
         for place, value in springs:
-            row = _rows(x, [place])[0]
+            row = shape_rows(x, [place])[0]
             stiffness[: row.size, : row.size] += value * np.outer(row, row)
         places = [x]
         for i, strip in enumerate(self.strips):
@@ -143,10 +143,10 @@ class Modes:
 
     def at(self, positions: Sequence[float]) -> np.ndarray:
         """(n_positions, n) deflections of the modes."""
-        return _rows(self.mesh, positions) @ self.shape
+        return shape_rows(self.mesh, positions) @ self.shape
 
 
-def _mesh(length: float, nodes: Sequence[float]) -> np.ndarray:
+def mesh_of(length: float, nodes: Sequence[float]) -> np.ndarray:
     """Nodes at the ends and at the given points, and enough between them."""
     fixed = np.unique(np.round([0.0, length, *nodes], 9))
     parts = [
@@ -158,17 +158,17 @@ def _mesh(length: float, nodes: Sequence[float]) -> np.ndarray:
     return np.concatenate((*parts, [length]))
 
 
-def _element_stiffness(h: float) -> np.ndarray:
+def element_stiffness(h: float) -> np.ndarray:
     matrix = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
     return matrix * np.outer([1, h, 1, h], [1, h, 1, h]) / h**3
 
 
-def _element_mass(h: float) -> np.ndarray:
+def element_mass(h: float) -> np.ndarray:
     matrix = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
     return matrix * np.outer([1, h, 1, h], [1, h, 1, h]) * h / 420
 
 
-def _rows(mesh: np.ndarray, positions: Sequence[float]) -> np.ndarray:
+def shape_rows(mesh: np.ndarray, positions: Sequence[float]) -> np.ndarray:
     """(n_positions, 2 n_nodes) cubic shape functions."""
     rows = np.zeros((len(positions), 2 * mesh.size))
     for row, x in zip(rows, positions):

@@ -32,7 +32,7 @@ def rotor(gap=GAP, unbalance=1e-4):
 
 
 def recorded(name, rig, spin, seconds=8.0, noise=2e-7, nominal=None):
-    """What probes and keyphasor show of the rig, simulated by the library; run-out of 3 µm; the record says ``nominal``."""
+    """What probes and keyphasor show of the rig, simulated; run-out of 3 µm; the record says ``nominal``."""
     turning = rig.replace(spin=spin)
     lead = 0.0 if spin.rate else 4.0
     moved = cm.simulate(turning, cm.excitation.still(seconds + lead, FS), engine="modal").displacement[

@@ -139,8 +139,8 @@ def follow_orbits(record: Record, found: OrbitFit) -> OrbitTwin:
     shortest = LENGTH + LEARNED * HOP
     if whole.turning is None or whole.duration < shortest:
         raise RecordError(
-            f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of a shaft that '
-            "turns"
+            f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of a shaft '
+            "that turns"
         )
     return OrbitFollower(found).run(record.name, windows_of(whole, LENGTH, HOP))
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from ..motion import _exact
+from ..motion import exact_step
 from . import physics
 from .physics import Bushings
 from .shaft import Rotor
@@ -81,7 +81,7 @@ def scheme(
     state, forced = np.empty((2, 4, modes.omega.size))
     ratios = np.maximum(modes.damping, least_damping)
     for k, (own, ratio) in enumerate(zip(modes.omega, ratios)):
-        state[:, k], forced[:, k] = _exact(own, ratio, step)
+        state[:, k], forced[:, k] = exact_step(own, ratio, step)
     points = modes.at(ends.ravel())
     heavy = sum((moment * modes.at([x])[0] for x, moment in load.unbalances), np.zeros(modes.omega.size, complex))
     return Scheme(

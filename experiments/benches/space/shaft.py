@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from ..shaft import Clamp, _element_mass, _element_stiffness, _mesh, _rows
+from ..shaft import Clamp, element_mass, element_stiffness, mesh_of, shape_rows
 
 HIGHEST = 6e3  # Hz, of the modes that are kept; the flexibility of the rest is below 1e-2 of that of any contact here
 MOST_MODES = 14
@@ -68,13 +68,13 @@ class Rotor:
 
     def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the mesh, m, mass and stiffness (n, n) of deflections and slopes at its nodes, and which are free."""
-        x = _mesh(self.length, [*(d.position for d in self.discs), *(s.position for s in self.supports)])
+        x = mesh_of(self.length, [*(d.position for d in self.discs), *(s.position for s in self.supports)])
         mass, stiffness = np.zeros((2, 2 * x.size, 2 * x.size))
         rotary = self.density * math.pi * self.diameter**4 / 64
         for e, h in enumerate(np.diff(x)):
             at = slice(2 * e, 2 * e + 4)
-            mass[at, at] += self.mass_per_length * _element_mass(h) + rotary * _element_rotary(h)
-            stiffness[at, at] += self.bending_stiffness * _element_stiffness(h)
+            mass[at, at] += self.mass_per_length * element_mass(h) + rotary * _element_rotary(h)
+            stiffness[at, at] += self.bending_stiffness * element_stiffness(h)
         for disc in self.discs:
             node = 2 * int(np.argmin(np.abs(x - disc.position)))
             mass[node, node] += disc.mass
@@ -116,7 +116,7 @@ class Rotor:
         weight = mass @ np.tile([gravity, 0.0], x.size)
         down = np.zeros(free.size)
         down[free] = np.linalg.solve(stiffness[np.ix_(free, free)], weight[free])
-        return _rows(x, positions) @ down
+        return shape_rows(x, positions) @ down
 
     def replace(self, **changes: Any) -> Rotor:
         """A copy with other values."""
@@ -136,7 +136,7 @@ class Modes:
 
     def at(self, positions: Sequence[float] | np.ndarray) -> np.ndarray:
         """(n_positions, n) deflections of the modes."""
-        return _rows(self.mesh, list(positions)) @ self.shape
+        return shape_rows(self.mesh, list(positions)) @ self.shape
 
 
 def _element_rotary(h: float) -> np.ndarray:
