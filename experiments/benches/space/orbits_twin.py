@@ -19,7 +19,15 @@ from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record
 from clearance_mj.rig import Spin
 from experiments.benches.space.bench import Bench, make_bench
-from experiments.benches.space.records import KEYPHASOR_NODE, Motion, _probes, keyphasor, simulate, turned, write_bench
+from experiments.benches.space.records import (
+    KEYPHASOR_NODE,
+    Motion,
+    probe_signals,
+    keyphasor,
+    simulate,
+    turned,
+    write_bench,
+)
 from experiments.testrig.records import FS, NOISE, digitise
 
 CASES = (
@@ -46,7 +54,7 @@ def changing(bench: Bench, speed: float, factors: dict[str, float], seconds: flo
     # Both halves count from where the shaft rested at first.
     moved[:, :, half:] += (parts[1].rest - parts[0].rest)[:, :, None]
     angle = turned(first, np.arange(2 * half) / FS)
-    signals = _probes(bench, Motion(np.empty((0, 2, 0)), moved, parts[0].rest), angle)
+    signals = probe_signals(bench, Motion(np.empty((0, 2, 0)), moved, parts[0].rest), angle)
     signals.append(("keyphasor", KEYPHASOR_NODE, "S", "unknown", keyphasor(angle)))
     rng = np.random.default_rng(bench.seed)
     channels = [
@@ -77,17 +85,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         twin = cm.identify.follow_orbits(record, known[kind, seed])
         took = time.perf_counter() - start
         print(f"{kind}-{seed} at {rpm} rev/min, {words} at {options.seconds / 2:g} s: {factors or ''}")
-        for name in twin.names:
+        middle = np.searchsorted(twin.time, options.seconds / 2)
+        for name, std in zip(twin.names, twin.std[-1]):
             value = twin.value(name)
-            middle = np.searchsorted(twin.time, options.seconds / 2)
-            print(
-                f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end ± {100 * twin.std[-1][twin.names.index(name)]:.1f} %"
-            )
-        print(
-            f"  missed {np.median(twin.missed[:middle]) if twin.names else 0:.2f}",
-            *(f"  {a}" for a in twin.alarms),
-            sep="\n",
-        )
+            print(f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end ± {100 * std:.1f} %")
+        print(f"  missed {np.median(twin.missed[:middle]):.2f}", *(f"  {a}" for a in twin.alarms), sep="\n")
         print(f"  {options.seconds / took:.0f} times real time", flush=True)
 
 

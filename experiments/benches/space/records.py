@@ -133,7 +133,7 @@ def measure_channels(bench: Bench, plan: Plan, rng: np.random.Generator) -> list
     if plan.accelerometers:
         signals += _accelerometers(bench, moved)
     angle = turned(plan.spin or Spin(0.0), np.arange(plan.size) / FS)
-    signals += _probes(bench, moved, angle if plan.spin else None)
+    signals += probe_signals(bench, moved, angle if plan.spin else None)
     if plan.spin:
         signals.append(("keyphasor", KEYPHASOR_NODE, "S", "unknown", keyphasor(angle)))
     channels = []
@@ -160,7 +160,7 @@ def _accelerometers(bench: Bench, moved: Motion) -> list[Signal]:
     ]
 
 
-def _probes(bench: Bench, moved: Motion, angle: np.ndarray | None) -> list[Signal]:
+def probe_signals(bench: Bench, moved: Motion, angle: np.ndarray | None) -> list[Signal]:
     signals = []
     labels = iter(bench.rig.probe_labels)
     for j, (pair, (y, z)) in enumerate(zip(bench.probes, moved.displacement), 1):
