@@ -32,7 +32,7 @@ def rotor(gap=GAP, unbalance=1e-4):
 
 
 def recorded(name, rig, spin, seconds=8.0, noise=2e-7, nominal=None):
-    """What probes and keyphasor show of the rig, simulated; run-out of 3 µm; the record says ``nominal``."""
+    """What probes and keyphasor show of the rig, simulated by the library; its run-out is 3 µm."""
     turning = rig.replace(spin=spin)
     lead = 0.0 if spin.rate else 4.0
     moved = cm.simulate(turning, cm.excitation.still(seconds + lead, FS), engine="modal").displacement[
@@ -106,10 +106,10 @@ def test_a_gap_that_is_never_met_is_not_seen_and_is_wider_than_the_motion():
 
 
 def test_the_twin_sees_a_rub_within_seconds_of_its_onset(found):
-    """The record goes on with that of a narrower gap: its orbit of 13 µm meets a wall at 11 µm."""
+    """The record goes on with that of a narrower gap: its orbit of 13 µm meets a wall at 4 µm."""
     seconds = 12.0
     later = Spin(MIDDLE.speed, angle=MIDDLE.speed * seconds % (2 * np.pi))
-    before, after = recorded("a", rotor(), MIDDLE, seconds), recorded("a", rotor(1.1e-5), later, seconds)
+    before, after = recorded("a", rotor(), MIDDLE, seconds), recorded("a", rotor(4e-6), later, seconds)
     joined = [
         dataclasses.replace(c, value=np.concatenate((c.value, d.value)))
         for c, d in zip(before.channels, after.channels)

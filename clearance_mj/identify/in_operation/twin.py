@@ -139,8 +139,7 @@ def follow_orbits(record: Record, found: OrbitFit) -> OrbitTwin:
     shortest = LENGTH + LEARNED * HOP
     if whole.turning is None or whole.duration < shortest:
         raise RecordError(
-            f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of a shaft '
-            "that turns"
+            f'record "{record.name}": lasts {whole.duration:.4g} s; a twin learns from {shortest:.3g} s of turning'
         )
     return OrbitFollower(found).run(record.name, windows_of(whole, LENGTH, HOP))
 
@@ -228,7 +227,8 @@ class OrbitFollower:
         alarms = self._refined(misses, end) if self.names else []
         left = misses(self.belief.mean[None])[0].reshape(-1, len(self.places), 4)
         missed = np.sqrt(np.mean(left**2, axis=(0, 2)))
-        alarms += self._rubs(missed, forces.over_time(), end)
+        peaks = np.abs(left).max(axis=(0, 2))
+        alarms += self._rubs(np.array([missed, peaks]), forces.over_time(), end)
         return end, self.belief.mean, self.belief.std, missed, alarms
 
     def _without_contact(self) -> set[str]:
@@ -263,13 +263,13 @@ class OrbitFollower:
         ]
 
     def _rubs(self, missed: np.ndarray, force: np.ndarray, end: float) -> list[OrbitAlarm]:
-        """Alarms of forces that nothing explains."""
+        """Alarms of forces that nothing explains: missed (2, n_bushings), RMS and largest of all lines."""
         if len(self.health) < LEARNED:
             self.health.append(missed)
             return []
         known = np.array(self.health)
         limit = np.maximum(known.mean(axis=0) + BEYOND * known.std(axis=0, ddof=1), RISE * known.max(axis=0))
-        self.rubbing = np.where(missed > limit, self.rubbing + 1, 0)
+        self.rubbing = np.where(np.any(missed > limit, axis=0), self.rubbing + 1, 0)
         alarms = []
         for j in np.flatnonzero((self.rubbing == IN_A_ROW) & (self.rubs == 0)):
             largest = float(np.hypot(*force[0, :, 2 * j : 2 * j + 2].T).max())

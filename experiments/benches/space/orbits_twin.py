@@ -85,18 +85,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         twin = cm.identify.follow_orbits(record, known[kind, seed])
         took = time.perf_counter() - start
         print(f"{kind}-{seed} at {rpm} rev/min, {words} at {options.seconds / 2:g} s: {factors or ''}")
-        for name in twin.names:
+        middle = np.searchsorted(twin.time, options.seconds / 2)
+        for name, std in zip(twin.names, twin.std[-1]):
             value = twin.value(name)
-            middle = np.searchsorted(twin.time, options.seconds / 2)
-            print(
-                f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end "
-                f"± {100 * twin.std[-1][twin.names.index(name)]:.1f} %"
-            )
-        print(
-            f"  missed {np.median(twin.missed[:middle]) if twin.names else 0:.2f}",
-            *(f"  {a}" for a in twin.alarms),
-            sep="\n",
-        )
+            print(f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end ± {100 * std:.1f} %")
+        print(f"  missed {np.median(twin.missed[:middle]):.2f}", *(f"  {a}" for a in twin.alarms), sep="\n")
         print(f"  {options.seconds / took:.0f} times real time", flush=True)
 
 
