@@ -29,7 +29,7 @@ __all__ = ["orbits"]
 
 LIKELY = 10.0  # logarithm of the odds from which on contact is seen
 KNOWN = 0.08  # standard deviation of the gap's logarithm up to which it counts as seen
-SHAPE = 0.1  # of the deepest penetration: error of a gap by a contact law of another shape
+SHAPE = 0.15  # of the deepest penetration: error of a gap by a contact law of another shape
 WEIGHT = 50.0  # N, of the size of a force at rest where the rig file tells no mass
 COMMON_GAIN = 0.01  # 1 σ of the gain of a pair of probes, which scales all that they show
 

@@ -36,7 +36,8 @@ THRESHOLD, SIGNIFICANCE = {"gap": 0.03, "viscosity": 0.1}, 4.0
 LEARNED = 6  # windows from which on it is known how much is missed in health
 BEYOND, RISE = 6.0, 1.5  # standard deviations of what is missed in health, and factor on it, beyond which is a rub
 MIN_WINDOWS = 4  # that show a change before it counts, so that gap and viscosity are told apart
-IN_A_ROW = 2  # windows that show a rub before it counts
+IN_A_ROW = 3  # windows that show a rub before it counts: two hold what was before a sudden change and what is after
+MAX_MOVE = 1.5  # standard deviations of a window: one that ends farther off is refined again from a wider belief
 
 
 @dataclass(frozen=True)
@@ -224,8 +225,8 @@ class OrbitFollower:
             return np.array(found)
 
         end = window.start + window.size / window.fs
-        alarms = self._refined(misses, end) if self.names else []
-        left = misses(self.belief.mean[None])[0].reshape(-1, len(self.places), 4)
+        own, alarms = self._refined(misses, end) if self.names else (self.belief.mean, [])
+        left = misses(own[None])[0].reshape(-1, len(self.places), 4)
         missed = np.sqrt(np.mean(left**2, axis=(0, 2)))
         peaks = np.abs(left).max(axis=(0, 2))
         alarms += self._rubs(np.array([missed, peaks]), forces.over_time(), end)
@@ -239,10 +240,14 @@ class OrbitFollower:
             and (self.places[0].filling.round_only or not p.name.endswith((".gap", ".rest_y", ".rest_z")))
         }  # fmt: skip
 
-    def _refined(self, misses: Any, end: float) -> list[OrbitAlarm]:
+    def _refined(self, misses: Any, end: float) -> tuple[np.ndarray, list[OrbitAlarm]]:
+        """Refine the belief; return what the window alone has found, and alarms."""
         assert self.changes is not None
         prior = self.belief.drifted(WINDOW_STD)
         found = refine(prior, misses, block=200)
+        if np.any(np.abs(found.belief.mean - prior.mean) > MAX_MOVE * WINDOW_STD):
+            prior = self.belief.drifted(CHANGE_STD)
+            found = refine(prior, misses, block=200)
         walked = self.belief.drifted([WALK[k] * math.sqrt(HOP) for k in self.kinds])
         observation = observed(prior, found.belief)
         scatter = self.changes.add(walked, observation)
@@ -250,17 +255,15 @@ class OrbitFollower:
         thresholds = np.log1p([THRESHOLD[k] for k in self.kinds])
         likeliest = self.changes.likeliest(np.eye(len(self.kinds)), thresholds)
         if likeliest is None or likeliest[1] < SIGNIFICANCE or likeliest[0].windows < MIN_WINDOWS:
-            return []
+            return found.belief.mean, []
         change = likeliest[0]
         number, kind = int(self.names[change.kind].split("[")[1].split("]")[0]), self.kinds[change.kind]
         before = float(np.exp(change.before[change.kind]))
         self.belief = change.after.drifted(WINDOW_STD)
         self.changes = Changes(self.belief, np.full(len(self.kinds), CHANGE_STD))
-        return [
-            OrbitAlarm(
-                end, end - (change.windows - 1) * HOP - LENGTH, number, kind, before, before * math.exp(change.size)
-            )
-        ]
+        since = end - (change.windows - 1) * HOP - LENGTH
+        alarm = OrbitAlarm(end, since, number, kind, before, before * math.exp(change.size))
+        return found.belief.mean, [alarm]
 
     def _rubs(self, missed: np.ndarray, force: np.ndarray, end: float) -> list[OrbitAlarm]:
         """Alarms of forces that nothing explains: missed (2, n_bushings), RMS and largest of all lines."""
