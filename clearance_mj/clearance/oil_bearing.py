@@ -22,8 +22,7 @@ class OilBearing(GreaseModel):
     """A plain bearing filled with oil; `force` acts on the journal."""
 
     turned: ClassVar[bool] = True
-    fullest: ClassVar[float]
-    """eccentricity ratio up to which the film's forces are known"""
+    fullest: ClassVar[float]  #: eccentricity ratio up to which the film's forces are known
     viscosity: Positive
     """μ, Pa s"""
     radius: Positive
