@@ -6,6 +6,7 @@ import dataclasses
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 from tqdm import tqdm
@@ -192,8 +193,6 @@ def _force_at_rest(fit: RoundFit, moved: np.ndarray) -> np.ndarray:
     """Force (2,) of the clearance on a shaft that has come from its unloaded place to rest, N, without friction."""
     case, offset = fit.case, np.array(fit.case.rest) - moved
     bushing = dataclasses.replace(case.bushing, friction=None, offset=0.0, offset_y=0.0, radius=1.0)
-    from types import SimpleNamespace
-
     records = round_records(SimpleNamespace(bushings=(bushing,)), case.law, 1.0)  # type: ignore[arg-type]
     records.bushings["offset_y"], records.bushings["offset_z"] = offset
     out = np.empty((2, 2))
