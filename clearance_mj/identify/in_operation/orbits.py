@@ -29,6 +29,7 @@ __all__ = ["orbits"]
 
 LIKELY = 10.0  # logarithm of the odds from which on contact is seen
 KNOWN = 0.08  # standard deviation of the gap's logarithm up to which it counts as seen
+REPEATED = 2.0  # factor on a film's part of it: what the rig file gets wrong is the same in all windows of a record
 SHAPE = 0.15  # of the deepest penetration: error of a gap by a contact law of another shape
 WEIGHT = 50.0  # N, of the size of a force at rest where the rig file tells no mass
 COMMON_GAIN = 0.01  # 1 σ of the gain of a pair of probes, which scales all that they show
@@ -153,7 +154,8 @@ def _clearance(
     reach, gap = float(np.hypot(*(ends[:, 1:] + rest).reshape(-1, 2).T).max()), values[f"{own}.gap"]
     touches = odds > LIKELY and reach > gap
     depth = max(reach - gap, 0.0) / gap if touches else 0.0
-    gap_std = math.sqrt(std[f"{own}.gap"] ** 2 + COMMON_GAIN**2 / 2 + (SHAPE * depth) ** 2)
+    repeated = 1.0 if touches else REPEATED
+    gap_std = math.sqrt((repeated * std[f"{own}.gap"]) ** 2 + COMMON_GAIN**2 / 2 + (SHAPE * depth) ** 2)
     seen = gap_std < KNOWN and (touches or place.filling.round_only)
     radius = smallest_circle(ends[:: max(1, len(ends) // 20000), 0])[1]
     law = {n.partition("].")[2]: (v, std[n]) for n, v in values.items() if n.startswith(own) and _is_law(n)}
