@@ -88,8 +88,8 @@ def test_list_in_another_encoding(folder):
 @pytest.mark.parametrize(
     ("changes", "part"),
     [
-        ({"role": "train"}, 'role "train" is unknown; use identify, validate or sine'),
-        ({"kind": "shock"}, 'kind "shock" is unknown; use base or force'),
+        ({"role": "train"}, 'role "train" is unknown; use identify, validate, sine or orbit'),
+        ({"kind": "shock"}, 'kind "shock" is unknown; use base, force or spin'),
         ({"kind": "force"}, "has no force at node 200 along Z, the excitation of a record of kind"),
         ({"fs": 1024.0}, "is sampled at 512 Hz, the record at 1024 Hz"),
         ({"fs": 400.0}, "fs 400 Hz is below twice the band's upper end 220 Hz"),

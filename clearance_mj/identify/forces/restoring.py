@@ -64,8 +64,8 @@ class RestoringForce:
     noise_density: np.ndarray  #: (n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)
     noise: np.ndarray
     """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units"""
-    spin: np.ndarray
-    """(n_t,) rad/s, of a shaft that turned; 0 of others"""
+    spin: np.ndarray | None = None
+    """(n_t,) rad/s, of a shaft that turned"""
 
     @property
     def reach(self) -> np.ndarray:
@@ -163,7 +163,7 @@ def restoring_force(
         noise_frequency=frequency[inside],
         noise_density=np.sqrt(noise).T,
         noise=sigma,
-        spin=np.zeros(n) if record.turning is None else record.turning.speed,
+        spin=None if record.turning is None else record.turning.speed,
     )
 
 

@@ -94,5 +94,5 @@ class WindowForces:
             time=sample / self.fs, displacement=middle, velocity=speed, force=force,
             force_std=self.spread, displacement_std=self.motion_spread, ends=ends.reshape(m, 2, self.size),
             valid=(sample >= self.margin) & (sample < self.margin + self.step), noise_frequency=self.frequency,
-            noise_density=self.density, noise=self.noise, spin=np.zeros(self.size),
+            noise_density=self.density, noise=self.noise,
         )  # fmt: skip

@@ -59,7 +59,7 @@ class RoundMotion:
         rows = 2 * number, 2 * number + 1
         self._motions = [_Motion.of(f, rows, f.rig.bushings[number].length) for f in forces]
         self._length = forces[0].rig.bushings[number].length
-        self.turns = any(f.spin.any() for f in forces)
+        self.turns = any(f.spin is not None for f in forces)
         """whether the shaft turns in any record"""
         pieces = [[samples_of(f, row, i) for row in rows] for i, f in enumerate(forces)]
         sizes = [2 * piece[0][0].size for piece in pieces]
@@ -133,7 +133,8 @@ class _Motion(NamedTuple):
         paths = [path_of(force, row, length) for row in rows]
         x, v = (np.ascontiguousarray(np.stack([getattr(p, name) for p in paths], axis=2)) for name in "xv")
         time = np.arange(len(x)) * paths[0].step
-        return cls(x, v, np.interp(time, force.time, force.spin), paths[0].step)
+        spin = np.zeros(time.size) if force.spin is None else np.interp(time, force.time, force.spin)
+        return cls(x, v, spin, paths[0].step)
 
 
 def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
