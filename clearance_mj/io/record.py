@@ -231,6 +231,10 @@ class Record(Shown):
         RecordError
             If the pulses do not tell it, or not what the record's ``spin`` says.
         """
+        return self._turning
+
+    @functools.cached_property
+    def _turning(self) -> ShaftTurning | None:
         spin = self._turns
         if spin is None:
             return None

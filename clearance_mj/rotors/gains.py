@@ -38,15 +38,16 @@ class SpatialGains:
         return self.model.size
 
     def driven(self, tested: Rig) -> SpatialGains:
-        """Return the structure driven, and turning at the mean spin, as in a test.
+        """Return the structure driven as in a test, and turning at its spin: of a ramp in the middle of its ends.
 
         Parameters
         ----------
         tested : Rig
             Whose shaker and spin are those of the test.
         """
-        spin = tested.spin.speed if tested.spin else 0.0
-        return dataclasses.replace(self, spin=spin, direction=tuple(tested.shaker.unit_direction.tolist()))
+        spin = tested.spin
+        mean = 0.0 if spin is None else spin.speed if spin.until is None else (spin.speed + spin.until) / 2
+        return dataclasses.replace(self, spin=mean, direction=tuple(tested.shaker.unit_direction.tolist()))
 
     @functools.cached_property
     def _driven_model(self) -> SpatialModel:

@@ -111,6 +111,14 @@ def test_unbalance(turning):
     assert found.moment == pytest.approx(1e-4, rel=0.02) and found.phase == pytest.approx(0.0, abs=0.02)
 
 
+def test_an_unbalance_beside_a_known_one(turning):
+    """Of 1e-4 kg m at one place, of which the rig file knows 4e-5, 6e-5 are left."""
+    known = dataclasses.replace(RIG.unbalances[0], moment=4e-5)
+    found, kept = with_unbalance(RIG.replace(unbalances=(known, known)), prepare_turning(turning), {}).unbalances
+    assert kept == known
+    assert found.moment == pytest.approx(6e-5, rel=0.03) and found.phase == pytest.approx(0.0, abs=0.03)
+
+
 def test_no_force_where_nothing_touches(turning):
     """Turning, run-out and unbalance leave no force in a clearance that is never used up."""
     for record in prepare(turning):

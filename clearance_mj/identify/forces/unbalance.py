@@ -75,6 +75,8 @@ def unbalance_gains(
 def with_unbalance(rig: Rig, records: Sequence[PreparedRecord], probes: Mapping[str, float]) -> Rig:
     """Return a rig whose first unbalance is that of records in which its shaft turned, at one speed or in a ramp.
 
+    Further unbalances are believed as the rig file has them.
+
     Parameters
     ----------
     rig : Rig
@@ -87,16 +89,16 @@ def with_unbalance(rig: Rig, records: Sequence[PreparedRecord], probes: Mapping[
     fastest = max((_speed(record) for record in records), default=0.0)
     if not (rig.unbalances and fastest):
         return rig
-    first = rig.unbalances[0]
+    first, *others = rig.unbalances
     unit = [dataclasses.replace(first, moment=1.0, phase=phase) for phase in (0.0, math.pi / 2)]
     normal, right = np.zeros((2, 2)), np.zeros(2)
     for record in (r for r in records if _speed(r) >= FAST * fastest):
-        columns, target = _at_turns(rig, record, probes, unit)
+        columns, target = _at_turns(rig, record, probes, unit, others)
         normal += (columns.conj().T @ columns).real
         right += (columns.conj().T @ target).real
     a, b = np.linalg.solve(normal, right).tolist()
     found = dataclasses.replace(first, moment=math.hypot(a, b), phase=math.atan2(b, a))
-    return rig.replace(unbalances=(found, *rig.unbalances[1:]))
+    return rig.replace(unbalances=(found, *others))
 
 
 def _speed(record: PreparedRecord) -> float:
@@ -105,9 +107,13 @@ def _speed(record: PreparedRecord) -> float:
 
 
 def _at_turns(
-    rig: Rig, record: PreparedRecord, probes: Mapping[str, float], unit: Sequence[Unbalance]
-) -> tuple[np.ndarray, np.ndarray]:
-    """What two unbalances and the record show on a few lines that no forces in the clearances explain, (n, 2), (n,)."""
+    rig: Rig, record: PreparedRecord, probes: Mapping[str, float], unit: Sequence[Unbalance],
+    others: Sequence[Unbalance],
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """What two unbalances (n, 2), and the record less other ones (n,), show that no forces in the clearances explain.
+
+    On a few lines either side of the turns.
+    """
     assert record.turning is not None
     n, fs = len(record.signals), record.fs
     window = np.hanning(n)
@@ -119,19 +125,21 @@ def _at_turns(
     gains = SpatialGains(spatial_model(rig, MODES)).driven(record.tested)
     rows = gains.at_probes(probes)
     seen = gains.channel_gains(rows, record.kind, omega)
-    of_both = np.stack(
-        [np.einsum("fcu,fu->fc", unbalance_gains(gains, rows, omega, _forces(gains, one)), spun) for one in unit],
-        axis=2,
-    )
+
+    def shown(unbalances: Sequence[Unbalance]) -> np.ndarray:
+        return np.einsum("fcu,fu->fc", unbalance_gains(gains, rows, omega, _forces(gains, unbalances)), spun)
+
+    of_both = np.stack([shown([one]) for one in unit], axis=2)
+    left = measured - shown(others) if others else measured
     white = NOISE * np.sqrt(np.mean(record.signals**2, axis=0) * np.sum(window**2)) + QUIET
     noise = np.hypot(white, MODEL_ERROR * np.abs(measured))[:, :, None]
     basis, _ = np.linalg.qr(seen / noise)
-    targets = np.concatenate((of_both, measured[:, :, None]), axis=2) / noise
+    targets = np.concatenate((of_both, left[:, :, None]), axis=2) / noise
     rest = targets - basis @ (basis.conj().transpose(0, 2, 1) @ targets)
     return rest[:, :, :2].reshape(-1, 2), rest[:, :, 2].ravel()
 
 
-def _forces(gains: SpatialGains, unbalance: Unbalance) -> np.ndarray:
-    """Forces (n, 2) on the modes of one unbalance, per Ω² cos φ and Ω² sin φ."""
-    rig = gains.model.rig.replace(unbalances=(unbalance,))
+def _forces(gains: SpatialGains, unbalances: Sequence[Unbalance]) -> np.ndarray:
+    """Forces (n, 2) on the modes of unbalances, per Ω² cos φ and Ω² sin φ."""
+    rig = gains.model.rig.replace(unbalances=tuple(unbalances))
     return dataclasses.replace(gains.model, rig=rig).unbalance.T

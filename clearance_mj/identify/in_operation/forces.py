@@ -106,7 +106,8 @@ def forces_in(
         gains = maker.gains(values, window.mean_speed)
         inverse = gains.inverse
         seen = maker.shown(values, window, own)
-        weight = _weight(inverse, own, seen, static, window.noise)
+        of_noise, leaked = _errors(inverse, own, window.noise)
+        weight = _weight(inverse, own, seen, static, of_noise, leaked)
         before = weight[:, :, None] * inverse if weighed is None else weighed.over_error[i]
         over.append(before)
         here = before, seen
@@ -116,7 +117,7 @@ def forces_in(
         shown_by.append(np.einsum("fij,fjk->fik", before, by[0]))
         per_force_by.append(before @ by[1])
         force = np.einsum("fij,fj->fi", inverse, here[1])
-        gate = _gate(own, inverse, weight, window.noise)
+        gate = _gate(own, weight, window.noise, of_noise, leaked)
         gated.append(gate * force)
         tilts.append(maker.tilt(values, gains, own, force, gate, slow, size))
     tilt, tilt_speed = (np.concatenate(parts) for parts in zip(*tilts))
@@ -225,31 +226,37 @@ def drive(values: Mapping[str, float], own: Spectra) -> np.ndarray:
     return np.hstack(found) if found else np.zeros((len(own.one), 0), dtype=complex)
 
 
-def _gate(own: Spectra, inverse: np.ndarray, weight: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def _errors(inverse: np.ndarray, own: Spectra, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (n_f, m) of forces: power of the probes' noise, and what leaks between lines, as amplitude.
+
+    The window's slope mixes neighbouring lines, between which H⁻¹ changes: near antiresonances by much.
+    """
+    of_noise = np.einsum("fij,j->fi", np.abs(inverse) ** 2, noise**2 * energy_of(own))
+    leaked = np.einsum("fij,fj->fi", np.abs(np.gradient(inverse, axis=0)), _near(own)) * SLOPE
+    return of_noise, leaked
+
+
+def _near(own: Spectra) -> np.ndarray:
+    """Largest motion (n_f, m) of neighbouring lines."""
+    return np.asarray(scipy.ndimage.maximum_filter1d(np.abs(own.displacement), NEIGHBOURS, axis=0))
+
+
+def _gate(own: Spectra, weight: np.ndarray, noise: np.ndarray, of_noise: np.ndarray, leaked: np.ndarray) -> np.ndarray:
     """(n_f, m) 1 where probes show forces, 0 where they show noise or antiresonances only."""
     energy = energy_of(own)
-    of_noise = np.einsum("fij,j->fi", np.abs(inverse) ** 2, noise**2 * energy)
-    near = scipy.ndimage.maximum_filter1d(np.abs(own.displacement), NEIGHBOURS, axis=0)
-    leaked = np.einsum("fij,fj->fi", np.abs(np.gradient(inverse, axis=0)), near) * SLOPE
     blurred = np.clip(2.0 - 2.0 * (of_noise + leaked**2) * weight**2, 0.0, 1.0)
     moved = np.clip(1 - CERTAIN * energy * noise**2 / np.maximum(np.abs(own.displacement) ** 2, 1e-300), 0.0, 1.0)
     return np.asarray(moved * blurred)
 
 
 def _weight(
-    inverse: np.ndarray, own: Spectra, shown: np.ndarray, stiffness: np.ndarray, noise: np.ndarray
-) -> np.ndarray:
-    """(n_f, m) one over the expected error: of rig and law, of the window's slope, and of the probes.
-
-    The window's slope mixes neighbouring lines, between which H⁻¹ changes: near antiresonances by much.
-    """
-    energy = energy_of(own)
-    of_noise = np.einsum("fij,j->fi", np.abs(inverse) ** 2, noise**2 * energy)
-    near = scipy.ndimage.maximum_filter1d(np.abs(own.displacement), NEIGHBOURS, axis=0)
-    leaked = np.einsum("fij,fj->fi", np.abs(np.gradient(inverse, axis=0)), near) * SLOPE
+    inverse: np.ndarray, own: Spectra, shown: np.ndarray, stiffness: np.ndarray, of_noise: np.ndarray,
+    leaked: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """(n_f, m) one over the expected error: of rig and law, of the window's slope, and of the probes."""
     forces = np.sqrt(np.maximum(np.abs(np.einsum("fij,fj->fi", inverse, shown)) ** 2 - CERTAIN * of_noise, 0.0))
     acting = scipy.ndimage.maximum_filter1d(forces, NEIGHBOURS, axis=0)
-    bent = np.repeat(stiffness, 2) * near
+    bent = np.repeat(stiffness, 2) * _near(own)
     rig = _round(ERROR * bent) ** 2 + _round(SPREAD * np.sqrt(np.mean(bent[2:] ** 2, axis=0, keepdims=True))) ** 2
     law = _round(LAW_ERROR * acting) ** 2 + _round(LAW_SPREAD * np.sqrt(np.mean(forces**2, axis=0, keepdims=True))) ** 2
     return np.asarray(1 / np.sqrt(rig + law + _round(leaked) ** 2 + of_noise))

@@ -14,14 +14,12 @@ from ...clearance.contacts.kelvin_voigt import Linear
 from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.oil_film import OilFilled
-from ...clearance.round_cycle import fill_round_forces
-from ...clearance.round_kernel import round_records
 from ...estimate import Parameter, Problem, UnknownScale
 from ...estimate.problem import Linearised
 from ...rig import Bushing, Friction, Rig
 from ...rig.dimensions import shaft_radius
 from ..laws.round_fit import parameters_of
-from ..laws.round_motion import WIDE
+from ..laws.round_motion import WIDE, RoundCase, forces_along
 from .forces import Forces, run_out
 from .windows import Window
 
@@ -122,7 +120,7 @@ class LawProblem(Problem):
         out = np.empty(slow.x.shape)
         for place, (x, v) in zip(self.places, self.points(known)):
             own = slice(2 * place.number, 2 * place.number + 2)
-            out[:, own] = forces_of(self._case(place, known), x, v, slow.spin, 1 / slow.rate)
+            out[:, own] = forces_along(self._case(place, known), x, v, slow.spin, 1 / slow.rate)
         return out
 
     def points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -209,7 +207,7 @@ class LawProblem(Problem):
         found = real(self.misses(values))
         return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
 
-    def _case(self, place: Place, known: Mapping[str, float]) -> Case:
+    def _case(self, place: Place, known: Mapping[str, float]) -> RoundCase:
         own = f"bushings[{place.number}]"
         nominal = place.nominal
         gap = known.get(f"{own}.gap", nominal.gap)
@@ -232,26 +230,7 @@ class LawProblem(Problem):
             bushing = dataclasses.replace(bushing, gap=WIDE * gap)
         middle = known.get(f"{own}.rest_y", 0.0), known.get(f"{own}.rest_z", 0.0)
         oval = known.get(f"{own}.wider_y", 0.0), known.get(f"{own}.wider_yz", 0.0)
-        return Case(bushing, ContactLaw(contact, filling), middle, oval)
-
-
-class Case(NamedTuple):
-    """A law of one round clearance."""
-
-    bushing: Bushing
-    law: ContactLaw
-    rest: tuple[float, float]
-    out_of_round: tuple[float, float]
-
-
-def forces_of(case: Case, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: float) -> np.ndarray:
-    """Return forces (n_t, 2) of a law along a motion (n_t, 3, 2) of the middle and both ends."""
-    records = round_records(SimpleNamespace(bushings=(case.bushing,)), case.law, step)  # type: ignore[arg-type]
-    records.bushings["offset_y"], records.bushings["offset_z"] = case.rest
-    out = np.empty((len(x), 2))
-    shape = np.array(case.out_of_round)
-    fill_round_forces(np.ascontiguousarray(x), np.ascontiguousarray(v), spin, 1.0, shape, records, out)
-    return out
+        return RoundCase(bushing, ContactLaw(contact, filling), middle, oval)
 
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

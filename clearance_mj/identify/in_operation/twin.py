@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -178,23 +178,9 @@ class OrbitFollower:
 
     def run(self, name: str, windows: Sequence[Window]) -> OrbitTwin:
         """Return what all windows of a record tell."""
-        rows = list(self._each(windows))
-        time, mean, std, missed, alarms = zip(*rows)
-        return OrbitTwin(
-            name,
-            np.array(time),
-            self.told,
-            np.array(mean),
-            np.array(std),
-            np.array(missed),
-            tuple(itertools.chain(*alarms)),
-        )
-
-    def _each(
-        self, windows: Sequence[Window]
-    ) -> Iterator[tuple[float, np.ndarray, np.ndarray, np.ndarray, list[OrbitAlarm]]]:
-        for window in windows:
-            yield self.take(window)
+        *histories, alarms = zip(*(self.take(window) for window in windows))
+        time, mean, std, missed = map(np.array, histories)
+        return OrbitTwin(name, time, self.told, mean, std, missed, tuple(itertools.chain(*alarms)))
 
     def take(self, window: Window) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, list[OrbitAlarm]]:
         """Return end, mean, standard deviation, what is missed and alarms of a window.

@@ -6,7 +6,6 @@ import dataclasses
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from types import SimpleNamespace
 
 import numpy as np
 from tqdm import tqdm
@@ -15,8 +14,6 @@ from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLIN
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.long_film import LongFilmed
 from ...clearance.greases.oil_film import OilFilled
-from ...clearance.round_cycle import fill_round_forces
-from ...clearance.round_kernel import round_records
 from ...core.errors import SimulationError
 from ...engines.equilibrium import static_equilibrium
 from ...rig import Rig
@@ -27,7 +24,7 @@ from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
 from .comparison import WORKERS, FamilyFit, weighted
 from .round_fit import RoundFit, fit_round, parameters_of, spread_by_rig
-from .round_motion import RoundMotion
+from .round_motion import RoundMotion, forces_along
 
 __all__ = ["compare_round_families", "rests_of"]
 
@@ -97,8 +94,9 @@ def compare_round_families(
         spread_by_rig(m, [each[j] for each in moved], p, f)  # type: ignore[arg-type]
         for j, (m, p, f) in enumerate(zip(motions, own, families[0].fits))
     ]
-    families = (dataclasses.replace(families[0], fits=tuple(spread)), *families[1:])
-    return tuple(dataclasses.replace(f, fits=_offsets(f.fits, rig, rigs)) for f in families)  # type: ignore[arg-type]
+    likeliest = dataclasses.replace(families[0], fits=_offsets(spread, rig, rigs))
+    others = (dataclasses.replace(f, fits=_offsets(f.fits, rig)) for f in families[1:])  # type: ignore[arg-type]
+    return (likeliest, *others)
 
 
 def loudest(record: PreparedRecord, share: float) -> PreparedRecord:
@@ -168,7 +166,7 @@ def rests_of(rig: Rig) -> list[tuple[float, float]]:
     return [tuple(each) for each in (offsets + moved).tolist()]
 
 
-def _offsets(fits: Sequence[RoundFit], rig: Rig, drawn: Sequence[Rig]) -> tuple[RoundFit, ...]:
+def _offsets(fits: Sequence[RoundFit], rig: Rig, drawn: Sequence[Rig] = ()) -> tuple[RoundFit, ...]:
     """Fits with the offsets of the unloaded shaft: where it rests, less what weight and forces do there."""
     moved = _moved_to_rest(fits, rig)
     others = np.array([_moved_to_rest(fits, other) for other in drawn]).reshape(-1, len(fits), 2) - moved
@@ -191,11 +189,9 @@ def _moved_to_rest(fits: Sequence[RoundFit], rig: Rig) -> np.ndarray:
 
 def _force_at_rest(fit: RoundFit, moved: np.ndarray) -> np.ndarray:
     """Force (2,) of the clearance on a shaft that has come from its unloaded place to rest, N, without friction."""
-    case, offset = fit.case, np.array(fit.case.rest) - moved
-    bushing = dataclasses.replace(case.bushing, friction=None, offset=0.0, offset_y=0.0, radius=1.0)
-    records = round_records(SimpleNamespace(bushings=(bushing,)), case.law, 1.0)  # type: ignore[arg-type]
-    records.bushings["offset_y"], records.bushings["offset_z"] = offset
-    out = np.empty((2, 2))
+    offset = np.array(fit.case.rest) - moved
+    bushing = dataclasses.replace(fit.case.bushing, friction=None, radius=1.0)
+    case = fit.case._replace(bushing=bushing, rest=tuple(offset.tolist()))
     x = np.stack([np.zeros((3, 2)), np.tile(moved, (3, 1))])
-    fill_round_forces(x, np.zeros_like(x), np.zeros(2), 1.0, np.array(case.out_of_round), records, out)
-    return np.asarray(out[1] - (out[0] if np.hypot(*offset) < bushing.gap else 0.0))
+    unloaded, loaded = forces_along(case, x, np.zeros_like(x), np.zeros(2), 1.0)
+    return np.asarray(loaded - (unloaded if np.hypot(*offset) < bushing.gap else 0.0))

@@ -23,8 +23,6 @@ __all__ = ["RoundFit", "fit_round", "parameters_of", "placed", "spread_by_rig"]
 OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both numbers of a hole that is not quite round
 REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
 FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
-BRISTLES = math.log(3.0)  # 1 σ of the logarithm of their stiffness
-OWN = ("gap", "rest_y", "rest_z", "wider_y", "wider_yz", "friction")
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from ...rig.dimensions import shaft_radius
 from ..forces.restoring import RestoringForce
 from .measured_motion import DECIMATION, FORCE_ERROR, INTERPOLATION, low_pass, path_of, samples_of
 
-__all__ = ["RoundCase", "RoundMotion"]
+__all__ = ["RoundCase", "RoundMotion", "forces_along"]
 
 WIDE = 1e3  # gaps, of a hole whose wall is never met
 
@@ -33,6 +33,32 @@ class RoundCase(NamedTuple):
     law: ContactLaw  #: of contact and filling
     rest: tuple[float, float] = (0.0, 0.0)  #: from the middle to where the shaft is when its probes read zero, m
     out_of_round: tuple[float, float] = (0.0, 0.0)  #: m, see `fill_round_forces`
+
+
+def forces_along(
+    case: RoundCase, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: float, lever: float = 1.0
+) -> np.ndarray:
+    """Return the forces (n_t, 2) of a law along y and z, N, in a motion of the shaft from where it rests.
+
+    Parameters
+    ----------
+    case : RoundCase
+        The law.
+    x, v : ndarray, shape (n_t, 3, 2)
+        Displacements and velocities of the middle and both ends, m and m/s.
+    spin : ndarray, shape (n_t,)
+        rad/s.
+    step : float
+        s.
+    lever : float
+        By which the law's ends are farther from the middle.
+    """
+    bushing = dataclasses.replace(case.bushing, offset=0.0, offset_y=0.0)
+    records = round_records(SimpleNamespace(bushings=(bushing,)), case.law, step)  # type: ignore[arg-type]
+    records.bushings["offset_y"], records.bushings["offset_z"] = case.rest
+    out = np.empty((len(x), 2))
+    fill_round_forces(x, v, spin, lever, np.array(case.out_of_round), records, out)
+    return out
 
 
 class RoundMotion:
@@ -76,16 +102,11 @@ class RoundMotion:
 
     def forces(self, case: RoundCase) -> np.ndarray:
         """Return the forces (n,) of a law, N: y and z of each sample one after the other."""
-        bushing = dataclasses.replace(case.bushing, offset=0.0, offset_y=0.0)
-        known, taps, found = SimpleNamespace(bushings=(bushing,)), low_pass(), []
-        factor, half = INTERPOLATION * DECIMATION, low_pass().size // 2
+        taps, factor, found = low_pass(), INTERPOLATION * DECIMATION, []
+        lever = case.bushing.length / self._length if self._length else 1.0
         for motion in self._motions:
-            records = round_records(known, case.law, motion.step)  # type: ignore[arg-type]
-            records.bushings["offset_y"], records.bushings["offset_z"] = case.rest
-            out = np.empty((len(motion.x), 2))
-            lever = bushing.length / self._length if self._length else 1.0
-            fill_round_forces(motion.x, motion.v, motion.spin, lever, np.array(case.out_of_round), records, out)
-            kept = scipy.signal.upfirdn(taps, out, 1, factor, axis=0)[half // factor :]
+            out = forces_along(case, motion.x, motion.v, motion.spin, motion.step, lever)
+            kept = scipy.signal.upfirdn(taps, out, 1, factor, axis=0)[taps.size // 2 // factor :]
             found.append(kept[: -(-len(out) // factor)].ravel())
         return np.concatenate(found)
 
