@@ -32,10 +32,8 @@ PLAIN = ("structure.", "beam.", "masses[", "1/beam.clamp")
 SUPPORT = math.log(2.0)  # 1 σ of the logarithm of a support's stiffness: orbits tell little of it
 LIKELY_UNBALANCE = 2.0  # of the rig file's: 1 σ of its parts along and across the mark
 RUN_OUT = 0.1  # of the gap: 1 σ of what the surface adds per order, along cosine and sine
-CLEARED, CERTAIN = (
-    1.0,
-    6.0,
-)  # s, pieces in which noise is left out; power over that of noise from which on a line counts
+CLEARED = 1.0  # s, pieces in which noise is left out
+CERTAIN = 6.0  # of the noise's power, from which on a line counts
 WIDEST = 0.4  # of the rate: highest frequency of the motion
 NOISY = 0.7  # of half the rate: from there on a probe shows but noise
 QUIETEST = 1e-3  # of a probe's RMS: none is taken to be quieter
