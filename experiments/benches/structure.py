@@ -114,7 +114,7 @@ def structure_class(draw: Draw) -> Draw:
     return draw
 
 
-def _between(rng: np.random.Generator, low: float, high: float) -> float:
+def between(rng: np.random.Generator, low: float, high: float) -> float:
     """Uniform in its logarithm."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
@@ -129,7 +129,7 @@ def housing(rng: np.random.Generator, rig: Rig) -> Structure:
     """Each bushing on a housing whose own mode lies in or above the band."""
     return Structure(
         housings=tuple(
-            Oscillator(_between(rng, 0.05, 0.3), _between(rng, 80, 400), rng.uniform(0.01, 0.05)) for _ in rig.bushings
+            Oscillator(between(rng, 0.05, 0.3), between(rng, 80, 400), rng.uniform(0.01, 0.05)) for _ in rig.bushings
         )
     )
 
@@ -137,14 +137,14 @@ def housing(rng: np.random.Generator, rig: Rig) -> Structure:
 @structure_class
 def fixture(rng: np.random.Generator, rig: Rig) -> Structure:
     """A mode between the base's accelerometer and the rig's feet."""
-    return Structure(base=(BaseMode(_between(rng, 60, 300), rng.uniform(0.01, 0.05), rng.uniform(0.2, 0.8)),))
+    return Structure(base=(BaseMode(between(rng, 60, 300), rng.uniform(0.01, 0.05), rng.uniform(0.2, 0.8)),))
 
 
 @structure_class
 def rocking(rng: np.random.Generator, rig: Rig) -> Structure:
     """A base that turns as it is shaken."""
     length, _ = _beam(rig)
-    frequency = _between(rng, 40, 300)
+    frequency = between(rng, 40, 300)
     tilt = rng.choice([-1, 1]) * rng.uniform(0.05, 0.25) / length * min(1.0, (frequency / 100) ** 2)
     return Structure(base=(BaseMode(frequency, rng.uniform(0.02, 0.3), 0.0, float(tilt)),))
 
@@ -160,13 +160,13 @@ def mass(rng: np.random.Generator, rig: Rig) -> Structure:
 def spring(rng: np.random.Generator, rig: Rig) -> Structure:
     """A cable or a seal: a spring and a dashpot from the shaft to the base."""
     length, _ = _beam(rig)
-    return Structure(springs=((rng.uniform(0.3, 0.95) * length, _between(rng, 300, 3000), rng.uniform(0.2, 3)),))
+    return Structure(springs=((rng.uniform(0.3, 0.95) * length, between(rng, 300, 3000), rng.uniform(0.2, 3)),))
 
 
 @structure_class
 def clamp(rng: np.random.Generator, rig: Rig) -> Structure:
     """A clamp whose block has a mode of its own."""
-    return Structure(clamp=Oscillator(_between(rng, 0.1, 1.0), rng.uniform(90, 400), rng.uniform(0.01, 0.03)))
+    return Structure(clamp=Oscillator(between(rng, 0.1, 1.0), rng.uniform(90, 400), rng.uniform(0.01, 0.03)))
 
 
 @structure_class
@@ -185,7 +185,7 @@ def strip(rng: np.random.Generator, rig: Rig) -> Structure:
     """A cover or a bracket that is clamped to the shaft, lies along it, towards the clamp, and resonates."""
     length, whole = _beam(rig)
     strip = Strip(
-        rng.uniform(0.35, 0.95) * length, -0.2 * length, rng.uniform(0.03, 0.1) * whole, _between(rng, 60, 250)
+        rng.uniform(0.35, 0.95) * length, -0.2 * length, rng.uniform(0.03, 0.1) * whole, between(rng, 60, 250)
     )
     return Structure(strips=(strip,))
 

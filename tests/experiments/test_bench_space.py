@@ -12,7 +12,8 @@ from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Spin
 from experiments.benches import film
 from experiments.benches.space import motion, physics, table
-from experiments.benches.space.bench import IGNORANCES, Hole, as_arrays, make_bench
+from experiments.benches.space.bench import IGNORANCES, make_bench
+from experiments.benches.space.holes import Hole, as_arrays
 from experiments.benches.space.make import main
 from experiments.benches.space.plans import Plan, plans
 from experiments.benches.space.records import FS, keyphasor, measure_channels, simulate, turned, write_bench

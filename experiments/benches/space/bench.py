@@ -11,7 +11,7 @@ from __future__ import annotations
 import cmath
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,9 @@ import numpy as np
 from clearance_mj.rig import Bushing, Rig
 
 from . import motion, physics, rigs
+from .hidden import Structure, draw_structure
+from .holes import Hole, as_arrays, dashpot
 from .shaft import Clamp, Disc, Rotor, Support
-from .table import film_table
 
 IGNORANCES = ("gaps", "offsets", "sensors", "linear", "places", "physics", "unbalance")
 """What a rig file may get wrong: gaps and their roundness; offsets; sensors and probes; modulus, density, masses,
@@ -28,32 +29,6 @@ supports and damping; the bushings' places; contact, friction, grease and viscos
 ATTEMPTS = 200
 BEARING = 4e7  # N/m of supports that the designer takes to be rigid
 EDGE = 0.97  # of the narrowest gap, within which the unloaded shaft lies
-
-
-@dataclass(frozen=True)
-class Hole:
-    """A bushing as it really is, SI; the numbers are those of `physics.Bushings`."""
-
-    position: float
-    length: float
-    gap: float
-    oval: float  #: the gap is gap (1 + oval cos 2(θ - axis))
-    axis: float  #: rad from y towards z, of the widest gap
-    offset_y: float  #: of the unloaded shaft's centre from the bushing's middle
-    offset_z: float
-    radius: float  #: of the shaft
-    contact: tuple[float, float, float, float]
-    friction: float
-    bristle: float  #: N/m, of both ends together
-    elastic: float = 0.0
-    slip: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
-    squeeze: tuple[float, float] = (0.0, 1.0)
-    viscosity: float = 0.0  #: Pa s; 0 without oil
-
-    @property
-    def narrowest(self) -> float:
-        """Smallest radial gap of all directions, m."""
-        return self.gap * (1 - abs(self.oval))
 
 
 @dataclass(frozen=True)
@@ -98,6 +73,7 @@ class Bench:
     """of the rig's sensors, two by two"""
     probes: tuple[ProbePair, ...]
     unbalances: tuple[Unbalance, ...]
+    structure: Structure = dataclasses.field(default_factory=Structure)  #: what the drawing does not have
 
     @property
     def top_speed(self) -> float:
@@ -115,63 +91,53 @@ class Bench:
     def scheme(self, step: float, least_damping: float = 0.0) -> motion.Scheme:
         """Return the shaft prepared for a step, s, with at least a damping ratio of every mode."""
         stations, probes = ([i.position for i in part] for part in (self.stations, self.probes))
-        return motion.scheme(self.rotor, self.ends, self.load, stations, probes, step, least_damping)
+        return motion.scheme(
+            self.shaft, self.ends, self.load, stations, probes, step, least_damping, self.structure.housings
+        )  # fmt: skip
+
+    @property
+    def shaft(self) -> Rotor:
+        """The shaft with what the drawing does not have."""
+        return self.structure.shaft(self.rotor)
+
+    @property
+    def forces(self) -> tuple[Hole, ...]:
+        """The bushings, then dashpots: holes so wide that nothing ever touches."""
+        return (*self.holes, *(dashpot(s.position, s.damping) for s in self.structure.springs))
 
     @property
     def ends(self) -> np.ndarray:
-        """(n_bushings, 2) m."""
-        return np.array([(h.position - h.length / 2, h.position + h.length / 2) for h in self.holes]).reshape(-1, 2)
+        """(n_forces, 2) m."""
+        return np.array([(h.position - h.length / 2, h.position + h.length / 2) for h in self.forces]).reshape(-1, 2)
 
     def bushings(self) -> physics.Bushings:
-        """The holes as arrays."""
-        return as_arrays(self.holes)
+        """The forces as arrays."""
+        return as_arrays(self.forces)
 
     def truth(self) -> dict:
         """Nested plain data for truth.toml."""
         parts = ("holes", "stations", "probes", "unbalances")
         lists = {name: [dataclasses.asdict(item) for item in getattr(self, name)] for name in parts}
         lists["bushings"] = lists.pop("holes")
-        shaft = dataclasses.asdict(self.rotor) | {"frequencies": self.rotor.frequencies(5).tolist()}
-        sag = self.rotor.sag([h.position for h in self.holes]).tolist()
+        shaft = dataclasses.asdict(self.rotor) | {"frequencies": self.shaft.frequencies(5).tolist()}
+        sag = self.shaft.sag([h.position for h in self.holes]).tolist()
         for bushing, down in zip(lists["bushings"], sag):
             bushing["sag_without_bushings"] = down
-        return {"name": self.name, "kind": self.kind, "seed": self.seed, "shaft": shaft, **lists}
-
-
-def as_arrays(holes: Iterable[Hole]) -> physics.Bushings:
-    """Return bushings as compiled code takes them; those with oil share one ratio of length to diameter."""
-    holes = tuple(holes)
-    elements = max((len(h.slip[0]) for h in holes), default=0)
-    slip = np.zeros((len(holes), 2, elements))
-    for row, hole in zip(slip, holes):
-        row[:, : len(hole.slip[0])] = hole.slip
-    widths = {h.length / (2 * h.radius) for h in holes if h.viscosity}
-    table = film_table(round(widths.pop(), 4)) if widths else np.zeros((2, 2, 2))
-    if widths:
-        raise ValueError("all bushings with oil of one bench share one ratio of length to diameter")
-
-    def column(name: str) -> np.ndarray:
-        return np.array([getattr(h, name) for h in holes], dtype=float)
-
-    oval = column("oval")[:, None] * np.column_stack((np.cos(2 * column("axis")), np.sin(2 * column("axis"))))
-    film = 12 * column("viscosity") * column("radius") * column("length") * (column("radius") / column("gap")) ** 2
-    values = {
-        "gap": column("gap"), "oval_cosine": oval[:, 0], "oval_sine": oval[:, 1], "offset_y": column("offset_y"),
-        "offset_z": column("offset_z"), **dict(zip(("k", "k3", "alpha", "c"), column("contact").reshape(-1, 4).T)),
-        "mu": column("friction"), "bristle": column("bristle"), "radius": column("radius"),
-        "elastic": column("elastic"), **dict(zip(("squeeze", "height"), column("squeeze").reshape(-1, 2).T)),
-        "film": film,
-    }  # fmt: skip
-    return physics.Bushings(np.column_stack([values[name] for name in physics.COLUMNS]), slip, table)
+        hidden = {"structure": found} if (found := self.structure.truth()) else {}
+        return {"name": self.name, "kind": self.kind, "seed": self.seed, "shaft": shaft, **hidden, **lists}
 
 
 # Draws.
 
 
-def make_bench(seed: int, kind: str = "steering", ignorance: Iterable[str] = IGNORANCES, name: str = "") -> Bench:
+def make_bench(
+    seed: int, kind: str = "steering", ignorance: Iterable[str] = IGNORANCES, name: str = "",
+    structure: Sequence[str] = (),
+) -> Bench:  # fmt: skip
     """Draw a bench of a kind, "steering", "rotor" or "pump".
 
-    ``ignorance``: some of `IGNORANCES`; what is drawn for one does not depend on the others.
+    ``ignorance``: some of `IGNORANCES`; what is drawn for one does not depend on the others. ``structure``: classes of
+    `hidden.CLASSES` that the rig file does not draw; all else is as without them.
     """
     known = set(ignorance)
     if unknown := known - set(IGNORANCES):
@@ -195,7 +161,10 @@ def make_bench(seed: int, kind: str = "steering", ignorance: Iterable[str] = IGN
         Unbalance(float(u.position), u.moment * 2.0 ** chance.normal(0.5), u.phase + chance.uniform(2 * math.pi))
         for u in rig.unbalances
     )  # fmt: skip
-    return Bench(rig.name, kind, seed, rig, rotor, holes, stations, probes, unbalances)
+    hidden = draw_structure(structure, seed, number, nominal(rig), len(holes))
+    return Bench(
+        " ".join((rig.name, *structure)), kind, seed, rig, rotor, holes, stations, probes, unbalances, hidden
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

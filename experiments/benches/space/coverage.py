@@ -30,7 +30,7 @@ from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.signals.orbits import orbits_by_turn
 
-from .bench import make_bench
+from .make import find_bench
 from .records import write_bench
 
 CONFIDENCE = 0.9
@@ -41,11 +41,13 @@ MADE = ("identify", "orbit")
 
 
 def made(name: str, folder: Path, roles: Sequence[str]) -> Path:
-    """Return the folder of a bench such as "rotor-3", whose records of some roles are made if they are not there."""
-    kind, _, seed = name.partition("-")
+    """Return the folder of a bench such as "rotor-3", whose records of some roles are made if they are not there.
+
+    Names are those of `make.find_bench`.
+    """
     where = folder / name
     if not (where / "truth.toml").exists():
-        write_bench(make_bench(int(seed), kind), where, roles=roles)
+        write_bench(find_bench(name), where, roles=roles)
     return where
 
 
@@ -166,7 +168,7 @@ def summary(rows: pd.DataFrame) -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Judge benches that the table does not hold yet, write it, print the summary."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("benches", nargs="+", help="such as rotor-3")
+    parser.add_argument("benches", nargs="+", help="such as rotor-3 or rotor-3-housing")
     parser.add_argument("--out", type=Path, default=Path("results/benches/space.csv"))
     parser.add_argument("--validate", action="store_true", help="make records to validate, too")
     options = parser.parse_args(arguments)

@@ -14,7 +14,9 @@ import numba
 import numpy as np
 
 from ..motion import exact_step
+from ..structure import Oscillator
 from . import physics
+from .hidden import with_housings
 from .physics import Bushings
 from .shaft import Rotor
 
@@ -27,7 +29,7 @@ BASE_Y, BASE_Z, FORCE_Y, FORCE_Z, SPIN, WHIRL_Y, WHIRL_Z = range(7)
 
 
 class Scheme(NamedTuple):
-    """Modes prepared for one time step, the same in both planes."""
+    """Modes prepared for one time step, the same in both planes; those of housings are behind the shaft's."""
 
     step: float
     state: np.ndarray  # (4, n) q from q, q from v, v from q, v from v
@@ -40,11 +42,11 @@ class Scheme(NamedTuple):
     unbalance: np.ndarray  # (2, n) along the mark at angle 0, and across it
     slopes: np.ndarray  # (r, n) of gyroscopic moments
     mobility_of_slopes: np.ndarray  # (r, r)
-    points: np.ndarray  # (2 n_bushings, n) both ends of each bushing
+    points: np.ndarray  # (2 n_bushings, n) both ends of each bushing, relative to its housing
     compliance: np.ndarray  # displacement of the points by forces at the end of the step, m/N
     mobility: np.ndarray  # velocity, m/(N s)
     accelerometers: np.ndarray  # (n_stations, n)
-    probes: np.ndarray  # (n_bushings, n)
+    probes: np.ndarray  # (n_bushings, n) relative to the housing
 
 
 class State(NamedTuple):
@@ -74,21 +76,26 @@ class Load:
 
 def scheme(
     rotor: Rotor, ends: np.ndarray, load: Load, stations: Sequence[float], probes: Sequence[float], step: float,
-    least_damping: float = 0.0,
+    least_damping: float = 0.0, housings: Sequence[Oscillator] = (),
 ) -> Scheme:  # fmt: skip
-    """Prepare a shaft for a step, s; ``ends``: (n_bushings, 2) m; ``least_damping``: ratio of every mode."""
-    modes = rotor.modes()
+    """Prepare a shaft for a step, s.
+
+    ``ends``: (n_bushings, 2) m; ``least_damping``: ratio of every mode; ``housings``: of the first bushings and probes.
+    """
+    modes, moved = with_housings(rotor.modes(), housings)
     state, forced = np.empty((2, 4, modes.omega.size))
     ratios = np.maximum(modes.damping, least_damping)
     for k, (own, ratio) in enumerate(zip(modes.omega, ratios)):
         state[:, k], forced[:, k] = exact_step(own, ratio, step)
-    points = modes.at(ends.ravel())
+    points, watched = modes.at(ends.ravel()), modes.at(probes)
+    points[: 2 * len(moved)] -= np.repeat(moved, 2, axis=0)
+    watched[: len(moved)] -= moved
     heavy = sum((moment * modes.at([x])[0] for x, moment in load.unbalances), np.zeros(modes.omega.size, complex))
     return Scheme(
         step, state, forced, modes.omega**2, 2 * ratios * modes.omega, -modes.participation,
         np.outer(load.gravity, modes.participation), modes.at([load.hammer])[0], np.array([heavy.real, heavy.imag]),
         modes.slopes, modes.slopes * forced[3] @ modes.slopes.T, points, points * forced[1] @ points.T,
-        points * forced[3] @ points.T, modes.at(stations), modes.at(probes),
+        points * forced[3] @ points.T, modes.at(stations), watched,
     )  # fmt: skip
 
 

@@ -1,0 +1,167 @@
+"""Structures of the benches in space that no rig file draws, against closed forms of few degrees of freedom."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj.rig import Spin
+from experiments.benches.space.bench import ProbePair, Station, make_bench
+from experiments.benches.space.hidden import CLASSES, Spring, Structure
+from experiments.benches.space.holes import Hole
+from experiments.benches.space.make import find_bench, main
+from experiments.benches.space.records import FS, simulate
+from experiments.benches.space.rigs import KINDS
+from experiments.benches.space.shaft import Disc, Rotor, Support
+from experiments.benches.structure import Oscillator
+
+SUPPORTS, MASS, RATIO = 1e5, 1.5, 0.02
+BLOCK = Rotor(
+    1.0, 0.05, 2e13, 500.0, (Disc(0.5, MASS),), (Support(0.0, SUPPORTS / 2), Support(1.0, SUPPORTS / 2)), (RATIO,)
+)
+"""A hundred times as stiff as steel, so that it moves as a whole on its supports: it bends by 3e-4 of their motion."""
+GREASE = (2e4, 20.0)  # N/m, N s/m
+HOUSING = Oscillator(0.15, 100.0, 0.03)
+EXTRA, SPRING = Disc(0.5, 0.3), Spring(0.5, 3e4, 15.0)
+GRAVITY = 9.81
+SECONDS, DECAY, LINES = 1.0, 10.0, slice(5, 220)  # 1/s, of a window at whose end little is left; Hz
+
+
+def block(structure):
+    """Return a bench whose shaft is the block, in grease within a gap that it never crosses."""
+    hole = Hole(
+        0.5, 0.02, 1.0, 0.0, 0.0, 0.0, 0.0, 0.025, (1.0, 0.0, 0.0, 0.0), 0.0, 1.0, GREASE[0], squeeze=(GREASE[1], 1e6)
+    )
+    return dataclasses.replace(
+        make_bench(1, "rotor", ()), rotor=BLOCK, holes=(hole,), stations=(Station(0.5, (1.0, 1.0), (0.0, 0.0)),),
+        probes=(ProbePair(0.5, 0.0, (1.0, 1.0), ()),), unbalances=(), structure=structure,
+    )  # fmt: skip
+
+
+def spectra(signals):
+    """Values at complex frequencies, at which a record that ends counts as it should."""
+    time = np.arange(signals.shape[-1]) / FS
+    return np.fft.rfft(signals * np.exp(-DECAY * time))[..., LINES]
+
+
+@pytest.mark.parametrize(
+    "structure",
+    [
+        Structure(),
+        Structure(housings=(HOUSING,)),
+        Structure(masses=(EXTRA,)),
+        Structure(springs=(SPRING,)),
+        Structure((HOUSING,), (EXTRA,), (SPRING,)),
+    ],
+)
+def test_a_block_in_grease_has_the_transfer_functions_of_block_and_housing(structure):
+    """M ẍ + C ẋ + K x = f of x = (block, housing) relative to the base, with the rest under gravity K⁻¹ M g."""
+    held = bool(structure.housings)
+    mass = MASS + BLOCK.mass_per_length + (EXTRA.mass if structure.masses else 0.0)
+    spring, dashpot = (SPRING.stiffness, SPRING.damping) if structure.springs else (0.0, 0.0)
+    modal = 2 * RATIO * np.sqrt((SUPPORTS + spring) * mass)
+    m = np.diag([mass, HOUSING.mass])
+    between = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    k = np.diag([SUPPORTS + spring, HOUSING.stiffness if held else 1e15]) + GREASE[0] * between
+    c = np.diag([modal + dashpot, HOUSING.damping]) + GREASE[1] * between
+
+    time = np.arange(round(SECONDS * FS)) / FS
+    pulse = np.exp(-(((time - 0.05) / 2e-3) ** 2))
+    nothing = np.zeros_like(pulse)
+    moved = simulate(block(structure), np.array([pulse, nothing]), np.array([nothing, pulse]))
+    rest = np.linalg.solve(k, -GRAVITY * m.sum(axis=1))
+    np.testing.assert_allclose(moved.rest[0], [0.0, rest[0] - rest[1]], rtol=1e-3, atol=1e-12)
+
+    s = DECAY + 2j * np.pi * np.fft.rfftfreq(time.size, 1 / FS)[LINES]
+    inverse = np.linalg.inv(m * s[:, None, None] ** 2 + c * s[:, None, None] + k)
+    shaken, hit = -(inverse @ m.sum(axis=1)).T, inverse[:, :, 0].T
+    along_y, along_z = spectra(moved.displacement[0]) / spectra(pulse)
+    for found, expected in (
+        (along_y, shaken[0] - shaken[1]),
+        (along_z, hit[0] - hit[1]),
+        (spectra(moved.acceleration[0, 0]) / spectra(pulse), 1 + s**2 * shaken[0]),
+        (spectra(moved.acceleration[0, 1]) / spectra(pulse), s**2 * hit[0]),
+    ):
+        assert np.linalg.norm(found - expected) < 3e-3 * np.linalg.norm(expected)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_housing_that_does_not_give_changes_nothing(kind):
+    """Of 6e10 N/m it gives by 2e-5 of what a contact of 1e6 N/m does; motion may grow that fifty times."""
+    bench = make_bench(3, kind)
+    stiff = tuple(Oscillator(0.15, 1e5, 0.05) for _ in bench.holes)
+    base = 5.0 * np.random.default_rng(1).standard_normal((2, 256))
+    spin = Spin(0.3 * bench.top_speed)
+    without = simulate(bench, base, spin=spin)
+    found = simulate(dataclasses.replace(bench, structure=Structure(housings=stiff)), base, spin=spin)
+    for name in ("acceleration", "displacement", "rest"):
+        expected = getattr(without, name)
+        np.testing.assert_allclose(getattr(found, name), expected, atol=1e-3 * np.abs(expected).max(), rtol=0)
+
+
+def test_frequencies_of_a_pinned_shaft_with_a_mass_and_a_spring():
+    """Of (K + k φφᵀ) q = ω² (1 + m φφᵀ) q in the closed modes φ of a pinned beam, of which 200 are enough for 1e-3."""
+    pinned = Rotor(1.0, 0.01, 2e11, 7800.0, (), (Support(0.0, np.inf), Support(1.0, np.inf)), (0.0,))
+    place, mass, stiffness = 0.37, 0.06, 900.0
+    n = np.arange(1, 201)
+    shape = np.sqrt(2 / pinned.mass_per_length) * np.sin(n * np.pi * place)
+    own = (n * np.pi) ** 4 * pinned.bending_stiffness / pinned.mass_per_length
+    for structure, m, k in (
+        (Structure(masses=(Disc(place, mass),)), mass, 0.0),
+        (Structure(springs=(Spring(place, stiffness, 0.0),)), 0.0, stiffness),
+    ):
+        square = np.linalg.eigvals(
+            np.linalg.solve(np.eye(n.size) + m * np.outer(shape, shape), np.diag(own) + k * np.outer(shape, shape))
+        )
+        exact = np.sqrt(np.sort(square.real)[:3]) / (2 * np.pi)
+        np.testing.assert_allclose(structure.shaft(pinned).frequencies(3), exact, rtol=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ["mass", "spring"])
+def test_drawn_masses_and_springs_are_seen(kind, name):
+    """Rayleigh's quotient of the drawn shaft's first mode is an upper bound, and near."""
+    plain, found = make_bench(2, kind), make_bench(2, kind, structure=[name])
+    modes = plain.rotor.modes()
+    mass = sum(m.mass * modes.at([m.position])[0, 0] ** 2 for m in found.structure.masses)
+    spring = sum(s.stiffness * modes.at([s.position])[0, 0] ** 2 for s in found.structure.springs)
+    first = modes.omega[0] ** 2
+    quotient = (first + spring) / (1 + mass)
+    square = found.scheme(1e-4).square[0]
+    assert 0.98 * quotient < square < quotient * (1 + 1e-9)
+    assert abs(square / first - 1) > 0.01
+
+
+@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_else_is_drawn_as_without_a_structure(kind, name):
+    plain, found = make_bench(3, kind), find_bench(f"{kind}-3-{name}")
+    assert dataclasses.replace(found, structure=Structure(), name=plain.name) == plain
+    assert "structure" not in plain.truth()
+    [(part, hidden)] = found.truth()["structure"].items()
+    assert part == {"housing": "housings", "mass": "masses", "spring": "springs"}[name]
+    assert len(hidden) == (len(plain.holes) if name == "housing" else 1)
+    assert found.structure == make_bench(3, kind, (), structure=[name]).structure != make_bench(4, kind).structure
+
+
+def test_draws_without_a_structure_are_those_of_old():
+    """Numbers of the benches before structures could be hidden."""
+    old = {
+        "steering": (0.00042, 0.00017328400160175088, 218016672859.11578, 0.11831084155204781),
+        "rotor": (0.00020070214413877744, 9.459799086805048e-05, 213749892108.1307, 0.1987376442412679),
+        "pump": (0.00015619885457005437, 7.25705144194534e-06, 213182845771.72983, 0.14821745250735383),
+    }
+    for kind, numbers in old.items():
+        bench = make_bench(3, kind)
+        hole = bench.holes[0]
+        found = hole.gap, hole.offset_z, bench.rotor.young_modulus, bench.stations[0].position
+        assert found == pytest.approx(numbers, rel=1e-12)
+
+
+def test_names_of_structures(capsys, tmp_path):
+    assert find_bench("pump-4-housing-mass").structure.masses == find_bench("pump-4-mass").structure.masses
+    for name in ("rotor-2-lid", "rotor-2-", "rotor-x-mass", "rotor"):
+        assert main([name, "--out", str(tmp_path)]) == 2
+        assert "housing" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="lid"):
+        make_bench(2, "rotor", structure=["lid"])
