@@ -89,10 +89,12 @@ def check_motion(rig: InSpace) -> None:
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
     if rig.unbalances and rig.spin is None:
         raise ValueError("unbalances act on a shaft that turns; give [spin] with its speed")
-    if rig.attached:
+    if rig.attached.fixture or rig.attached.planes:
+        raise ValueError('motion "spatial" knows no fixture and no planes; leave them out, or give motion = "planar"')
+    if rig.attached and not rig.linear.shafts:
         raise ValueError(
-            'motion "spatial" knows no housings, fixture, springs, planes or oscillators yet; leave them out, or give '
-            'motion = "planar"'
+            'motion "spatial" knows housings, springs and oscillators of shafts alone; put them into the matrices, or '
+            'give motion = "planar"'
         )
     for i, b in enumerate(rig.bushings):
         if b.stops != "both":

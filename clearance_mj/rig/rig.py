@@ -137,16 +137,18 @@ class Rig(Shown):
                 )
         check_bushings(self.bushings, self.linear.check)
         check_motion(self)
-        for i, tolerance in enumerate(self.tolerances):
-            self._check_path(f"tolerances[{i}].of", tolerance.of)
+        if self.tolerances:
+            self._check_tolerances()
 
-    def _check_path(self, name: str, path: str) -> None:
-        if self.beam and path in CLAMP_COMPLIANCES:
-            return
-        try:
-            find_numbers(to_plain(dataclasses.replace(self, tolerances=())), path)
-        except ClearanceError as error:
-            raise ValueError(f"{name}: {error}") from None
+    def _check_tolerances(self) -> None:
+        numbers = {key: value for key, value in to_plain(self).items() if key != "tolerances"}
+        for i, tolerance in enumerate(self.tolerances):
+            if self.beam and tolerance.of in CLAMP_COMPLIANCES:
+                continue
+            try:
+                find_numbers(numbers, tolerance.of)
+            except ClearanceError as error:
+                raise ValueError(f"tolerances[{i}].of: {error}") from None
 
     def _check(self, name: str, point: float | str) -> None:
         try:

@@ -188,7 +188,8 @@ def spatial_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: boo
     with computable(rig.name, rig.to_dict):
         planes, forces = _planes(rig, turns)
         if planes:
-            found = [reduction(each, rig.clearance_points, masses, forces, springs, n_modes) for each in planes]
+            beside = rig.attached  # alike along y and z
+            found = [reduction(s, rig.clearance_points, masses, forces, springs, n_modes, beside) for s in planes]
         else:
             joined = tuple(tuple(_along(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
             both = tuple(k for k in springs for _ in "YZ")

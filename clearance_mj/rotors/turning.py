@@ -189,12 +189,10 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     Raises
     ------
     RigError
-        If the structure is no such shaft, has something attached to it, or a bushing that is not on the base.
+        If the structure is no such shaft, stands on a fixture, has planes, or a bushing that is not on the base.
     """
-    if rig.attached:
-        raise RigError(
-            f"rig {rig.name!r}: a shaft that turns has no housings, fixture, springs, planes or oscillators yet"
-        )
+    if rig.fixture or rig.planes:
+        raise RigError(f"rig {rig.name!r}: a shaft that turns has no fixture and no planes of its own")
     for j, bushing in enumerate(rig.bushings):
         if bushing.to is not None:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")

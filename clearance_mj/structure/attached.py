@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from pydantic import Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Text, checked
-from .base import Point, Rows, Structure, dof_vector, parse_place, ratios_of_modes
+from .base import Point, Rows, Structure, Turning, dof_vector, parse_place, ratios_of_modes
 from .beam import Beam
 from .reduction import Modes, reduced
 from .section import Material
@@ -167,6 +167,7 @@ class Whole(NamedTuple):
     viscous: np.ndarray
     influence: np.ndarray  # (n, 3)
     rows: Rows
+    turning: Callable[[], Turning] | None  # of one bending plane of a shaft, as of `LinearModel`
 
 
 class _Plane(NamedTuple):
@@ -178,6 +179,7 @@ class _Plane(NamedTuple):
     rocking: np.ndarray | None  # (n,) of the modes
     rows: Rows
     share: float  # of a motion along Z that is in this plane
+    turning: Callable[[], Turning] | None  # in the coordinates before the reduction
 
 
 def whole(
@@ -266,7 +268,15 @@ def whole(
         omega = 2 * np.pi * each.frequency
         stiffness += each.mass * omega**2 * np.outer(stretch, stretch)
         viscous += 2 * each.damping_ratio * omega * each.mass * np.outer(stretch, stretch)
-    return Whole(mass, stiffness, viscous, influence, rows)
+    return Whole(mass, stiffness, viscous, influence, rows, _turning(planes, size))
+
+
+def _turning(planes: Sequence[_Plane], size: int) -> Callable[[], Turning] | None:
+    """What couples two bending planes alike of a shaft that turns: what is attached to it does not turn."""
+    if len(planes) > 1 or planes[0].turning is None:
+        return None
+    of_shaft, shapes = planes[0].turning, planes[0].found.shapes
+    return lambda: Turning(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in of_shaft()))
 
 
 def _unquoted(text: str) -> float | str:
@@ -327,7 +337,7 @@ def _plane(
     if linear.viscous is not None:
         damping = damping + shapes.T @ (linear.viscous @ shapes)
     turned = None if rocking is None else shapes.T @ rocking
-    return _Plane(found, damping, shapes.T @ influence, turned, rows, share)
+    return _Plane(found, damping, shapes.T @ influence, turned, rows, share, linear.turning)
 
 
 def _rocking(planes: Sequence[_Plane], structure: Structure, about: float) -> np.ndarray:

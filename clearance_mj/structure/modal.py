@@ -76,7 +76,9 @@ def _with_attached(
     omega, shapes = vibration_modes(found.mass, stiffness)
     transform = _upwards(structure, found.rows, shapes)
     viscous = transform.T @ found.viscous @ transform
-    return Reduction(omega, *_coupled(viscous.diagonal(), viscous), found.influence, found.rows, transform)
+    return Reduction(
+        omega, *_coupled(viscous.diagonal(), viscous), found.influence, found.rows, transform, found.turning
+    )
 
 
 def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndarray:

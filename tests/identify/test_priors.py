@@ -11,6 +11,7 @@ from clearance_mj.estimate import Estimates
 from clearance_mj.identify.structure.misfit import RecordMisfit
 from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with
 from clearance_mj.identify.structure.rig_update import RigUpdate
+from clearance_mj.identify.structure.spectra import rms
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -88,7 +89,7 @@ def test_no_mode_is_damped_more_than_critically(rig):
     assert rig_with(damped, bounds).beam.damping_ratios[0] == 1.0
     parameters = tuple(p for p in priors(damped) if p.name == "beam.damping_ratios[0]")
     lines = np.ones((1, 3), dtype=complex)
-    missed = RecordMisfit("run", damped, "base", 1.0, np.arange(3.0), lines, lines, lines)
+    missed = RecordMisfit("run", damped, "base", 1.0, np.arange(3.0), rms(lines.T), lines, lines, lines)
     for value, said in ((1.0, True), (0.5, False)):
         found = Estimates.of(parameters, np.array([value]), np.array([[0.01]]))
         words = " ".join(RigUpdate(damped, damped, (), found, (missed,), ("1:+Z",), True, ()).warnings)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import cast
 
 import numpy as np
 from tqdm import tqdm
@@ -33,6 +35,7 @@ ALL_FILLINGS = ChainMap(FILLING_FAMILIES, ROUND_FILLING_FAMILIES)
 MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them
 DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
+GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
 
 
@@ -41,7 +44,8 @@ def compare_round_families(
 ) -> tuple[FamilyFit, ...]:
     """Fit families of contact and filling to the restoring forces along y and z; likeliest first.
 
-    All contacts with the first filling, then all other fillings with the likeliest contact.
+    The first two fillings with the first contact, all contacts with the likelier of these, all other fillings with the
+    likeliest contact, and where one of them is likelier yet, the contacts with that once more.
 
     Parameters
     ----------
@@ -59,13 +63,12 @@ def compare_round_families(
     motions = _motions(records, rig, update.values)
     rests = rests_of(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
-    contacts, fillings = _contacts(), _fillings(rig)
-    bar = tqdm(
-        desc="families", total=(len(contacts) + len(fillings) - 1) * len(motions), unit="fit", disable=not progress
-    )
+    contacts, fillings = [contact.name for contact in _contacts()], _fillings(rig)
+    most = (2 * len(contacts) + len(fillings) - 2) * len(motions)
+    bar = tqdm(desc="families", total=most, unit="fit", disable=not progress)
 
     def fitted(j: int, contact: str, filling: str, start: Mapping[str, float]) -> RoundFit:
-        starts = [dict(start)] if start else circle_starts(motions[j])
+        starts = [dict(start)] if start else grid_of_starts(motions[j])
         found = fit_round(motions[j], own[j], CONTACT_FAMILIES[contact], ALL_FILLINGS[filling], starts)
         bar.update()
         return found
@@ -74,16 +77,23 @@ def compare_round_families(
         starts = [f.values | _start(contact, filling, f, m) for f, m in zip(before, motions)] or [{}] * len(motions)
         return list(pool.map(lambda j: fitted(j, contact, filling, starts[j]), range(len(motions))))
 
-    found: list[list[RoundFit]] = []
-    with bar, ThreadPoolExecutor(WORKERS) as pool:
-        for contact in contacts:
-            found.append(of_all(contact.name, fillings[0], found[0] if found else []))
-            if not any(m.touches(f.case) for m, f in zip(motions, found[0])):
-                break  # one contact is as good as another
+    def leading() -> tuple[str, str, Sequence[RoundFit]]:
         best = weighted(motions, found)[0]
-        for filling in fillings[1:]:
-            before = next((f for f in found if f[0].filling.name == ALL_FILLINGS[filling].begins_from), best.fits)
-            found.append(of_all(best.contact, filling, before))  # type: ignore[arg-type]
+        return best.contact, best.grease, cast(Sequence[RoundFit], best.fits)
+
+    with bar, ThreadPoolExecutor(WORKERS) as pool:
+        found = [of_all(contacts[0], filling, []) for filling in fillings[:2]]
+        _, filling, fits = leading()
+        if not any(m.touches(f.case) for m, f in zip(motions, fits)):
+            contacts = contacts[:1]  # one is as good as another
+        found += [of_all(contact, filling, fits) for contact in contacts[1:]]
+        contact, _, fits = leading()
+        for other in fillings[2:]:
+            begun = (f for f in found if f[0].filling.name == ALL_FILLINGS[other].begins_from)
+            found.append(of_all(contact, other, next(begun, fits)))
+        contact, filling, fits = leading()
+        if filling in fillings[2:]:
+            found += [of_all(other, filling, fits) for other in contacts if other != contact]
     families = weighted(motions, found)
     names = update.estimates.names
     drawn = [dict(zip(names, row)) for row in update.estimates.draw(DRAWS, 0).tolist()]
@@ -147,12 +157,24 @@ def _start(contact: str, filling: str, fit: RoundFit, motion: RoundMotion) -> di
     return found
 
 
-def circle_starts(motion: RoundMotion) -> list[dict[str, float]]:
-    """Return gaps and places of the shaft from the smallest circle about its motion, which may lie in the wall."""
-    (y, z), radius = motion.middle
-    own = f"bushings[{motion.number}]"
+def grid_of_starts(motion: RoundMotion) -> list[dict[str, float]]:
+    """Return gaps and contacts about the rig file's, with the shaft where that has it and in the motion's middle.
+
+    A shaft that goes far into a soft wall shows neither the gap nor the middle, and from too wide a gap none is found.
+    """
+    y, z = motion.middle
+    own, nominal = f"bushings[{motion.number}]", motion.nominal
     middle = {f"{own}.rest_y": -float(y), f"{own}.rest_z": -float(z)}
-    return [middle | {f"{own}.gap": 0.98 * radius}, middle]
+    sizes = itertools.product(GAPS, STIFFNESSES)
+    contacts = [
+        {
+            f"{own}.gap": gap * nominal.gap,
+            "contact stiffness": hardness * nominal.contact.stiffness,
+            "contact cubic stiffness": hardness * nominal.contact.stiffness / nominal.gap**2,
+        }
+        for gap, hardness in sizes
+    ]
+    return [place | contact for place in ({}, middle) for contact in contacts]
 
 
 def rests_of(rig: Rig) -> list[tuple[float, float]]:

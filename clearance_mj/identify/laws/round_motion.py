@@ -127,10 +127,9 @@ class RoundMotion:
         return reach > case.bushing.gap - float(np.hypot(*case.out_of_round))
 
     @property
-    def middle(self) -> tuple[np.ndarray, float]:
-        """Middle (2,) and radius, m, of the smallest circle about the motion: the hole's, if all of it is touched."""
-        points = np.concatenate([m.x[::DECIMATION, 0] for m in self._motions])
-        return smallest_circle(points)
+    def middle(self) -> np.ndarray:
+        """Middle (2,), m, of the smallest circle about the motion: the hole's, if all of it is touched."""
+        return smallest_circle(np.concatenate([m.x[::DECIMATION, 0] for m in self._motions]))[0]
 
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""

@@ -22,12 +22,11 @@ from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..laws.round_comparison import compare_round_families
 from ..records.needs import more_sensors_than_clearances
-from ..records.prepared import PreparedRecord, prepare, prepare_turning
+from ..records.prepared import prepare, prepare_turning
 from ..registry import Identified, register
 from ..structure.examination import examine
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
-from ..structure.updating import update_from
 
 __all__ = ["BenchFit", "between_families", "fit_bench"]
 
@@ -95,35 +94,26 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         or in other units than the records say.
     """
     records = prepare(dataset)
-    if dataset.rig.is_spatial:
-        return _fit_in_space(dataset, records, progress)
-    check_places(records)
+    if not dataset.rig.is_spatial:
+        check_places(records)
     update, diagnosis = examine(dataset.rig, records, progress)
-    families = compare_families(records, update, progress)
-    model = Model(families[0].rig(update.rig), families[0].law, partial(_drawn, update, families))
+    rig = update.rig
+    if dataset.rig.is_spatial:
+        rig = with_unbalance(rig, prepare_turning(dataset), update.values)
+        families = compare_round_families(records, update, rig, progress)
+    else:
+        families = compare_families(records, update, progress)
+    model = Model(families[0].rig(rig), families[0].law, partial(_drawn, update, families))
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     held = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
+    pages: dict[str, Any] = {"update": update, "families": families, "misfit": misfit}
+    if not dataset.rig.is_spatial:
+        pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
-        warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings),
-        pages={"forces": partial(possible_forces, records, partial(force_on, model.rig, update)),
-               "update": update, "families": families, "misfit": misfit},
-    )  # fmt: skip
-
-
-def _fit_in_space(dataset: Dataset, records: Sequence[PreparedRecord], progress: bool) -> BenchFit:
-    """The same of a rig in space, whose structure is believed as it is drawn."""
-    update = update_from(dataset.rig, records)
-    rig = with_unbalance(update.rig, prepare_turning(dataset), update.values)
-    families = compare_round_families(records, update, rig, progress)
-    model = Model(families[0].rig(rig), families[0].law, partial(_drawn, update, families))
-    misfit = law_misfit(update.records, model, progress)
-    return BenchFit(
-        model=model, estimates=_together(update, families, misfit.widening), update=update, families=families,
-        misfit=misfit, warnings=(*update.warnings, *misfit.warnings),
-        pages={"update": update, "families": families, "misfit": misfit},
+        warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings), pages=pages,
     )  # fmt: skip
 
 

@@ -62,10 +62,9 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> AnyModel:
     Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
     """
     whole, structural = rig_with(rig, values), {n: v for n, v in values.items() if _structural(n)}
+    linear, reduce = whole.linear, _spatial if rig.is_spatial else _planar
     if whole.attached:  # modes of the whole are not those that the damping ratios are of
-        return dataclasses.replace(ritz_model(rig_with(rig, structural), MODES), rig=whole)
-    linear = whole.linear
-    reduce = _spatial if rig.is_spatial else _planar
+        return reduce(rig_with(rig, structural), whole, ())
     ratios = linear.damping_ratios or () if isinstance(linear, Beam | Shaft) else ()
     if isinstance(linear, Beam | Shaft):
         field = "beam" if whole.beam else "structure"

@@ -21,6 +21,7 @@ class RecordMisfit:
     kind: str  #: "base" or "force": what excites
     duration: float  #: s
     frequency: np.ndarray  #: (n_f,) Hz
+    level: np.ndarray  #: (n_channels,) RMS of the channels, with the lines near the turns, which are left out
     measured: np.ndarray  #: (n_channels, n_f) complex, accelerometers, then probes, then the excitation
     before: np.ndarray  #: (n_channels, n_f) complex, of the rig file
     fitted: np.ndarray  #: (n_channels, n_f) complex, of the updated rig
@@ -33,4 +34,4 @@ class RecordMisfit:
     @property
     def share(self) -> np.ndarray:
         """(n_channels,) RMS of what is left over that of the channel."""
-        return rms((self.fitted - self.measured).T) / rms(self.measured.T)
+        return rms((self.fitted - self.measured).T) / self.level

@@ -9,6 +9,7 @@ value like others: it gives as 0 to 2 diameters more shaft would, unless the rig
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -131,6 +132,7 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     return tuple(found)
 
 
+@functools.lru_cache(maxsize=16)
 def prepared_rig(rig: Rig) -> Rig:
     """Return the same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes.
 
@@ -140,6 +142,7 @@ def prepared_rig(rig: Rig) -> Rig:
     linear = rig.linear
     if not isinstance(linear, Beam | Shaft):
         return rig
+    rig = rig.replace(tolerances=())
     if rig.is_spatial:
         sensors = tuple(
             dataclasses.replace(s, direction=tuple(s.unit_direction.tolist())) if parse_dof(s.position) is None else s
@@ -156,8 +159,8 @@ def prepared_rig(rig: Rig) -> Rig:
     ratios = eta1 / (2 * safe) + eta2 * omega / 2 + [own[min(i, len(own) - 1)] for i in range(omega.size)]
     kept = tuple(np.clip(ratios, LOWEST_DAMPING, 1.0).tolist())
     if isinstance(linear, Beam):
-        return rig.replace(tolerances=(), beam=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
-    return rig.replace(tolerances=(), structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
+        return rig.replace(beam=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
+    return rig.replace(structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
 
 
 def _on_springs(shaft: Shaft) -> Shaft:

@@ -138,7 +138,9 @@ class RigFit:
         solution = self.solution
         estimates = solution.estimates(solution.covariance)
         misfit = tuple(
-            RecordMisfit(s.name, s.tested, s.kind, s.duration, s.frequency, s.measured.T, b.T, f.fitted(noise).T)
+            RecordMisfit(
+                s.name, s.tested, s.kind, s.duration, s.frequency, s.level, s.measured.T, b.T, f.fitted(noise).T
+            )
             for s, b, f, noise in zip(self.spectra, missed, found, self.noise)
         )
         rig = rig_with(self.rig, self.named(solution.values)).replace(tolerances=self.rig.tolerances)

@@ -39,7 +39,7 @@ MOST = 3  # hypotheses that are accepted beside each other
 FITTED_PART = 0.8  # of each record; the rest confirms
 LINES = 400  # of each record
 BEST = 3  # candidates of a leading hypothesis that are fitted; of others the best alone
-LEADING = 2  # hypotheses
+LEADING = 2  # hypotheses, unless they lose more than others must gain
 SMALLEST, LARGEST = 0.05, 30.0  # factors of a candidate's usual size
 STOP = Stop(steps=6, decrease=1e-3, move=0.02)
 OWN_STOP = Stop(steps=8, decrease=1e-2, move=0.05)
@@ -124,7 +124,7 @@ class _Round:
         with ThreadPoolExecutor(WORKERS) as pool:
             first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
             self.trials = self._fit_all(pool, first, progress)
-            leading = [t.candidate.name for t in self.trials[:LEADING]]
+            leading = [t.candidate.name for t in self.trials[:LEADING] if t.evidence > self.evidence - MIN_GAIN]
             second = [found for name in leading for found in scored[name][1:BEST] if found[0] > MIN_SCORE]
             self.trials = _best_first([*self.trials, *self._fit_all(pool, second, progress)])
         best = {t.candidate.name: t for t in reversed(self.trials)}

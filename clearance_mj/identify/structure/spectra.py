@@ -38,6 +38,8 @@ class ChannelSpectra:
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
         found = complex_spectra(record.signals, fs, band, MAX_LINES)
+        self.level = rms(found[1])
+        """(n_channels,) RMS, with the lines near the turns"""
         kept = record.away_from_turns(found[0])
         self.frequency, self.measured = (part[kept][::thin] for part in found)
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
