@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from ..signals.orbits import Orbits
 from .conditions import Condition, conditions_of
 from .orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
 from .study import Study
-from .whirl_in_test import PlacedWhirl, measured_whirl, run_out_of, simulated_whirl
+from .whirl_in_test import PlacedWhirl, measured_whirl, run_out_of, simulated_whirl, slow_roll_of, without_run_out
 
 __all__ = ["Turning", "TurningCase"]
 
@@ -51,9 +52,14 @@ class Turning:
         self._tests: dict[str, Whirl] = {}
 
     @functools.cached_property
+    def slow_roll(self) -> Record | None:
+        """The record of a slow turning, which is subtracted from all others; None if none turns slowly enough."""
+        return slow_roll_of(self.study.dataset.records)
+
+    @functools.cached_property
     def run_out(self) -> np.ndarray | None:
         """Run-out of the probes; None if no record turns slowly enough."""
-        return run_out_of(self.study.dataset.records)
+        return None if self.slow_roll is None else run_out_of(measured_whirl(self.slow_roll))
 
     @functools.cached_property
     def groups(self) -> dict[Condition, tuple[Record, ...]]:
@@ -80,11 +86,16 @@ class Turning:
             A validation record of kind "spin".
         """
         if record.name not in self._tests:
-            self._tests[record.name] = measured_whirl(record, self.run_out)
+            whole, turning = measured_whirl(record), record.turning()
+            assert turning is not None
+            moved = whole if self.run_out is None else without_run_out(whole, self.run_out)
+            self._tests[record.name] = moved.between(
+                turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs
+            )
         return self._tests[record.name]
 
     def case(self, law: str, record: Record) -> TurningCase:
-        """Return the motion of a law, simulated if it was not yet.
+        """Return the motion of a law less that of its own slow turning, as of the test.
 
         Parameters
         ----------
@@ -93,10 +104,17 @@ class Turning:
         record : Record
             A validation record of kind "spin".
         """
+        placed = self._simulated(law, record)
+        if self.slow_roll:
+            slow = run_out_of(self._simulated(law, self.slow_roll).motion)
+            placed = dataclasses.replace(placed, motion=without_run_out(placed.motion, slow))
+        return TurningCase(law, self.engine, record, placed)
+
+    def _simulated(self, law: str, record: Record) -> PlacedWhirl:
         study, key = self.study, (law, self.engine, record.name)
         if key not in study.motions:
             study.motions[key] = simulated_whirl(law, study.law(law).model, record, self.engine, study.cache)
-        return TurningCase(law, self.engine, record, study.motions[key])
+        return study.motions[key]
 
     def orbit_rows(self) -> list[dict[str, Any]]:
         """Return a row per record, bushing and law of `compare_orbits`, with the repeat's beside the laws'."""

@@ -24,7 +24,9 @@ from ..signals.excitation import Excitation
 from . import stored
 from .bands import model_content, models_of
 
-__all__ = ["RUN_IN", "PlacedWhirl", "measured_whirl", "run_out_of", "simulated_whirl"]
+__all__ = [
+    "RUN_IN", "PlacedWhirl", "measured_whirl", "run_out_of", "simulated_whirl", "slow_roll_of", "without_run_out",
+]  # fmt: skip
 
 RUN_IN = 1.5  # s, for which a model turns at the record's speed before the record begins
 
@@ -41,8 +43,8 @@ class PlacedWhirl:
     """(n_bushings,) share of the time in contact"""
 
 
-def run_out_of(records: Sequence[Record]) -> np.ndarray | None:
-    """Return the run-out of the probes, see `run_out`, of the record that turns slowest at one speed.
+def slow_roll_of(records: Sequence[Record]) -> Record | None:
+    """Return the record that turns slowest at one speed, in which the probes show their run-out.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ def run_out_of(records: Sequence[Record]) -> np.ndarray | None:
 
     Returns
     -------
-    ndarray or None
+    Record or None
         None if no record turns slowly enough beside the fastest.
     """
     steady = [
@@ -61,33 +63,51 @@ def run_out_of(records: Sequence[Record]) -> np.ndarray | None:
         for spin in [record.tested_rig.spin]
         if spin and not spin.rate
     ]
-    if not steady:
+    speed, slow = min(steady, key=lambda item: item[0], default=(0.0, None))
+    if slow is None or speed >= SLOW * max(other for other, _ in steady) or slow.turning() is None:
         return None
-    speed, slow = min(steady, key=lambda item: item[0])
-    turning, displacement = slow.turning(), slow.response().displacement
-    if speed >= SLOW * max(other for other, _ in steady) or turning is None or displacement is None:
-        return None
-    return run_out(turning.angle, displacement)
+    return slow
 
 
-def measured_whirl(record: Record, found: np.ndarray | None) -> Whirl:
-    """Return the motion that the probes of a record show, from the keyphasor's first mark to its last.
+def measured_whirl(record: Record) -> Whirl:
+    """Return the motion that the probes of a record show, run-out and all.
 
     Parameters
     ----------
     record : Record
         Of kind "spin", with both probes of every bushing.
-    found : ndarray or None
-        Run-out, which is taken off.
     """
     response, turning = record.response(), record.turning()
     assert turning is not None and response.displacement is not None
-    moved = response.displacement
-    if found is not None:
-        moved = moved - run_out_at(turning.angle, found)
-    position = moved.reshape(len(record.rig.bushings), 2, -1)
-    whole = Whirl(record.tested_rig, record.fs, response.time, position, turning.speed, turning.angle)
-    return whole.between(turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs)
+    position = response.displacement.reshape(len(record.rig.bushings), 2, -1)
+    return Whirl(record.tested_rig, record.fs, response.time, position, turning.speed, turning.angle)
+
+
+def run_out_of(slow: Whirl) -> np.ndarray:
+    """Return the run-out of the probes, see `run_out`, of the motion that they show of a slow turning.
+
+    Parameters
+    ----------
+    slow : Whirl
+        Of the record that `slow_roll_of` returns, measured or simulated.
+    """
+    assert slow.angle is not None
+    return run_out(slow.angle, slow.position.reshape(-1, slow.angle.size))
+
+
+def without_run_out(motion: Whirl, found: np.ndarray) -> Whirl:
+    """Return a motion less what a slow turning shows over the shaft's angle.
+
+    Parameters
+    ----------
+    motion : Whirl
+        Of the same probes.
+    found : ndarray
+        As `run_out_of` returns it.
+    """
+    assert motion.angle is not None
+    shown = run_out_at(motion.angle, found).reshape(motion.position.shape)
+    return dataclasses.replace(motion, position=motion.position - shown)
 
 
 def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache: ResultCache | None) -> PlacedWhirl:

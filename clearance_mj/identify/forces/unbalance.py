@@ -3,6 +3,7 @@
 With the forces in the clearances unknown, as everywhere else, an unbalance is what the channels then still share: at
 its frequency every channel reads y = G θ + U (a, b), with θ the forces and the excitation, and a, b the unbalance's
 moment along y and z where the shaft's angle is 0. All records and lines have the same a and b: linear least squares.
+What the unbalance moves in the slow turning that stands for the probes' run-out is missing in all other records.
 """
 
 from __future__ import annotations
@@ -20,17 +21,18 @@ from ...rotors.spatial import spatial_model
 from ...signals.keyphasor import ShaftTurning
 from ..records.prepared import PreparedRecord
 
-__all__ = ["spun_spectra", "unbalance_gains", "with_unbalance"]
+__all__ = ["spun_spectra", "unbalance_gains", "with_slow_roll", "with_unbalance"]
 
 MODES = 16  # of each plane
 FAST = 0.5  # of the fastest: slower turning shows run-out and the errors of the model, more than an unbalance
 LINES = 4  # either side of the turns' frequency
 NOISE = 0.01  # of a channel's RMS
 MODEL_ERROR = 0.01  # of a line's level: what the model misses
+RAMP_PARTS = 16  # of a ramp, each with one spin
 QUIET = 1e-9  # m/s², of an excitation that was not driven
 
 
-def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int) -> np.ndarray:
+def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int, order: int = 2) -> np.ndarray:
     """Return the spectra (n_f, 2) of Ω² cos φ and Ω² sin φ under a window, with φ the shaft's angle.
 
     Parameters
@@ -43,9 +45,11 @@ def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int
         The window.
     size : int
         Samples of the transform.
+    order : int
+        Of Ω: 2 of an unbalance's force, 0 of what does not depend on the spin.
     """
-    square = turning.speed**2 * window
-    spun = np.column_stack((square * np.cos(turning.angle), square * np.sin(turning.angle)))
+    power = turning.speed**order * window
+    spun = np.column_stack((power * np.cos(turning.angle), power * np.sin(turning.angle)))
     return np.asarray(scipy.fft.rfft(spun, size, axis=0))
 
 
@@ -101,6 +105,28 @@ def with_unbalance(rig: Rig, records: Sequence[PreparedRecord], probes: Mapping[
     return rig.replace(unbalances=(found, *others))
 
 
+def with_slow_roll(record: PreparedRecord, rig: Rig, probes: Mapping[str, float]) -> PreparedRecord:
+    """Return a record whose probes show again what the unbalance moved in the slow turning that was subtracted.
+
+    Parameters
+    ----------
+    record : PreparedRecord
+        Without run-out.
+    rig : Rig
+        With its unbalance.
+    probes : mapping of str to float
+        Gains and places of the probes.
+    """
+    if record.turning is None or not record.slow_roll:
+        return record
+    gains = SpatialGains(spatial_model(rig, MODES))
+    rows = gains.at_probes(probes)
+    per_turn = slow_roll(gains, rows, record.slow_roll, _forces(gains, rig.unbalances))
+    angle, signals = record.turning.angle, record.signals.copy()
+    signals[:, -1 - len(rows) : -1] += np.column_stack((np.cos(angle), np.sin(angle))) @ per_turn
+    return dataclasses.replace(record, signals=signals, slow_roll=0.0)
+
+
 def _speed(record: PreparedRecord) -> float:
     """Fastest spin of a record, rad/s."""
     return 0.0 if record.turning is None else float(np.abs(record.turning.speed).max())
@@ -121,13 +147,22 @@ def _at_turns(
     lines = slice(max(math.floor(turns.min()) - LINES, 1), math.ceil(turns.max()) + LINES + 1)
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)[lines]
     measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
-    spun = spun_spectra(record.turning, fs, window, n)[lines]
+    spun, turned = (spun_spectra(record.turning, fs, window, n, order)[lines] for order in (2, 0))
     gains = SpatialGains(spatial_model(rig, MODES)).driven(record.tested)
     rows = gains.at_probes(probes)
-    seen = gains.channel_gains(rows, record.kind, omega)
+    # Of a ramp, what a line shows happened as the shaft turned at its frequency, with the gyroscopic moments of then.
+    ramp = record.tested.spin is not None and bool(record.tested.spin.rate)
+    parts = [part for part in np.array_split(np.arange(omega.size), RAMP_PARTS if ramp else 1) if part.size]
+    spinning = [dataclasses.replace(gains, spin=float(omega[part].mean())) if ramp else gains for part in parts]
+    seen = np.concatenate([own.channel_gains(rows, record.kind, omega[part]) for own, part in zip(spinning, parts)])
 
     def shown(unbalances: Sequence[Unbalance]) -> np.ndarray:
-        return np.einsum("fcu,fu->fc", unbalance_gains(gains, rows, omega, _forces(gains, unbalances)), spun)
+        forces = _forces(gains, unbalances)
+        per_spun = [unbalance_gains(own, rows, omega[part], forces) for own, part in zip(spinning, parts)]
+        found = np.einsum("fcu,fu->fc", np.concatenate(per_spun), spun)
+        if record.slow_roll:
+            found[:, -1 - len(rows) : -1] -= turned @ slow_roll(gains, rows, record.slow_roll, forces)
+        return found
 
     of_both = np.stack([shown([one]) for one in unit], axis=2)
     left = measured - shown(others) if others else measured
@@ -137,6 +172,26 @@ def _at_turns(
     targets = np.concatenate((of_both, left[:, :, None]), axis=2) / noise
     rest = targets - basis @ (basis.conj().transpose(0, 2, 1) @ targets)
     return rest[:, :, :2].reshape(-1, 2), rest[:, :, 2].ravel()
+
+
+def slow_roll(gains: SpatialGains, probes: np.ndarray, speed: float, forces: np.ndarray) -> np.ndarray:
+    """Return what probes show (2, n_probes) of unbalances per cos φ and sin φ in a slow turning, m.
+
+    Parameters
+    ----------
+    gains : SpatialGains
+        The structure.
+    probes : ndarray, shape (n_probes, n)
+        Displacements that probes read.
+    speed : float
+        Of the slow turning, rad/s.
+    forces : ndarray, shape (n, 2)
+        On the modes, per Ω² cos φ and Ω² sin φ.
+    """
+    rotating = speed**2 * (forces[:, :1] - 1j * forces[:, 1:])  # the real part of this e^(iφ)
+    still = dataclasses.replace(gains, spin=speed)
+    moved = still.responses(probes, rotating, np.array([speed]))[0, :, 0]
+    return np.array([moved.real, -moved.imag])
 
 
 def _forces(gains: SpatialGains, unbalances: Sequence[Unbalance]) -> np.ndarray:

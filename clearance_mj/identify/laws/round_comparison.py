@@ -18,6 +18,7 @@ from ...clearance.greases.long_film import LongFilmed
 from ...clearance.greases.oil_film import OilFilled
 from ...core.errors import SimulationError
 from ...engines.equilibrium import static_equilibrium
+from ...estimate import Parameter
 from ...rig import Rig
 from ...rotors.spatial import SpatialModel, spatial_model
 from ..forces.restoring import MODES, restoring_force
@@ -36,6 +37,9 @@ MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them
 DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
 GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
+VALLEY = 1.15, 0.87  # of a gap: steps along the valley of gaps that leave the touched wall where it is
+OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
+LOWER = 1e-3  # of the misfit, that a step must gain
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
 
 
@@ -64,7 +68,7 @@ def compare_round_families(
     rests = rests_of(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
     contacts, fillings = [contact.name for contact in _contacts()], _fillings(rig)
-    most = (2 * len(contacts) + len(fillings) - 2) * len(motions)
+    most = (2 * len(contacts) + len(fillings) - 1) * len(motions)
     bar = tqdm(desc="families", total=most, unit="fit", disable=not progress)
 
     def fitted(j: int, contact: str, filling: str, start: Mapping[str, float]) -> RoundFit:
@@ -83,6 +87,9 @@ def compare_round_families(
 
     with bar, ThreadPoolExecutor(WORKERS) as pool:
         found = [of_all(contacts[0], filling, []) for filling in fillings[:2]]
+        contact, filling, fits = leading()
+        fits = list(pool.map(along_valley, fits, motions, own))
+        found = [fits, *(of_all(contact, other, fits) for other in fillings[:2] if other != filling)]
         _, filling, fits = leading()
         if not any(m.touches(f.case) for m, f in zip(motions, fits)):
             contacts = contacts[:1]  # one is as good as another
@@ -175,6 +182,39 @@ def grid_of_starts(motion: RoundMotion) -> list[dict[str, float]]:
         for gap, hardness in sizes
     ]
     return [place | contact for place in ({}, middle) for contact in contacts]
+
+
+def along_valley(fit: RoundFit, motion: RoundMotion, parameters: Sequence[Parameter]) -> RoundFit:
+    """Return the best fit of those that begin with wider and narrower gaps whose nearest wall is where a fit has it.
+
+    A shaft that touches one side alone shows where the wall is there, and hardly how far the other side is: the search
+    ends in a long valley, before its lowest place.
+
+    Parameters
+    ----------
+    fit : RoundFit
+        Where the search ended.
+    motion : RoundMotion
+        What was fitted.
+    parameters : sequence of Parameter
+        As `fit_round` takes them.
+    """
+    own = f"bushings[{motion.number}]"
+    for step in VALLEY:
+        while True:
+            gap, rest = fit.case.bushing.gap, np.array(fit.case.rest)
+            size = float(np.hypot(*rest))
+            farther = (step - 1.0) * gap
+            if size < OFF_CENTRE * gap or size + farther <= 0:
+                return fit
+            y, z = (rest * (size + farther) / size).tolist()
+            moved = {f"{own}.gap": step * gap, f"{own}.rest_y": y, f"{own}.rest_z": z}
+            round_hole = {f"{own}.wider_y": 0.0, f"{own}.wider_yz": 0.0}
+            other = fit_round(motion, parameters, fit.contact, fit.filling, [fit.values | moved | round_hole])
+            if other.misfit > (1 - LOWER) * fit.misfit:
+                break
+            fit = other
+    return fit
 
 
 def rests_of(rig: Rig) -> list[tuple[float, float]]:

@@ -17,7 +17,7 @@ from ...io.dataset import Dataset
 from ...model import Model
 from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
-from ..forces.unbalance import with_unbalance
+from ..forces.unbalance import with_slow_roll, with_unbalance
 from ..laws.comparison import FamilyFit, compare_families, force_on
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..laws.round_comparison import compare_round_families
@@ -100,7 +100,8 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     rig = update.rig
     if dataset.rig.is_spatial:
         rig = with_unbalance(rig, prepare_turning(dataset), update.values)
-        families = compare_round_families(records, update, rig, progress)
+        moved = [with_slow_roll(record, rig, update.values) for record in records]
+        families = compare_round_families(moved, update, rig, progress)
     else:
         families = compare_families(records, update, progress)
     model = Model(families[0].rig(rig), families[0].law, partial(_drawn, update, families))

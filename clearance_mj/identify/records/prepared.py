@@ -40,6 +40,8 @@ class PreparedRecord:
     """(n_t, n_channels), SI units; channels side by side, so that sums over time are taken sample by sample"""
     probes: bool  #: whether every clearance has a displacement probe, and two a round one
     turning: ShaftTurning | None = None  #: of a shaft that turned
+    slow_roll: float = 0.0
+    """rad/s, of the slow turning whose motion over the shaft's angle was subtracted from the probes; 0: of none"""
 
     @property
     def duration(self) -> float:
@@ -213,8 +215,8 @@ def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, 
     if not slow:
         return tuple(records)
     assert slow[0].turning is not None and slow[0].displacement is not None
-    found = run_out(slow[0].turning.angle, slow[0].displacement)
-    return tuple(_less(record, found) for record in records)
+    found, speed = run_out(slow[0].turning.angle, slow[0].displacement), abs(slow[0].turning.mean_speed)
+    return tuple(_less(record, found, speed) for record in records)
 
 
 def _steady(record: PreparedRecord) -> bool:
@@ -222,10 +224,10 @@ def _steady(record: PreparedRecord) -> bool:
     return record.turning is not None and record.displacement is not None and not (spin and spin.rate)
 
 
-def _less(record: PreparedRecord, found: np.ndarray) -> PreparedRecord:
+def _less(record: PreparedRecord, found: np.ndarray, speed: float) -> PreparedRecord:
     if record.turning is None or record.displacement is None:
         return record
     signals = record.signals.copy()
     at = slice(-1 - found.shape[1], -1)
     signals[:, at] -= run_out_at(record.turning.angle, found).T
-    return dataclasses.replace(record, signals=signals)
+    return dataclasses.replace(record, signals=signals, slow_roll=speed)

@@ -116,20 +116,24 @@ def _frfs(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
 
 
 def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
-    """RMS distance of mean orbits from the test's, beside that of the repeat, over the test's RMS radius."""
+    """RMS distance of mean orbits from the test's, beside that of the repeat, over the test's RMS radius.
+
+    Of each, what its own slow turning shows over the shaft's angle is subtracted.
+    """
     slow = next((prepared(r) for r in dataset.identify if r.name == "slow_roll"), None)
     if slow is None:
         return
+    turning, measured = slow.turning, slow.displacement
+    assert turning is not None and measured is not None
+    settled = slice(len(turning.angle) // 2, None)
+    of_test = run_out(turning.angle, measured)
+    of_model = run_out(turning.angle[settled], _predicted(found, slow)[:, settled])
     for first, second in _pairs(dataset, "spin"):
         if first.tested.spin is None or first.tested.spin.rate:
             continue
-        model = cm.simulate(in_test(found.model, first.tested, first.turning), first.excitation(), engine="modal")
-        assert model.displacement is not None and first.turning is not None and second.turning is not None
-        assert slow.turning is not None and slow.displacement is not None
-        run = run_out(slow.turning.angle, slow.displacement)
-        test, repeat = (_mean_orbits(r, run) for r in (first, second))
-        predicted = [orbits_by_turn(*pair, first.fs, first.turning.angle).last(50).position.mean(axis=0)
-                     for pair in model.displacement.reshape(-1, 2, first.signals.shape[0])]  # fmt: skip
+        assert first.displacement is not None and second.displacement is not None
+        test, repeat = (_mean_orbits(r, r.displacement, of_test) for r in (first, second))
+        predicted = _mean_orbits(first, _predicted(found, first), of_model)
         for j, own in enumerate(test):
             centred = [o - o.mean(axis=1, keepdims=True) for o in (own, repeat[j], predicted[j])]
             size = np.sqrt(np.mean(centred[0] ** 2))
@@ -137,11 +141,22 @@ def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
             yield {"what": "orbit", "where": first.name, "value": rms, "truth": floor, "held": float(rms <= floor)}
 
 
-def _mean_orbits(record: PreparedRecord, run: np.ndarray) -> list[np.ndarray]:
-    assert record.turning is not None and record.displacement is not None
-    moved = record.displacement - run_out_at(record.turning.angle, run)
-    pairs = moved.reshape(-1, 2, moved.shape[1])
-    return [orbits_by_turn(*pair, record.fs, record.turning.angle).position.mean(axis=0) for pair in pairs]
+def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:
+    """(2 n_bushings, n_t) displacement of the identified rig that turns as in a record, m."""
+    model = in_test(found.model, record.tested, record.turning)
+    moved = cm.simulate(model, record.excitation(), engine="modal").displacement
+    assert moved is not None
+    return moved
+
+
+def _mean_orbits(record: PreparedRecord, displacement: Any, run: np.ndarray) -> list[np.ndarray]:
+    """Mean of the last turns' orbits of each bushing, without run-out."""
+    assert record.turning is not None
+    moved = displacement - run_out_at(record.turning.angle, run)
+    return [
+        orbits_by_turn(*pair, record.fs, record.turning.angle).last(50).position.mean(axis=0)
+        for pair in moved.reshape(-1, 2, moved.shape[1])
+    ]
 
 
 def summary(rows: pd.DataFrame) -> str:
