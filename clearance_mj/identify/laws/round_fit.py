@@ -21,6 +21,7 @@ from .round_motion import RoundCase, RoundMotion
 __all__ = ["RoundFit", "fit_round", "parameters_of", "placed", "spread_by_rig"]
 
 OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both numbers of a hole that is not quite round
+REPEATED = 0.2  # s, of both directions: so much of a motion counts as one observation in intervals, at least
 REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
 FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
 
@@ -138,7 +139,9 @@ def fit_round(
     found = solve(problem, [problem.at(values) for values in (*starts, {})], stop=STOP)
     loss = cast(UnknownScale, found.loss)
     case = problem.case(found.values)
-    covariance = np.linalg.inv(found.information / loss.correlated + found.prior) * np.outer(problem.unit, problem.unit)
+    # What a law misses at a place of the wall, it misses whenever the shaft comes by: blocks of time do not show that.
+    alike = max(loss.correlated, 2 * REPEATED * motion.rate)
+    covariance = np.linalg.inv(found.information / alike + found.prior) * np.outer(problem.unit, problem.unit)
     misfit, held_out = (
         float(loss.scale(residuals)) ** 0.5
         for residuals in (found.residuals, motion.residuals([case])[motion.held_out, 0])
