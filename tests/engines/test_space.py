@@ -15,7 +15,8 @@ from clearance_mj.engines import Modal, simulate_together, static_equilibrium
 from clearance_mj.engines.modal_space import SpatialRun
 from clearance_mj.report.energy import draw
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
-from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
+from clearance_mj.structure.attached import Housing, Oscillator
 
 from ..verification.page import Measured
 
@@ -39,6 +40,19 @@ def test_a_motion_in_the_plane_is_the_planar_one(law: cm.ContactLaw | None, meas
         measured.below(what, np.abs(found - told).max() / np.abs(told).max(), 1e-9, "the planar engine")
     assert not space.displacement[::2].any()
     assert_allclose(space.contact_share, plane.contact_share, atol=1e-9)
+
+
+def test_a_motion_in_the_plane_is_the_planar_one_on_housings_with_springs_and_oscillators() -> None:
+    housed = tuple(dataclasses.replace(b, housing=Housing(4e5, 0.12, 4.0)) for b in TABLE1.bushings)
+    beside = TABLE1.replace(
+        bushings=housed, springs=(Spring(0.5, 300.0, damping=0.5),),
+        oscillators=(Oscillator(0.7, 0.05, 90.0, 0.03, 0.05),),
+    )  # fmt: skip
+    plane, space = (cm.simulate(beside.replace(motion=m), NOISE, engine="modal") for m in ("planar", "spatial"))
+    assert plane.contact_force is not None and plane.contact_force.any()
+    for found, told in ((space.acceleration, plane.acceleration), (space.displacement[1::2], plane.displacement)):
+        assert_allclose(found, told, rtol=0, atol=1e-9 * np.abs(told).max())
+    assert not space.displacement[::2].any()
 
 
 @pytest.mark.parametrize("law", [None, GREASED])

@@ -62,7 +62,7 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
         ),
         (
             text(tail="\n[[fixture]]\nfrequency = 100.0\n"),
-            'motion "spatial" knows no housings, fixture, springs, planes or oscillators yet',
+            'motion "spatial" knows no fixture and no planes; leave them out, or give motion = "planar"',
         ),
     ],
 )

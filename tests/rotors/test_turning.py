@@ -12,6 +12,7 @@ from clearance_mj import Bushing, Contact, Grease, Rig, RigError, Sensor
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.rotors import campbell, turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
+from clearance_mj.structure.attached import Planes
 
 from ..conftest import TABLE1
 from ..verification.page import Measured
@@ -43,19 +44,25 @@ JEFFCOTT = np.sqrt(48 * BENDING / 3.0)
 
 
 @pytest.mark.parametrize("polar", [0.04, 0.01])
-@pytest.mark.parametrize("spin", [0.0, 200.0, 900.0])
-def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float, measured: Measured) -> None:
-    """det [k11 - m ω², k12; k12, k22 - I ω² + J Ω ω] = 0, with ω > 0 forward and ω < 0 backward whirl."""
+@pytest.mark.parametrize(("spin", "spring"), [(0.0, 0.0), (200.0, 0.0), (900.0, 0.0), (900.0, 2e4)])
+def test_the_gyroscopic_pairs_of_an_overhung_disc(polar: float, spin: float, spring: float, measured: Measured) -> None:
+    """det [k11 - m ω², k12; k12, k22 - I ω² + J Ω ω] = 0, with ω > 0 forward and ω < 0 backward whirl.
+
+    A spring from the disc to the base is part of k11.
+    """
     length, mass = 0.3, 2.0
     k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
+    k[0, 0] += spring
     # In e^(iωt): mass INERTIA ω², gyroscopic J Ω ω, as a polynomial in ω.
     translation, tilt = np.array([-mass, 0.0, k[0, 0]]), np.array([-INERTIA, polar * spin, k[1, 1]])
     roots = np.roots(np.polysub(np.polymul(translation, tilt), [k[0, 1] ** 2])).real
-    shaft = turning_shaft(overhung(polar_inertia=polar))
+    rig = overhung(polar_inertia=polar)
+    shaft = turning_shaft(rig.replace(springs=(Spring(0.3, spring),)) if spring else rig)
     found = shaft.poles(spin)
     want = roots[np.argsort(np.abs(roots))]
     apart = np.abs(found.value.imag[:4] / np.abs(want) - 1).max()
-    what = f"overhung disc, J {polar:g} kg m², {spin:g} rad/s: four frequencies, error"
+    held = f", {spring:g} N/m to the base" if spring else ""
+    what = f"overhung disc, J {polar:g} kg m², {spin:g} rad/s{held}: four frequencies, error"
     measured.below(what, apart, 1e-4, "2 x 2 closed form")
     if spin:
         assert_allclose(shaft.sense(found.motion[:, :4]), np.sign(want), atol=1e-6)
@@ -168,8 +175,8 @@ def test_what_does_not_turn_is_refused() -> None:
     inner = Bushing(0.5, 1e-3, 0.0, Grease(2e5), Contact(1e6), to=0.7)
     with pytest.raises(RigError, match=r"bushings\[0\].to is on the shaft itself, which turns"):
         turning_shaft(rig.replace(bushings=(inner,)))
-    with pytest.raises(RigError, match="a shaft that turns has no housings, fixture, springs"):
-        turning_shaft(rig.replace(springs=(Spring(0.5, 1e4),)))
+    with pytest.raises(RigError, match="a shaft that turns has no fixture and no planes of its own"):
+        turning_shaft(rig.replace(motion="planar", planes=Planes(0.1, 0.3)))
     with pytest.raises(RigError, match="speeds must be rising spins in rad/s"):
         campbell(rig, [100.0, 50.0])
     with pytest.raises(RigError, match=r"polar_inertia 0.05 kg m² is more than twice inertia 0.02 kg m²"):
