@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import scipy.fft
+import scipy.signal
 
 from ...rig import Rig, Unbalance
 from ...rotors.gains import SpatialGains
@@ -25,6 +26,7 @@ __all__ = ["spun_spectra", "unbalance_gains", "with_slow_roll", "with_unbalance"
 
 MODES = 16  # of each plane
 FAST = 0.5  # of the fastest: slower turning shows run-out and the errors of the model, more than an unbalance
+FLANK = 2.0  # s, of the window: where it is flat, it passes through the structure as it is
 LINES = 4  # either side of the turns' frequency
 NOISE = 0.01  # of a channel's RMS
 MODEL_ERROR = 0.01  # of a line's level: what the model misses
@@ -142,7 +144,7 @@ def _at_turns(
     """
     assert record.turning is not None
     n, fs = len(record.signals), record.fs
-    window = np.hanning(n)
+    window = scipy.signal.windows.tukey(n, min(1.0, 2 * FLANK * fs / n))
     turns = np.abs(record.turning.speed)[[0, -1]] / (2 * np.pi) * n / fs
     lines = slice(max(math.floor(turns.min()) - LINES, 1), math.ceil(turns.max()) + LINES + 1)
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)[lines]
