@@ -15,7 +15,8 @@ LENGTHS = (
     "start", "lever", "offset_y",
 )  # fmt: skip
 FIELDS = dict.fromkeys(LENGTHS, "m") | {
-    "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "stiffness": "N/m",
+    "young_modulus": "Pa", "density": "kg/m³", "mass": "kg", "inertia": "kg m²", "polar_inertia": "kg m²",
+    "stiffness": "N/m",
     "damping": "N s/m", "translation": "N/m", "rotation": "N m/rad", "gain": "", "damping_ratios": "",
     "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "", "rocking": "rad/m", "about": "m",
     "difference": "", "angle": "rad", "rotation_damping": "N m s/rad", "translation_damping": "N s/m", "delay": "s",

@@ -38,8 +38,8 @@ DEFAULTS = {
     "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
     "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
     "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0), "translation": math.log(10.0),
-    "inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3, "coefficient": math.log(1.5),
-    "viscosity": math.log(1.5),
+    "inertia": 0.05, "polar_inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3,
+    "coefficient": math.log(1.5), "viscosity": math.log(1.5),
 }  # fmt: skip
 """1 σ: of positions in m, of offsets over the gap, of the rest a share or a logarithm; of what is linear in SI units"""
 _SPATIAL = (("friction", "coefficient"), ("film", "viscosity"))
@@ -198,7 +198,11 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
         base = base.replace(beam=dataclasses.replace(base.beam, clamp=clamp if clamp != Clamp() else None))
     data = base.to_dict()
     paths = [name for name in values if name not in CLAMP_UNITS and not name.startswith("probes[")]
-    return with_values(base, {find_numbers(data, path)[0]: values[path] for path in paths})
+    numbers = {find_numbers(data, path)[0]: values[path] for path in paths}
+    for key, value in numbers.items():
+        if key[-1] == "polar_inertia":  # of a body, at most twice that about a diameter
+            numbers[key] = min(value, 2 * numbers.get((*key[:-1], "inertia"), value))
+    return with_values(base, numbers)
 
 
 def _stands_for(data: dict[str, Any], tolerance: Tolerance) -> Sequence[Key]:
@@ -217,8 +221,8 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
             yield from (("structure", "sections", i, "material", name) for name in ("young_modulus", "density"))
     yield from (("structure", "discs", i, "mass") for i, disc in enumerate(shaft.get("discs", ())) if disc["mass"])
     if data.get("motion") == "spatial":
-        thin = [i for i, disc in enumerate(shaft.get("discs", ())) if disc["inertia"] and "polar_inertia" not in disc]
-        yield from (("structure", "discs", i, "inertia") for i in thin)
+        for i, disc in enumerate(shaft.get("discs", ())):
+            yield from (("structure", "discs", i, name) for name in ("inertia", "polar_inertia") if disc.get(name))
     name = "beam" if "beam" in data else "structure"
     if "beam" in data or shaft:
         yield from ((name, "damping_ratios", i) for i in range(min(damped, len(data[name]["damping_ratios"]))))
