@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.clearance.family import CONTACT_FAMILIES, ROUND_FILLING_FAMILIES
 from clearance_mj.clearance.round_cycle import fill_round_forces
 from clearance_mj.clearance.round_kernel import round_records
-from clearance_mj.identify.forces.restoring import restoring_force
-from clearance_mj.identify.forces.unbalance import with_unbalance
-from clearance_mj.identify.laws.round_motion import smallest_circle
+from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
+from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
+from clearance_mj.identify.laws.round_comparison import along_valley
+from clearance_mj.identify.laws.round_fit import fit_round, parameters_of
+from clearance_mj.identify.laws.round_motion import RoundCase, RoundMotion, smallest_circle
+from clearance_mj.identify.laws.round_motion import forces_along as round_forces_along
 from clearance_mj.identify.records.prepared import prepare, prepare_turning, prepared
 from clearance_mj.identify.records.run_out import run_out
 from clearance_mj.identify.structure.priors import priors, rig_with
@@ -111,6 +115,59 @@ def test_unbalance(turning):
     assert found.moment == pytest.approx(1e-4, rel=0.02) and found.phase == pytest.approx(0.0, abs=0.02)
 
 
+def test_what_the_unbalance_moves_in_the_slow_roll_is_not_lost():
+    """A slow roll at 40 of 140 rad/s shows several percent of the unbalance's motion at 140.
+
+    Its moment is found all the same, and the motion given back to the probes.
+    """
+    slow, fast = (
+        turning_record("slow", "identify", Spin(40.0)),
+        turning_record("fast", "identify", Spin(140.0), "z", 1.0),
+    )
+    _, less = prepare_turning(Dataset(RIG, (slow, fast)))
+    found = with_unbalance(RIG, (less,), {})
+    assert found.unbalances[0].moment == pytest.approx(1e-4, rel=0.01)
+    whole = prepared(fast)
+    angle = whole.turning.angle
+    moved = whole.displacement - RUN_OUT * np.array([np.cos(angle), np.sin(angle)])
+    lost = np.std(less.displacement - moved)
+    assert np.std(with_slow_roll(less, found, {}).displacement - moved) < 0.1 * lost
+
+
+def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
+    """The restoring force of a wall that hardens, along a random motion that meets it below alone."""
+    n = round(seconds * fs)
+    lines = np.fft.rfftfreq(n, 1 / fs)
+    phases = np.random.default_rng(4).uniform(size=(2, lines.size))
+    spectrum = ((lines > 15) & (lines < 60)) * np.exp(2j * np.pi * phases)
+    spectrum *= 0.25 * bushing.gap / np.std(np.fft.irfft(spectrum, n))
+    x, v = (np.fft.irfft(s, n).T for s in (spectrum, 2j * np.pi * lines * spectrum))
+    law = cm.ContactLaw(cm.clearance.Cubic(K, 0.3 * K / bushing.gap**2), Grease(0.0))
+    ends = (np.ascontiguousarray(np.repeat(each[:, None], 3, axis=1)) for each in (x, v))
+    force = round_forces_along(RoundCase(bushing, law, rest), *ends, np.zeros(n), 1 / fs).T
+    one, two = np.ones(1), np.ones(2)
+    return RestoringForce(
+        "below", rig, fs, (0.0, 0.4 * fs), np.arange(n) / fs, x.T, v.T, force, two, two,
+        np.repeat(x.T[:, None], 2, axis=1), np.ones(n, dtype=bool), np.array([1.0, 2.0]), np.full((2, 2), 1e-3), one,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("share", [0.7, 1.3])
+def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(share):
+    """From a rig file whose gap is wrong and whose wall below is right, a search ends 7 to 16 % from the gap."""
+    gap, rest = 2e-4, np.array([3e-5, -1.2e-4])
+    bushing = Bushing(0.56, gap, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.0)
+    rig = RIG.replace(spin=None, unbalances=(), bushings=(dataclasses.replace(bushing, gap=share * gap),))
+    motion = RoundMotion([touching_below(bushing, tuple(rest), rig)], rig, 0)
+    nearer = rest * (1 + (share - 1) * gap / math.hypot(*rest))
+    open_ = parameters_of(motion, [p for p in priors(rig) if p.name == "bushings[0].gap"], tuple(nearer))
+    first = fit_round(motion, open_, CONTACT_FAMILIES["linear + cubic"], ROUND_FILLING_FAMILIES["long film"])
+    found = along_valley(first, motion, open_)
+    assert abs(first.bushing.gap / gap - 1) > 0.05
+    assert found.bushing.gap == pytest.approx(gap, rel=0.01)
+    np.testing.assert_allclose(found.case.rest, rest, atol=0.01 * gap)
+
+
 def test_an_unbalance_beside_a_known_one(turning):
     """Of 1e-4 kg m at one place, of which the rig file knows 4e-5, 6e-5 are left."""
     known = dataclasses.replace(RIG.unbalances[0], moment=4e-5)
@@ -126,6 +183,14 @@ def test_no_force_where_nothing_touches(turning):
         moved = np.std(found.displacement[:, found.valid])
         shaft = 48 * 2.1e11 * math.pi * 0.03**4 / 64 / SHAFT.length**3
         assert np.std(found.force[:, found.valid]) < 0.01 * shaft * moved
+
+
+def test_a_body_s_polar_inertia_is_at_most_twice_that_about_a_diameter():
+    """Drawn beyond that by values that are open both, it ends there."""
+    opened = "structure.discs[0].inertia", "structure.discs[0].polar_inertia"
+    assert set(opened) <= {p.name for p in priors(RIG)}
+    (disc,) = rig_with(RIG, dict(zip(opened, (0.007, 0.016)))).structure.discs
+    assert (disc.inertia, disc.polar_inertia) == (0.007, 0.014)
 
 
 def test_what_is_open_in_space():

@@ -167,7 +167,8 @@ def samples_of(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray,
     fine = scipy.signal.resample(f.force[number], f.time.size * INTERPOLATION)
     time, valid, factor = f.time[::DECIMATION], f.valid[::DECIMATION], INTERPOLATION * DECIMATION
     force = scipy.signal.upfirdn(taps, fine, 1, factor)[taps.size // 2 // factor :][: time.size]
-    level = np.sqrt(scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL_RMS * f.fs / DECIMATION))))
+    power = scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL_RMS * f.fs / DECIMATION)))
+    level = np.sqrt(np.maximum(power, 0.0))  # of a force that ends, rounding leaves less than nothing
     _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * INTERPOLATION)
     density = np.abs(gain) * f.noise_density[number]
     noise = np.full(time.size, np.sqrt(np.sum(density**2) * f.noise_frequency[1]))

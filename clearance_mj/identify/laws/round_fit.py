@@ -136,7 +136,7 @@ def fit_round(
 ) -> RoundFit:  # fmt: skip
     """Fit a family at a round clearance, from the likeliest of some values by name or, without any, from the priors."""
     problem = _RoundProblem(motion, parameters, contact, filling)
-    found = solve(problem, [problem.at(values) for values in (*starts, {})], stop=STOP)
+    found = solve(problem, [problem.at(values) for values in starts or ({},)], stop=STOP)
     loss = cast(UnknownScale, found.loss)
     case = problem.case(found.values)
     # What a law misses at a place of the wall, it misses whenever the shaft comes by: blocks of time do not show that.
