@@ -11,6 +11,7 @@ import clearance_mj as cm
 from clearance_mj.clearance.family import CONTACT_FAMILIES, ROUND_FILLING_FAMILIES
 from clearance_mj.clearance.round_cycle import fill_round_forces
 from clearance_mj.clearance.round_kernel import round_records
+from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
 from clearance_mj.identify.laws.round_comparison import along_valley
@@ -203,6 +204,21 @@ def test_what_is_open_in_space():
     changed = rig_with(rig, {"sensors[0].direction[2]": 0.02, "bushings[0].probe_angle": 0.03})
     assert changed.sensors[0].unit_direction == pytest.approx([0.0, 1.0, 0.02], abs=3e-4)
     assert changed.bushings[0].probe_angle == 0.03
+
+
+@pytest.mark.slow
+def test_a_mass_that_the_rig_file_forgets_is_found_in_space(tmp_path):
+    """On foreign physics, of a rotor that rubs, with its size and its place."""
+    from experiments.benches.space.bench import make_bench
+    from experiments.benches.space.records import write_bench
+
+    bench = make_bench(51, "rotor", structure=["mass"])
+    write_bench(bench, tmp_path, short=True, roles=("identify",), kinds=("base", "force"))
+    (true,) = bench.structure.masses
+    found = update_rig(Dataset.load(tmp_path))
+    assert [one.name for one in found.structure.accepted] == ["mass"]
+    assert found.rig.masses[-1].mass == pytest.approx(true.mass, rel=0.15)
+    assert found.rig.masses[-1].position == pytest.approx(true.position, abs=0.04)
 
 
 @pytest.mark.slow

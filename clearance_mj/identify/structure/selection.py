@@ -117,11 +117,14 @@ class _Round:
         low, high = (f(part.frequency[i] for part in self.fit.spectra) for f, i in ((min, 0), (max, -1)))
         fs = min(r.fs for r in update.records)
         bench = Bench(self.rig, (float(low), float(high)), self.fit.probes, fs, self._contradictions(low, high))
-        scored = {
-            name: _best_of_groups([found for c in one.candidates(bench) if (found := self._score(c))])
-            for name, one in HYPOTHESES.items()
-        }
+        self.weight = np.sqrt(self.base.loss.weights(self.base.residuals).score)
+        self.jacobian = self.weight[:, None] * self.base.jacobian
+        self.information = (self.jacobian.conj().T @ self.jacobian).real + self.base.prior
         with ThreadPoolExecutor(WORKERS) as pool:
+            scored = {
+                name: _best_of_groups([found for found in pool.map(self._score, one.candidates(bench)) if found])
+                for name, one in HYPOTHESES.items()
+            }
             first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
             self.trials = self._fit_all(pool, first, progress)
             leading = [t.candidate.name for t in self.trials[:LEADING] if t.evidence > self.evidence - MIN_GAIN]
@@ -163,12 +166,10 @@ class _Round:
             moved = self.fit.residuals_of(candidate.make(1.0), self.values)
         except (ClearanceError, np.linalg.LinAlgError):
             return None
-        weight = np.sqrt(self.base.loss.weights(self.base.residuals).score)
-        residual, jacobian = weight * self.base.residuals, weight[:, None] * self.base.jacobian
-        change = weight * moved - residual
+        residual = self.weight * self.base.residuals
+        change = self.weight * moved - residual
         both = np.column_stack((residual, change))
-        cross = (jacobian.conj().T @ both).real
-        free = both - jacobian @ np.linalg.solve((jacobian.conj().T @ jacobian).real + self.base.prior, cross)
+        free = both - self.jacobian @ np.linalg.solve(self.information, (self.jacobian.conj().T @ both).real)
         along, size = float((change.conj() @ free[:, 0]).real), float((change.conj() @ free[:, 1]).real)
         factor = -along / size if size > 0 else 0.0
         if not factor or (factor < 0 and candidate.size != "signed"):
