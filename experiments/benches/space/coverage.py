@@ -10,6 +10,7 @@ validate are read only to judge. Benches that the table already holds are not id
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 import time
 import tomllib
@@ -28,7 +29,7 @@ from clearance_mj.identify.records.prepared import PreparedRecord, prepared
 from clearance_mj.identify.records.run_out import run_out, run_out_at
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.signals.frf import estimate_frf
-from clearance_mj.signals.orbits import orbits_by_turn
+from clearance_mj.signals.orbits import Orbits, orbits_by_turn
 from clearance_mj.study.orbit_measures import onset_of_contact
 from clearance_mj.study.whirl_in_test import measured_whirl, run_out_of, simulated_whirl, slow_roll_of, without_run_out
 
@@ -147,7 +148,8 @@ def _orbits(found: BenchFit, dataset: Dataset) -> Iterator[dict[str, Any]]:
 def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Spin, rev/min, at which each clearance begins to be touched in a run-up that no fit saw.
 
-    Of the test with the true gap and the true place of the shaft, of the model with what was found.
+    Of the test with the true hole and the true place of the shaft, of the model with what was found: up to there its
+    motion does not depend on how far the hole is out of round.
     """
     slow = slow_roll_of(dataset.records)
     for record in dataset.validate:
@@ -156,14 +158,23 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
             continue
         test = without_run_out(measured_whirl(record), run_out_of(measured_whirl(slow)))
         model = simulated_whirl("found", found.model, record, "modal", None)
-        for j, (hole, bushing) in enumerate(zip(truth["bushings"], found.rig.bushings)):
+        for j, (hole, fit) in enumerate(zip(truth["bushings"], found.families[0].fits)):
+            gap, twice = hole["gap"], 2 * hole["axis"]
+            oval = gap * hole["oval"] * np.array([math.cos(twice), math.sin(twice)])
             rest = np.array([hole["offset_y"], hole["offset_z"] - hole["sag_without_bushings"]])
-            if np.hypot(*rest) >= hole["gap"]:
-                continue  # it touches before it turns
-            value = onset_of_contact(model.motion.orbits(j), model.rest[j], bushing.gap)
-            true = onset_of_contact(test.orbits(j), rest, hole["gap"])
+            true = _onset(test.orbits(j), rest, gap, oval)
+            value = _onset(model.motion.orbits(j), model.rest[j], fit.bushing.gap, np.array(fit.case.out_of_round))
             if not math.isnan(true):
                 yield {"what": "onset", "where": record.name, "value": value, "truth": true}
+
+
+def _onset(orbits: Orbits, rest: np.ndarray, gap: float, oval: np.ndarray) -> float:
+    """`onset_of_contact` in a hole that is wider than its gap by what ``oval`` says per cos 2θ and sin 2θ, m."""
+    y, z = np.moveaxis(orbits.position + rest[:, None], 1, 0)
+    twice = 2 * np.arctan2(z, y)
+    narrowed = gap / (gap + oval[0] * np.cos(twice) + oval[1] * np.sin(twice))
+    moved = np.stack((narrowed * y, narrowed * z), axis=1) - rest[:, None]
+    return onset_of_contact(dataclasses.replace(orbits, position=moved), rest, gap)
 
 
 def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:
