@@ -40,6 +40,7 @@ CONFIDENCE = 0.9
 RESOLUTION = 0.5  # Hz
 TARGETS = {"gap": 0.03, "friction": 0.1, "viscosity": 0.05, "offset": 2e-5, "onset": 0.01}
 """Relative errors, and m"""
+HARMONICS = 4  # of the turns, in orbits whose onset of contact is looked for: noise reaches the wall before the shaft
 MADE = ("identify", "orbit")
 
 
@@ -162,15 +163,26 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
             gap, twice = hole["gap"], 2 * hole["axis"]
             oval = gap * hole["oval"] * np.array([math.cos(twice), math.sin(twice)])
             rest = np.array([hole["offset_y"], hole["offset_z"] - hole["sag_without_bushings"]])
-            true = _onset(test.orbits(j), rest, gap, oval)
-            value = _onset(model.motion.orbits(j), model.rest[j], fit.bushing.gap, np.array(fit.case.out_of_round))
+            pair = truth["probes"][j]
+            true = _onset(test.orbits(j), pair["angle"], pair["gains"], rest, gap, oval)
+            own, hole_of_fit = fit.bushing, np.array(fit.case.out_of_round)
+            value = _onset(model.motion.orbits(j), own.probe_angle, (1.0, 1.0), model.rest[j], own.gap, hole_of_fit)
             if not math.isnan(true):
                 yield {"what": "onset", "where": record.name, "value": value, "truth": true}
 
 
-def _onset(orbits: Orbits, rest: np.ndarray, gap: float, oval: np.ndarray) -> float:
-    """`onset_of_contact` in a hole that is wider than its gap by what ``oval`` says per cos 2θ and sin 2θ, m."""
-    y, z = np.moveaxis(orbits.position + rest[:, None], 1, 0)
+def _onset(
+    orbits: Orbits, angle: float, gains: Sequence[float], rest: np.ndarray, gap: float, oval: np.ndarray
+) -> float:
+    """`onset_of_contact` of probes with gains, turned by an angle, rad, in a hole that is out of round.
+
+    ``oval``: (2,) m, by which the hole is wider than its gap per cos 2θ and sin 2θ. Of each turn four harmonics count.
+    """
+    spectrum = np.fft.rfft(orbits.position / np.array(gains)[:, None], axis=2)
+    spectrum[:, :, HARMONICS + 1 :] = 0.0
+    first, second = np.moveaxis(np.fft.irfft(spectrum, orbits.position.shape[2], axis=2), 1, 0)
+    cos, sin = math.cos(angle), math.sin(angle)
+    y, z = cos * first - sin * second + rest[0], sin * first + cos * second + rest[1]
     twice = 2 * np.arctan2(z, y)
     narrowed = gap / (gap + oval[0] * np.cos(twice) + oval[1] * np.sin(twice))
     moved = np.stack((narrowed * y, narrowed * z), axis=1) - rest[:, None]
