@@ -132,9 +132,7 @@ class Rig(Shown):
                 raise ValueError(f"springs[{i}] joins what another spring joins; add its numbers to that one")
         for i, mode in enumerate(self.fixture):
             if mode.frequency in [other.frequency for other in self.fixture[:i]]:
-                raise ValueError(
-                    f"fixture[{i}].frequency {mode.frequency:g} Hz is that of another mode; put both into one"
-                )
+                raise ValueError(f"fixture[{i}].frequency {mode.frequency:g} Hz is another mode's; put both into one")
         check_bushings(self.bushings, self.linear.check)
         check_motion(self)
         if self.tolerances:

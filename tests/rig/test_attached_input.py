@@ -22,7 +22,7 @@ FIXTURE = "\n[[fixture]]\nfrequency = 100.0\ndamping_ratio = 0.02\nparticipation
         (2 * SPRING, "springs[1] joins what another spring joins; add its numbers to that one"),
         (SPRING.replace("0.5", "5.0"), "springs[0].position 5 m lies outside the beam (0 < x <= 1 m)"),
         (SPRING.replace("100.0", "-100.0"), "springs[0].stiffness must be >= 0, got -100 (N/m)"),
-        (2 * FIXTURE, "fixture[1].frequency 100 Hz is that of another mode; put both into one"),
+        (2 * FIXTURE, "fixture[1].frequency 100 Hz is another mode's; put both into one"),
         (OSCILLATOR.replace("0.1", "-0.1"), "oscillators[0].mass must be > 0, got -0.1 (kg)"),
         (OSCILLATOR.replace("0.5", "2.0"), "oscillators[0].position 2 m lies outside the beam (0 < x <= 1 m)"),
         (
