@@ -229,7 +229,7 @@ class LawProblem(Problem):
         else:
             bushing = dataclasses.replace(bushing, gap=WIDE * gap)
         middle = known.get(f"{own}.rest_y", 0.0), known.get(f"{own}.rest_z", 0.0)
-        oval = known.get(f"{own}.wider_y", 0.0), known.get(f"{own}.wider_yz", 0.0)
+        oval = known.get(f"{own}.out_of_round_y", 0.0), known.get(f"{own}.out_of_round_yz", 0.0)
         return RoundCase(bushing, ContactLaw(contact, filling), middle, oval)
 
 

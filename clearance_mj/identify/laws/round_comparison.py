@@ -209,7 +209,7 @@ def along_valley(fit: RoundFit, motion: RoundMotion, parameters: Sequence[Parame
                 return fit
             y, z = (rest * (size + farther) / size).tolist()
             moved = {f"{own}.gap": step * gap, f"{own}.rest_y": y, f"{own}.rest_z": z}
-            round_hole = {f"{own}.wider_y": 0.0, f"{own}.wider_yz": 0.0}
+            round_hole = {f"{own}.out_of_round_y": 0.0, f"{own}.out_of_round_yz": 0.0}
             other = fit_round(motion, parameters, fit.contact, fit.filling, [fit.values | moved | round_hole])
             if other.misfit > (1 - LOWER) * fit.misfit:
                 break

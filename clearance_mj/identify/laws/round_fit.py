@@ -99,7 +99,7 @@ def parameters_of(motion: RoundMotion, priors: Sequence[Parameter], rest: tuple[
     found = [dataclasses.replace(gap, name=f"{own}.gap")] if gap else []
     for axis, start in zip("yz", rest):
         found.append(Parameter(f"{own}.rest_{axis}", "m", start, -3 * wide, 3 * wide, REST * wide, "linear"))
-    for name in ("wider_y", "wider_yz"):
+    for name in ("out_of_round_y", "out_of_round_yz"):
         most = 5 * OUT_OF_ROUND * wide
         found.append(Parameter(f"{own}.{name}", "m", 0.0, -most, most, OUT_OF_ROUND * wide, "linear"))
     friction = known.get(f"{own}.friction.coefficient")
@@ -193,4 +193,4 @@ def _case(
         film = dataclasses.replace(bushing.film, viscosity=law.grease[0].viscosity)
         bushing = dataclasses.replace(bushing, film=film)
     rest = known.get("rest_y", 0.0), known.get("rest_z", 0.0)
-    return RoundCase(bushing, law, rest, (known.get("wider_y", 0.0), known.get("wider_yz", 0.0)))
+    return RoundCase(bushing, law, rest, (known.get("out_of_round_y", 0.0), known.get("out_of_round_yz", 0.0)))
