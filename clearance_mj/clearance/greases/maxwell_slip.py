@@ -260,9 +260,8 @@ def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
     columns, measured = forces.in_gap(bushing, parts)
     found = _not_negative(columns, measured)
     springs, stiffness, films = np.split(found, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
-    softest = SOFTEST_SPRING * float(
-        stiffness[0] + springs.sum() or bushing.grease.stiffness
-    )  # of the rig file if none shows
+    stiffest = float(stiffness[0] + springs.sum()) or bushing.grease.stiffness  # the rig file's, where none shows
+    softest = SOFTEST_SPRING * stiffest
     values = {"grease stiffness": max(float(stiffness[0]), softest)}
     if films.any():
         height = bushing.gap / float(films @ (1 / np.array(FILM_HEIGHTS)) / films.sum())

@@ -123,7 +123,7 @@ def with_slow_roll(record: PreparedRecord, rig: Rig, probes: Mapping[str, float]
         return record
     gains = SpatialGains(spatial_model(rig, MODES))
     rows = gains.at_probes(probes)
-    per_turn = slow_roll(gains, rows, record.slow_roll, _forces(gains, rig.unbalances))
+    per_turn = _in_slow_roll(gains, rows, record.slow_roll, _forces(gains, rig.unbalances))
     angle, signals = record.turning.angle, record.signals.copy()
     signals[:, -1 - len(rows) : -1] += np.column_stack((np.cos(angle), np.sin(angle))) @ per_turn
     return dataclasses.replace(record, signals=signals, slow_roll=0.0)
@@ -163,7 +163,7 @@ def _at_turns(
         per_spun = [unbalance_gains(own, rows, omega[part], forces) for own, part in zip(spinning, parts)]
         found = np.einsum("fcu,fu->fc", np.concatenate(per_spun), spun)
         if record.slow_roll:
-            found[:, -1 - len(rows) : -1] -= turned @ slow_roll(gains, rows, record.slow_roll, forces)
+            found[:, -1 - len(rows) : -1] -= turned @ _in_slow_roll(gains, rows, record.slow_roll, forces)
         return found
 
     of_both = np.stack([shown([one]) for one in unit], axis=2)
@@ -176,20 +176,8 @@ def _at_turns(
     return rest[:, :, :2].reshape(-1, 2), rest[:, :, 2].ravel()
 
 
-def slow_roll(gains: SpatialGains, probes: np.ndarray, speed: float, forces: np.ndarray) -> np.ndarray:
-    """Return what probes show (2, n_probes) of unbalances per cos φ and sin φ in a slow turning, m.
-
-    Parameters
-    ----------
-    gains : SpatialGains
-        The structure.
-    probes : ndarray, shape (n_probes, n)
-        Displacements that probes read.
-    speed : float
-        Of the slow turning, rad/s.
-    forces : ndarray, shape (n, 2)
-        On the modes, per Ω² cos φ and Ω² sin φ.
-    """
+def _in_slow_roll(gains: SpatialGains, probes: np.ndarray, speed: float, forces: np.ndarray) -> np.ndarray:
+    """What probes show (2, n_probes) of unbalances per cos φ and sin φ at a slow speed, m; ``forces``: of `_forces`."""
     rotating = speed**2 * (forces[:, :1] - 1j * forces[:, 1:])  # the real part of this e^(iφ)
     still = dataclasses.replace(gains, spin=speed)
     moved = still.responses(probes, rotating, np.array([speed]))[0, :, 0]

@@ -197,7 +197,7 @@ def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:
     return moved
 
 
-def _mean_orbits(record: PreparedRecord, displacement: Any, run: np.ndarray) -> list[np.ndarray]:
+def _mean_orbits(record: PreparedRecord, displacement: np.ndarray, run: np.ndarray) -> list[np.ndarray]:
     """Mean of the last turns' orbits of each bushing, without run-out."""
     assert record.turning is not None
     moved = displacement - run_out_at(record.turning.angle, run)
