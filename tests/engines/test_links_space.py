@@ -368,3 +368,12 @@ def test_refusals() -> None:
         assert "\n" not in str(error.value)
     with pytest.raises(cm.ClearanceError, match=r"links engine does not tell.*use modal"):
         cm.energy_balance(SPACE, still(0.1), engine="links")
+
+
+def test_a_spring_beside_a_shaft_acts_in_space_as_in_the_plane() -> None:
+    """Stiff enough to raise the first frequency, and without it another motion."""
+    beside = TABLE1.replace(springs=(Spring(0.5, 3e4, damping=5.0),))
+    plane, space = (cm.simulate(beside.replace(motion=m), noise(0.5), engine="links") for m in ("planar", "spatial"))
+    close(space.acceleration, plane.acceleration, 1e-6)
+    without = cm.simulate(SPACE, noise(0.5), engine="links")
+    assert np.std(without.acceleration - space.acceleration) > 0.1 * np.std(space.acceleration)
