@@ -15,7 +15,13 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-"""How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN"""
+"""How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN.
+
+What they call is `inlined`, else the last bits of a result would depend on what else the process has compiled: a
+function that several compiled ones call has a copy in each, of which the one that was loaded first is taken.
+"""
+STRICT: dict[str, Any] = {"error_model": "numpy"}
+"""How loops are compiled whose functions call each other: all copies of one round alike"""
 
 _SHARED = [
     *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),

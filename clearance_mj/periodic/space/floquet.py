@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...clearance.pointers import OPTIONS, kernel_loop
+from ...clearance.pointers import STRICT, kernel_loop
 from .elements import INPUTS
 from .forces import RoundSlopes
 
 __all__ = ["round_monodromy"]
 
 
-@kernel_loop(**OPTIONS)
+@kernel_loop(**STRICT)
 def _remembered(
     slope: np.ndarray, memory: int, start: int, p: int, seen: np.ndarray, before: np.ndarray, state: np.ndarray,
     old: np.ndarray, push: np.ndarray,
@@ -45,7 +45,7 @@ def _remembered(
                 push[k - memory, c] += total
 
 
-@kernel_loop(**OPTIONS)
+@kernel_loop(**STRICT)
 def round_monodromy(
     flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.ndarray, slopes: RoundSlopes
 ) -> np.ndarray:
