@@ -20,26 +20,50 @@ def _options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="rig file (TOML) or folder of a model instead of the dataset's rig, as identified before",
     )
+    option(
+        "--follow",
+        nargs="+",
+        default=[],
+        metavar="RECORD",
+        help="names of later records: no gap is found from them; they are followed, with alarms where a rub begins, a "
+        "gap wears or oil thins",
+    )
 
 
 @command(
     "orbit-gaps", "find the clearances of a machine in operation from orbits alone: probes and keyphasor", _options,
-    out=Path("results/orbit_gaps"), out_help="folder for rig.toml, orbits.json and orbits.png (default: %(default)s)",
+    out=Path("results/orbit_gaps"), out_help="folder for rig.toml, orbits.json, orbits.png and, of each record that is "
+    "followed, followed_RECORD.json and .png (default: %(default)s)",
     writes=("rig.toml", "orbits.json", "orbits.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..identify import orbits
+    from ..core.errors import RecordError
+    from ..identify import follow_orbits, orbits
     from ..io.dataset import Dataset
     from ..model import Model
     from ..report.style import Drawing
 
     given = Model.load(options.rig).rig if options.rig else None
-    found = orbits(Dataset.load(options.records), given)
+    dataset = Dataset.load(options.records)
+    records = {r.name: r for r in (*dataset.identify, *dataset.orbits)}
+    if unknown := [name for name in options.follow if name not in records]:
+        raise RecordError(f"--follow {unknown[0]}: {options.records} has no such record; it has {', '.join(records)}")
+    later = [records.pop(name) for name in dict.fromkeys(options.follow)]
+    found = orbits(list(records.values()), given or dataset.rig)
     caption = f"Orbits in the bushings of rig “{found.rig.name}”, about the middle of the wall that they tell."
     Drawing("orbits", found.plot(), caption, caption).write(options.new)
     found.rig.save(options.new / "rig.toml")
     write_text(options.new / "orbits.json", to_json(found.to_dict() | {"provenance": provenance(options)}))
     for words in (*found.words(), *(f"warning: {each}" for each in found.warnings)):
         print(words)
+    followed = [follow_orbits(record, found) for record in later]
+    for twin in followed:
+        caption = f"Clearances along record “{twin.record}”, each value from what was measured by then."
+        Drawing(f"followed_{twin.record}", twin.plot(), caption, caption).write(options.new)
+        kept = twin.to_dict() | {"provenance": provenance(options)}
+        write_text(options.new / f"followed_{twin.record}.json", to_json(kept))
+        for said in twin.alarms or ("no alarm",):
+            print(f"{twin.record}: {said}")
     print(f"results: {options.out}")
-    return {"clearances": found.rows(), "out": str(options.out)}
+    alarms = {twin.record: [str(alarm) for alarm in twin.alarms] for twin in followed}
+    return {"clearances": found.rows(), "alarms": alarms, "out": str(options.out)}

@@ -105,24 +105,49 @@ def test_a_gap_that_is_never_met_is_not_seen_and_is_wider_than_the_motion():
     assert "not seen" in clearance.words
 
 
-def test_the_twin_sees_a_rub_within_seconds_of_its_onset(found):
-    """The record goes on with that of a narrower gap: its orbit of 13 µm meets a wall at 4 µm."""
-    seconds = 12.0
-    later = Spin(MIDDLE.speed, angle=MIDDLE.speed * seconds % (2 * np.pi))
-    before, after = recorded("a", rotor(), MIDDLE, seconds), recorded("a", rotor(4e-6), later, seconds)
+BEGINS = 12.0  # s, at which a rub begins
+
+
+@pytest.fixture(scope="module")
+def rub_begins():
+    """A record that goes on with that of a narrower gap: its orbit of 13 µm meets a wall at 4 µm."""
+    later = Spin(MIDDLE.speed, angle=MIDDLE.speed * BEGINS % (2 * np.pi))
+    before, after = recorded("a", rotor(), MIDDLE, BEGINS), recorded("a", rotor(4e-6), later, BEGINS)
     joined = [
         dataclasses.replace(c, value=np.concatenate((c.value, d.value)))
         for c, d in zip(before.channels, after.channels)
     ]
-    record = Record("on", "orbit", before.rig, FS, joined, "spin", spin=MIDDLE)
-    twin = cm.identify.follow_orbits(record, found)
+    return Record("on", "orbit", before.rig, FS, joined, "spin", spin=MIDDLE)
+
+
+def test_the_twin_sees_a_rub_within_seconds_of_its_onset(rub_begins, found):
+    twin = cm.identify.follow_orbits(rub_begins, found)
     rubs = [a for a in twin.alarms if a.quantity == "rub"]
     assert len(rubs) == 1
-    assert seconds < rubs[0].time < seconds + 3.0
+    assert BEGINS < rubs[0].time < BEGINS + 3.0
     assert "rubs since" in str(rubs[0])
-    quiet = cm.identify.follow_orbits(before, found)
+    gap, missed = twin.plot().axes
+    assert (gap.get_title(loc="left"), gap.get_ylabel()) == ("bushings[0]", "gap (µm)")
+    assert [text.get_text() for text in missed.texts] == [" rub"]
+    quiet = cm.identify.follow_orbits(recorded("a", rotor(), MIDDLE, BEGINS), found)
     assert not quiet.alarms
     assert quiet.value("bushings[0].gap")[-1] == pytest.approx(GAP, rel=0.05)
+
+
+def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path, monkeypatch, answer, refused):
+    """No gap is found from them; what is found from the others is known here."""
+    taken = []
+    monkeypatch.setattr(cm.identify, "orbits", lambda records, rig: taken.extend(r.name for r in records) or found)
+    later = dataclasses.replace(rub_begins, rig=rubbing[0].rig)
+    cm.write_dataset(tmp_path / "machine", rubbing[0].rig, [*rubbing, later])
+    told = answer("orbit-gaps", tmp_path / "machine", "--follow", "on", "--out", tmp_path / "out")
+    assert taken == ["slow", "middle", "run_up"]
+    assert told["clearances"][0]["gap"] == found.clearances[0].gap
+    assert [words.split("since")[0] for words in told["alarms"]["on"] if "rubs" in words]
+    written = sorted(p.name for p in (tmp_path / "out").glob("[!.]*"))
+    assert written == ["followed_on.json", "followed_on.png", "orbits.json", "orbits.png", "rig.toml"]
+    error = refused("orbit-gaps", tmp_path / "machine", "--follow", "off", "--out", tmp_path / "out")
+    assert "--follow off" in error and "has no such record; it has slow, middle, run_up, on" in error
 
 
 def test_bad_input_is_refused_in_one_line(rubbing, found):

@@ -80,7 +80,7 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
 
 
 def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
-    given = [*records.to_identify(), *records.orbits] if isinstance(records, Dataset) else list(records)
+    given = [*records.identify, *records.orbits] if isinstance(records, Dataset) else list(records)
     own = rig or (records.rig if isinstance(records, Dataset) else given[0].rig if given else None)
     if own is None:
         raise RecordError("there are no records; give some of a shaft that turns")

@@ -11,7 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,11 +26,16 @@ from .found import OrbitFit
 from .problem import LawProblem, places_of, real
 from .windows import LENGTH, Window, windows_of
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 __all__ = ["OrbitAlarm", "OrbitTwin", "follow_orbits"]
 
 HOP = 0.75  # s, from one window to the next
 WALK = {"gap": 2e-3, "viscosity": 5e-3}  # of their logarithms over a second, standard deviation
 WINDOW_STD, CHANGE_STD = 0.05, 0.5  # of a logarithm: how far a window may be off the last one, and after a change
+UNITS = {"gap": (1e6, "gap (µm)"), "viscosity": (1e3, "viscosity (mPa s)")}
 THRESHOLD, SIGNIFICANCE = {"gap": 0.03, "viscosity": 0.1}, 4.0
 """Relative changes that matter, and standard deviations beyond them from which on a change counts"""
 LEARNED = 6  # windows from which on it is known how much is missed in health
@@ -111,6 +116,41 @@ class OrbitTwin:
         """Return everything as plain data."""
         alarms = [vars(a) | {"words": str(a)} for a in self.alarms]
         return {"record": self.record, "windows": self.rows(), "alarms": alarms}
+
+    def plot(self) -> Figure:
+        """Draw what is tracked over time with its 95 % band, below what laws and rig miss; vertical lines: alarms."""
+        from ...core.drawing import COLOURS, canvas, tidy
+
+        n = len(self.names)
+        figure = canvas(1.9 * (n + 1))
+        *own, last = figure.subplots(n + 1, 1, sharex=True, squeeze=False)[:, 0]
+        for name, mean, std, axes in zip(self.names, self.mean.T, self.std.T, own):
+            bushing, _, quantity = name.partition(".")
+            factor, words = UNITS[quantity]
+            low, middle, high = (factor * np.exp(mean + k * std) for k in (-1.96, 0.0, 1.96))
+            axes.fill_between(self.time, low, high, color=COLOURS[0], alpha=0.25, lw=0, label="95 % band")
+            axes.plot(self.time, middle, color=COLOURS[0], label="most likely")
+            tidy(axes, bushing, words)
+            _mark(axes, [a for a in self.alarms if (f"bushings[{a.bushing}]", a.quantity) == (bushing, quantity)])
+            axes.legend(fontsize="small")
+        for j, missed in enumerate(self.missed.T):
+            last.plot(self.time, missed, color=COLOURS[j % len(COLOURS)], label=f"bushings[{j}]")
+        tidy(last, "What laws and rig do not explain", "over expected", "Time (s)")
+        _mark(last, [a for a in self.alarms if a.quantity == "rub"])
+        last.legend(fontsize="small")
+        return figure
+
+
+def _mark(axes: Axes, alarms: Sequence[OrbitAlarm]) -> None:
+    for alarm in alarms:
+        axes.axvline(alarm.time, color="#d55e00", lw=1.0)
+        axes.annotate(
+            f" {alarm.quantity}",
+            (alarm.time, 0.9),
+            xycoords=("data", "axes fraction"),
+            color="#d55e00",
+            fontsize="small",
+        )
 
 
 @checks_kinds
