@@ -52,6 +52,8 @@ def test_hits_and_rests_are_none(sound):
     decay = np.round(sound * np.exp(-3 * TIME) / 1e-3) * 1e-3
     assert describe_dropouts([decay, np.where(TIME < 2, 0.0, sound)], FS) == ["", ""]
     assert describe_dropouts([struck(sound), struck(sound[::-1])], FS) == ["", ""]
+    felt = np.where(TIME == 2056 / FS, 6 * sound.std(), sound[::-1])  # less than other impacts
+    assert describe_dropouts([struck(sound), np.where(TIME == 2.0, 20 * sound.std(), felt)], FS)[0] == ""
 
 
 def test_zero_of_a_probe(sound):

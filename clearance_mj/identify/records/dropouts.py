@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,7 +14,8 @@ HELD = 10  # equal samples in a row, from which on they are a dropout
 BEFORE = 20  # steps before a dropout, in which a signal that comes to rest would have calmed down
 ABRUPT = 10.0  # resolutions: steps before a dropout
 SPIKE = 12.0  # standard deviations by which one sample stands out of both its neighbours
-ONE_IMPACT = 0.05  # s, within which spikes of several channels are one impact
+SHARED = 4.0  # standard deviations by which a sample of another channel does so, too, where both feel an impact
+ONE_IMPACT = 0.05  # s, within which they feel it
 PARTS = 4  # of a record: the quietest shows the zero, the first and the last a drift
 DRIFT = 0.3  # of the gap, and of the motion: of a probe in another unit that is much larger
 OFFSET = 0.01, 0.2
@@ -22,15 +24,15 @@ OFFSET = 0.01, 0.2
 
 def describe_dropouts(signals: Sequence[np.ndarray] | np.ndarray, fs: float) -> list[str]:
     """Return of each channel (n_t,) of a record, in words, where it drops out or has a spike of its own; "" if not."""
-    spikes = [_spike(signal) for signal in signals]
-    alone = [
-        at and all(other is None or abs(at - other) > ONE_IMPACT * fs for other in spikes[:i] + spikes[i + 1 :])
-        for i, at in enumerate(spikes)
-    ]
-    return [
-        _dropout(signal, fs) or (f"has a spike of one sample at {(at or 0) / fs:.4g} s" if lone else "")
-        for signal, at, lone in zip(signals, spikes, alone)
-    ]
+    out = [_standing_out(signal) for signal in signals]
+    near = math.ceil(ONE_IMPACT * fs)
+    described = []
+    for i, (signal, own) in enumerate(zip(signals, out)):
+        at = int(np.argmax(own))
+        here = slice(max(0, at - near), at + near + 1)
+        lone = own[at] > SPIKE and all(other[here].max() < SHARED for other in out[:i] + out[i + 1 :])
+        described.append(_dropout(signal, fs) or (f"has a spike of one sample at {at / fs:.4g} s" if lone else ""))
+    return described
 
 
 def _dropout(signal: np.ndarray, fs: float) -> str:
@@ -48,14 +50,13 @@ def _dropout(signal: np.ndarray, fs: float) -> str:
     return ""
 
 
-def _spike(signal: np.ndarray) -> int | None:
-    """The sample that stands out of both its neighbours most, if by far."""
+def _standing_out(signal: np.ndarray) -> np.ndarray:
+    """By how much each sample (n_t,) stands out of both its neighbours, in standard deviations of the signal."""
     steps = np.diff(signal)
-    up, down = np.minimum(steps[:-1], -steps[1:]), np.minimum(-steps[:-1], steps[1:])
-    out, spread = np.maximum(up, down), float(np.std(signal))
-    at = int(np.argmax(out))
-    rest = np.delete(signal, at + 1)  # the spike itself makes the spread
-    return at + 1 if spread > 0 and out[at] > SPIKE * float(np.std(rest)) else None
+    out = np.zeros(signal.size)
+    out[1:-1] = np.maximum(np.minimum(steps[:-1], -steps[1:]), np.minimum(-steps[:-1], steps[1:]))
+    spread = float(np.std(np.delete(signal, int(np.argmax(out)))))  # the spike itself makes the spread
+    return out / spread if spread > 0 else np.zeros(signal.size)
 
 
 def zero_error(displacement: ArrayLike, gap: float) -> str:
