@@ -222,6 +222,21 @@ def test_a_mass_that_the_rig_file_forgets_is_found_in_space(tmp_path):
 
 
 @pytest.mark.slow
+def test_clearances_are_where_their_forces_act(tmp_path):
+    """On foreign physics: with couples as large as forces allow, one was found 12 mm away, at its prior's end."""
+    from experiments.benches.space.bench import make_bench
+    from experiments.benches.space.records import write_bench
+
+    bench = make_bench(49, "steering")
+    write_bench(bench, tmp_path, roles=("identify",), kinds=("base", "force"))
+    found = update_rig(Dataset.load(tmp_path), as_drawn=True).estimates
+    value, std = (dict(zip(found.names, of)) for of in (found.value, found.std))
+    for j, true in enumerate(bench.truth()["bushings"]):
+        name = f"bushings[{j}].position"
+        assert abs(value[name] - true["position"]) < 2 * std[name] < 4e-3
+
+
+@pytest.mark.slow
 def test_the_shipped_turning_rig():
     """Of foreign physics: gap within 3 %, offsets within 20 µm, viscosity within 5 %, intervals of 3 sigma hold."""
     from experiments.benches.space.shipped import shipped_bench

@@ -15,6 +15,7 @@ from ...estimate.problem import Linearised, Problem
 from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
+from .couples import WhiteLines, likeliest_share
 from .force_gains import Lines, displacement_at_ends, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
 from .priors import priors, rig_with
@@ -34,8 +35,10 @@ NOISE_BANDS = (20.0, 60.0, 130.0)  # Hz, between bands in which the noise is fou
 DIFFERENCE = 1e-3  # prior standard deviations, for difference quotients
 WORKERS = 2  # threads
 COUPLE = 0.5
-"""Of a force, RMS: half the difference of what acts at both ends of a clearance, and of what acts at its ends and in
-its middle, if these are independent and alike."""
+"""Of a force, RMS, at most: half the difference of what acts at both ends of a clearance, and of what acts at its ends
+and in its middle, if these are independent and alike."""
+COUPLES = COUPLE * np.array([0.0, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])  # that are compared for round clearances
+COMPARED_LINES = 300  # of each record, by which they are compared
 CHANNELWISE = (
     "gain",
     "position",
@@ -241,13 +244,24 @@ class RigFit:
         model = model_with(self.rig, values)
         middle, ends = model.at_bushings, displacement_at_ends(model)
         couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
-        gains = gains_at(model, values, self.probes, self.lines, couples)
-        for i, (g, f, noise) in enumerate(zip(gains, found, self.noise)):
+        coupled = []
+        for g, f, noise, s in zip(
+            gains_at(model, values, self.probes, self.lines, couples), found, self.noise, self.spectra
+        ):
             power = np.abs(f.forces[:, :-1, 0]) ** 2
-            power = scipy.ndimage.uniform_filter1d(power, self.spectra[i].force_bandwidth, axis=0)
-            moved = g[:, :, :-1] * COUPLE * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None]
-            covariance = np.eye(noise.shape[1]) + moved @ moved.conj().transpose(0, 2, 1)
+            power = scipy.ndimage.uniform_filter1d(power, s.force_bandwidth, axis=0)
+            coupled.append(g[:, :, :-1] * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None])
+        share = self._share_of_couples(at, coupled) if self.rig.is_spatial else COUPLE
+        for i, (moved, noise) in enumerate(zip(coupled, self.noise)):
+            covariance = np.eye(noise.shape[1]) + share**2 * moved @ moved.conj().transpose(0, 2, 1)
             self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]
+
+    def _share_of_couples(self, at: np.ndarray, coupled: Sequence[np.ndarray]) -> float:
+        lines = [
+            WhiteLines(gain / noise[:, :, None], s.measured / noise, moved, s.correlated_lines).thinned(COMPARED_LINES)
+            for gain, noise, s, moved in zip(self._gains(at), self.noise, self.spectra, coupled)
+        ]
+        return likeliest_share(lines, COUPLES, OUTLYING)
 
 
 def _acts_in_clearance(name: str) -> bool:

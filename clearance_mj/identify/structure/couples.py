@@ -1,0 +1,63 @@
+"""How large the couples are that forces in clearances bring along, from spectra: likeliest by a variance component.
+
+Unknown forces are fitted in every line. Whoever then takes couples to be larger than they are finds the clearances away
+from where their forces act: as far as the priors allow, with nothing missed in any channel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["WhiteLines", "likeliest_share"]
+
+
+class WhiteLines(NamedTuple):
+    """Spectral lines of a record over the standard deviation of each channel's noise."""
+
+    gains: np.ndarray  #: (n_f, n_channels, n_unknowns) of what is fitted in every line
+    measured: np.ndarray  #: (n_f, n_channels)
+    coupled: np.ndarray  #: (n_f, n_channels, n_couples) what couples as large as the forces would add
+    correlated: float  #: lines that count as one independent observation
+
+    def thinned(self, most: int) -> WhiteLines:
+        """Return every so many-th line, at most ``most``."""
+        some = slice(None, None, -(-len(self.gains) // most))
+        return WhiteLines(self.gains[some], self.measured[some], self.coupled[some], self.correlated)
+
+
+def likeliest_share(records: Sequence[WhiteLines], shares: np.ndarray, outlying: float) -> float:
+    """Return which of some shares of the forces acts as independent couples, by restricted likelihood.
+
+    That is the likelihood of what the fitted unknowns leave over (Patterson & Thompson, Biometrika 58, 1971): with the
+    covariance S of noise and couples, gains G and lines y, ln det S + ln det Gᴴ S⁻¹ G + yᴴ P y, where
+    P = S⁻¹ - S⁻¹ G (Gᴴ S⁻¹ G)⁻¹ Gᴴ S⁻¹.
+
+    Parameters
+    ----------
+    records : sequence of WhiteLines
+        Lines of all records.
+    shares : ndarray, shape (n,)
+        What is compared.
+    outlying : float
+        Standard deviations from which on a line counts less (Huber).
+    """
+    cost = np.zeros(len(shares))
+    for gains, measured, coupled, correlated in records:
+        both = np.concatenate((gains, measured[:, :, None]), axis=2)
+        products = coupled @ coupled.conj().transpose(0, 2, 1)
+        bound = outlying**2 * (gains.shape[1] - gains.shape[2])
+        for k, share in enumerate(shares):
+            covariance = np.eye(gains.shape[1]) + share**2 * products
+            inner = both.conj().transpose(0, 2, 1) @ np.linalg.solve(covariance, both)
+            of_gains = _log_det(inner[:, :-1, :-1])
+            left = np.exp(_log_det(inner) - of_gains)  # yᴴ P y, by the Schur complement
+            left = np.where(left > bound, 2 * np.sqrt(left * bound) - bound, left)
+            cost[k] += np.sum(left + _log_det(covariance) + of_gains) / correlated
+    return float(shares[int(np.argmin(cost))])
+
+
+def _log_det(matrices: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.slogdet(matrices)[1])
