@@ -75,6 +75,19 @@ def test_one_line_says_what_is_wrong(file: str, said: str, tmp_path: Path) -> No
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("length", "viscosity", "words"),
+    [
+        (0.0, 0.05, r"bushing.film needs the bushing's length: a short bearing carries with its cube"),
+        (0.01, 0.0, r"viscosity must be > 0, got 0 \(Pa s\)"),
+    ],
+)
+def test_a_film_that_builds_no_pressure_is_refused(length: float, viscosity: float, words: str) -> None:
+    film = {"viscosity": viscosity, "cavitated": True}
+    with pytest.raises(RigError, match=words):
+        cm.Bushing(0.5, 3e-4, length, cm.Grease(0.0), cm.Contact(1e4), film=film)  # type: ignore[arg-type]
+
+
 def test_a_film_is_thicker_than_its_asperities() -> None:
     film = {"viscosity": 0.05, "asperities": 3e-4}
     with pytest.raises(RigError, match=r"film.asperities 0.0003 m are as high as the gap 0.0003 m is wide"):
