@@ -18,7 +18,7 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 
 __all__ = [
-    "COLOURS", "FAINT", "FONT", "REPEAT", "TEST", "WIDTH", "canvas", "decibel", "envelope",
+    "ALARM", "COLOURS", "FAINT", "FONT", "REPEAT", "TEST", "WIDTH", "canvas", "decibel", "envelope",
     "key", "of_curves", "phase", "tidy",
 ]  # fmt: skip
 
@@ -27,6 +27,7 @@ FONT = 8  # pt
 TEST, REPEAT, FAINT = "#000000", "#8c8c8c", "#d9d9d9"
 COLOURS = ("#0072b2", "#d55e00", "#882255", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#6b4f2a")
 """of laws, bushings and whatever else is distinguished"""
+ALARM = COLOURS[1]
 COLUMNS = 1000  # of a history that are drawn: the lowest and the highest sample of each
 _COLOUR = re.compile(r"(stroke|fill): (#[0-9a-f]{6})")
 _MIXED = 70  # % of a line's colour in a notebook; the rest is the text's, so that dark ones show on dark pages

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..clearance.law import Law
+from ..core.drawing import ALARM
 from ..core.files import to_json, write_text
 from ..identify import Twin
 from ..io.dataset import Record
@@ -26,7 +27,6 @@ __all__ = ["draw", "write_twin"]
 
 SHOWN = {"gap": (1e3, "Gap (mm)"), "stiffness": (1e-3, "Stiffness (N/mm)"), "damping": (1.0, "Damping (N s/m)")}
 """factor to the unit on the axis, and its label"""
-ALARM = "#d55e00"
 
 
 def draw(found: Twin) -> Drawing:

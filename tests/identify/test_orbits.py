@@ -10,9 +10,11 @@ import pytest
 import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.errors import RecordError
+from clearance_mj.estimate import Parameter
+from clearance_mj.identify.in_operation.problem import law_parameters, places_of
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record
-from clearance_mj.rig import Spin, Unbalance
+from clearance_mj.rig import OilFilm, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 FS = 1024.0
@@ -103,6 +105,21 @@ def test_a_gap_that_is_never_met_is_not_seen_and_is_wider_than_the_motion():
     assert 0 < clearance.at_least < GAP
     assert clearance.interval == (clearance.at_least, np.inf)
     assert "not seen" in clearance.words
+
+
+def test_without_contact_oil_alone_knows_where_the_wall_is():
+    """Neither a hole's roundness nor friction shows then; a dry bushing shows its damper and the force at rest."""
+    oil = dataclasses.replace(rotor().bushings[0], length=0.02, film=OilFilm(0.05), grease=Grease(0.0))
+    left = {}
+    for name, bushing in (("dry", rotor().bushings[0]), ("oil", oil)):
+        (place,) = places_of(rotor().replace(bushings=(bushing,)))
+        gap = Parameter("bushings[0].gap", "m", GAP, GAP / 2, 2 * GAP, 0.2)
+        both = (law_parameters(place, [gap], (0.0, 0.0), True, 1.0, touching) for touching in (False, True))
+        left[name], all_ = ({p.name.partition("].")[2] for p in found} for found in both)
+        assert all_ > left[name] | {"contact stiffness", "friction", "out_of_round_y", "out_of_round_yz"}
+    at_rest = {"force at rest y", "force at rest z"}
+    assert left["oil"] == {"gap", "rest_y", "rest_z", "grease viscosity"} | at_rest
+    assert not {"gap", "rest_y", "contact stiffness", "friction"} & left["dry"] and left["dry"] > at_rest
 
 
 BEGINS = 12.0  # s, at which a rub begins

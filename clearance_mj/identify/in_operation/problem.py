@@ -18,12 +18,12 @@ from ...estimate import Parameter, Problem, UnknownScale
 from ...estimate.problem import Linearised
 from ...rig import Bushing, Friction, Rig
 from ...rig.dimensions import shaft_radius
-from ..laws.round_fit import parameters_of
+from ..laws.round_fit import HOLE, parameters_of
 from ..laws.round_motion import WIDE, RoundCase, forces_along
 from .forces import Forces, run_out
 from .windows import Window
 
-__all__ = ["LawProblem", "Place", "law_parameters", "places_of"]
+__all__ = ["LawProblem", "Place", "acts_without_contact", "law_parameters", "places_of"]
 
 KEPT_MOTIONS = 4  # of probes' gains and turns
 STEP = 1e-3  # coordinates, of differences
@@ -71,16 +71,20 @@ def law_parameters(
     """
     own = f"bushings[{place.number}]"
     shape = parameters_of(SimpleNamespace(number=place.number, nominal=place.nominal, turns=turns), priors, rest)  # type: ignore[arg-type]
-    contact = place.contact.parameters(place.nominal)
-    if not touching:
-        contact = []
-        oil = place.filling.round_only
-        shape = [p for p in shape if oil and not p.name.endswith("friction") and "wider" not in p.name]
-    law = [*contact, *_filling(place)]
+    law = [*place.contact.parameters(place.nominal), *_filling(place)]
     held = [
         Parameter(f"{own}.force at rest {axis}", "N", 0.0, -50 * weight, 50 * weight, weight, "linear") for axis in "yz"
     ]
-    return [*shape, *(dataclasses.replace(p, name=f"{own}.{p.name}") for p in law), *held]
+    found = [*shape, *(dataclasses.replace(p, name=f"{own}.{p.name}") for p in law), *held]
+    return found if touching else [p for p in found if acts_without_contact(p.name, place.filling)]
+
+
+def acts_without_contact(name: str, filling: FillingFamily) -> bool:
+    """Return whether a parameter of a law acts on a shaft that touches no wall; oil knows where the wall is."""
+    field = name.rpartition("].")[2]
+    if field in HOLE or field.startswith(("contact ", "friction")):
+        return False
+    return filling.round_only or field not in ("gap", "rest_y", "rest_z")
 
 
 def _filling(place: Place) -> list[Parameter]:
@@ -229,8 +233,8 @@ class LawProblem(Problem):
         else:
             bushing = dataclasses.replace(bushing, gap=WIDE * gap)
         middle = known.get(f"{own}.rest_y", 0.0), known.get(f"{own}.rest_z", 0.0)
-        oval = known.get(f"{own}.out_of_round_y", 0.0), known.get(f"{own}.out_of_round_yz", 0.0)
-        return RoundCase(bushing, ContactLaw(contact, filling), middle, oval)
+        across, slanted = (known.get(f"{own}.{name}", 0.0) for name in HOLE)
+        return RoundCase(bushing, ContactLaw(contact, filling), middle, (across, slanted))
 
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from ..follow.changes import Changes, fused, observed
 from ..records.prepared import prepared
 from .forces import ForceMaker, forces_in
 from .found import OrbitFit
-from .problem import LawProblem, places_of, real
+from .problem import LawProblem, acts_without_contact, places_of, real
 from .windows import LENGTH, Window, windows_of
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ __all__ = ["OrbitAlarm", "OrbitTwin", "follow_orbits"]
 HOP = 0.75  # s, from one window to the next
 WALK = {"gap": 2e-3, "viscosity": 5e-3}  # of their logarithms over a second, standard deviation
 WINDOW_STD, CHANGE_STD = 0.05, 0.5  # of a logarithm: how far a window may be off the last one, and after a change
-UNITS = {"gap": (1e6, "gap (µm)"), "viscosity": (1e3, "viscosity (mPa s)")}
+UNITS = {"gap": (1e6, "µm"), "viscosity": (1e3, "mPa s")}  # as shown
 THRESHOLD, SIGNIFICANCE = {"gap": 0.03, "viscosity": 0.1}, 4.0
 """Relative changes that matter, and standard deviations beyond them from which on a change counts"""
 LEARNED = 6  # windows from which on it is known how much is missed in health
@@ -65,7 +65,7 @@ class OrbitAlarm:
     def __str__(self) -> str:
         if self.quantity == "rub":
             return f"{self.time:.4g} s: bushings[{self.bushing}] rubs since {self.since:.4g} s, with {self.after:.3g} N"
-        scale, unit = (1e6, "µm") if self.quantity == "gap" else (1e3, "mPa s")
+        scale, unit = UNITS[self.quantity]
         return (
             f"{self.time:.4g} s: {self.quantity} of bushings[{self.bushing}] changed by "
             f"{100 * (self.after / self.before - 1):+.1f} % since {self.since:.4g} s, "
@@ -126,11 +126,11 @@ class OrbitTwin:
         *own, last = figure.subplots(n + 1, 1, sharex=True, squeeze=False)[:, 0]
         for name, mean, std, axes in zip(self.names, self.mean.T, self.std.T, own):
             bushing, _, quantity = name.partition(".")
-            factor, words = UNITS[quantity]
+            factor, unit = UNITS[quantity]
             low, middle, high = (factor * np.exp(mean + k * std) for k in (-1.96, 0.0, 1.96))
             axes.fill_between(self.time, low, high, color=COLOURS[0], alpha=0.25, lw=0, label="95 % band")
             axes.plot(self.time, middle, color=COLOURS[0], label="most likely")
-            tidy(axes, bushing, words)
+            tidy(axes, bushing, f"{quantity} ({unit})")
             _mark(axes, [a for a in self.alarms if (f"bushings[{a.bushing}]", a.quantity) == (bushing, quantity)])
             axes.legend(fontsize="small")
         for j, missed in enumerate(self.missed.T):
@@ -142,13 +142,15 @@ class OrbitTwin:
 
 
 def _mark(axes: Axes, alarms: Sequence[OrbitAlarm]) -> None:
+    from ...core.drawing import ALARM
+
     for alarm in alarms:
-        axes.axvline(alarm.time, color="#d55e00", lw=1.0)
+        axes.axvline(alarm.time, color=ALARM, lw=1.0)
         axes.annotate(
             f" {alarm.quantity}",
             (alarm.time, 0.9),
             xycoords=("data", "axes fraction"),
-            color="#d55e00",
+            color=ALARM,
             fontsize="small",
         )
 
@@ -237,7 +239,8 @@ class OrbitFollower:
         forces = forces_in(
             self.found.drawn, [window], self.uncertain, self.values, self.found.bands, maker=self.maker
         )  # fmt: skip
-        law = [p for p in self.own if self.touching or p.name in self._without_contact()]
+        filling = self.places[0].filling
+        law = [p for p in self.own if self.touching or acts_without_contact(p.name, filling)]
         problem = LawProblem(forces, self.places, law, self.touching)
         base = np.array([self.values[name] for name in problem.names])
         at = [problem.names.index(name) for name in self.names]
@@ -257,14 +260,6 @@ class OrbitFollower:
         peaks = np.abs(left).max(axis=(0, 2))
         alarms += self._rubs(np.array([missed, peaks]), forces.over_time(), end)
         return end, self.belief.mean, self.belief.std, missed, alarms
-
-    def _without_contact(self) -> set[str]:
-        words = (".contact ", ".friction", ".wider")
-        return {
-            p.name for p in self.own
-            if not any(w in p.name for w in words)
-            and (self.places[0].filling.round_only or not p.name.endswith((".gap", ".rest_y", ".rest_z")))
-        }  # fmt: skip
 
     def _refined(self, misses: Any, end: float) -> tuple[np.ndarray, list[OrbitAlarm]]:
         """Refine the belief; return what the window alone has found, and alarms."""

@@ -26,7 +26,7 @@ from ..records.prepared import PreparedRecord
 from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
 from .comparison import WORKERS, FamilyFit, weighted
-from .round_fit import RoundFit, fit_round, parameters_of, spread_by_rig
+from .round_fit import HOLE, RoundFit, fit_round, parameters_of, spread_by_rig
 from .round_motion import RoundMotion, forces_along
 
 __all__ = ["compare_round_families", "rests_of"]
@@ -209,7 +209,7 @@ def along_valley(fit: RoundFit, motion: RoundMotion, parameters: Sequence[Parame
                 return fit
             y, z = (rest * (size + farther) / size).tolist()
             moved = {f"{own}.gap": step * gap, f"{own}.rest_y": y, f"{own}.rest_z": z}
-            round_hole = {f"{own}.out_of_round_y": 0.0, f"{own}.out_of_round_yz": 0.0}
+            round_hole = {f"{own}.{name}": 0.0 for name in HOLE}
             other = fit_round(motion, parameters, fit.contact, fit.filling, [fit.values | moved | round_hole])
             if other.misfit > (1 - LOWER) * fit.misfit:
                 break

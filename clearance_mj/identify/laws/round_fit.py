@@ -18,9 +18,10 @@ from ...rig import Bushing, Friction
 from .force_fit import MAX_CORRELATION_LENGTH, MAX_RESIDUAL, STOP, ForceFit
 from .round_motion import RoundCase, RoundMotion
 
-__all__ = ["RoundFit", "fit_round", "parameters_of", "placed", "spread_by_rig"]
+__all__ = ["HOLE", "RoundFit", "fit_round", "parameters_of", "placed", "spread_by_rig"]
 
-OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both numbers of a hole that is not quite round
+HOLE = "out_of_round_y", "out_of_round_yz"  # names of both numbers of a hole that is not quite round
+OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both of these
 REPEATED = 0.2  # s, of both directions: so much of a motion counts as one observation in intervals, at least
 REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
 FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
@@ -99,7 +100,7 @@ def parameters_of(motion: RoundMotion, priors: Sequence[Parameter], rest: tuple[
     found = [dataclasses.replace(gap, name=f"{own}.gap")] if gap else []
     for axis, start in zip("yz", rest):
         found.append(Parameter(f"{own}.rest_{axis}", "m", start, -3 * wide, 3 * wide, REST * wide, "linear"))
-    for name in ("out_of_round_y", "out_of_round_yz"):
+    for name in HOLE:
         most = 5 * OUT_OF_ROUND * wide
         found.append(Parameter(f"{own}.{name}", "m", 0.0, -most, most, OUT_OF_ROUND * wide, "linear"))
     friction = known.get(f"{own}.friction.coefficient")
@@ -192,5 +193,5 @@ def _case(
     if bushing.film and isinstance(law.grease[0], OilBearing):
         film = dataclasses.replace(bushing.film, viscosity=law.grease[0].viscosity)
         bushing = dataclasses.replace(bushing, film=film)
-    rest = known.get("rest_y", 0.0), known.get("rest_z", 0.0)
-    return RoundCase(bushing, law, rest, (known.get("out_of_round_y", 0.0), known.get("out_of_round_yz", 0.0)))
+    rest, hole = ((known.get(a, 0.0), known.get(b, 0.0)) for a, b in (("rest_y", "rest_z"), HOLE))
+    return RoundCase(bushing, law, rest, hole)

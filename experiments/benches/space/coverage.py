@@ -226,7 +226,8 @@ def summary(rows: pd.DataFrame) -> str:
                  for v in (error.median(), error.max()))  # fmt: skip
         held = f"{100 * of['held'].mean():.0f}" if "held" in of and of["held"].notna().any() else ""
         number = f"{len(of)}" if len(of) == len(all_) else f"{len(of)} of {len(all_)}"
-        lines.append(f"| {what} | {number} | {' | '.join(shown)} | {100 * (error <= target).mean():.0f} | {held} |")
+        met = f"{100 * (error <= target).mean():.0f}" if target == target else ""
+        lines.append(f"| {what} | {number} | {' | '.join(shown)} | {met} | {held} |")
     return "\n".join(lines) + "\n"
 
 
