@@ -112,7 +112,7 @@ def with_housings(modes: Modes, housings: Sequence[Oscillator]) -> tuple[Modes, 
         return modes, np.zeros((0, modes.omega.size))
     root = np.sqrt([h.mass for h in housings])
     extended = Modes(
-        modes.mesh, _widened(modes.shape, root.size),
+        modes.mesh, modes.sheared, _widened(modes.shape, root.size),
         np.concatenate((modes.omega, [2 * math.pi * h.frequency for h in housings])),
         np.concatenate((modes.damping, [h.ratio for h in housings])), np.concatenate((modes.participation, root)),
         _widened(modes.slopes, root.size),
