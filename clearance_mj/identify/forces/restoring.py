@@ -229,12 +229,11 @@ def _solve(
     sigma = NOISE * rms
     for _ in range(REWEIGHTINGS):
         weighted = gains / sigma[None, :, None]
-        normal = np.einsum("fci,fcj->fij", weighted.conj(), weighted)
-        inverse = np.linalg.inv(normal)
-        right = np.einsum("fci,fc->fi", weighted.conj(), spectrum / sigma)
-        theta = np.einsum("fij,fj->fi", inverse, right)
-        left = np.abs(spectrum - np.einsum("fci,fi->fc", gains, theta)) ** 2
-        leverage = np.einsum("fci,fij,fcj->fc", weighted, inverse, weighted.conj()).real
+        adjoint = weighted.conj().swapaxes(1, 2)
+        inverse = np.linalg.inv(adjoint @ weighted)
+        theta = (inverse @ (adjoint @ (spectrum / sigma)[:, :, None]))[:, :, 0]
+        left = np.abs(spectrum - (gains @ theta[:, :, None])[:, :, 0]) ** 2
+        leverage = np.sum((weighted @ inverse) * weighted.conj(), axis=2).real
         variance = left.sum(axis=0) / (rows * np.maximum(1 - leverage, 0).sum(axis=0) + 1e-300)
         sigma = np.maximum(np.sqrt(variance), QUIETEST * rms)
     return sigma, theta, inverse

@@ -15,7 +15,7 @@ MIN_PERIODS = 4  # whole periods of the slowest line in a record
 FADE = 0.5  # s, cosine flanks at both ends of a record; longer ones pass for damping of modes that ring for seconds
 END_LEVEL = 0.25
 """Of a signal at the record's end, by the imaginary part of its frequencies (Wilcox, Int. J. Control 27, 1978)."""
-MAX_LINES = 3000  # of a record
+MAX_LINES = 3000  # of a record, shared by the planes in which its channels are
 CORRELATED_LINES = 10.0  # adjacent spectral lines counted as one independent observation
 FORCE_BANDWIDTH = 50.0
 """Hz, over which the size of a force is a mean: what impacts do is broad, and follows no single resonance."""
@@ -37,7 +37,7 @@ class ChannelSpectra:
         self.tested = record.tested
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
-        found = complex_spectra(record.signals, fs, band, MAX_LINES)
+        found = complex_spectra(record.signals, fs, band, MAX_LINES // record.rig.n_coordinates)
         self.level = rms(found[1])
         """(n_channels,) RMS, with the lines near the turns"""
         kept = record.away_from_turns(found[0])
