@@ -45,7 +45,7 @@ for _module in (
         "modes",
     ),
     *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map"),
-    *("campbell", "orbits", "orbit_gaps", "running_clearance", "vehicle"),
+    *("campbell", "orbits", "orbit_gaps", "running_clearance", "drive", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)
 

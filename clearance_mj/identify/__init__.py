@@ -1,5 +1,6 @@
 """Identification of the clearance from test records."""
 
+from ..drives.fit import DriveFit, fit_drive
 from ..joints.hysteresis import bouc_wen
 from ..joints.jointed_mode import ForcedCurve, fit_jointed_mode
 from ..joints.jointed_structure import JointedStructure, fit_jointed_structure
@@ -27,6 +28,7 @@ __all__ = [
     "Alarm",
     "BenchFit",
     "Diagnosis",
+    "DriveFit",
     "FamilyFit",
     "ForcedCurve",
     "Identified",
@@ -40,6 +42,7 @@ __all__ = [
     "decay",
     "diagnose",
     "fit_bench",
+    "fit_drive",
     "fit_jointed_mode",
     "fit_jointed_structure",
     "fitted_model",

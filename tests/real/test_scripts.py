@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from experiments.real import brb, cantilever, damper, dropbear, f16
+from experiments.real import brb, cantilever, damper, dropbear, f16, surgical_tool
 
 from ..processes import run
 
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever, f16])
+@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever, f16, surgical_tool])
 def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path / "nowhere"))
     with pytest.raises(SystemExit) as stopped:
@@ -22,7 +22,7 @@ def test_without_the_data(script, tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever, f16])
+@pytest.mark.parametrize("script", [brb, dropbear, damper, cantilever, f16, surgical_tool])
 def test_folder_without_the_files(script, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CLEARANCE_REAL_DATA", str(tmp_path))
     with pytest.raises(SystemExit) as stopped:

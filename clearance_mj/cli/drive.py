@@ -1,0 +1,63 @@
+"""clearance-mj drive: lost motion, stiffness and friction of a drive from logs of its two ends."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from ..core.files import to_json, write_text
+from .command import command, provenance
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    option("runs", nargs="+", type=Path, metavar="RUN", help="logs (CSV, also compressed) of both ends, with reversals")
+    option(
+        "--column", action="append", default=[], metavar="WHAT=COLUMN",
+        help="column of time (s), motor_angle, motor_torque, load_angle or load_torque (rad, N m), such as "
+        "motor_torque=-tau with a minus sign where it counts the other way round; may be repeated",
+    )  # fmt: skip
+    option(
+        "--predict", nargs="+", type=Path, default=[], metavar="RUN",
+        help="logs that no drive is found from: their load's end is predicted from the motor's",
+    )  # fmt: skip
+
+
+@command(
+    "drive", "find the lost motion, stiffness and friction of a drive from logs of its two ends", _options,
+    out=Path("results/drive"), out_help="folder for drive.json and drive.png (default: %(default)s)",
+    writes=("drive.json", "drive.png"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.errors import ClearanceError
+    from ..drives import DriveRecord, fit_drive
+    from ..drives.diagram import draw_runs
+    from ..report.style import Drawing
+
+    columns = {}
+    for pair in options.column:
+        what, equals, column = pair.partition("=")
+        if not (what and equals and column):
+            raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
+        columns[what.strip()] = column.strip()
+    found = fit_drive([DriveRecord.read_csv(path, columns) for path in options.runs], progress=not options.quiet)
+    told = [DriveRecord.read_csv(path, columns) for path in options.predict]
+    errors = [
+        {"run": r.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
+        for r in told if r.both_ends for angle, torque in (found.drive.errors(r),)
+    ]  # fmt: skip
+    shown = told or [DriveRecord.read_csv(path, columns) for path in options.runs]
+    caption = "The load's end of a drive, as measured and as it follows from the motor's end."
+    Drawing("drive", draw_runs(shown, found.drive), caption, caption).write(options.new)
+    data = found.to_dict() | {"predicted": errors}
+    write_text(options.new / "drive.json", to_json(data | {"provenance": provenance(options)}))
+    for name, value in data["table"].items():
+        print(f"{name}: {value:.4g}")
+    for words in found.not_told:
+        print(words)
+    for row in errors:
+        print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
+    print(f"results: {options.out}")
+    return {"table": data["table"], "predicted": errors, "not_told": data["not_told"], "out": str(options.out)}

@@ -1,0 +1,314 @@
+"""A drive found from runs that measured both of its ends: a chain of parts, each accepted by its evidence."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from tqdm import tqdm
+
+from ..core.errors import RecordError
+from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, log_evidence, solve
+from .drive import Drive, PreslidingFriction, Strand
+from .record import DriveRecord
+
+__all__ = ["PARTS", "DriveFit", "fit_drive"]
+
+POINTS = 1000  # of a run, means over its samples
+BLOCKS = 4  # of a run, within which errors may be correlated
+EVIDENCE = 5.0  # by which a part must raise the logarithm of the evidence
+MOST = 20  # parameters
+FAR = 5.0  # of the errors' RMS, from which on they count less than by their squares
+STARTS = (0.2, 0.5), (1.0, 3.0), (4.0, 0.5)  # of friction's sizes, where searches begin
+STOP = Stop(steps=40)
+LOST = 0.9  # of a prior standard deviation: a parameter that is not better known than this is not told by the runs
+
+PARTS: dict[str, tuple[str, ...]] = {
+    "second strand": ("second coulomb", "second share"),
+    "damping": ("damping",),
+    "inertia": ("inertia",),
+    "entrance compliance": ("entrance compliance",),
+    "growing compliance": ("compliance growth",),
+    "backlash": ("backlash", "backlash torque"),
+    "curvature": ("curvature",),
+}
+"""What a drive may have beside ratio, compliance, play, a spring and friction, and the parameters of each"""
+
+ADVICE = {
+    "inertia": "a faster motion would tell it",
+    "damping": "motions of clearly different speed would tell it",
+    "capstan": "reversals under loads of different size would tell it",
+    "coulomb": "a reversal with hardly any load would tell it",
+    "compliance": "a locked output, or loads of different size at one angle, would tell it",
+    "efficiency": "a torque sensor at the load that is calibrated would tell it",
+    "stiffness": "a slow ramp over the whole range without load would tell it",
+}
+"""Which motion would tell a parameter that runs do not"""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveFit:
+    """A drive as runs have it."""
+
+    drive: Drive
+    """with the values that were found"""
+    estimates: Estimates
+    """of every number that was fitted"""
+    parts: tuple[str, ...]
+    """that were accepted, of `PARTS`, in that order"""
+    gains: tuple[float, ...]
+    """by which each raised the logarithm of the evidence"""
+    runs: tuple[str, ...]
+    """names of the runs that it was found from"""
+    largest_torque: float
+    """N m of the load, in these"""
+
+    @property
+    def not_told(self) -> tuple[str, ...]:
+        """What the runs do not tell, in words, and which motion would."""
+        found = []
+        for p, std in zip(self.estimates.parameters, self.estimates.varied_std):
+            if p.has_prior and std > LOST * p.prior_std:
+                advice = next((words for name, words in ADVICE.items() if name in p.name), "")
+                found.append(f"{p.name} is not told by these runs" + (f"; {advice}" if advice else ""))
+        return tuple(found)
+
+    def table(self) -> dict[str, float]:
+        """Return what a catalogue of gears says, seen at the load's end.
+
+        Lost motion and hysteresis are those of the load's angle with the motor held, at 3 % of the largest torque and
+        at none; "lost in reversals" is what the load loses when the motor turns back without a load.
+        """
+        d, most = self.drive, self.largest_torque
+        torque, angle = d.hysteresis(most)
+        rising = np.gradient(torque) > 0
+        widths = []
+        for level in (0.03 * most, 0.0):
+            ends = [np.interp(sign * level, *_branch(torque, angle, rising)) for sign in (1, -1)]
+            widths.append(abs(ends[1] - ends[0]))
+        half, full = (np.interp(share * most, *_branch(torque, angle, rising)) for share in (0.5, 1.0))
+        coulomb = sum(s.share * s.coulomb for s in d.strands) * d.efficiency / abs(d.ratio)
+        return {
+            "ratio": d.ratio,
+            "lost motion at 3 % of the torque, rad": widths[0],
+            "lost in reversals, rad": 2 * abs(d.ratio) * d.friction.lost_motion,
+            "stiffness from half to full torque, N m/rad": 0.5 * most / abs(full - half),
+            "friction without load, N m": coulomb,
+            "efficiency of driving": d.efficiency * math.exp(-d.capstan),
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, SI units."""
+        return {
+            "drive": dataclasses.asdict(self.drive), "parts": dict(zip(self.parts, self.gains)),
+            "estimates": self.estimates.rows(), "runs": list(self.runs),
+            "table": {name: float(value) for name, value in self.table().items()}, "not_told": list(self.not_told),
+        }  # fmt: skip
+
+
+def fit_drive(
+    records: Sequence[DriveRecord], parts: Sequence[str] | None = None, most: int = MOST, progress: bool = False
+) -> DriveFit:
+    """Find the drive that runs of both of its ends show.
+
+    It begins as a ratio with elasticity and friction in its transmission. Parts are added one after another, that
+    first whose evidence is largest, while one is worth more than it costs.
+
+    Parameters
+    ----------
+    records : sequence of DriveRecord
+        Runs of both ends, with reversals.
+    parts : sequence of str, optional
+        Of `PARTS`, that it has; by default those that the evidence is for.
+    most : int
+        Number of parameters at most.
+    progress : bool
+        Show progress bars.
+
+    Raises
+    ------
+    RecordError
+        For runs of one end alone, without reversals, or none.
+    """
+    _require(records)
+    if parts and (unknown := set(parts) - set(PARTS)):
+        raise RecordError(f'part "{min(unknown)}" is unknown; known: {", ".join(PARTS)}')
+    search = _Search([record.thinned(POINTS) for record in records])
+    kept, gains = list(parts or ()), [math.nan] * len(parts or ())
+    found = search.begun()
+    with tqdm(desc="parts of the drive", unit="fit", disable=not progress) as bar:
+        while parts is None:
+            search.rescale(found, kept)
+            begun = search.named(found)
+            found, tried = search.fitted(kept, begun), {}
+            for part in PARTS:
+                if part not in kept and found.problem.size + len(PARTS[part]) <= most:
+                    tried[part] = search.fitted((*kept, part), begun)
+                    bar.update()
+            if not tried:
+                break
+            # Errors of the nearest fit say how many of them are one observation, for all.
+            divisor = min(tried.values(), key=lambda fit: fit.cost * fit.loss.divisor).loss.divisor
+            best = max(tried, key=lambda part: _evidence(tried[part], divisor))
+            gain = _evidence(tried[best], divisor) - _evidence(found, divisor)
+            if gain < EVIDENCE:
+                break
+            found = tried[best]
+            kept.append(best)
+            gains.append(gain)
+    search.rescale(found, kept)
+    found = search.fitted(kept, search.named(found))
+    largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
+    return DriveFit(
+        made(search.named(found)), found.estimates(found.covariance), tuple(kept), tuple(gains),
+        tuple(record.name for record in records), largest,
+    )  # fmt: skip
+
+
+def made(values: Mapping[str, float]) -> Drive:
+    """Return the drive of values by name.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        As `DriveFit.estimates` names them.
+    """
+    has = values.get
+    second = has("second share", 0.0)
+    strands = [Strand(1 - second, values["coulomb"])]
+    if second:
+        strands.append(Strand(second, values["second coulomb"]))
+    friction = PreslidingFriction(values["width"], values["friction"], values["lost motion"])
+    return Drive(
+        values["ratio"], values["zero"], values["compliance"], tuple(strands), values["capstan"], values["efficiency"],
+        values["torque zero"], values["stiffness"], has("damping", 0.0), has("inertia", 0.0), friction,
+        has("entrance compliance", 0.0), has("compliance growth", 0.0),
+        has("backlash", 0.0), has("backlash torque", 1.0), has("curvature", 0.0),
+    )  # fmt: skip
+
+
+class _Search:
+    """Fits of drives with different parts to the same runs."""
+
+    def __init__(self, records: Sequence[DriveRecord]) -> None:
+        self.records = records
+        x, torque, angle, load = (
+            np.concatenate([getattr(record, name) for record in records])
+            for name in ("motor_angle", "motor_torque", "load_angle", "load_torque")
+        )
+        ratio, zero = np.polyfit(x, angle, 1)
+        self.errors = np.array([np.std(angle - ratio * x - zero), np.std(load)])
+        """rad and N m, RMS that is expected of the load's angle and torque"""
+        self.known = {p.name: p for p in _parameters(float(ratio), float(zero), x, torque, load)}
+        sizes = [record.motor_angle.size for record in records for _ in range(2)]
+        self.blocks = np.concatenate(
+            [first + np.arange(BLOCKS) * size // BLOCKS for first, size in zip(np.cumsum([0, *sizes]), sizes)]
+        )
+
+    def begun(self) -> Solution:
+        """Fit what all drives have, from several sizes of its friction."""
+        coulomb, capstan = self.known["coulomb"].start, self.known["capstan"].start
+        starts = [{"coulomb": c * coulomb, "capstan": m * capstan} for c, m in STARTS]
+        return min((self.fitted((), start) for start in starts), key=lambda fit: fit.cost * fit.loss.divisor)
+
+    def fitted(self, parts: Sequence[str], begun: Mapping[str, float]) -> Solution:
+        """Fit a drive with parts, from values by name."""
+        optional = {name for names in PARTS.values() for name in names}
+        wanted = {name for part in parts for name in PARTS[part]}
+        parameters = [p for name, p in self.known.items() if name in wanted or name not in optional]
+        names = [p.name for p in parameters]
+
+        def residuals(values: np.ndarray) -> np.ndarray:
+            return np.array([self.residuals(made(dict(zip(names, row)))) for row in values.tolist()])
+
+        problem = Problem(parameters, residuals, loss=UnknownScale(self.blocks, POINTS), lanes=False)
+        return solve(problem, [problem.at(begun)], stop=STOP)
+
+    def residuals(self, drive: Drive) -> np.ndarray:
+        """Errors (n,) of angle and torque, run by run."""
+        rows = []
+        for record in self.records:
+            for measured, told, size in zip((record.load_angle, record.load_torque), drive.follow(record), self.errors):
+                rows.append((told - measured) / (FAR * size))
+        return np.concatenate(rows)
+
+    def rescale(self, found: Solution, parts: Sequence[str]) -> None:
+        """Take the errors of a fit for those that are expected."""
+        drive = made(self.named(found))
+        self.errors = np.sqrt(np.mean(np.square([drive.errors(record) for record in self.records]), axis=0))
+
+    @staticmethod
+    def named(found: Solution) -> dict[str, float]:
+        return dict(zip((p.name for p in found.problem.parameters), found.values.tolist()))
+
+
+def _evidence(found: Solution, divisor: float) -> float:
+    loss = dataclasses.replace(cast(UnknownScale, found.loss), correlated=divisor)
+    return log_evidence(float(loss.cost(found.residuals[None])[0]), found.at, found.information / divisor)
+
+
+def _parameters(ratio: float, zero: float, x: np.ndarray, torque: np.ndarray, load: np.ndarray) -> list[Parameter]:
+    """All numbers that a drive may have; sizes are those of the runs."""
+    way, moment, most = float(np.ptp(x)), float(np.ptp(torque)), float(np.ptp(load))
+    efficiency = min(2.0, max(0.05, most * abs(ratio) / moment))
+    gives = 0.1 * way / moment
+    wide = 10 * moment
+
+    def positive(name: str, unit: str, start: float, factor: float) -> Parameter:
+        return Parameter(name, unit, start, start / factor**4, start * factor**4, math.log(factor))
+
+    def free(
+        name: str, unit: str, start: float, std: float, low: float = -math.inf, high: float = math.inf
+    ) -> Parameter:
+        return Parameter(name, unit, start, max(low, start - 6 * std), min(high, start + 6 * std), std, "linear")
+
+    return [
+        free("ratio", "", ratio, 0.2 * abs(ratio)),
+        free("zero", "rad", zero, 0.2 * way * abs(ratio)),
+        free("compliance", "rad/(N m)", gives, 2 * gives, 0.0),
+        positive("coulomb", "N m", 0.1 * moment, 4.0),
+        free("capstan", "", 0.1, 0.2, 0.0, 3.0),
+        positive("efficiency", "", efficiency, 1.5),
+        free("torque zero", "N m", float(np.mean(torque)), 0.3 * moment, -wide, wide),
+        free("stiffness", "N m/rad", 0.0, 0.2 * moment / way),
+        free("damping", "N m s/rad", 0.0, 0.1 * moment / way, 0.0),
+        free("inertia", "kg m²", 0.0, 0.01 * moment / way, 0.0),
+        positive("width", "rad", 0.03 * way, 3.0),
+        free("friction", "N m", 0.0, 0.1 * moment, 0.0),
+        free("lost motion", "rad", 0.0, 0.03 * way, 0.0),
+        positive("second coulomb", "N m", 0.2 * moment, 4.0),
+        free("second share", "", 0.5, 0.25, 0.0, 1.0),
+        free("entrance compliance", "rad/(N m)", 0.0, gives, 0.0),
+        free("compliance growth", "1/rad", 0.0, 0.5 / way),
+        free("backlash", "rad", 0.0, 0.03 * way, 0.0),
+        positive("backlash torque", "N m", 0.03 * moment, 3.0),
+        free("curvature", "1/rad", 0.0, 0.1 / way),
+    ]  # fmt: skip
+
+
+def _require(records: Sequence[DriveRecord]) -> None:
+    if not records:
+        raise RecordError("a drive is found from one run at least")
+    for record in records:
+        if not record.both_ends:
+            raise RecordError(
+                f'run "{record.name}" has the motor\'s end only; a drive is found from angle and torque of both ends'
+            )
+        if not np.ptp(record.motor_torque):
+            raise RecordError(f'run "{record.name}": the motor\'s torque never changes; it says nothing of a drive')
+        if record.lost_work < 0:
+            raise RecordError(
+                f'run "{record.name}": the drive gives {-record.lost_work:.3g} J more than it gets; a torque or an '
+                "angle counts the other way round"
+            )
+        if not record.reversals:
+            raise RecordError(f'run "{record.name}": the motor never turns back; play and friction show in reversals')
+
+
+def _branch(torque: np.ndarray, angle: np.ndarray, rising: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    order = np.argsort(torque[rising])
+    return torque[rising][order], angle[rising][order]

@@ -1,0 +1,135 @@
+"""What a transmission does when it reverses: presliding, and friction that grows with the torque; compiled.
+
+A sliding element and a play are those of Prandtl and Ishlinskii. `carried` is the play of a torque: what comes out of a
+cable, a gear or a screw follows what goes in only after friction has reversed. For an elastic cable around a pulley its
+bounds are Euler's and Eytelwein's capstan, T e^{-μφ} and T e^{μφ}.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+__all__ = ["Efficiency", "carried", "entering", "presliding"]
+
+
+class Efficiency(NamedTuple):
+    """Share of the torque that passes, driven and driven back; friction that grows with the torque carried."""
+
+    forward: float
+    """torque out over torque in, without friction's constant part, of a drive that moves its load"""
+    backward: float
+    """torque that the motor must still hold over the load's, of a load that moves its drive; 0: self-locking"""
+
+    @classmethod
+    def capstan(cls, friction: float) -> Efficiency:
+        """Return that of a cable around an angle, with friction μ φ: e^{-μφ} both ways (Euler, 1769).
+
+        Parameters
+        ----------
+        friction : float
+            Coefficient of friction times the angle in rad.
+        """
+        return cls(math.exp(-friction), math.exp(-friction))
+
+    @classmethod
+    def screw(cls, lead: float, friction: float) -> Efficiency:
+        """Return that of a worm or a screw of square thread: tan λ / tan(λ + ρ) and tan(λ - ρ) / tan λ, tan ρ = μ.
+
+        Shigley's Mechanical Engineering Design, section 8-2. It locks itself where μ ≥ tan λ.
+
+        Parameters
+        ----------
+        lead : float
+            Lead angle λ, rad.
+        friction : float
+            Coefficient of friction μ.
+        """
+        rho = math.atan(friction)
+        return cls(math.tan(lead) / math.tan(lead + rho), max(0.0, math.tan(lead - rho) / math.tan(lead)))
+
+
+@numba.njit(cache=True, nogil=True)
+def presliding(x: np.ndarray, width: float) -> np.ndarray:
+    """Return the share (n,) of its friction that an element has in a motion x (n,): 1 where it slides forward.
+
+    It slides after ``width`` from rest, and after twice that from a reversal. Where it is at first is not known: it
+    begins in the middle of the motion, which is gone through once before.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Angle, rad.
+    width : float
+        rad.
+    """
+    share, held = np.empty(x.size), np.mean(x)
+    for _ in range(2):
+        for i in range(x.size):
+            held = min(max(held, x[i] - width), x[i] + width)
+            share[i] = (x[i] - held) / width
+    return share
+
+
+@numba.njit(cache=True, nogil=True)
+def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
+    """Return the torque (n,), N m, that comes out of a transmission into which a torque (n,) goes.
+
+    It stays between (T - C) η and (T + C)/η' for T > C, of the efficiencies η forward and η' backward, and changes only
+    at these bounds; those of a negative torque are mirrored. What is carried at first is not known: it begins with the
+    mean of the torque, which is gone through once before.
+
+    Parameters
+    ----------
+    torque : ndarray, shape (n,)
+        N m.
+    coulomb : float
+        Friction C without load, N m.
+    forward, backward : float
+        As in `Efficiency`.
+    """
+    out, held = np.empty(torque.size), np.mean(torque)
+    for _ in range(2):
+        for i in range(torque.size):
+            low, high = torque[i] - coulomb, torque[i] + coulomb
+            if low > 0.0:
+                low *= forward
+            else:
+                low = low / backward if backward > 0.0 else -np.inf
+            if high < 0.0:
+                high *= forward
+            else:
+                high = high / backward if backward > 0.0 else np.inf
+            held = min(max(held, low), high)
+            out[i] = held
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
+    """Return the torque (n,), N m, that the motor's side feels of a load whose torque (n,) goes to and fro.
+
+    The bounds of `carried` from its other end: the load's torque rises to (T + C)/η' of what is felt, and falls to
+    (T - C) η of it.
+
+    Parameters
+    ----------
+    torque : ndarray, shape (n,)
+        What is carried, N m.
+    coulomb : float
+        Friction C without load, N m.
+    forward, backward : float
+        As in `Efficiency`.
+    """
+    into, held = np.empty(torque.size), np.mean(torque)
+    for _ in range(2):
+        for i in range(torque.size):
+            z = torque[i]
+            low = (z * backward if z > 0.0 else z / forward) - coulomb
+            high = (z / forward if z > 0.0 else z * backward) + coulomb
+            held = min(max(held, low), high)
+            into[i] = held
+    return into

@@ -1,0 +1,52 @@
+"""clearance-mj drive: a drive from logs of both ends, and what is no use for it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj.cli import main
+
+from ..drives.test_fit import DRIVE, run_of
+
+
+@pytest.fixture
+def logs(tmp_path):
+    paths = []
+    for i, (load, frequency) in enumerate([(0.5, 0.2), (2.0, 0.4), (1.0, 0.3)]):
+        run = run_of(DRIVE, f"log_{i}", load, frequency, i)
+        time = np.arange(run.motor_angle.size) / run.fs
+        columns = (time, run.motor_angle, -run.motor_torque, run.load_angle, run.load_torque)
+        paths.append(tmp_path / f"log_{i}.csv")
+        np.savetxt(
+            paths[-1], np.column_stack(columns), "%.7f", ",", header="t,motor_angle,tau,load_angle,load_torque",
+            comments="",
+        )  # fmt: skip
+    return paths
+
+
+def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, capsys):
+    out = tmp_path / "out"
+    given = ["--column", "time=t", "--column", "motor_torque=-tau", "--predict", str(logs[2]), "--out", str(out)]
+    assert main(["drive", str(logs[0]), str(logs[1]), *given, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2)
+    (row,) = told["predicted"]
+    assert row["run"] == "log_2" and row["angle_rms_deg"] == pytest.approx(np.degrees(1e-3), rel=0.2)
+    assert (out / "drive.png").read_bytes()[:4] == b"\x89PNG"
+    assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == told["table"]["ratio"]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--column", "tau"], '--column "tau": needs WHAT=COLUMN, such as "motor_torque=tau"'),
+        (["--column", "speed=v"], '"speed" is no column of a drive; known: time, motor_angle'),
+        (["--column", "time=t"], 'no column "motor_torque" (motor_torque); it has t, motor_angle, tau'),
+        (["--column", "time=t", "--column", "motor_torque=tau"], "a torque or an angle counts the other way round"),
+    ],
+)
+def test_bad_input_is_one_line(logs, tmp_path, capsys, given, said):
+    assert main(["drive", str(logs[0]), *given, "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert said in line and not (tmp_path / "out").exists()
