@@ -80,23 +80,25 @@ class DriveFit:
     def table(self) -> dict[str, float]:
         """Return what a catalogue of gears says, seen at the load's end.
 
-        Lost motion and hysteresis are those of the load's angle with the motor held, at 3 % of the largest torque and
-        at none; "lost in reversals" is what the load loses when the motor turns back without a load.
+        Lost motion, hysteresis and stiffness are those of the load's angle with the motor held, while its torque goes
+        to the largest and back: between the middles of both ways at ± 3 % of it, between both ways without torque, and
+        from half of the torque on. "lost in reversals" is what the load loses when the motor turns back without load.
         """
         d, most = self.drive, self.largest_torque
         torque, angle = d.hysteresis(most)
-        rising = np.gradient(torque) > 0
-        widths = []
-        for level in (0.03 * most, 0.0):
-            ends = [np.interp(sign * level, *_branch(torque, angle, rising)) for sign in (1, -1)]
-            widths.append(abs(ends[1] - ends[0]))
-        half, full = (np.interp(share * most, *_branch(torque, angle, rising)) for share in (0.5, 1.0))
+        at = np.array([-0.03, 0.0, 0.03, 0.5, 1.0]) * most
+        ways = []
+        for growing in (np.gradient(torque) > 0, np.gradient(torque) < 0):
+            order = np.argsort(torque[growing])
+            ways.append(np.interp(at, torque[growing][order], angle[growing][order]))
+        middle, apart = np.mean(ways, axis=0), abs(ways[0] - ways[1])
         coulomb = sum(s.share * s.coulomb for s in d.strands) * d.efficiency / abs(d.ratio)
         return {
             "ratio": d.ratio,
-            "lost motion at 3 % of the torque, rad": widths[0],
+            "lost motion at 3 % of the torque, rad": abs(middle[2] - middle[0]),
+            "hysteresis without torque, rad": apart[1],
             "lost in reversals, rad": 2 * abs(d.ratio) * d.friction.lost_motion,
-            "stiffness from half to full torque, N m/rad": 0.5 * most / abs(full - half),
+            "stiffness from half to full torque, N m/rad": 0.5 * most / abs(ways[0][4] - ways[0][3]),
             "friction without load, N m": coulomb,
             "efficiency of driving": d.efficiency * math.exp(-d.capstan),
         }
@@ -307,8 +309,3 @@ def _require(records: Sequence[DriveRecord]) -> None:
             )
         if not record.reversals:
             raise RecordError(f'run "{record.name}": the motor never turns back; play and friction show in reversals')
-
-
-def _branch(torque: np.ndarray, angle: np.ndarray, rising: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    order = np.argsort(torque[rising])
-    return torque[rising][order], angle[rising][order]
