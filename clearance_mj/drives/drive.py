@@ -143,7 +143,7 @@ class Drive:
 
     def _bent(self, carried: np.ndarray, entering: np.ndarray) -> np.ndarray:
         """Angle at the motor's end that elasticity and play take, rad."""
-        play = self.backlash * entering / (self.backlash_torque + np.abs(entering))
+        play = self.backlash * np.tanh(entering / self.backlash_torque)
         return np.asarray(self.compliance * carried + self.entrance_compliance * entering + play)
 
 

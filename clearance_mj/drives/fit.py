@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import RecordError
-from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, log_evidence, solve
+from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, jackknife, log_evidence, solve
 from .drive import Drive, PreslidingFriction, Strand
 from .record import DriveRecord
 
@@ -20,6 +20,7 @@ __all__ = ["PARTS", "DriveFit", "fit_drive"]
 
 POINTS = 1000  # of a run, means over its samples
 BLOCKS = 4  # of a run, within which errors may be correlated
+PIECES = 2  # of a run, of which one after another is left out for intervals: errors of a law repeat along a run
 EVIDENCE = 5.0  # by which a part must raise the logarithm of the evidence
 MOST = 20  # parameters
 FAR = 5.0  # of the errors' RMS, from which on they count less than by their squares
@@ -164,9 +165,10 @@ def fit_drive(
             gains.append(gain)
     search.rescale(found, kept)
     found = search.fitted(kept, search.named(found))
+    covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
-        made(search.named(found)), found.estimates(found.covariance), tuple(kept), tuple(gains),
+        made(search.named(found)), found.estimates(covariance), tuple(kept), tuple(gains),
         tuple(record.name for record in records), largest,
     )  # fmt: skip
 
@@ -206,6 +208,11 @@ class _Search:
         self.errors = np.array([np.std(angle - ratio * x - zero), np.std(load)])
         """rad and N m, RMS that is expected of the load's angle and torque"""
         self.known = {p.name: p for p in _parameters(float(ratio), float(zero), x, torque, load)}
+        whole = [
+            np.arange(r.motor_angle.size) * PIECES // r.motor_angle.size + PIECES * i for i, r in enumerate(records)
+        ]
+        self.pieces = np.concatenate([piece for each in whole for piece in (each, each)])
+        """(n_residuals,) piece of its run that each is in"""
         sizes = [record.motor_angle.size for record in records for _ in range(2)]
         self.blocks = np.concatenate(
             [first + np.arange(BLOCKS) * size // BLOCKS for first, size in zip(np.cumsum([0, *sizes]), sizes)]

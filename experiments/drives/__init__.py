@@ -1,0 +1,1 @@
+"""Virtual drives of foreign physics, and how near identification comes to them."""

@@ -1,0 +1,168 @@
+"""Virtual gear drives with physics of their own, and how near identification from both ends comes to what they are.
+
+    python -m experiments.drives.virtual --first 100 --seeds 20 --out results/drives.csv
+
+Two inertias with teeth between them, integrated at 20 kHz: play and tooth stiffness, efficiency that depends on which
+way power flows (smoothly over speed), Dahl's friction and drag at both ends, a servo that follows a sum of sines. All
+numbers are drawn. Logs are four runs of 20 s under different loads, with noise; synthetic.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba
+import numpy as np
+import pandas as pd
+
+from clearance_mj.core.files import replacing
+from clearance_mj.drives import DriveRecord, fit_drive
+
+FS, FINE = 500.0, 40  # Hz, and steps of the integration between samples
+SECONDS = 20.0
+LOADS = (0.0, 0.6, 1.5, -1.0)  # of the torque that is usual, in runs to identify
+OTHER = 1.0  # in the run that is predicted
+NOISE = 2e-3  # of the range of each channel
+CONFIDENCE = 1.645  # standard deviations of a 90 % interval
+TARGETS = {"play": 0.03, "stiffness": 0.1, "efficiency": 0.02}
+
+
+@dataclass(frozen=True)
+class Gear:
+    """A drive as it really is; torques and angles of teeth and load at the load's end, SI."""
+
+    ratio: float  #: the load's angle over the motor's
+    play: float  #: rad, to either side
+    stiffness: float  #: N m/rad
+    efficiency: float
+    usual: float  #: N m, torque of the load
+    friction: tuple[float, float]  #: N m of Dahl's friction at motor and load
+    presliding: tuple[float, float]  #: rad
+    drag: tuple[float, float]  #: N m s/rad
+    inertia: tuple[float, float]  #: kg m²
+
+    @classmethod
+    def drawn(cls, seed: int) -> Gear:
+        """Draw a drive."""
+        rng = np.random.default_rng((seed, 3611))
+
+        def about(value: float, factor: float = 1.5) -> float:
+            return float(value * factor ** rng.uniform(-1, 1))
+
+        n, usual = about(0.1, 3.0), about(5.0, 3.0)
+        at_motor = usual * n
+        return cls(
+            n, about(0.01, 2.0), about(60.0 * usual), float(rng.uniform(0.7, 0.95)), usual,
+            (about(0.1 * at_motor), about(0.03 * usual)), (about(0.02 / n), about(0.005)),
+            (about(2e-3 * at_motor * n), about(2e-3 * usual)), (about(2e-3 * at_motor * n), about(1e-3 * usual)),
+        )  # fmt: skip
+
+    def run(self, name: str, load: float, seed: int) -> DriveRecord:
+        """Run it under a constant load and a weak spring, with noise."""
+        rng = np.random.default_rng((seed, 77))
+        time = np.arange(round(SECONDS * FS * FINE)) / (FS * FINE)
+        rates, phases = 2 * np.pi * np.array([0.2, 0.33, 0.9]) * rng.uniform(0.8, 1.2, 3), rng.uniform(0, 6, 3)
+        wanted = np.sum(np.array([0.5, 0.3, 0.05])[:, None] * np.sin(rates[:, None] * time + phases[:, None]), axis=0)
+        found = _march(
+            wanted / self.ratio, 1 / (FS * FINE), FINE, self.ratio, self.play, self.stiffness, self.efficiency,
+            load * self.usual, 0.5 * self.usual, *self.friction, *self.presliding, *self.drag, *self.inertia,
+        )  # fmt: skip
+        noise = NOISE * np.ptp(found, axis=0) * rng.normal(size=found.shape)
+        return DriveRecord(name, FS, *(found + noise).T)
+
+
+@numba.njit(cache=True)
+def _march(wanted, step, fine, n, play, k, eta, load, spring, f_m, f_l, w_m, w_l, d_m, d_l, j_m, j_l):  # type: ignore[no-untyped-def]
+    """Motor's angle and torque, load's angle and torque (n_t, 4), semi-implicit Euler."""
+    out = np.empty((wanted.size // fine, 4))
+    stiff = 2e3 * (f_m + n * load if load > 0 else f_m - n * load) / 0.5 * n + 50 * n * n * k
+    lead = 2 * np.sqrt(stiff * j_m)
+    x_m, v_m, x_l, v_l, z_m, z_l = wanted[0], 0.0, n * wanted[0], 0.0, 0.0, 0.0
+    before = wanted[0]
+    kept = np.zeros(4)
+    for i in range(wanted.size):
+        speed = (wanted[i] - before) / step
+        before = wanted[i]
+        u = stiff * (wanted[i] - x_m) + lead * (speed - v_m)
+        lag, rate = n * x_m - x_l, n * v_m - v_l
+        torque = 0.0
+        if lag > play:
+            torque = max(0.0, k * (lag - play) + 0.01 * k * rate)
+        elif lag < -play:
+            torque = min(0.0, k * (lag + play) + 0.01 * k * rate)
+        way = np.tanh(torque * v_l / (abs(torque) + 1e-12) / 0.01)
+        z_m += step * v_m * (1 - z_m / w_m * (1.0 if v_m > 0 else -1.0))
+        z_l += step * v_l * (1 - z_l / w_l * (1.0 if v_l > 0 else -1.0))
+        v_m += step / j_m * (u - f_m * z_m / w_m - d_m * v_m - n * torque * eta ** (-way))
+        v_l += step / j_l * (torque - load - spring * x_l - f_l * z_l / w_l - d_l * v_l)
+        x_m += step * v_m
+        x_l += step * v_l
+        kept[0] += x_m
+        kept[1] += u
+        kept[2] += x_l
+        kept[3] += torque
+        if i % fine == fine - 1:
+            out[i // fine] = kept / fine
+            kept[:] = 0.0
+    return out
+
+
+def judge(seed: int) -> list[dict]:
+    """Rows of one drive: each number beside its truth, and errors of a run that it was not found from."""
+    gear = Gear.drawn(seed)
+    fit = fit_drive([gear.run(f"load {load:g}", load, 10 * seed + i) for i, load in enumerate(LOADS)])
+    d, e = fit.drive, fit.estimates
+    std = dict(zip(e.names, e.varied_std))
+    n = abs(d.ratio)
+    compliance = std["compliance"] / d.compliance if d.compliance else np.inf
+    found = {
+        "play": (n * d.backlash, gear.play, n * std.get("backlash", np.inf)),
+        "stiffness": (
+            d.efficiency / (n**2 * d.compliance) if d.compliance else np.inf, gear.stiffness,
+            gear.stiffness * np.hypot(compliance, std["efficiency"]),
+        ),
+        "efficiency": (
+            d.efficiency * np.exp(-d.capstan), gear.efficiency,
+            gear.efficiency * np.hypot(std["capstan"], std["efficiency"]),
+        ),
+    }  # fmt: skip
+    rows = [
+        {"drive": seed, "what": what, "value": value, "truth": truth, "z": (value - truth) / spread,
+         "held": abs(value - truth) < CONFIDENCE * spread, "parts": ", ".join(fit.parts)}
+        for what, (value, truth, spread) in found.items()
+    ]  # fmt: skip
+    other = gear.run("other", OTHER, 10 * seed + 9)
+    for what, error, channel in zip(("angle", "torque"), d.errors(other), (other.load_angle, other.load_torque)):
+        rows.append({"drive": seed, "what": what, "value": error, "truth": NOISE * np.ptp(channel)})
+    return rows
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Judge drives and print what is on target."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--first", type=int, default=0, help="seed of the first")
+    parser.add_argument("--seeds", type=int, default=20, help="number of drives")
+    parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
+    options = parser.parse_args(arguments)
+    table = pd.DataFrame([row for i in range(options.seeds) for row in judge(options.first + i)])
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(options.out) as path:
+        table.to_csv(path, index=False)
+    for what, target in TARGETS.items():
+        own = table[table.what == what]
+        error = (own.value - own.truth).abs() / (1 if what == "efficiency" else own.truth)
+        print(
+            f"{what}: median error {error.median():.3g}, largest {error.max():.3g}, within {target:g}: "
+            f"{np.mean(error <= target):.0%}, 90 % intervals hold {own.held.mean():.0%}"
+        )
+    for what in ("angle", "torque"):
+        own = table[table.what == what]
+        print(f"{what} of another load over noise: median {(own.value / own.truth).median():.2f}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
