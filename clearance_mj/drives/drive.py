@@ -73,7 +73,7 @@ class Drive:
     backlash: float = 0.0
     """rad, to either side: what the angle loses as the torque into the transmission turns its sign"""
     backlash_torque: float = 1.0
-    """N m, at which a half of that is lost"""
+    """N m, at which three quarters of that are lost"""
     curvature: float = 0.0
     """1/rad, of the motor: by which the ratio changes with its angle"""
 
