@@ -76,7 +76,13 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     tuple of str
         One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
     """
-    found = *_settings(model), *_elements(model), *_slow_ringing(model, poses), *_geoms(model)
+    found = (
+        *_settings(model),
+        *_elements(model),
+        *_without_softener(model),
+        *_slow_ringing(model, poses),
+        *_geoms(model),
+    )
     return *found, *_step_too_long(model, poses)
 
 
@@ -108,6 +114,17 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
     ):
         if wrong:
             yield says
+
+
+def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
+    if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
+        return
+    until = "until a Softener(model) is in use, or its update() is called in every step"
+    for rubbing in frictions(model):
+        yield f'friction of {rubbing.kind} "{rubbing.name}" does not act {until}'
+    for element in asked(model):
+        if element.softness.law:
+            yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {until}'
 
 
 def _elements(model: mujoco.MjModel) -> Iterator[str]:

@@ -17,11 +17,15 @@ from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .bristles import Friction, frictions
-from .elements import KINDS, MARK, Asked, asked, find
+from .elements import KINDS, MARK, Asked, asked, find, write_text
 
 __all__ = ["Softener", "reserve"]
 
 _MEMORY = f"{MARK}memory"  # name of the custom number that says where in the user data laws remember
+_NOTE = (
+    "friction and laws of this model act only while clearance_mj.physical.Softener(model) is in use, or its update() "
+    "is called in every step; without it nothing rubs, and stiffness stays that of a law's nominal depth"
+)
 
 
 class Softener:
@@ -233,6 +237,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     if now == before or not (size or before.size):
         return False
     spec.nuserdata = first + size
+    write_text(spec, "softener", "note", _NOTE)
     for numeric in spec.numerics:
         if numeric.name == _MEMORY:
             numeric.data = now

@@ -153,3 +153,17 @@ def test_friction_beside_laws_is_told_by_name():
     model = physical.compile(spec)
     numeric = model.numeric("physical:friction:pair:floor - body")
     np.testing.assert_array_equal(numeric.data, (MU, BRISTLE, 0))
+
+
+def test_without_a_softener_it_is_said():
+    """Friction and a law that is stepped alone: nothing would rub, in silence; check and the model's own text tell."""
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1))
+    physical.contact(spec, ("body", "floor"), law=ContactLaw(HuntCrossley(stiffness=1e7, restitution=0.3)))
+    physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
+    model = physical.compile(spec)
+    rubs, follows = physical.check(model)
+    assert rubs.startswith('friction of pair "floor - body" does not act until a Softener(model) is in use')
+    assert follows.startswith('contact "floor - body" keeps one stiffness and follows no law until')
+    with physical.Softener(model):
+        assert physical.check(model) == ()
+    assert "act only while clearance_mj.physical.Softener(model) is in use" in spec.to_xml()
