@@ -13,7 +13,13 @@ from .command import command, provenance
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    option("runs", nargs="+", type=Path, metavar="RUN", help="logs (CSV, also compressed) of both ends, with reversals")
+    option(
+        "runs",
+        nargs="+",
+        type=Path,
+        metavar="RUN",
+        help="logs of both ends, with reversals: CSV, Parquet, or joint states of ROS 2 in MCAP",
+    )
     option(
         "--column", action="append", default=[], metavar="WHAT=COLUMN",
         help="column of time (s), motor_angle, motor_torque, load_angle or load_torque (rad, N m), such as "
@@ -42,13 +48,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         if not (what and equals and column):
             raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
         columns[what.strip()] = column.strip()
-    found = fit_drive([DriveRecord.read_csv(path, columns) for path in options.runs], progress=not options.quiet)
-    told = [DriveRecord.read_csv(path, columns) for path in options.predict]
+    found = fit_drive([DriveRecord.read(path, columns) for path in options.runs], progress=not options.quiet)
+    told = [DriveRecord.read(path, columns) for path in options.predict]
     errors = [
         {"run": r.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
         for r in told if r.both_ends for angle, torque in (found.drive.errors(r),)
     ]  # fmt: skip
-    shown = told or [DriveRecord.read_csv(path, columns) for path in options.runs]
+    shown = told or [DriveRecord.read(path, columns) for path in options.runs]
     caption = "The load's end of a drive, as measured and as it follows from the motor's end."
     Drawing("drive", draw_runs(shown, found.drive), caption, caption).write(options.new)
     data = found.to_dict() | {"predicted": errors}

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ..core.errors import RecordError
-from ..core.files import plain_file
+from .logs import read_table
 
 __all__ = ["DriveRecord"]
 
@@ -122,13 +122,13 @@ class DriveRecord:
         return DriveRecord(self.name, self.fs / size, *thin)  # type: ignore[arg-type]
 
     @classmethod
-    def read_csv(cls, path: str | Path, columns: Mapping[str, str] | None = None) -> DriveRecord:
-        """Read a run from a CSV file, also a compressed one.
+    def read(cls, path: str | Path, columns: Mapping[str, str] | None = None) -> DriveRecord:
+        """Read a run from a file: CSV (also compressed), Parquet, or joint states of ROS 2 in MCAP, see `read_table`.
 
         Parameters
         ----------
         path : path
-            The file: one row a sample, with a heading.
+            The file.
         columns : mapping of str to str, optional
             Columns of the file by what they are: "time" (s), "motor_angle" (rad), "motor_torque" (N m), "load_angle",
             "load_torque". Those that are not named have these names; the load's may be missing. A minus sign before a
@@ -143,10 +143,7 @@ class DriveRecord:
         names = {known: known for known in ("time", *COLUMNS)} | dict(columns or {})
         if unknown := set(names) - {"time", *COLUMNS}:
             raise RecordError(f'"{min(unknown)}" is no column of a drive; known: time, {", ".join(COLUMNS)}')
-        try:
-            table = pd.read_csv(plain_file(path))
-        except (OSError, ValueError, UnicodeDecodeError) as error:
-            raise RecordError(f"{path}: cannot be read as CSV: {error}") from None
+        table = read_table(path)
         found = {}
         for what, column in names.items():
             sign, column = (1.0, column) if column in table else (-1.0, column.removeprefix("-"))

@@ -36,7 +36,7 @@ def runs_of(folder: Path, tool: str, frequencies: Sequence[str]) -> list[DriveRe
     found = sorted(path for f in frequencies for path in (folder / tool).glob(f"{f}[0-9].csv.gz"))
     if not found:
         raise RecordError(f"{folder / tool}: No such file: runs {', '.join(f'{f}0.csv.gz ...' for f in frequencies)}")
-    return [DriveRecord.read_csv(path, COLUMNS) for path in found]
+    return [DriveRecord.read(path, COLUMNS) for path in found]
 
 
 def analyse(folder: Path, identify: str = "0,2,4", predict: str = "1,3") -> dict:

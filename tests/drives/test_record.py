@@ -1,8 +1,10 @@
 """Logs of drives as they come: columns, signs, and what is wrong with them."""
 
 import gzip
+import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from clearance_mj.core.errors import RecordError
@@ -20,7 +22,7 @@ def table(time=TIME, heading=HEADING, angle=None):
 def test_columns_by_a_map_and_a_sign(tmp_path):
     path = tmp_path / "run 7.csv.gz"
     path.write_bytes(gzip.compress(table(heading="t,q,tau").encode()))
-    record = DriveRecord.read_csv(path, {"time": "t", "motor_angle": "q", "motor_torque": "-tau"})
+    record = DriveRecord.read(path, {"time": "t", "motor_angle": "q", "motor_torque": "-tau"})
     assert (record.name, record.fs, record.both_ends) == ("run 7", pytest.approx(100.0), False)
     np.testing.assert_allclose(record.motor_torque, -0.1 * record.motor_angle, atol=1e-6)
     assert record.reversals == 2  # sin 3t turns back at 0.52 s and 1.57 s
@@ -36,14 +38,14 @@ def test_columns_by_a_map_and_a_sign(tmp_path):
         (table(angle=np.degrees(np.arctan2(np.sin(9 * TIME), np.cos(9 * TIME)))), "a whole turn in degrees"),
         (table(time=TIME[:50]), "50 samples are too few"),
         (table().replace("0.5100,0.", "0.5100,x"), "motor_angle is not finite at 0.51 s"),
-        ("", "cannot be read as CSV"),
+        ("", "cannot be read as CSV: No columns"),
     ],
 )
 def test_what_is_wrong_is_said(tmp_path, text, said):
     path = tmp_path / "run.csv"
     path.write_text(text)
     with pytest.raises(RecordError, match=said):
-        DriveRecord.read_csv(path)
+        DriveRecord.read(path)
 
 
 def test_samples_of_different_number():
@@ -52,4 +54,81 @@ def test_samples_of_different_number():
     with pytest.raises(RecordError, match="sampling rate 0 Hz must be > 0"):
         DriveRecord("a", 0.0, TIME, TIME)
     with pytest.raises(RecordError, match='"pressure" is no column of a drive'):
-        DriveRecord.read_csv("run.csv", {"pressure": "p"})
+        DriveRecord.read("run.csv", {"pressure": "p"})
+
+
+STATE = """std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+
+def write_states(path, topics, kind="sensor_msgs/msg/JointState"):
+    """Joint states as a bag of ROS 2 has them: topic, stamps in s, names, positions, efforts (n, n_joints)."""
+    writer_module = pytest.importorskip("mcap_ros2.writer")
+    with path.open("wb") as file:
+        writer = writer_module.Writer(file)
+        schema = writer.register_msgdef(kind, STATE)
+        for topic, stamps, names, position, effort in topics:
+            for stamp, x, torque in zip(stamps, position, effort):
+                nanoseconds = round(stamp * 1e9)
+                header = {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": ""}
+                message = {"header": header, "name": names, "position": list(x), "velocity": [], "effort": list(torque)}
+                writer.write_message(topic=topic, schema=schema, message=message, log_time=nanoseconds)
+        writer.finish()
+
+
+def test_joint_states_of_ros(tmp_path):
+    """Two topics of different rates with a joint of one name: the load's is brought to the motor's times."""
+    path, slow = tmp_path / "bag.mcap", TIME[::2] + 0.003
+    write_states(path, [
+        ("/motor/joint_states", 100 + TIME, ["wrist", "elbow"], np.column_stack([TIME, np.sin(3 * TIME)]),
+         np.column_stack([0 * TIME, 0.1 * np.sin(3 * TIME)])),
+        ("/load/joint_states", 100 + slow, ["elbow"], slow[:, None], -slow[:, None]),
+    ])  # fmt: skip
+    record = DriveRecord.read(path, {
+        "motor_angle": "/motor/joint_states elbow.position", "motor_torque": "/motor/joint_states elbow.effort",
+        "load_angle": "/load/joint_states elbow.position", "load_torque": "-/load/joint_states elbow.effort",
+    })  # fmt: skip
+    assert record.fs == pytest.approx(100.0) and record.both_ends
+    np.testing.assert_allclose(record.motor_angle, np.sin(3 * TIME), atol=1e-12)
+    np.testing.assert_allclose(record.load_torque[1:-1], TIME[1:-1], atol=1e-8)
+    with pytest.raises(RecordError, match=r'no column "motor_angle" .motor_angle.; it has time, wrist.position, wrist'):
+        DriveRecord.read(path)
+
+
+def test_a_bag_without_joint_states(tmp_path):
+    path = tmp_path / "bag.mcap"
+    write_states(path, [("/other", TIME, ["a"], TIME[:, None], TIME[:, None])], "my_msgs/msg/Other")
+    with pytest.raises(RecordError, match=r"no topic has joint states .sensor_msgs/msg/JointState."):
+        DriveRecord.read(path)
+    path.write_bytes(b"no bag")
+    with pytest.raises(RecordError, match="cannot be read as mcap"):
+        DriveRecord.read(path)
+
+
+def test_parquet(tmp_path):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "run.parquet"
+    pd.DataFrame({"time": TIME, "motor_angle": np.sin(3 * TIME), "motor_torque": TIME}).to_parquet(path)
+    np.testing.assert_array_equal(DriveRecord.read(path).motor_torque, TIME)
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".mcap"])
+def test_what_is_not_installed_is_said(tmp_path, monkeypatch, suffix):
+    path = tmp_path / f"run{suffix}"
+    path.write_bytes(b"")
+    for name in ("pyarrow", "fastparquet", "mcap.reader"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(RecordError, match=r'needs further packages: pip install "clearance-mj\[logs\]"'):
+        DriveRecord.read(path)

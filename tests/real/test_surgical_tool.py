@@ -40,7 +40,7 @@ def test_a_frequency_left_out(folder, tool, largest, left_out):
 def test_torques_as_recorded_would_give_work(folder):
     """Both count the other way round: the drive would give some 0.2 J a run more than it gets."""
     path = folder / "surgical_tool" / TOOLS[0] / "00.csv.gz"
-    record = DriveRecord.read_csv(path, {name: column.removeprefix("-") for name, column in COLUMNS.items()})
+    record = DriveRecord.read(path, {name: column.removeprefix("-") for name, column in COLUMNS.items()})
     assert record.lost_work == pytest.approx(-0.2, abs=0.02)
     with pytest.raises(RecordError, match="counts the other way round"):
         fit_drive([record])
