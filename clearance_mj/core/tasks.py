@@ -1,4 +1,4 @@
-"""Run many tasks of one function: on threads, on processes of this machine, or on a Dask cluster."""
+"""Run many tasks of one function: on threads, on processes, on a Dask cluster, or on an executor that is given."""
 
 from __future__ import annotations
 
@@ -9,7 +9,15 @@ import signal
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+    wait,
+)  # fmt: skip
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from multiprocessing.process import BaseProcess
@@ -25,6 +33,7 @@ __all__ = ["run_tasks", "workers_to_use"]
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 Results = Generator[tuple[Task, Result], None, None]
+QUEUED = 1000  # tasks that an executor, whose number of workers is not known, has at once
 QUEUED_PER_WORKER = 2  # tasks that wait at each worker, so that none idles
 MAX_LOSSES = 3  # times that a task may lose its worker
 PATIENCE = 10.0  # s to wait for a scheduler's answer
@@ -46,17 +55,22 @@ def workers_to_use(workers: int | None) -> int:
 
 def run_tasks(
     function: Callable[[Task], Result], tasks: Sequence[Task], workers: int | None = None, *, processes: bool = False,
-    scheduler: str | None = None, progress: str = "", done: int = 0,
+    scheduler: str | None = None, executor: Executor | None = None, progress: str = "", done: int = 0,
 ) -> Iterator[tuple[Task, Result]]:  # fmt: skip
     """Run tasks and yield each with its result, in the order in which they end.
 
-    They run on threads, on processes (dead ones are replaced), or on the Dask cluster of a scheduler's address such as
-    "tcp://10.0.0.1:8786"; for the latter two, function and tasks can be pickled. ``progress`` describes a progress bar,
-    if not empty, on which ``done`` tasks are done already. A ClearanceError says if a task loses its worker again and
-    again; if Dask is not installed, no scheduler answers or it is lost, or a worker runs other code.
+    They run on threads, on processes (dead ones are replaced), on the Dask cluster of a scheduler's address such as
+    "tcp://10.0.0.1:8786", or on an executor, which is left open; but for threads, function and tasks can be pickled.
+    ``progress`` describes a progress bar, if not empty, on which ``done`` tasks are done already. A ClearanceError says
+    if a task loses its worker again and again; if Dask is not installed, no scheduler answers or it is lost, or a
+    worker runs other code; if both a scheduler and an executor are given.
     """
     workers = workers_to_use(workers)
-    if scheduler:
+    if scheduler and executor:
+        raise ClearanceError("give a scheduler or an executor, not both")
+    if executor:
+        results = _on_executor(function, tasks, executor)
+    elif scheduler:
         results = _on_cluster(function, tasks, scheduler)
     elif processes:
         results = _on_processes(function, tasks, workers)
@@ -81,6 +95,23 @@ def _on_threads(function: Callable[[Task], Result], tasks: Sequence[Task], worke
         finally:
             for future in futures:
                 future.cancel()
+
+
+def _on_executor(
+    function: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor
+) -> Results[Task, Result]:
+    left, known = deque(tasks), code()
+    flying: set[Future[tuple[Task, Result]]] = set()
+    try:
+        while left or flying:
+            while left and len(flying) < QUEUED:
+                flying.add(executor.submit(_with_same_code, known, function, left.popleft()))
+            ended, flying = wait(flying, return_when=FIRST_COMPLETED)
+            for future in ended:
+                yield future.result()
+    finally:
+        for future in flying:
+            future.cancel()
 
 
 def _on_processes(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> Results[Task, Result]:

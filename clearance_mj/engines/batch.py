@@ -1,11 +1,12 @@
-"""Many simulations at once, on threads."""
+"""Many simulations at once, on threads or on an executor that is given."""
 
 from __future__ import annotations
 
 import collections
 import itertools
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from typing import Any, TypeAlias, TypeVar
 
 from tqdm import tqdm
@@ -35,12 +36,13 @@ def simulate_batch(
     engine: str | Engine = "links",
     workers: int | None = None,
     progress: bool = False,
+    executor: Executor | None = None,
 ) -> list[Response]:
     """Simulate many cases at once and keep every response; otherwise `simulate_each`.
 
     Parameters
     ----------
-    models, excitations, laws, engine, workers, progress
+    models, excitations, laws, engine, workers, progress, executor
         As in `simulate_each`.
 
     Returns
@@ -53,7 +55,7 @@ def simulate_batch(
     ClearanceError
         As in `simulate_each`.
     """
-    return list(simulate_each(models, excitations, laws, engine, workers, progress))
+    return list(simulate_each(models, excitations, laws, engine, workers, progress, executor))
 
 
 def simulate_each(
@@ -63,6 +65,7 @@ def simulate_each(
     engine: str | Engine = "links",
     workers: int | None = None,
     progress: bool = False,
+    executor: Executor | None = None,
 ) -> Iterator[Response]:
     """Simulate many cases at once and hand over one response after the other; results do not depend on the threads.
 
@@ -82,6 +85,8 @@ def simulate_each(
         Threads; compiled loops release the interpreter lock. Default: one for each processor.
     progress : bool
         Show a progress bar.
+    executor : concurrent.futures.Executor, optional
+        What runs the cases instead of threads of its own, and is left open; ``workers`` then says how many run at once.
 
     Yields
     ------
@@ -96,7 +101,7 @@ def simulate_each(
     used, threads = get_engine(engine), workers_to_use(workers)
     cases = _cases(models, excitations, laws)
     waiting, ahead = iter(cases), collections.deque[Future[Response]]()
-    with ThreadPoolExecutor(threads) as pool:
+    with nullcontext(executor) if executor else ThreadPoolExecutor(threads) as pool:
         try:
             for _ in tqdm(cases, desc="simulating", unit="run", disable=not progress):
                 room = CASES_PER_THREAD * threads - len(ahead)

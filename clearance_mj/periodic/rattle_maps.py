@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -209,6 +210,7 @@ def map_rattle(
     n_modes: int = 8,
     workers: int | None = None,
     progress: bool = False,
+    executor: Executor | None = None,
 ) -> RattleMap:
     """Find where a rig rattles and jumps, over level and frequency of a harmonic excitation, for several gaps.
 
@@ -242,6 +244,8 @@ def map_rattle(
         Number of processes on this machine; default: one for each core. 1: none beside this one.
     progress : bool
         Show a progress bar with the time left.
+    executor : concurrent.futures.Executor, optional
+        What computes the rows of the map instead of processes of its own; it is left open.
 
     Returns
     -------
@@ -285,7 +289,10 @@ def map_rattle(
     jumps, ended = [], []
     alone = workers == 1 or len(cases) == 1
     words = "rattle map" if progress else ""
-    for case, row in run_tasks(row_of, cases, 1 if alone else workers, processes=not alone, progress=words):
+    run = run_tasks(
+        row_of, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words
+    )  # fmt: skip
+    for case, row in run:
         vibrations[case.gap, case.row] = row.vibrations
         for name, values in row.arrays.items():
             arrays[name][:, case.gap, case.row] = values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,12 @@ LARGEST = 2**32 - 8  # bytes of one variable in a netCDF-3 file with 64-bit offs
 
 
 def run_sweep(
-    plan: Plan, out: str | Path, workers: int | None = None, scheduler: str | None = None, progress: bool = False
+    plan: Plan,
+    out: str | Path,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: bool = False,
+    executor: Executor | None = None,
 ) -> xr.Dataset:
     """Run a sweep, or go on with one that was interrupted.
 
@@ -46,6 +52,9 @@ def run_sweep(
         Address of a Dask scheduler, whose cluster then computes the cases.
     progress : bool
         Show a progress bar with the time left.
+    executor : concurrent.futures.Executor, optional
+        What computes the cases instead, of any library (a pool of threads or processes, MPI, a queue of a cluster); it
+        is left open.
 
     Returns
     -------
@@ -73,7 +82,7 @@ def run_sweep(
         results = out / RESULTS
         if not is_sealed(results):
             table = Table(out / TABLE, plan.shapes, len(plan.points))
-            _compute(plan, table, workers, scheduler, progress)
+            _compute(plan, table, workers, scheduler, executor, progress)
             with replacing(results) as temporary:
                 labelled(plan, table).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
             seal(results)
@@ -149,11 +158,13 @@ def _difference(a: Any, b: Any, where: str = "") -> str:
     return "" if a == b else where or "plan"
 
 
-def _compute(plan: Plan, table: Table, workers: int | None, scheduler: str | None, progress: bool) -> None:
+def _compute(
+    plan: Plan, table: Table, workers: int | None, scheduler: str | None, executor: Executor | None, progress: bool
+) -> None:
     finished = table.finished()
     left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
     done, words = int(finished.sum()), "sweep" if progress else ""
     for case, values in run_tasks(
-        plan.evaluate, left, workers, processes=True, scheduler=scheduler, progress=words, done=done
+        plan.evaluate, left, workers, processes=True, scheduler=scheduler, executor=executor, progress=words, done=done
     ):
         table.write(case, values)

@@ -1,7 +1,9 @@
 """The one way in to all engines: what a response holds, batches, refusals, divergence."""
 
 import dataclasses
+import multiprocessing
 import time
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
@@ -106,6 +108,17 @@ def test_batch(engine):
         for w, *others in zip(*map(outputs, (a, b, c, d))):
             for x in others:
                 np.testing.assert_array_equal(x, w)
+
+
+def test_batch_on_an_executor_that_is_given():
+    """Bit-identical on processes; the pool is left open."""
+    excitations = [noise(0.05, seed=s) for s in (1, 2, 3)]
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        found = simulate_batch(RIG, excitations, LAW, "modal", workers=2, executor=pool)
+        assert pool.submit(int, "3").result() == 3
+    for a, b in zip(found, simulate_batch(RIG, excitations, LAW, "modal"), strict=True):
+        for x, y in zip(outputs(a), outputs(b)):
+            np.testing.assert_array_equal(x, y)
 
 
 def test_batch_spreads_single_values():

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +123,18 @@ def test_case_that_kills_its_worker_is_named():
 @pytest.fixture
 def small_plan(tmp_path):
     return loaded(tmp_path, small(12))
+
+
+@pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_any_executor(small_plan, tmp_path, kind):
+    """Results are those of processes of its own, and the executor is left open."""
+    alone = run_sweep(small_plan, tmp_path / "alone", workers=1)
+    with kind(2) as executor:
+        found = run_sweep(small_plan, tmp_path / "out", executor=executor)
+        assert executor.submit(int, "3").result() == 3
+    xr.testing.assert_identical(found, alone)
+    with pytest.raises(ClearanceError, match="give a scheduler or an executor, not both"):
+        run_sweep(small_plan, tmp_path / "both", scheduler="tcp://127.0.0.1:1", executor=executor)
 
 
 def test_local_cluster(small_plan, tmp_path):
