@@ -1,5 +1,7 @@
 """Rattle maps in space: beside closed forms of a Jeffcott rotor, the planar map, branches of single levels."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -163,16 +165,18 @@ def test_a_branch_under_a_multiple_of_the_unbalance():
         periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), ends, factor=0)
 
 
-def test_it_is_the_same_with_more_workers():
+def test_it_is_the_same_with_more_workers_and_on_an_executor():
     model = cm.Model(unbalanced(jeffcott(friction=0.1)))
     speeds = np.linspace(0.9, 3.2, 12) * HZ
-    one, two = (
-        periodic.map_rattle(model, (0.5, 1.0), speeds, gaps=[GAP, 2 * GAP], n_harmonics=1, workers=workers)
-        for workers in (1, 2)
-    )
-    for name in ("vibrations", "contact_share", "displacement", "acceleration", "first_contact"):
-        assert_array_equal(getattr(one, name), getattr(two, name))
-    assert one.jumps == two.jumps and len(one.jumps) > 1
+    with ThreadPoolExecutor(2) as pool:
+        one, *others = (
+            periodic.map_rattle(model, (0.5, 1.0), speeds, gaps=[GAP, 2 * GAP], n_harmonics=1, **workers)
+            for workers in ({"workers": 1}, {"workers": 2}, {"executor": pool})
+        )
+    for other in others:
+        for name in ("vibrations", "contact_share", "displacement", "acceleration", "first_contact"):
+            assert_array_equal(getattr(one, name), getattr(other, name))
+        assert one.jumps == other.jumps and len(one.jumps) > 1
 
 
 @pytest.mark.parametrize(
