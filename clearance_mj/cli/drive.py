@@ -48,15 +48,14 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         if not (what and equals and column):
             raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
         columns[what.strip()] = column.strip()
-    found = fit_drive([DriveRecord.read(path, columns) for path in options.runs], progress=not options.quiet)
-    told = [DriveRecord.read(path, columns) for path in options.predict]
+    runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
+    found = fit_drive(runs, progress=not options.quiet)
     errors = [
         {"run": r.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
         for r in told if r.both_ends for angle, torque in (found.drive.errors(r),)
     ]  # fmt: skip
-    shown = told or [DriveRecord.read(path, columns) for path in options.runs]
     caption = "The load's end of a drive, as measured and as it follows from the motor's end."
-    Drawing("drive", draw_runs(shown, found.drive), caption, caption).write(options.new)
+    Drawing("drive", draw_runs(told or runs, found.drive), caption, caption).write(options.new)
     data = found.to_dict() | {"predicted": errors}
     write_text(options.new / "drive.json", to_json(data | {"provenance": provenance(options)}))
     for name, value in data["table"].items():

@@ -78,7 +78,7 @@ class Gear:
 def _march(wanted, step, fine, n, play, k, eta, load, spring, f_m, f_l, w_m, w_l, d_m, d_l, j_m, j_l):  # type: ignore[no-untyped-def]
     """Motor's angle and torque, load's angle and torque (n_t, 4), semi-implicit Euler."""
     out = np.empty((wanted.size // fine, 4))
-    stiff = 2e3 * (f_m + n * load if load > 0 else f_m - n * load) / 0.5 * n + 50 * n * n * k
+    stiff = 2e3 * (f_m + n * abs(load)) / 0.5 * n + 50 * n * n * k
     lead = 2 * np.sqrt(stiff * j_m)
     x_m, v_m, x_l, v_l, z_m, z_l = wanted[0], 0.0, n * wanted[0], 0.0, 0.0, 0.0
     before = wanted[0]
