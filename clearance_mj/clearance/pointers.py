@@ -28,7 +28,7 @@ _SHARED = [
     *(f"clearance/{part}.py" for part in ("reynolds", "round_kernel")),
     *(f"engines/{part}.py" for part in ("decimating", "lane_modes", "round_loop", "round_points", "round_scheme")),
     *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),
-    "physical/library.py",  # where in MuJoCo's structures a value lies
+    *(f"physical/{part}.py" for part in ("drive_loop", "drives", "library", "memory")),
 ]  # Files with what compiled functions of other files call or read
 
 

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 from .bristles import friction, joint_friction, tendon_friction
 from .checks import check, compile
 from .clearances import add_annular_clearance, add_backlash
+from .drives import DriveState, add_drive, drive_state
 from .elements import apply, inverse_inertia
 from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
 from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping
 from .step import largest_step
+from .transmission import DriveFriction, Efficiency
 
 if TYPE_CHECKING:
     from .softener import Softener
@@ -23,13 +25,18 @@ __all__ = [
     "IMPEDANCE",
     "INVERSE_INERTIA",
     "SOLREF_PER_UNIT",
+    "DriveFriction",
+    "DriveState",
+    "Efficiency",
     "Softener",
     "add_annular_clearance",
     "add_backlash",
+    "add_drive",
     "apply",
     "check",
     "compile",
     "contact",
+    "drive_state",
     "friction",
     "inverse_inertia",
     "joint_friction",

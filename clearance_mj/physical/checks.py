@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .bristles import frictions
+from .drives import drives
 from .elements import KINDS, apply, asked, compiled, inverse_inertia
 from .rows import ParasiticMass, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
@@ -108,8 +109,9 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
         (contacts and on & more.mjENBL_OVERRIDE, "flag override replaces the softness of every contact; disable it"),
         (kinds and on & more.mjENBL_DIAGEXACT, "flag diagexact scales stiffness with the pose; disable it"),
         (
-            kinds and model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE,
-            "integrator discrete scales stiffness with the step; use Euler, implicitfast or RK4",
+            kinds and model.opt.integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", None),
+            "integrator discrete scales stiffness with the step where there is damping, and damps all ringing; use "
+            "Euler, implicitfast or RK4",
         ),
     ):
         if wrong:
@@ -117,11 +119,13 @@ def _settings(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
+    until = "until a Softener(model) is in use, or its update() is called in every step"
     if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
         return
-    until = "until a Softener(model) is in use, or its update() is called in every step"
     for rubbing in frictions(model):
         yield f'friction of {rubbing.kind} "{rubbing.name}" does not act {until}'
+    for drive in drives(model):
+        yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {until}'
     for element in asked(model):
         if element.softness.law:
             yield f'{KINDS[element.kind].noun} "{element.name}" keeps one stiffness and follows no law {until}'

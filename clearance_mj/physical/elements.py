@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KINDS", "MARK", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "compiled", "find", "give",
-    "inverse_inertia", "name_of", "softness", "specification", "texts", "write_text",
+    "inverse_inertia", "name_of", "note_softener", "softness", "specification", "texts", "write_text",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -58,6 +58,11 @@ KINDS = {
     ),
 }  # fmt: skip
 """By the names that records of them have"""
+_NOTE = (
+    "friction, laws and drives of this model act only while clearance_mj.physical.Softener(model) is in use, or its "
+    "update() is called in every step; without it nothing rubs, actuators with drives exert nothing, and stiffness "
+    "stays that of a law's nominal depth"
+)
 MARK = "physical:"  # begins the names of texts that hold what was asked
 
 
@@ -115,7 +120,9 @@ def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
 
 
 def _names(model: mujoco.MjModel, object_type: mujoco.mjtObj) -> Iterator[str]:
-    count = {"JOINT": model.njnt, "TENDON": model.ntendon, "PAIR": model.npair, "GEOM": model.ngeom}
+    count = {
+        "JOINT": model.njnt, "TENDON": model.ntendon, "PAIR": model.npair, "GEOM": model.ngeom, "ACTUATOR": model.nu
+    }  # fmt: skip
     number = count.get(object_type.name.removeprefix("mjOBJ_"), model.nsite)
     return filter(None, (mujoco.mj_id2name(model, object_type, i) for i in range(number)))
 
@@ -240,6 +247,11 @@ def write_text(spec: mujoco.MjSpec, kind: str, name: str, data: str) -> None:
             text.data = data
             return
     spec.add_text(name=key, data=data)
+
+
+def note_softener(spec: mujoco.MjSpec) -> None:
+    """Write into a specification what its model does without a `Softener`."""
+    write_text(spec, "softener", "note", _NOTE)
 
 
 def give(target: Target, kind: str, names: list[str], wanted: Softness) -> None:

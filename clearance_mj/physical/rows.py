@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .bristles import frictions
+from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia
 from .softness import stiffness_damping
 
@@ -18,6 +19,7 @@ __all__ = ["ParasiticMass", "Pose", "Row", "parasitic_mass", "poses_of", "softne
 
 _NEAREST_WITHIN = 1e3  # m, distance up to which nearest points of geoms are looked for
 _NEXT_TO_RIGID = 1e6  # share of the inertia behind a row from which on its parasitic mass makes no difference
+_ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ")  # how the names of such rows begin
 _Bits, _Constraint = mujoco.mjtDisableBit, mujoco.mjtConstraint
 
 
@@ -25,19 +27,24 @@ class Row(NamedTuple):
     """A direction in which a spring and a damper press, with a force k r + c ṙ - μ a."""
 
     element: str
-    direction: np.ndarray  # (nv,)
+    direction: np.ndarray  # (n,) of the model's nv velocities and those of its drives' rotors
     k: float
     c: float
     mass: float = 0.0  # μ, the parasitic one of MuJoCo's constraints
-    kind: str = "constraint"  # or of a damper that integrators may take implicitly: "joint", "force"
+    kind: str = "constraint"  # or of a damper that integrators may take implicitly: "joint", "force"; "rotor": always
+
+    @property
+    def added(self) -> bool:
+        """Whether it is the `Softener` that adds it to the forces: bristles, and drives inside actuators."""
+        return self.element.startswith(_ADDED)
 
 
 class Pose(NamedTuple):
     """What presses in a pose."""
 
     number: int
-    mass: np.ndarray  # (nv, nv)
-    inverse: np.ndarray  # (nv, nv)
+    mass: np.ndarray  # (n, n)
+    inverse: np.ndarray  # (n, n)
     together: list[Row]  # at once
     alone: list[Row]  # each beside those
 
@@ -76,17 +83,53 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[Pose]:
     given = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
     if given.shape[-1] != model.nq or given.ndim != 2 or not len(given):
         raise ModelError(f"poses of shape {given.shape}; the model's need {model.nq} numbers each")
-    data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    data, mass, inside = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
+    rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in inside])
     for number, qpos in enumerate(given if model.nv else ()):
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fullM(model, data, mass)
-        inverse = np.linalg.inv(mass)
+        whole = rotors + np.pad(mass, (0, len(inside)))
+        inverse = np.linalg.inv(whole)
         together = [
             *_passive(model, data), *_servos(model, data), *_limits(model, data), *_bristles(model, data),
             *_active(model, data),
         ]  # fmt: skip
-        yield Pose(number, mass.copy(), inverse, [_softened(row, inverse) for row in together], _apart(model, data))
+        together = [*_padded(together, len(whole)), *_turning(model, data, inside)]
+        apart = list(_padded(_apart(model, data), len(whole)))
+        yield Pose(number, whole, inverse, [_softened(row, inverse) for row in together], apart)
+
+
+def _padded(rows: Iterable[Row], size: int) -> Iterator[Row]:
+    """Yield rows that move no rotor."""
+    for row in rows:
+        yield row._replace(direction=np.pad(row.direction, (0, size - len(row.direction))))
+
+
+def _turning(model: mujoco.MjModel, data: mujoco.MjData, inside: list[PlacedDrive]) -> Iterator[Row]:
+    """Yield teeth, hysteresis, friction and servos of drives inside actuators; servos as if they measured the rotor."""
+    for i, drive in enumerate(inside):
+        numbers, name = drive.numbers(model), f'drive of actuator "{drive.name}"'
+        rotor = np.eye(model.nv + len(inside))[model.nv + i]
+        moment, gear = _moment(model, data, drive.actuator)
+        between = rotor - np.pad(moment / gear, (0, len(inside)))
+        yield Row(f"teeth of {name}", between, float(numbers["k"]), float(numbers["c"]))
+        for k, _ in drive.slips(model):
+            yield Row(f"hysteresis of {name}", between, float(k), 0.0)
+        largest = sum(float(numbers[f"friction_{part}"]) for part in ("coulomb", "stribeck", "motor", "external"))
+        if largest or numbers["loss_forward"] or numbers["loss_backward"]:
+            yield Row(f"friction of {name}", rotor, float(numbers["friction_k"]), float(numbers["friction_c"]))
+        k, c = np.maximum(-model.actuator_biasprm[drive.actuator, 1:3], 0.0) * gear**2
+        yield Row(name, rotor, float(k), float(c + numbers["friction_viscous"]), kind="rotor")
+
+
+def _moment(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> tuple[np.ndarray, float]:
+    """What an actuator's length gains per velocity (nv,), and its gear."""
+    output = model.actuator_outadr[actuator] if hasattr(model, "actuator_outadr") else actuator
+    first, count = data.moment_rowadr[output], data.moment_rownnz[output]
+    direction = np.zeros(model.nv)
+    direction[data.moment_colind[first : first + count]] = data.actuator_moment[first : first + count]
+    return direction, float(model.actuator_gear[output, 0])
 
 
 def _softened(row: Row, inverse: np.ndarray) -> Row:
@@ -114,10 +157,8 @@ def _servos(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
     """Yield what actuators feed back, gain g u + b with b = b₀ + b₁ l + b₂ v, and g the same where it is affine."""
     off = model.opt.disableflags
     for i in range(model.nu):
-        output, group = model.actuator_outadr[i], model.actuator_group[i]
-        first, count = data.moment_rowadr[output], data.moment_rownnz[output]
-        direction, name = np.zeros(model.nv), f'actuator "{model.actuator(i).name}"'
-        direction[data.moment_colind[first : first + count]] = data.actuator_moment[first : first + count]
+        group, name = model.actuator_group[i], f'actuator "{model.actuator(i).name}"'
+        direction, _ = _moment(model, data, i)
         if model.actuator_damping[i] and not off & _Bits.mjDSBL_DAMPER:
             joint = model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_TENDON
             yield Row(name, direction, 0.0, model.actuator_damping[i], kind="joint" if joint else "force")

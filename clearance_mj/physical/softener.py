@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from numba import types
 
 from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
 from ..clearance.pointers import address
@@ -17,19 +18,17 @@ from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
 from .bristles import Friction, frictions
-from .elements import KINDS, MARK, Asked, asked, find, write_text
+from .drive_loop import PLACE
+from .drives import PlacedDrive, drives
+from .elements import KINDS, MARK, Asked, asked, find, note_softener
 
 __all__ = ["Softener", "reserve"]
 
 _MEMORY = f"{MARK}memory"  # name of the custom number that says where in the user data laws remember
-_NOTE = (
-    "friction and laws of this model act only while clearance_mj.physical.Softener(model) is in use, or its update() "
-    "is called in every step; without it nothing rubs, and stiffness stays that of a law's nominal depth"
-)
 
 
 class Softener:
-    """What lets a model's contacts, limits and friction follow their laws, at every step.
+    """What lets a model's contacts, limits and friction follow their laws, and its drives turn, at every step.
 
     Between ``mj_step1`` and ``mj_step2`` of a loop of your own call `update`; or use it as a context, in which every
     ``mj_step``, ``mujoco.rollout`` and ``mujoco.batch`` of such models follows the laws, on any number of threads::
@@ -39,7 +38,7 @@ class Softener:
 
     Forces are those of the step's own positions and velocities, exact but for the parasitic mass of all softness
     here. What laws remember (impact speeds, envelopes, hysteresis, bristles) is in ``data.userdata``, where `compile`
-    has reserved room: it is copied, saved, restored and reset with the data.
+    has reserved room: it is copied, saved, restored and reset with the data. Drives are in ``data.act``.
 
     Parameters
     ----------
@@ -49,28 +48,35 @@ class Softener:
     Raises
     ------
     ModelError
-        If nothing in the model follows a law or has friction, there is no room reserved, or the integrator would ask
-        for forces between the steps (``RK4``) or changes stiffness (``discrete``).
+        If nothing in the model follows a law, has friction or a drive, there is no room reserved, or the integrator
+        would ask for forces between the steps (``RK4``) or changes those of laws (``discrete``).
     """
 
     def __init__(self, model: mujoco.MjModel):
         if not isinstance(model, mujoco.MjModel):
             raise ModelError(f"got {type(model).__name__}, needs a mujoco.MjModel; compile() makes it of an MjSpec")
-        laws, bristles = _laws(model), list(frictions(model))
-        if not laws and not bristles:
-            raise ModelError("no contact or limit follows a law and none has friction; constant ones need no Softener")
-        _refuse_integrator(model)
+        laws, bristles, turning = _laws(model), list(frictions(model)), list(drives(model))
+        self._softens = bool(laws or bristles)
+        if not self._softens and not turning:
+            raise ModelError(
+                "no contact or limit follows a law, none has friction and no actuator a drive; constant ones need no "
+                "Softener"
+            )
+        _refuse_integrator(model, bool(laws))
         self.model = model
         self._parts = _parts(model, laws, bristles)
+        self._drives = _drive_places(model, turning)
         room, key = _reserved(model), _key(laws, bristles)
-        if room[1:] != (self._parts.template.size, *key) or room.first + room.size > model.nuserdata:
+        if self._softens and room[1:] != (self._parts.template.size, *key) or room.first + room.size > model.nuserdata:
             raise ModelError(
                 "the model has no room in its userdata for what these laws and friction remember; "
                 "make it with clearance_mj.physical.compile()"
             )
         self._head = np.zeros(1, loop.HEAD)
-        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
-        own = {"first": room.first, "numeric": model.numeric_adr[index] + 2}
+        own = {"first": room.first, "drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
+        if self._softens:
+            index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
+            own["numeric"] = model.numeric_adr[index] + 2
         own["soften"] = address(loop.soften, loop.SOFTEN)
         values = {**self._parts.places(), **loop.PLACES, **own}
         for name, value in values.items():
@@ -81,6 +87,8 @@ class Softener:
 
     def update(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let forces follow the laws; to be called between ``mj_step1`` and ``mj_step2``, or as a control callback.
+
+        Drives turn by a step too, so controls are to be set before, and a step has one call.
 
         Parameters
         ----------
@@ -97,7 +105,10 @@ class Softener:
         called = self._called
         if called[0] is not model or called[1] is not data:
             called = self._called = self._call(model, data)
-        loop.soften_at(called[2])
+        if self._softens:
+            loop.soften_at(called[2])
+        if len(self._drives) and mujoco.get_mjcb_act_dyn() is None:
+            loop.turn_at(called[2])
 
     def _call(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[mujoco.MjModel, mujoco.MjData, int, Any]:
         """Return what `update` was given, and the address of their addresses in an array, and the array."""
@@ -148,6 +159,18 @@ class _Parts(NamedTuple):
             "n_frictions": len(self.frictions), "first_friction": self.first_friction, "size": self.template.size,
             "records": self.first_record, "numbers": self.template.size - n_numbers, "n_numbers": n_numbers,
         }  # fmt: skip
+
+
+def _drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.ndarray:
+    """(n,) where compiled code finds the drives of a model."""
+    found = np.zeros(len(placed), PLACE)
+    for place, drive in zip(found, placed):
+        index, several = drive.actuator, hasattr(model, "actuator_outadr")
+        place["actuator"], place["numeric"], place["slips"] = index, drive.numeric, drive.hysteresis
+        place["act"], place["size"] = model.actuator_actadr[index], model.actuator_actnum[index]
+        place["output"] = model.actuator_outadr[index] if several else index
+        place["control"] = model.actuator_ctrladr[index] if several else index
+    return found
 
 
 def _laws(model: mujoco.MjModel) -> list[Asked]:
@@ -237,7 +260,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     if now == before or not (size or before.size):
         return False
     spec.nuserdata = first + size
-    write_text(spec, "softener", "note", _NOTE)
+    note_softener(spec)
     for numeric in spec.numerics:
         if numeric.name == _MEMORY:
             numeric.data = now
@@ -270,18 +293,25 @@ def _key(laws: Sequence[Asked], bristles: Sequence[Friction]) -> tuple[int, int]
     return key % 1_000_000, key // 1_000_000
 
 
-def _refuse_integrator(model: mujoco.MjModel) -> None:
+def _refuse_integrator(model: mujoco.MjModel, laws: bool) -> None:
     integrators = mujoco.mjtIntegrator
     integrator = integrators(int(model.opt.integrator))
-    if integrator in (integrators.mjINT_RK4, integrators.mjINT_DISCRETE):
-        name = integrator.name.removeprefix("mjINT_")
-        raise ModelError(f"integrator {name}: laws and friction need Euler, implicit or implicitfast")
+    if integrator == integrators.mjINT_RK4:
+        raise ModelError("integrator RK4 asks for forces between the steps; use Euler, implicit or implicitfast")
+    if laws and integrator == getattr(integrators, "mjINT_DISCRETE", None):
+        raise ModelError("integrator DISCRETE changes the forces of laws; use Euler, implicit or implicitfast")
 
 
 @cache
 def _control() -> Any:
     """Return MuJoCo's control callback, which looks for the Softener of the model that is stepped."""
     return loop.as_c(loop.control)
+
+
+@cache
+def _dynamics() -> Any:
+    """Return MuJoCo's callback for the dynamics of actuators, which looks for the Softener of their model."""
+    return loop.as_c(loop.dynamics, types.int32, result=types.float64)
 
 
 _CHANGING = threading.Lock()
@@ -294,7 +324,10 @@ def _install(softener: Softener) -> None:
         if not loop.IN_USE.any():
             if mujoco.get_mjcb_control() is not None:
                 raise ModelError("MuJoCo has a control callback already; call update() in it instead")
+            if mujoco.get_mjcb_act_dyn() is not None:
+                raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
             mujoco.set_mjcb_control(_control())
+            mujoco.set_mjcb_act_dyn(_dynamics())
         loop.IN_USE[np.argmin(loop.IN_USE != 0)] = softener._address
 
 
@@ -303,3 +336,4 @@ def _remove(softener: Softener) -> None:
         loop.IN_USE[loop.IN_USE == softener._address] = 0
         if not loop.IN_USE.any():
             mujoco.set_mjcb_control(None)
+            mujoco.set_mjcb_act_dyn(None)

@@ -16,9 +16,10 @@ from numba.extending import intrinsic
 
 from ..clearance.follower import contact_force
 from ..clearance.kernel import BUSHING, STATE, contact_step, follow_law, grease_step
-from ..clearance.pointers import OPTIONS, caller, kernel_loop
-from . import library
+from ..clearance.pointers import OPTIONS, STRICT, caller, kernel_loop
+from . import drive_loop, library
 from .library import external
+from .memory import doubles, field, integers, pointer
 
 __all__ = ["BUSHING_SIZE", "ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 
@@ -37,6 +38,7 @@ PLACES = {
     **{f"c_{name}": library.CONTACT[name] for name in CONTACT},
     "m_timestep": library.MODEL["opt"] + library.OPTION["timestep"],
     "contact_size": library.CONTACT_SIZE,
+    **drive_loop.PLACES,
 }  # Offsets in MuJoCo's structures, bytes
 
 _OWN = (
@@ -47,6 +49,7 @@ _OWN = (
     "frictions", "n_frictions", "first_friction",  # of FRICTION, and where in the memory their bristles begin
     "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
     "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
+    "drives", "n_drives",  # address and number of their PLACE
     "records", "numbers", "n_numbers",  # where in the memory; records are those of the element that is looked at
 )  # fmt: skip
 HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, *PLACES))])
@@ -78,17 +81,6 @@ _apply_force = external("mj_applyFT", *(types.intp,) * 5, types.int32, types.int
 
 
 @intrinsic
-def _to_pointer(_: Any, place: Any) -> Any:
-    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
-        return builder.inttoptr(values[0], cgutils.voidptr_t)
-
-    return types.voidptr(types.intp), generate
-
-
-_pointer: Any = _to_pointer  # Address as a pointer, for compiled code
-
-
-@intrinsic
 def _place_in_use(_: Any) -> Any:
     """Address of `IN_USE`, which code that is cached between sessions knows by name."""
 
@@ -103,47 +95,31 @@ def _place_in_use(_: Any) -> Any:
 _in_use: Any = _place_in_use
 
 
-@numba.njit(**OPTIONS)
-def _numbers(place: int, n: int) -> np.ndarray:
-    return numba.carray(_pointer(place), n, np.float64)
-
-
-@numba.njit(**OPTIONS)
-def _integers(place: int, n: int) -> np.ndarray:
-    return numba.carray(_pointer(place), n, np.int32)
-
-
-@numba.njit(**OPTIONS)
-def _field(place: int) -> int:
-    """A pointer that a structure holds."""
-    return numba.carray(_pointer(place), 1, np.int64)[0]
-
-
 def soften(where: int, model: int, data: int) -> None:
     """Give every contact and limit the force of its law, and add grease and friction to the passive forces.
 
     To be called with the address of a HEAD when a step's positions, velocities and constraints are known and its
     forces are not, as a control callback is.
     """
-    head = numba.carray(_pointer(where), 1, HEAD)[0]
-    here = _field(data + head.d_userdata) + 8 * head.first
-    memory, n = _numbers(here, head.size), head.n_elements
-    time = _numbers(data + head.d_time, 1)[0]
+    head = numba.carray(pointer(where), 1, HEAD)[0]
+    here = field(data + head.d_userdata) + 8 * head.first
+    memory, n = doubles(here, head.size), head.n_elements
+    time = doubles(data + head.d_time, 1)[0]
     step = time - memory[1]
     begins = memory[0] == 0.0 or step < 0.0 or step > 1.5 * memory[0]
     if begins:
-        memory[:] = _numbers(head.template, head.size)
+        memory[:] = doubles(head.template, head.size)
         step = 0.0
-    memory[0], memory[1] = _numbers(model + head.m_timestep, 1)[0], time
-    n_rows, n_contacts = _integers(data + head.d_nefc, 1)[0], _integers(data + head.d_ncon, 1)[0]
+    memory[0], memory[1] = doubles(model + head.m_timestep, 1)[0], time
+    n_rows, n_contacts = integers(data + head.d_nefc, 1)[0], integers(data + head.d_ncon, 1)[0]
     if n > 0:
-        elements = numba.carray(_pointer(head.elements), n, ELEMENT)
-        kept = numba.carray(_pointer(here + 16), n, KEPT)
+        elements = numba.carray(pointer(head.elements), n, ELEMENT)
+        kept = numba.carray(pointer(here + 16), n, KEPT)
         for e in range(n):
             kept[e].row = -1
-        joints, tendons = _integers(head.joints, 1), _integers(head.tendons, 1)
-        kinds = _integers(_field(data + head.d_efc_type), n_rows)
-        ids = _integers(_field(data + head.d_efc_id), n_rows)
+        joints, tendons = integers(head.joints, 1), integers(head.tendons, 1)
+        kinds = integers(field(data + head.d_efc_type), n_rows)
+        ids = integers(field(data + head.d_efc_id), n_rows)
         for r in range(n_rows):
             e = -1
             if kinds[r] == _LIMIT_JOINT:
@@ -153,8 +129,8 @@ def soften(where: int, model: int, data: int) -> None:
             if e >= 0:
                 kept[e].row = r
         for i in range(n_contacts):
-            contact = _field(data + head.d_contact) + i * head.contact_size
-            geoms, r = _integers(contact + head.c_geom, 2), _integers(contact + head.c_efc_address, 1)[0]
+            contact = field(data + head.d_contact) + i * head.contact_size
+            geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0:
                 for e in range(head.first_pair, n):
                     if _between(geoms, elements[e].geom1, elements[e].geom2):
@@ -166,16 +142,16 @@ def soften(where: int, model: int, data: int) -> None:
             elif numbers[elements[e].impact] != 0.0:
                 numbers[elements[e].impact] = 0.0
         memory[head.records : head.numbers] = 0.0
-    frictions = numba.carray(_pointer(head.frictions), head.n_frictions, FRICTION)
-    qvel, passive = _numbers(_field(data + head.d_qvel), 1), _numbers(_field(data + head.d_qfrc_passive), 1)
+    frictions = numba.carray(pointer(head.frictions), head.n_frictions, FRICTION)
+    qvel, passive = doubles(field(data + head.d_qvel), 1), doubles(field(data + head.d_qfrc_passive), 1)
     for i in range(head.n_frictions):
         friction, start = frictions[i], head.first_friction + i * OF_FRICTION
         bristles = memory[start : start + OF_FRICTION]
-        numbers = _numbers(_field(model + head.m_numeric_data) + 8 * friction.numeric, 3)
+        numbers = doubles(field(model + head.m_numeric_data) + 8 * friction.numeric, 3)
         if friction.kind == JOINT:
             passive[friction.dof] -= _bend(numbers, bristles, step, qvel[friction.dof])
         elif friction.kind == TENDON:
-            speed = _numbers(_field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
+            speed = doubles(field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
             _pull(head, model, data, friction.dof, friction.size, _bend(numbers, bristles, step, speed), passive)
         else:
             _rub(head, model, data, friction, numbers, bristles, here + 8 * start, step)
@@ -187,26 +163,26 @@ def _follow(
     step: float, n_rows: int, n_contacts: int,
 ) -> None:  # fmt: skip
     """Let an element follow its law."""
-    bushings = numba.carray(_pointer(here + 8 * head.records), 1, BUSHING)
-    states = numba.carray(_pointer(here + 8 * head.records + BUSHING_SIZE), 1, STATE)
-    bushings[0] = numba.carray(_pointer(head.bushings), head.n_elements, BUSHING)[e]
-    states[0] = numba.carray(_pointer(head.states), head.n_elements, STATE)[e]
-    bushing, state, numbers = bushings[0], states[0], _numbers(here + 8 * head.numbers, head.n_numbers)
-    depths = _numbers(_field(data + head.d_efc_pos), n_rows)
-    speeds = _numbers(_field(data + head.d_efc_vel), n_rows)
-    softness = _numbers(_field(data + head.d_efc_R), n_rows)
-    wanted = _numbers(_field(data + head.d_efc_aref), n_rows)
-    passive = _numbers(_field(data + head.d_qfrc_passive), 1)
+    bushings = numba.carray(pointer(here + 8 * head.records), 1, BUSHING)
+    states = numba.carray(pointer(here + 8 * head.records + BUSHING_SIZE), 1, STATE)
+    bushings[0] = numba.carray(pointer(head.bushings), head.n_elements, BUSHING)[e]
+    states[0] = numba.carray(pointer(head.states), head.n_elements, STATE)[e]
+    bushing, state, numbers = bushings[0], states[0], doubles(here + 8 * head.numbers, head.n_numbers)
+    depths = doubles(field(data + head.d_efc_pos), n_rows)
+    speeds = doubles(field(data + head.d_efc_vel), n_rows)
+    softness = doubles(field(data + head.d_efc_R), n_rows)
+    wanted = doubles(field(data + head.d_efc_aref), n_rows)
+    passive = doubles(field(data + head.d_qfrc_passive), 1)
     x, speed = -1.0, 0.0
     if element.kind <= TENDON:
         if element.kind == JOINT:
-            walls = _numbers(_field(model + head.m_jnt_range) + 16 * element.index, 2)
-            x = _numbers(_field(data + head.d_qpos), 1)[element.place]
-            speed = _numbers(_field(data + head.d_qvel), 1)[element.dof]
+            walls = doubles(field(model + head.m_jnt_range) + 16 * element.index, 2)
+            x = doubles(field(data + head.d_qpos), 1)[element.place]
+            speed = doubles(field(data + head.d_qvel), 1)[element.dof]
         else:
-            walls = _numbers(_field(model + head.m_tendon_range) + 16 * element.index, 2)
-            x = _numbers(_field(data + head.d_ten_length), 1)[element.index]
-            speed = _numbers(_field(data + head.d_ten_velocity), 1)[element.index]
+            walls = doubles(field(model + head.m_tendon_range) + 16 * element.index, 2)
+            x = doubles(field(data + head.d_ten_length), 1)[element.index]
+            speed = doubles(field(data + head.d_ten_velocity), 1)[element.index]
         middle = 0.0 if element.from_zero else 0.5 * (walls[0] + walls[1])
         x -= middle
         bushing.upper = walls[1] - middle
@@ -230,8 +206,8 @@ def _follow(
     kept.displacement, kept.envelope = x, state.envelope
     if element.kind == PAIR and kept.row >= 0:
         for i in range(n_contacts):
-            contact = _field(data + head.d_contact) + i * head.contact_size
-            geoms, r = _integers(contact + head.c_geom, 2), _integers(contact + head.c_efc_address, 1)[0]
+            contact = field(data + head.d_contact) + i * head.contact_size
+            geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0 and _between(geoms, element.geom1, element.geom2):
                 wanted[r] = softness[r] * _press(bushing, state, numbers, -depths[r], -speeds[r])
     else:
@@ -250,31 +226,57 @@ def _press(bushing: Any, state: Any, numbers: np.ndarray, x: float, speed: float
 @kernel_loop(**OPTIONS)
 def control(model: int, data: int) -> None:
     """Call `soften` with the HEAD in use that is the model's; MuJoCo's control callback."""
-    for where in numba.carray(_pointer(_in_use()), ROOM, np.int64):
+    for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
         if where != 0:
-            head = numba.carray(_pointer(where), 1, HEAD)[0]
-            if head.signature == _field(model + head.m_signature):
-                key = _numbers(_field(model + head.m_numeric_data) + 8 * head.numeric, 2)
+            head = numba.carray(pointer(where), 1, HEAD)[0]
+            if head.size > 0 and head.signature == field(model + head.m_signature):
+                key = doubles(field(model + head.m_numeric_data) + 8 * head.numeric, 2)
                 if key[0] == head.key[0] and key[1] == head.key[1]:
                     call_soften(head.soften, where, model, data)
                     return
 
 
+@kernel_loop(**OPTIONS)
+def dynamics(model: int, data: int, actuator: int) -> float:
+    """Let the drive inside an actuator turn; MuJoCo's callback for the dynamics of actuators."""
+    for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
+        if where != 0:
+            head = numba.carray(pointer(where), 1, HEAD)[0]
+            if head.signature == field(model + head.m_signature):
+                places = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
+                for i in range(head.n_drives):
+                    if places[i].actuator == actuator:
+                        drive_loop.turn(head, model, data, places[i])
+                        return 0.0
+    return 0.0
+
+
+@kernel_loop(**STRICT)
+def turn_at(places: int) -> None:
+    """Let all drives of a model turn in a user's own loop; the three places at an address are those of `soften_at`."""
+    given = numba.carray(pointer(places), 3, np.int64)
+    head = numba.carray(pointer(given[0]), 1, HEAD)[0]
+    drives = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
+    for i in range(head.n_drives):
+        drive_loop.advance(head, given[1], given[2], drives[i])
+
+
 @kernel_loop(nogil=False, **OPTIONS)  # to let go of the interpreter's lock would take longer than the call
 def soften_at(places: int) -> None:
     """Call `soften` with the three places at an address; one argument is passed faster than three."""
-    given = numba.carray(_pointer(places), 3, np.int64)
-    head = numba.carray(_pointer(given[0]), 1, HEAD)[0]
+    given = numba.carray(pointer(places), 3, np.int64)
+    head = numba.carray(pointer(given[0]), 1, HEAD)[0]
     call_soften(head.soften, given[0], given[1], given[2])
 
 
-def as_c(function: Any) -> Any:
-    """Return a function of two places, compiled by numba, as one of C."""
-    signature = types.intp, types.intp
+def as_c(function: Any, *more: Any, result: Any = types.void) -> Any:
+    """Return a function of two places, and more, compiled by numba, as one of C."""
+    signature = types.intp, types.intp, *more
     function.compile(signature)
     made = function.overloads[signature]
     address = made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name)
-    return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(address)
+    kinds = {types.intp: ctypes.c_ssize_t, types.int32: ctypes.c_int32, types.float64: ctypes.c_double}
+    return ctypes.CFUNCTYPE(kinds.get(result), *(kinds[kind] for kind in signature))(address)
 
 
 @numba.njit(**OPTIONS)
@@ -285,8 +287,8 @@ def _between(geoms: np.ndarray, geom1: int, geom2: int) -> bool:
 @numba.njit(**OPTIONS)
 def _pull(head: Any, model: int, data: int, first: int, size: int, force: float, passive: np.ndarray) -> None:
     """Let a force resist a tendon's lengthening."""
-    row = _numbers(_field(data + head.d_ten_J) + 8 * first, size)
-    columns = _integers(_field(model + head.m_ten_J_colind) + 4 * first, size)
+    row = doubles(field(data + head.d_ten_J) + 8 * first, size)
+    columns = integers(field(model + head.m_ten_J_colind) + 4 * first, size)
     for i in range(size):
         passive[columns[i]] -= row[i] * force
 
@@ -308,16 +310,16 @@ def _rub(
 
     Several points of contact have one bristle at the centre of their pressure.
     """
-    contacts, n_contacts = _field(data + head.d_contact), _integers(data + head.d_ncon, 1)[0]
-    wanted, softness = _field(data + head.d_efc_aref), _field(data + head.d_efc_R)
+    contacts, n_contacts = field(data + head.d_contact), integers(data + head.d_ncon, 1)[0]
+    wanted, softness = field(data + head.d_efc_aref), field(data + head.d_efc_R)
     pressed, body1, body2 = 0.0, friction.body1, friction.body2
     x, y, z, nx, ny, nz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n_contacts):
         contact = contacts + i * head.contact_size
-        geoms, r = _integers(contact + head.c_geom, 2), _integers(contact + head.c_efc_address, 1)[0]
+        geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
         if r >= 0 and _between(geoms, friction.geom1, friction.geom2):
-            force = max(_numbers(wanted + 8 * r, 1)[0] / _numbers(softness + 8 * r, 1)[0], 0.0)
-            place, frame = _numbers(contact + head.c_pos, 3), _numbers(contact + head.c_frame, 3)
+            force = max(doubles(wanted + 8 * r, 1)[0] / doubles(softness + 8 * r, 1)[0], 0.0)
+            place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 3)
             pressed += force
             x, y, z = x + force * place[0], y + force * place[1], z + force * place[2]
             nx, ny, nz = nx + force * frame[0], ny + force * frame[1], nz + force * frame[2]
@@ -344,7 +346,7 @@ def _rub(
     share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), 1e-300))
     bristles[0], bristles[1], bristles[2] = bx, by, bz
     bristles[9], bristles[10], bristles[11] = x, y, z
-    passive = _field(data + head.d_qfrc_passive)
+    passive = field(data + head.d_qfrc_passive)
     for sign, body in ((-share, body2), (share, body1)):
         bristles[3], bristles[4], bristles[5] = sign * fx, sign * fy, sign * fz
         if body > 0:
@@ -354,9 +356,9 @@ def _rub(
 @numba.njit(**OPTIONS)
 def _velocity(head: Any, model: int, data: int, body: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Velocity of a body's point, m/s."""
-    root = _integers(_field(model + head.m_body_rootid) + 4 * body, 1)[0]
-    centre = _numbers(_field(data + head.d_subtree_com) + 24 * root, 3)
-    moves = _numbers(_field(data + head.d_cvel) + 48 * body, 6)
+    root = integers(field(model + head.m_body_rootid) + 4 * body, 1)[0]
+    centre = doubles(field(data + head.d_subtree_com) + 24 * root, 3)
+    moves = doubles(field(data + head.d_cvel) + 48 * body, 6)
     rx, ry, rz = x - centre[0], y - centre[1], z - centre[2]
     return (
         moves[3] + moves[1] * rz - moves[2] * ry,

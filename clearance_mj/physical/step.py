@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .drives import drives
 from .rows import Pose, Row, poses_of
 
 __all__ = ["Stable", "hardest", "largest_step"]
@@ -31,9 +32,10 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     The semi-implicit step of a spring and damper is stable below h = 2/(δ + √(δ² + ω²)); for all together, with an
     implicit damping D and an explicit C, below the h at which 4M + h (2D - 2C) - h² K is singular, M the mass matrix of
     a pose. Joint dampers are implicit in Euler; those of tendons and servos too in implicit and implicitfast, where
-    they fit into the pattern of M; constraints in none. RK4 has its own limit, discrete none.
+    they fit into the pattern of M; constraints in none. RK4 has its own limit; in discrete only bristles and drives
+    have one.
 
-    Counted at once are all limits, springs, dampers, bristles and servos (actuators with an affine bias, the gains of
+    Counted at once are all limits, springs, dampers, bristles, drives inside actuators and servos (actuators with an affine bias, the gains of
     others at the end of their ctrlrange) and all contacts that touch; each other pair of geoms as if it touched too,
     where it is nearest. Not counted are constraints whose solref is a time constant, since MuJoCo keeps those stable
     itself (unless flag refsafe is disabled: then they count), geoms without a pair that do not touch in the pose,
@@ -63,11 +65,12 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
 def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None) -> Stable:
     """Return the longest stable step with what makes it so short; see `largest_step`."""
     found = Stable(np.inf, "nothing", 0)
-    if model.opt.integrator == _Integrator.mjINT_DISCRETE:
-        return found
+    discrete = model.opt.integrator == getattr(_Integrator, "mjINT_DISCRETE", None)
     implicit, runge_kutta = _implicit(model), model.opt.integrator == _Integrator.mjINT_RK4
     limit = _runge_kutta if runge_kutta else _semi_implicit
     for pose in poses_of(model, poses):
+        if discrete:  # it takes all but what the Softener adds implicitly
+            pose = pose._replace(together=[row for row in pose.together if row.added], alone=[])
         rates = {row.element: _rate(row, pose, implicit) for row in pose.together}
         step = limit(pose, pose.together, implicit)
         worst = max(rates, key=lambda element: rates[element], default="nothing")
@@ -81,15 +84,17 @@ def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None) -> Stable:
 
 
 def _implicit(model: mujoco.MjModel) -> _Mask:
-    """(nv, nv) which derivatives of dampers an integrator takes implicitly, by the kind of damper."""
+    """(n, n) which derivatives of dampers an integrator takes implicitly, by the kind of damper."""
+    size = model.nv + sum(1 for _ in drives(model))
+    rotors = {"rotor": np.diag(np.arange(size) >= model.nv).astype(float)} if size > model.nv else {}
     if model.opt.integrator in (_Integrator.mjINT_IMPLICIT, _Integrator.mjINT_IMPLICITFAST):
-        fits = np.zeros((model.nv, model.nv))
+        fits = np.zeros((size, size))
         for row, first, count in zip(fits, model.D_rowadr, model.D_rownnz):
             row[model.D_colind[first : first + count]] = 1
-        return {"joint": fits, "force": fits}
+        return {"joint": fits, "force": fits, **rotors}
     if model.opt.integrator == _Integrator.mjINT_EULER and not model.opt.disableflags & _Bits.mjDSBL_EULERDAMP:
-        return {"joint": np.eye(model.nv)}
-    return {}
+        return {"joint": np.eye(size), **rotors}
+    return rotors
 
 
 def _rate(row: Row, pose: Pose, implicit: _Mask) -> float:

@@ -1,0 +1,159 @@
+"""How a drive inside an actuator turns by a step, compiled; MuJoCo calls it as the actuator's dynamics.
+
+Semi-implicit as MuJoCo's own steps: torques are those of the step's positions, and the rotor's damping, with that of a
+servo that measures its speed, is implicit. What the step adds to the activation is its derivative times the time step.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numba
+import numpy as np
+
+from ..clearance.pointers import OPTIONS, STRICT
+from . import library
+from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
+from .memory import doubles, field, integers, pointer
+
+__all__ = ["PLACE", "PLACES", "advance", "turn"]
+
+_DATA = ("act", "act_dot", "ctrl", "actuator_length", "actuator_velocity")
+_MODEL = (
+    "actuator_actrange", "actuator_biasprm", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_dynprm",
+    "actuator_forcerange", "actuator_gainprm", "actuator_gear", "actuator_group", "numeric_data",
+)  # fmt: skip
+PLACE = np.dtype([(name, np.int64) for name in ("actuator", "numeric", "slips", "act", "size", "output", "control")])
+"""Where a drive has its numbers, its activation, its length and its control"""
+
+_SIZE, _PRM = DRIVE.itemsize, 10
+_WORST = 1e10  # from which on MuJoCo takes a control for an error
+_OPTION = {f"m_{name}": library.MODEL["opt"] + library.OPTION[name] for name in ("disableflags", "disableactuator")}
+PLACES = {
+    **{f"d_{name}": library.DATA[name] for name in _DATA},
+    **{f"m_{name}": library.MODEL[name] for name in _MODEL},
+    **_OPTION,
+    "m_timestep": library.MODEL["opt"] + library.OPTION["timestep"],
+}  # Offsets in MuJoCo's structures, bytes
+_CLAMP_OFF = int(mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL)
+
+
+@numba.njit(**OPTIONS)
+def turn(head: Any, model: int, data: int, place: Any) -> None:
+    """Write the derivative of a drive's activation, last of it such that the actuator exerts the teeth's torque."""
+    h = doubles(model + head.m_timestep, 1)[0]
+    act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
+    rates = doubles(field(data + head.d_act_dot) + 8 * place.act, place.size)
+    group = integers(field(model + head.m_actuator_group) + 4 * place.actuator, 1)[0]
+    if 0 <= group < 31 and (integers(model + head.m_disableactuator, 1)[0] >> group) & 1:
+        for i in range(place.size):  # it begins anew when it is enabled
+            rates[i] = -act[i] / h
+        return
+    own = field(model + head.m_numeric_data) + 8 * place.numeric
+    drive, slips = numba.carray(pointer(own), 1, DRIVE)[0], doubles(own + _SIZE, 2 * place.slips)
+    gear = doubles(field(model + head.m_actuator_gear) + 48 * place.output, 1)[0]
+    length = doubles(field(data + head.d_actuator_length), place.output + 1)[place.output]
+    velocity = doubles(field(data + head.d_actuator_velocity), place.output + 1)[place.output]
+    load, load_speed = length / gear, velocity / gear
+    begun = act[BEGUN] != 0.0
+    angle, speed = (act[ANGLE], act[SPEED]) if begun else (load, load_speed)
+    if drive.encoder == 0.0:
+        length, velocity = gear * angle, gear * speed
+    entered, rates[INPUT] = _input(head, model, data, place, drive, h, act[INPUT])
+    motor, braking = _motor(head, model, place, entered, length, velocity)
+    motor, braking = gear * motor, gear * gear * braking if drive.encoder == 0.0 else 0.0
+
+    ahead, closing = angle - load, speed - load_speed
+    pressed = drive.k * (abs(ahead) - drive.gap) + drive.c * np.sign(ahead) * closing
+    if drive.gap == 0.0:
+        torque = drive.k * ahead + drive.c * closing
+    else:
+        torque = np.sign(ahead) * max(pressed, 0.0) if abs(ahead) > drive.gap else 0.0
+    for i in range(place.slips):
+        k, largest = slips[2 * i], slips[2 * i + 1]
+        bent = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
+        rates[BRISTLES + 1 + i] = (bent - act[BRISTLES + 1 + i]) / h
+        torque += k * bent
+
+    largest, smallest = _slipping(drive, speed, motor, torque)
+    bent = act[BRISTLES] + begun * h * speed
+    bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
+    rates[BRISTLES] = (bent - act[BRISTLES]) / h
+    rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
+
+    damping = drive.friction_viscous + braking
+    faster = (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)
+    after = speed + h * faster
+    rates[SPEED] = faster if begun else (after - act[SPEED]) / h
+    rates[ANGLE] = after if begun else (angle + h * after - act[ANGLE]) / h
+    rates[BEGUN] = (1.0 - act[BEGUN]) / h
+    rates[MOTOR_TORQUE] = (motor - braking * (after - speed) - act[MOTOR_TORQUE]) / h
+    rates[place.size - 1] = (torque / gear - act[place.size - 1]) / h
+
+
+@numba.njit(**OPTIONS)
+def _input(head: Any, model: int, data: int, place: Any, drive: Any, h: float, before: float) -> tuple[float, float]:
+    """Return what the motor's gain is multiplied with, and the derivative of the actuator's former activation."""
+    control = doubles(field(data + head.d_ctrl) + 8 * place.control, 1)[0]
+    if not abs(control) <= _WORST:
+        control = 0.0
+    limited = numba.carray(pointer(field(model + head.m_actuator_ctrllimited) + place.control), 1, np.uint8)[0]
+    if limited and not integers(model + head.m_disableflags, 1)[0] & _CLAMP_OFF:
+        limits = doubles(field(model + head.m_actuator_ctrlrange) + 16 * place.control, 2)
+        control = min(max(control, limits[0]), limits[1])
+    if drive.dynamics == 0.0:
+        return control, 0.0
+    rate = control
+    if drive.dynamics > 1.0:
+        tau = max(doubles(field(model + head.m_actuator_dynprm) + 8 * _PRM * place.actuator, 1)[0], 1e-15)
+        rate = (control - before) / (tau if drive.dynamics == 2.0 else h / -np.expm1(-h / tau))
+    limits = doubles(field(model + head.m_actuator_actrange) + 16 * place.actuator, 2)
+    if limits[0] < limits[1]:
+        rate = (min(max(before + h * rate, limits[0]), limits[1]) - before) / h
+    return before + h * rate if drive.early else before, rate
+
+
+@numba.njit(**OPTIONS)
+def _motor(
+    head: Any, model: int, place: Any, entered: float, length: float, velocity: float
+) -> tuple[float, float]:  # fmt: skip
+    """Return the actuator's own force, and the damping that is in it."""
+    gain = doubles(field(model + head.m_actuator_gainprm) + 8 * _PRM * place.actuator, 3)
+    bias = doubles(field(model + head.m_actuator_biasprm) + 8 * _PRM * place.actuator, 3)
+    limits = doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2)
+    force = (gain[0] + gain[1] * length + gain[2] * velocity) * entered + bias[0] + bias[1] * length + bias[2] * velocity
+    if limits[0] < limits[1] and not limits[0] <= force <= limits[1]:
+        return min(max(force, limits[0]), limits[1]), 0.0
+    return force, max(-(gain[2] * entered + bias[2]), 0.0)
+
+
+@numba.njit(**OPTIONS)
+def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[float, float]:
+    """Return the friction at which the rotor slips forward, and backward; see `DriveFriction`."""
+    load = -torque
+    limit = drive.friction_coulomb + abs(drive.friction_external * load - drive.friction_motor * motor)
+    rest = np.exp(-(abs(speed / drive.friction_stribeck_speed) ** drive.friction_stribeck_exponent))
+    more = drive.friction_stribeck
+    more += abs(drive.friction_stribeck_external * load - drive.friction_stribeck_motor * motor)
+    if np.sign(load) != np.sign(motor):
+        if abs(load) < abs(motor):
+            more += drive.friction_motor_square * load**2
+        elif abs(load) > abs(motor):
+            more += drive.friction_external_square * motor**2
+    limit += rest * more
+    driven, driving = drive.loss_forward * abs(torque), drive.loss_backward * abs(torque)
+    if torque >= 0.0:
+        return limit + driven, -limit - driving
+    return limit + driving, -limit - driven
+
+
+@numba.njit(**STRICT)
+def advance(head: Any, model: int, data: int, place: Any) -> None:
+    """Let a drive turn in the own loop of a user, whom MuJoCo's call to `turn` does not serve."""
+    turn(head, model, data, place)
+    h = doubles(model + head.m_timestep, 1)[0]
+    act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
+    rates = doubles(field(data + head.d_act_dot) + 8 * place.act, place.size)
+    for i in range(place.size):
+        act[i] += h * rates[i]

@@ -1,0 +1,312 @@
+"""Drives inside actuators: rotor, play, teeth and friction in the actuator's own state, without a joint of their own.
+
+A drive stands in the model as ``<custom><numeric name="physical:drive:motor" data="..."/>``, the numbers of `DRIVE` and
+then stiffness and force of each element of its hysteresis, and is read there at every step. The actuator keeps its gains
+in ``gainprm`` and ``biasprm``; its activation is what `DriveState` has, and is integrated with the model's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import LawError, ModelError
+from .elements import MARK, compiled, find, name_of, note_softener, softness, specification
+from .transmission import DriveFriction, Efficiency
+
+__all__ = ["BEGUN", "DRIVE", "DriveState", "PlacedDrive", "add_drive", "drive_state", "drives", "friction_numbers"]
+
+_FRICTION = (
+    "k", "c", "coulomb", "viscous", "motor", "external", "stribeck", "stribeck_motor", "stribeck_external",
+    "stribeck_speed", "stribeck_exponent", "motor_square", "external_square",
+)  # fmt: skip
+DRIVE = np.dtype(
+    [
+        (name, np.float64)
+        for name in (
+            "inertia", "gap", "k", "c", "encoder", "dynamics", "early",
+            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward",
+        )
+    ]
+)  # fmt: skip
+"""Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics`` and ``early``: of the actuator before"""
+
+ANGLE, SPEED, MOTOR_TORQUE, BEGUN, INPUT, BRISTLES = range(6)
+"""Places in the actuator's activation; deflections of the hysteresis and, last, the torque on the load follow"""
+_DYNAMICS = {
+    mujoco.mjtDyn.mjDYN_NONE: 0, mujoco.mjtDyn.mjDYN_INTEGRATOR: 1, mujoco.mjtDyn.mjDYN_FILTER: 2,
+    mujoco.mjtDyn.mjDYN_FILTEREXACT: 3,
+}  # fmt: skip
+_ENCODERS = ("motor", "load")
+
+
+class PlacedDrive(NamedTuple):
+    """A drive of a model, and where it is."""
+
+    name: str
+    actuator: int
+    numeric: int  # where in numeric_data its numbers begin
+    hysteresis: int  # number of elements
+
+    def numbers(self, model: mujoco.MjModel) -> np.void:
+        """Return its numbers as they are now, a DRIVE."""
+        return model.numeric_data[self.numeric : self.numeric + len(DRIVE.names or ())].view(DRIVE)[0]
+
+    def slips(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return stiffness and force (n, 2) of the elements of its hysteresis."""
+        first = self.numeric + len(DRIVE.names or ())
+        return model.numeric_data[first : first + 2 * self.hysteresis].reshape(-1, 2)
+
+
+class DriveState(NamedTuple):
+    """What a drive's log would show of its motor, in units of the actuator's joint or tendon."""
+
+    angle: Any
+    """of the motor, rad (m)"""
+    speed: Any
+    """of the motor, rad/s (m/s)"""
+    motor_torque: Any
+    """N m (N), of the step that has ended"""
+    load_torque: Any
+    """N m (N), of the drive on the load, of the step that has ended"""
+
+
+def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveState:
+    """Return angle, speed and torques of a drive that is inside an actuator.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        The model.
+    act : array_like, shape (..., na)
+        Activations: ``data.act``, or those of many steps, the last ``na`` numbers of what ``mujoco.rollout`` returns.
+    actuator : str or mujoco.MjsActuator
+        Of `add_drive`.
+
+    Returns
+    -------
+    DriveState
+        Numbers, or arrays (...); all zero before the first step.
+
+    Raises
+    ------
+    ModelError
+        For an actuator without a drive, or activations of another model.
+    """
+    name, states = name_of(actuator), np.asarray(act, dtype=float)
+    if states.shape[-1:] != (model.na,):
+        raise ModelError(f"act has the shape {states.shape}; the model's needs {model.na} numbers in its last axis")
+    for drive in drives(model):
+        if drive.name == name:
+            own = states[..., model.actuator_actadr[drive.actuator] :]
+            last = model.actuator_actnum[drive.actuator] - 1
+            return DriveState(*(own[..., place] for place in (ANGLE, SPEED, MOTOR_TORQUE, last)))
+    raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
+
+
+def add_drive(
+    spec: mujoco.MjSpec, actuator: Any, gap: float, k: float, c: float, inertia: float | None = None, *,
+    encoder: str = "motor", friction: DriveFriction | None = None, hysteresis: Sequence[tuple[float, float]] = (),
+) -> None:  # fmt: skip
+    """Put a rotor behind elastic teeth with play into an actuator: no joint is added, and no row of the solver's.
+
+    The joint (or tendon) is the load and stays what it was. The actuator's own law, a motor's or a servo's, turns the
+    rotor, which presses on the load with k r + c ṙ beyond the gap to either side, never pulling. Rotor and friction
+    are the actuator's activation: MuJoCo saves, restores, copies and resets them with the data, and ``rollout`` and
+    ``batch`` return them; after a reset the rotor stands in the middle of the play, wherever the load is. It turns in
+    a `Softener` alone.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place.
+    actuator : str or mujoco.MjsActuator
+        A motor or servo of a hinge, slide or tendon (gain and bias fixed or affine; activation none, integrator or
+        filter).
+    gap : float
+        To either side, rad (m), >= 0: half of the play; 0 for an elastic drive without play.
+    k : float
+        Stiffness of the teeth at the load, N m/rad (N/m), > 0.
+    c : float
+        Their damping, N m s/rad (N s/m), >= 0.
+    inertia : float, optional
+        Of the rotor at the load (times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature, which
+        moves to the rotor.
+    encoder : str
+        Where a servo measures: at the "motor", before the play, or at the "load".
+    friction : DriveFriction, optional
+        At the motor, seen at the load.
+    hysteresis : sequence of (float, float)
+        Stiffness, N m/rad, and largest torque, N m, of elements in parallel to the teeth that stick and slip
+        (Maxwell-slip).
+
+    Raises
+    ------
+    ModelError
+        For an actuator that the model does not have, has a drive already or is of another kind, and numbers out of
+        range.
+    LawError
+        For a stiffness or damping out of range.
+    """
+    name, model = name_of(actuator), compiled(specification(spec))
+    index, motor = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name), spec.actuator(name)
+    where = f'actuator "{name}"'
+    if any(drive.name == name for drive in drives(model)):
+        raise ModelError(f"{where} has a drive already")
+    softness(k, c, None, 0.0)
+    slips = [(float(stiffness), float(force)) for stiffness, force in hysteresis]
+    for label, value, ok in (
+        ("gap", gap, gap >= 0),
+        *(("inertia", inertia, inertia > 0) for inertia in [inertia] if inertia is not None),
+        *((f"hysteresis[{i}]", value, value > 0) for i, slip in enumerate(slips) for value in slip),
+    ):
+        if not (ok and np.isfinite(value)):
+            raise ModelError(f"{where}: {label} {value} must be finite and {'>=' if label == 'gap' else '>'} 0")
+    if encoder not in _ENCODERS:
+        raise ModelError(f'{where}: encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
+    _refuse(model, index, where)
+    load = _joint(spec, model, index)
+    if inertia is None:
+        if load is None or not load.armature > 0:
+            raise ModelError(f"{where}: its {'tendon' if load is None else 'joint'} has no armature; give inertia > 0")
+        inertia, load.armature = float(load.armature), 0.0
+    limits = _motor_limits(model, index, where)
+    if load is not None:
+        load.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    values = (
+        inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
+        model.actuator_actearly[index], *friction_numbers(friction),
+    )  # fmt: skip
+    numbers = [*values, *(value for slip in slips for value in slip)]
+    spec.add_numeric(name=f"{MARK}drive:{name}", data=numbers, size=len(numbers))
+    saved = [np.array(key.act) for key in spec.keys]
+    if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED:
+        motor.gainprm[1:3] = 0
+    if model.actuator_biastype[index] == mujoco.mjtBias.mjBIAS_NONE:
+        motor.biasprm[:3] = 0
+    motor.dyntype, motor.gaintype, motor.biastype = (
+        mujoco.mjtDyn.mjDYN_USER, mujoco.mjtGain.mjGAIN_USER, mujoco.mjtBias.mjBIAS_USER
+    )  # fmt: skip
+    if hasattr(motor, "ctrlspec"):
+        motor.ctrlspec = 0  # which inputs a servo declares; the number of controls stays one
+    motor.actdim, motor.actearly = BRISTLES + 2 + len(slips), True
+    motor.actlimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+    motor.actrange = model.actuator_actrange[index] if model.actuator_actlimited[index] else (0, 0)
+    motor.forcerange = limits
+    note_softener(spec)
+    _extend_keys(spec, saved, model, name)
+
+
+def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
+    """Return what a DRIVE holds of a friction."""
+    found = friction or DriveFriction(1.0)
+    efficiency = Efficiency(*found.efficiency)
+    losses = 1 / efficiency.forward - 1, 1 - efficiency.backward
+    return *(float(getattr(found, name)) for name in _FRICTION), *losses
+
+
+def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
+    """Yield the drives inside a model's actuators.
+
+    Raises
+    ------
+    ModelError
+        For one whose actuator is gone or has been changed.
+    """
+    for i in range(model.nnumeric):
+        before, mark, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_NUMERIC, i) or "").partition(
+            f"{MARK}drive:"
+        )
+        if not mark:
+            continue
+        name, more = before + after, int(model.numeric_size[i]) - len(DRIVE.names or ())
+        actuator = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
+        if (
+            more < 0 or more % 2 or model.actuator_dyntype[actuator] != mujoco.mjtDyn.mjDYN_USER
+            or model.actuator_actnum[actuator] != BRISTLES + 2 + more // 2
+        ):  # fmt: skip
+            raise ModelError(f'actuator "{name}" is no longer what add_drive() made of it')
+        yield PlacedDrive(name, actuator, int(model.numeric_adr[i]), more // 2)
+
+
+def _refuse(model: mujoco.MjModel, index: int, where: str) -> None:
+    """Refuse an actuator that cannot turn a rotor."""
+    kinds = mujoco.mjtTrn, mujoco.mjtDyn, mujoco.mjtGain, mujoco.mjtBias
+    fields = ("trntype", "dyntype", "gaintype", "biastype")
+    found = [kind(int(getattr(model, f"actuator_{field}")[index])) for kind, field in zip(kinds, fields)]
+    allowed = (
+        (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT, mujoco.mjtTrn.mjTRN_TENDON),
+        tuple(_DYNAMICS),
+        (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE),
+        (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE),
+    )
+    for kind, can in zip(found, allowed):
+        if kind not in can:
+            raise ModelError(
+                f"{where} is {kind.name.partition('_')[2].lower()}; a drive needs {' or '.join(_name(c) for c in can)}"
+            )
+    joint = model.actuator_trnid[index, 0]
+    if found[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
+        mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+    ):  # fmt: skip
+        raise ModelError(f"{where}: a drive needs a hinge or slide")
+    if getattr(model, "actuator_ctrlnum", np.ones(model.nu))[index] != 1:
+        raise ModelError(f"{where} has {model.actuator_ctrlnum[index]} controls; a drive needs one")
+    for field in ("delay", "armature", "damping"):
+        if np.any(getattr(model, f"actuator_{field}", np.zeros(model.nu))[index]):
+            raise ModelError(f"{where} has {field}, which a drive cannot take over; set it to 0")
+    if not model.actuator_gear[_output(model, index), 0]:
+        raise ModelError(f"{where} has gear 0")
+
+
+def _name(kind: Any) -> str:
+    return str(kind.name.partition("_")[2].lower())
+
+
+def _output(model: mujoco.MjModel, index: int) -> int:
+    """Which of the forces, lengths and gears is an actuator's; MuJoCo 3 has one for each."""
+    return int(model.actuator_outadr[index]) if hasattr(model, "actuator_outadr") else index
+
+
+def _joint(spec: mujoco.MjSpec, model: mujoco.MjModel, index: int) -> mujoco.MjsJoint | None:
+    if model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON:
+        return None
+    return spec.joint(spec.actuators[index].target)
+
+
+def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
+    """Return the range (2,) of the motor's force, with what limits its joint's actuators; zeros for none."""
+    limits, joint = np.array((-np.inf, np.inf)), model.actuator_trnid[index, 0]
+    on_joint = model.actuator_trntype < mujoco.mjtTrn.mjTRN_TENDON.value
+    if on_joint[index] and model.jnt_actfrclimited[joint]:
+        if np.sum((model.actuator_trnid[:, 0] == joint) & on_joint) > 1:
+            raise ModelError(f"{where}: its joint has other actuators and a common actuatorfrcrange; set that of each")
+        limits = np.sort(model.jnt_actfrcrange[joint] / model.actuator_gear[_output(model, index), 0])
+    if model.actuator_forcelimited[index]:
+        own = model.actuator_forcerange[index]
+        limits = np.array((max(limits[0], own[0]), min(limits[1], own[1])))
+    return limits if np.isfinite(limits).all() else np.zeros(2)
+
+
+def _extend_keys(spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, name: str) -> None:
+    """Give the drive its places in keyframes that have activations: its input goes along, all else is to begin."""
+    if not any(act.size for act in saved):
+        return
+    for key in spec.keys:
+        key.act = np.zeros(0)
+    now = compiled(spec)
+    for key, act in zip(spec.keys, saved):
+        if not act.size:
+            continue
+        longer = np.zeros(now.na)
+        for i in range(model.nu):
+            old, new, count = model.actuator_actadr[i], now.actuator_actadr[i], model.actuator_actnum[i]
+            if now.actuator(i).name == name:
+                new += INPUT
+            if count:
+                longer[new : new + count] = act[old : old + count]
+        key.act = longer

@@ -1,0 +1,171 @@
+"""Friction of a transmission: how much of a torque it passes each way, and the largest friction at its motor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+from ..core.errors import LawError
+
+__all__ = ["DriveFriction", "Efficiency"]
+
+
+class Efficiency(NamedTuple):
+    """Share of the torque that passes, driven and driven back; friction that grows with the torque carried."""
+
+    forward: float
+    """torque out over torque in, without friction's constant part, of a drive that moves its load"""
+    backward: float
+    """torque that the motor must still hold over the load's, of a load that moves its drive; 0 or less: self-locking"""
+
+    @classmethod
+    def capstan(cls, friction: float) -> Efficiency:
+        """Return that of a cable around an angle, with friction μ φ: e^{-μφ} both ways (Euler, 1769).
+
+        Parameters
+        ----------
+        friction : float
+            Coefficient of friction times the angle in rad.
+        """
+        return cls(math.exp(-friction), math.exp(-friction))
+
+    @classmethod
+    def screw(cls, lead: float, friction: float) -> Efficiency:
+        """Return that of a worm or a screw of square thread: tan λ / tan(λ + ρ) and tan(λ - ρ) / tan λ, tan ρ = μ.
+
+        Shigley's Mechanical Engineering Design, section 8-2. It locks itself where μ ≥ tan λ: backward is then
+        negative, since the motor must push the load back.
+
+        Parameters
+        ----------
+        lead : float
+            Lead angle λ, rad.
+        friction : float
+            Coefficient of friction μ.
+        """
+        rho = math.atan(friction)
+        return cls(math.tan(lead) / math.tan(lead + rho), math.tan(lead - rho) / math.tan(lead))
+
+
+@dataclass(frozen=True)
+class DriveFriction:
+    r"""Dry friction at a drive's motor, which may grow with the torque that it carries; seen at the load's side.
+
+    It sticks by a spring and damper, and slips at
+
+        coulomb + |external τ_e - motor τ_m| + e^{-\|ω/ω_s\|^α} (stribeck + |stribeck_external τ_e - stribeck_motor τ_m| + q)
+
+    τ_m the motor's torque, τ_e that of the load on the drive, q = motor_square τ_e² where \|τ_e\| < \|τ_m\| and
+    external_square τ_m² where it is larger, if they oppose each other: the models M1 to M6 of Duclusaud et al.,
+    *Extended Friction Models for the Physics Simulation of Servo Actuators* (arXiv 2410.08650). The losses of an
+    efficiency come on top: τ (1/forward - 1) of a drive that moves its load, τ (1 - backward) of one that is moved.
+    """
+
+    k: float
+    """stiffness while it sticks, N m/rad, > 0"""
+    c: float = 0.0
+    """damping while it sticks, N m s/rad"""
+    coulomb: float = 0.0
+    """N m, without load"""
+    viscous: float = 0.0
+    """N m s/rad of the motor's speed; acts besides"""
+    efficiency: Efficiency = Efficiency(1.0, 1.0)
+    """of the transmission"""
+    motor: float = 0.0
+    """friction per torque of the motor"""
+    external: float = 0.0
+    """friction per torque of the load"""
+    stribeck: float = 0.0
+    """N m, by which friction is larger at rest"""
+    stribeck_motor: float = 0.0
+    """as ``motor``, at rest"""
+    stribeck_external: float = 0.0
+    """as ``external``, at rest"""
+    stribeck_speed: float = 1.0
+    """ω_s, rad/s, > 0"""
+    stribeck_exponent: float = 2.0
+    """α, > 0"""
+    motor_square: float = 0.0
+    """1/(N m), of the quadratic friction while the motor's torque is the larger one"""
+    external_square: float = 0.0
+    """1/(N m), while the load's torque is the larger one"""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be.
+
+        Raises
+        ------
+        LawError
+            For numbers that are not finite or out of range.
+        """
+        forward, backward = self.efficiency
+        for field in fields(self):
+            value = getattr(self, field.name)
+            above = field.name in ("k", "stribeck_speed", "stribeck_exponent")
+            if field.name != "efficiency" and not (math.isfinite(value) and (value > 0 if above else value >= 0)):
+                raise LawError(
+                    f"{field.name} = {value:g} of a drive's friction must be finite and {'>' if above else '>='} 0"
+                )
+        if not (0 < forward <= 1 and math.isfinite(backward) and backward <= 1):
+            raise LawError(f"efficiency {forward:g}, {backward:g} must be in (0, 1] forward and <= 1 backward")
+
+    @classmethod
+    def from_bam(cls, parameters: Mapping[str, object], k: float, c: float = 0.0) -> DriveFriction:
+        """Return what a parameter file of BAM (Better Actuator Models) says, of any of its models M1 to M6.
+
+        Parameters
+        ----------
+        parameters : mapping
+            As read from its JSON file: "model", "friction_base", "friction_viscous", ...
+        k, c : float
+            Stiffness, N m/rad, and damping, N m s/rad, while it sticks, which these models do not have.
+
+        Raises
+        ------
+        LawError
+            For a model that is none of these, or a number that is missing.
+        """
+        model = str(parameters.get("model"))
+        if model not in _BAM:
+            raise LawError(f'model "{model}" of a BAM file; known: {", ".join(_BAM)}')
+        numbers = {}
+        for theirs in _BAM[model]:
+            value = parameters.get(theirs)
+            if not isinstance(value, int | float):
+                raise LawError(f'a BAM file of model "{model}" needs a number "{theirs}", got {value!r}')
+            for ours in _BAM_NAMES[theirs]:
+                numbers[ours] = float(value)
+        return cls(k, c, **numbers)
+
+
+_BAM_NAMES = {
+    "friction_base": ("coulomb",),
+    "friction_viscous": ("viscous",),
+    "friction_stribeck": ("stribeck",),
+    "dtheta_stribeck": ("stribeck_speed",),
+    "alpha": ("stribeck_exponent",),
+    "load_friction_base": ("motor", "external"),
+    "load_friction_motor": ("motor",),
+    "load_friction_external": ("external",),
+    "load_friction_stribeck": ("stribeck_motor", "stribeck_external"),
+    "load_friction_motor_stribeck": ("stribeck_motor",),
+    "load_friction_external_stribeck": ("stribeck_external",),
+    "load_friction_external_quad": ("motor_square",),
+    "load_friction_motor_quad": ("external_square",),
+}  # Names of a DriveFriction's numbers, by those of BAM's
+_M1 = ("friction_base", "friction_viscous")
+_M2 = (*_M1, "friction_stribeck", "dtheta_stribeck", "alpha")
+_M5 = (
+    *_M2, "load_friction_motor", "load_friction_external", "load_friction_motor_stribeck",
+    "load_friction_external_stribeck",
+)  # fmt: skip
+_BAM = {
+    "m1": _M1,
+    "m2": _M2,
+    "m3": (*_M1, "load_friction_base"),
+    "m4": (*_M2, "load_friction_base", "load_friction_stribeck"),
+    "m5": _M5,
+    "m6": (*_M5, "load_friction_motor_quad", "load_friction_external_quad"),
+}
