@@ -43,12 +43,12 @@ _CLAMP_OFF = int(mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL)
 def turn(head: Any, model: int, data: int, place: Any) -> None:
     """Write the derivative of a drive's activation, last of it such that the actuator exerts the teeth's torque."""
     h = doubles(model + head.m_timestep, 1)[0]
+    per_second = 1.0 / h
     act = doubles(field(data + head.d_act) + 8 * place.act, place.size)
     rates = doubles(field(data + head.d_act_dot) + 8 * place.act, place.size)
     group = integers(field(model + head.m_actuator_group) + 4 * place.actuator, 1)[0]
     if 0 <= group < 31 and (integers(model + head.m_disableactuator, 1)[0] >> group) & 1:
-        for i in range(place.size):  # it begins anew when it is enabled
-            rates[i] = -act[i] / h
+        act[BEGUN] = 0.0  # it begins anew when it is enabled
         return
     own = field(model + head.m_numeric_data) + 8 * place.numeric
     drive, slips = numba.carray(pointer(own), 1, DRIVE)[0], doubles(own + _SIZE, 2 * place.slips)
@@ -73,23 +73,25 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     for i in range(place.slips):
         k, largest = slips[2 * i], slips[2 * i + 1]
         bent = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
-        rates[BRISTLES + 1 + i] = (bent - act[BRISTLES + 1 + i]) / h
+        rates[BRISTLES + 1 + i] = (bent - act[BRISTLES + 1 + i]) * per_second
         torque += k * bent
 
-    largest, smallest = _slipping(drive, speed, motor, torque)
-    bent = act[BRISTLES] + begun * h * speed
-    bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
-    rates[BRISTLES] = (bent - act[BRISTLES]) / h
-    rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
+    rubbing = 0.0
+    if drive.rubs > 0.0:
+        largest, smallest = _slipping(drive, speed, motor, torque)
+        bent = act[BRISTLES] + begun * h * speed
+        bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
+        rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
+        rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
 
     damping = drive.friction_viscous + braking
     faster = (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)
     after = speed + h * faster
-    rates[SPEED] = faster if begun else (after - act[SPEED]) / h
-    rates[ANGLE] = after if begun else (angle + h * after - act[ANGLE]) / h
-    rates[BEGUN] = (1.0 - act[BEGUN]) / h
-    rates[MOTOR_TORQUE] = (motor - braking * (after - speed) - act[MOTOR_TORQUE]) / h
-    rates[place.size - 1] = (torque / gear - act[place.size - 1]) / h
+    rates[SPEED] = faster if begun else (after - act[SPEED]) * per_second
+    rates[ANGLE] = after if begun else (angle + h * after - act[ANGLE]) * per_second
+    rates[BEGUN] = (1.0 - act[BEGUN]) * per_second
+    rates[MOTOR_TORQUE] = (motor - braking * (after - speed) - act[MOTOR_TORQUE]) * per_second
+    rates[place.size - 1] = (torque / gear - act[place.size - 1]) * per_second
 
 
 @numba.njit(**OPTIONS)
@@ -122,7 +124,9 @@ def _motor(
     gain = doubles(field(model + head.m_actuator_gainprm) + 8 * _PRM * place.actuator, 3)
     bias = doubles(field(model + head.m_actuator_biasprm) + 8 * _PRM * place.actuator, 3)
     limits = doubles(field(model + head.m_actuator_forcerange) + 16 * place.actuator, 2)
-    force = (gain[0] + gain[1] * length + gain[2] * velocity) * entered + bias[0] + bias[1] * length + bias[2] * velocity
+    force = (
+        (gain[0] + gain[1] * length + gain[2] * velocity) * entered + bias[0] + bias[1] * length + bias[2] * velocity
+    )
     if limits[0] < limits[1] and not limits[0] <= force <= limits[1]:
         return min(max(force, limits[0]), limits[1]), 0.0
     return force, max(-(gain[2] * entered + bias[2]), 0.0)
@@ -133,7 +137,6 @@ def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[fl
     """Return the friction at which the rotor slips forward, and backward; see `DriveFriction`."""
     load = -torque
     limit = drive.friction_coulomb + abs(drive.friction_external * load - drive.friction_motor * motor)
-    rest = np.exp(-(abs(speed / drive.friction_stribeck_speed) ** drive.friction_stribeck_exponent))
     more = drive.friction_stribeck
     more += abs(drive.friction_stribeck_external * load - drive.friction_stribeck_motor * motor)
     if np.sign(load) != np.sign(motor):
@@ -141,7 +144,8 @@ def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[fl
             more += drive.friction_motor_square * load**2
         elif abs(load) > abs(motor):
             more += drive.friction_external_square * motor**2
-    limit += rest * more
+    if more > 0.0:
+        limit += more * np.exp(-(abs(speed / drive.friction_stribeck_speed) ** drive.friction_stribeck_exponent))
     driven, driving = drive.loss_forward * abs(torque), drive.loss_backward * abs(torque)
     if torque >= 0.0:
         return limit + driven, -limit - driving

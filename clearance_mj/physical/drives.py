@@ -29,11 +29,12 @@ DRIVE = np.dtype(
         (name, np.float64)
         for name in (
             "inertia", "gap", "k", "c", "encoder", "dynamics", "early",
-            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward",
+            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward", "rubs",
         )
     ]
 )  # fmt: skip
-"""Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics`` and ``early``: of the actuator before"""
+"""Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics`` and ``early``: of the actuator before;
+``rubs`` 1 where there is any dry friction"""
 
 ANGLE, SPEED, MOTOR_TORQUE, BEGUN, INPUT, BRISTLES = range(6)
 """Places in the actuator's activation; deflections of the hysteresis and, last, the torque on the load follow"""
@@ -97,14 +98,14 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
     ModelError
         For an actuator without a drive, or activations of another model.
     """
-    name, states = name_of(actuator), np.asarray(act, dtype=float)
+    name, states = name_of(actuator), np.array(act, dtype=float)  # no view of data that move on
     if states.shape[-1:] != (model.na,):
         raise ModelError(f"act has the shape {states.shape}; the model's needs {model.na} numbers in its last axis")
     for drive in drives(model):
         if drive.name == name:
             own = states[..., model.actuator_actadr[drive.actuator] :]
             last = model.actuator_actnum[drive.actuator] - 1
-            return DriveState(*(own[..., place] for place in (ANGLE, SPEED, MOTOR_TORQUE, last)))
+            return DriveState(*(own[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE, last)))
     raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
 
 
@@ -206,7 +207,20 @@ def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
     found = friction or DriveFriction(1.0)
     efficiency = Efficiency(*found.efficiency)
     losses = 1 / efficiency.forward - 1, 1 - efficiency.backward
-    return *(float(getattr(found, name)) for name in _FRICTION), *losses
+    rubs = any(
+        (
+            found.coulomb,
+            found.motor,
+            found.external,
+            found.stribeck,
+            found.stribeck_motor,
+            found.stribeck_external,
+            found.motor_square,
+            found.external_square,
+            *losses,
+        )
+    )
+    return *(float(getattr(found, name)) for name in _FRICTION), *losses, float(rubs)
 
 
 def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:

@@ -66,6 +66,8 @@ class Softener:
         self.model = model
         self._parts = _parts(model, laws, bristles)
         self._drives = _drive_places(model, turning)
+        self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
+        self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
         room, key = _reserved(model), _key(laws, bristles)
         if self._softens and room[1:] != (self._parts.template.size, *key) or room.first + room.size > model.nuserdata:
             raise ModelError(
@@ -74,6 +76,7 @@ class Softener:
             )
         self._head = np.zeros(1, loop.HEAD)
         own = {"first": room.first, "drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
+        own["of_actuators"] = self._of_actuators.ctypes.data
         if self._softens:
             index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
             own["numeric"] = model.numeric_adr[index] + 2

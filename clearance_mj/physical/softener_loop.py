@@ -49,7 +49,7 @@ _OWN = (
     "frictions", "n_frictions", "first_friction",  # of FRICTION, and where in the memory their bristles begin
     "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
     "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
-    "drives", "n_drives",  # address and number of their PLACE
+    "drives", "n_drives", "of_actuators",  # address and number of their PLACE, and which each actuator has, -1 for none
     "records", "numbers", "n_numbers",  # where in the memory; records are those of the element that is looked at
 )  # fmt: skip
 HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, *PLACES))])
@@ -229,7 +229,9 @@ def control(model: int, data: int) -> None:
     for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
         if where != 0:
             head = numba.carray(pointer(where), 1, HEAD)[0]
-            if head.size > 0 and head.signature == field(model + head.m_signature):
+            if head.signature == field(model + head.m_signature):
+                if head.size == 0:  # nothing but drives
+                    return
                 key = doubles(field(model + head.m_numeric_data) + 8 * head.numeric, 2)
                 if key[0] == head.key[0] and key[1] == head.key[1]:
                     call_soften(head.soften, where, model, data)
@@ -243,11 +245,11 @@ def dynamics(model: int, data: int, actuator: int) -> float:
         if where != 0:
             head = numba.carray(pointer(where), 1, HEAD)[0]
             if head.signature == field(model + head.m_signature):
-                places = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
-                for i in range(head.n_drives):
-                    if places[i].actuator == actuator:
-                        drive_loop.turn(head, model, data, places[i])
-                        return 0.0
+                i = numba.carray(pointer(head.of_actuators), actuator + 1, np.int64)[actuator]
+                if i >= 0:
+                    places = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
+                    drive_loop.turn(head, model, data, places[i])
+                return 0.0
     return 0.0
 
 

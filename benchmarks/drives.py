@@ -1,0 +1,87 @@
+"""Play of drives: inside the actuators, and as two joints, over the same chain of links without play.
+
+Links on hinges in a row, each with a position servo, 1 to 30 of them. Costs are of the processor's time over mj_step of
+the chain without play, of runs in turn: free, links that fall and swing with the servos' gains at zero, and engaged,
+servos that hold them. 64 environments are stepped by ``mujoco.batch``.
+"""
+
+import time
+
+import mujoco
+import mujoco.batch
+import numpy as np
+
+from clearance_mj import physical
+
+from .case import row
+
+JOINTS = 1, 2, 5, 10, 20, 30
+STEPS, ROUNDS, ENVIRONMENTS = 4000, 15, 64
+GAP, K, C = 2e-3, 3000.0, 0.5  # rad, N m/rad, N m s/rad
+
+
+def measure():
+    """Return rows as of `periodic`."""
+    rows = []
+    for joints in JOINTS:
+        models = {form: _chain(joints, form) for form in ("none", "actuator", "joint")}
+        softener = physical.Softener(models["actuator"])
+        for state, gain in (("free", 0.0), ("engaged", 1.0)):
+            costs = {"actuator": [], "joint": []}
+            for _ in range(ROUNDS):
+                plain = _march(models["none"], gain)
+                with softener:
+                    costs["actuator"].append(_march(models["actuator"], gain) / plain)
+                costs["joint"].append(_march(models["joint"], gain) / plain)
+            begin = f"{joints} joints, {state} ({1e6 * plain / STEPS:.1f} µs a step without play)"
+            rows.append(row(f"{begin}: play inside the actuators", costs["actuator"], "x", "<= 1.2"))
+            rows.append(row(f"{begin}: play between two joints each", costs["joint"], "x", ""))
+            less = [(two - 1) / max(one - 1, 1e-3) for one, two in zip(costs["actuator"], costs["joint"])]
+            rows.append(row(f"{begin}: overhead of joints over that of actuators", less, "x", ">= 5 at 30 joints"))
+        if joints in (1, 10, 30):
+            times = {form: [_batch(models[form]) for _ in range(5)] for form in ("none", "joint")}
+            with softener:
+                times["actuator"] = [_batch(models["actuator"]) for _ in range(5)]
+            for form, name in (("actuator", "play inside the actuators"), ("joint", "play between two joints each")):
+                ratios = [with_play / plain for with_play, plain in zip(times[form], times["none"])]
+                rows.append(
+                    row(f"{joints} joints, {ENVIRONMENTS} environments on two threads: {name}", ratios, "x", "")
+                )
+    return {"rows": rows}
+
+
+def _chain(joints, form):
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.integrator = 1e-4, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    parent, length = spec.worldbody, 0.2
+    for i in range(joints):
+        parent = parent.add_body(pos=[length if i else 0, 0, 0])
+        parent.add_joint(name=f"joint {i}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, i % 2, 1 - i % 2], armature=0.02)
+        parent.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[0, 0, 0, length, 0, 0], size=[0.02, 0, 0])
+        servo = spec.add_actuator(name=f"servo {i}", target=f"joint {i}", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        servo.set_to_position(kp=200.0, kv=5.0)
+    for i in range(joints):
+        if form == "actuator":
+            physical.add_drive(spec, f"servo {i}", GAP, K, C)
+        elif form == "joint":
+            physical.add_backlash(spec, f"joint {i}", GAP, K, C)
+    return physical.compile(spec)
+
+
+def _march(model, gain):
+    model.actuator_gainprm[:, 0], model.actuator_biasprm[:, 1] = 200.0 * gain, -200.0 * gain
+    data = mujoco.MjData(model)
+    begun = time.process_time()
+    mujoco.mj_step(model, data, STEPS)
+    spent = time.process_time() - begun
+    assert np.isfinite(data.qpos).all() and data.time > (STEPS - 1) * model.opt.timestep
+    return spent
+
+
+def _batch(model):
+    batch = mujoco.batch.Batch(model, ENVIRONMENTS, 2)
+    batch.ctrl[:] = 0.1
+    begun = time.perf_counter()
+    batch.step(nstep=STEPS // 8)
+    return time.perf_counter() - begun

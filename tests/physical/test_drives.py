@@ -1,0 +1,338 @@
+"""Drives inside actuators: the same motion as with two joints, in all of MuJoCo's ways to step, and closed forms."""
+
+import mujoco
+import mujoco.batch
+import numpy as np
+import pytest
+from mujoco import rollout
+
+from clearance_mj import physical
+from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.errors import LawError, ModelError
+from clearance_mj.physical import DriveFriction, drive_state
+
+from .arm import arm
+
+GAP, K, C = np.deg2rad(0.5), 2000.0, 0.5  # rad, N m/rad, N m s/rad
+LINK = """
+<mujoco>
+  <option timestep="1e-4"/>
+  <worldbody>
+    <body>
+      <joint name="elbow" axis="0 1 0" armature="0.01" damping="0.02" {joint}/>
+      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/>
+    </body>
+  </worldbody>
+  <actuator>{actuator}</actuator>
+  <keyframe><key name="bent" qpos="0.7" {key}/></keyframe>
+</mujoco>"""
+SERVO = '<position name="motor" joint="elbow" kp="60" kv="1.5" forcerange="-8 8"/>'
+MOTOR = '<motor name="motor" joint="elbow"/>'
+STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+
+def link(actuator=SERVO, joint="", key=""):
+    return mujoco.MjSpec.from_string(LINK.format(actuator=actuator, joint=joint, key=key))
+
+
+def driven(actuator=SERVO, gap=GAP, k=K, c=C, step=1e-4, joint="", **options):
+    """The link with a drive inside its actuator."""
+    spec = link(actuator, joint)
+    spec.option.timestep = step
+    physical.add_drive(spec, "motor", gap, k, c, **options)
+    return physical.compile(spec)
+
+
+def march(model, controls, data=None):
+    """Time, coordinates, speeds and activations after each step."""
+    data, out = data or mujoco.MjData(model), []
+    for control in controls:
+        data.ctrl[:] = control
+        mujoco.mj_step(model, data)
+        out.append([data.time, *data.qpos, *data.qvel, *data.act])
+    return np.array(out)
+
+
+def wave(n, step):
+    t = step * np.arange(n)
+    return 0.5 * np.sin(2 * np.pi * 1.3 * t) + 0.3 * np.sin(2 * np.pi * 0.31 * t)
+
+
+@pytest.mark.parametrize(
+    "actuator",
+    [
+        SERVO,
+        '<position name="motor" joint="elbow" kp="60" kv="1.5" timeconst="0.02"/>',
+        '<general name="motor" joint="elbow" gear="-3" gainprm="20" biastype="affine" biasprm="0.1 -20 -0.4"/>',
+        '<intvelocity name="motor" joint="elbow" kp="60" kv="1.5" actrange="-0.3 0.3"/>',
+    ],
+    ids=["servo", "filtered", "geared", "integrating"],
+)
+def test_the_motion_is_that_of_two_joints(actuator):
+    """Load, motor, and the play between them, RMS over 2 s in which the teeth change sides and the motor saturates."""
+    step, n = 2e-5, 100_000
+    spec = link(actuator)
+    spec.option.timestep, spec.option.integrator = step, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.gravity = (0, 0, -2)
+    inside = spec.copy()
+    physical.add_backlash(spec, "elbow", GAP, K, C)
+    physical.add_drive(inside, "motor", GAP, K, C)
+    two, one = physical.compile(spec), physical.compile(inside)
+    controls = wave(n, step) * (4 if "intvelocity" in actuator else 1)
+    joints = march(two, controls)
+    load, motor = (joints[:, 1 + two.joint(name).qposadr[0]] for name in ("elbow", "elbow drive"))
+    with physical.Softener(one):
+        found = march(one, controls)
+    state = drive_state(one, found[:, -one.na :], "motor")
+    assert np.ptp(np.sign(np.round(motor - load, 4))) == 2, "the teeth change sides"
+    for ours, theirs in ((found[:, 1], load), (state.angle, motor)):
+        assert np.sqrt(np.mean((ours - theirs) ** 2) / np.mean(theirs**2)) < 1e-3
+    play, expected = state.angle - found[:, 1], motor - load
+    assert np.sqrt(np.mean((play - expected) ** 2) / np.mean(expected**2)) < 3e-3
+
+
+def test_every_way_to_step_gives_the_same_numbers():
+    """mj_step, a loop of one's own, rollout in two calls, and a batch on two threads, to the last bit."""
+    model, controls = driven(friction=DriveFriction(500.0, 0.5, coulomb=0.2), hysteresis=[(300.0, 0.1)]), wave(3000, 1e-3)
+    softener = physical.Softener(model)
+    data, own = mujoco.MjData(model), []
+    for control in controls:
+        data.ctrl[0] = control
+        mujoco.mj_step1(model, data)
+        softener.update(model, data)
+        mujoco.mj_step2(model, data)
+        own.append([data.time, *data.qpos, *data.qvel, *data.act])
+    begin = np.zeros((1, mujoco.mj_stateSize(model, STATE)))
+    mujoco.mj_getState(model, mujoco.MjData(model), begin[0], STATE)
+    with softener:
+        stepped = march(model, controls)
+        first, _ = rollout.rollout(model, [mujoco.MjData(model)], begin, controls[None, :1000, None])
+        second, _ = rollout.rollout(model, [mujoco.MjData(model)], first[:, -1], controls[None, 1000:, None])
+        batch = mujoco.batch.Batch(model, 4, 2)
+        for control in controls:
+            batch.ctrl[:] = control
+            batch.step()
+    np.testing.assert_array_equal(own, stepped)
+    np.testing.assert_array_equal(np.concatenate((first[0], second[0])), stepped)
+    np.testing.assert_array_equal(batch.act, np.tile(stepped[-1, -model.na :], (4, 1)))
+
+
+def test_saved_and_restored_and_reset_with_the_data():
+    model, controls = driven(), wave(2000, 1e-3)
+    with physical.Softener(model):
+        whole = march(model, controls)
+        data = mujoco.MjData(model)
+        march(model, controls[:900], data)
+        saved, other = np.zeros(mujoco.mj_stateSize(model, STATE)), mujoco.MjData(model)
+        mujoco.mj_getState(model, data, saved, STATE)
+        mujoco.mj_setState(model, other, saved, STATE)
+        np.testing.assert_array_equal(march(model, controls[900:], other), whole[900:])
+        before = data.act.copy()
+        mujoco.mj_forward(model, data)
+        mujoco.mj_forward(model, data)
+        np.testing.assert_array_equal(data.act, before)
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_step(model, data)
+        assert drive_state(model, data.act, "motor").angle == pytest.approx(0.7, abs=1e-4)
+
+
+def test_a_model_that_was_written_and_read_again_and_one_that_is_attached(tmp_path):
+    spec = link(key='act=""')
+    physical.add_drive(spec, "motor", GAP, K, C, friction=DriveFriction(500.0, coulomb=0.25))
+    model, controls = physical.compile(spec), wave(500, 1e-3)
+    (tmp_path / "model.xml").write_text(spec.to_xml())
+    read = mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml"))
+    parent = mujoco.MjSpec()
+    parent.option.timestep = 1e-4
+    parent.attach(spec.copy(), prefix="left ", frame=parent.worldbody.add_frame())
+    attached = physical.compile(parent)
+    ends = []
+    for each in (model, read, attached):
+        with physical.Softener(each):
+            ends.append(march(each, controls)[-1])
+    np.testing.assert_allclose(ends[1], ends[0], rtol=1e-4)  # a file has six digits
+    np.testing.assert_allclose(ends[2], ends[0], rtol=1e-12)
+    assert "left physical:drive:motor" in {attached.numeric(i).name for i in range(attached.nnumeric)}
+
+
+def test_keyframes_keep_their_activations():
+    """That of a filtered servo becomes the drive's input; all else is to begin."""
+    spec = link('<position name="motor" joint="elbow" kp="60" timeconst="0.1"/>', key='act="0.25"')
+    physical.add_drive(spec, "motor", GAP, K, C)
+    model = physical.compile(spec)
+    assert model.key_act.tolist() == [[0, 0, 0, 0, 0.25, 0, 0]]
+
+
+@pytest.mark.parametrize("encoder", ["motor", "load"])
+def test_a_servo_holds_what_its_encoder_sees(encoder):
+    """Under a torque T the load is gap + T/k behind its motor, and the measured one T/kp from where it should be."""
+    torque, kp = 3.0, 60.0 if encoder == "motor" else 5.0
+    model = driven(SERVO.replace("60", str(kp)), encoder=encoder, friction=DriveFriction(1.0, viscous=2.0))
+    model.opt.gravity[:] = 0
+    data = mujoco.MjData(model)
+    data.ctrl[0], data.qfrc_applied[0] = 0.2, torque
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 100_000)
+    state, load = drive_state(model, data.act, "motor"), data.qpos[0]
+    assert load - state.angle == pytest.approx(GAP + torque / K, rel=1e-6)
+    assert (state.angle if encoder == "motor" else load) - 0.2 == pytest.approx(torque / kp, rel=1e-6)
+    assert (state.motor_torque, state.load_torque) == pytest.approx((-torque, -torque), rel=1e-6)
+    assert data.actuator_force[0] == pytest.approx(-torque, rel=1e-6)
+
+
+def test_limits_are_the_motors():
+    """Those of the actuator and of the joint's actuators hold for the motor, not for impacts of the teeth."""
+    for actuator, joint in (
+        (SERVO.replace("-8 8", "-2 2"), ""),
+        (SERVO.replace("-8 8", "-9 2.5"), 'actuatorfrcrange="-2 2"'),
+    ):
+        model = driven(actuator, joint=joint)
+        with physical.Softener(model):
+            state = drive_state(model, march(model, wave(9000, 1e-4) * 9)[:, -model.na :], "motor")
+        assert np.max(np.abs(state.motor_torque)) == 2.0
+        assert np.max(np.abs(state.load_torque)) > 2.5
+
+
+@pytest.mark.parametrize("actuator", [MOTOR, '<position name="motor" joint="elbow" kp="60" kv="1.5"/>'])
+@pytest.mark.parametrize("integrator", ["EULER", "IMPLICITFAST", "DISCRETE"])
+def test_the_longest_stable_step_is_known(actuator, integrator):
+    """Rotor and load on their teeth, without play: at rest after many steps just below it, lost just above."""
+    spec = link(actuator)
+    spec.joint("elbow").damping = [0, 0, 0]
+    spec.option.gravity, spec.option.integrator = (0, 0, 0), getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+    physical.add_drive(spec, "motor", 0.0, K, C)
+    model = physical.compile(spec)
+    longest = physical.largest_step(model)
+    for share, holds in ((0.999, True), (1.001, False)):
+        model.opt.timestep = share * longest
+        data = mujoco.MjData(model)
+        with physical.Softener(model):
+            mujoco.mj_step(model, data)
+            data.qvel[0] = 1e-3
+            worst = 0.0
+            for _ in range(3000):
+                mujoco.mj_step(model, data)
+                worst = max(worst, abs(data.qvel[0]))
+        assert (worst < 1e-2) == holds
+
+
+def test_numbers_may_change_while_the_model_runs():
+    """The custom number is read at every step: half the stiffness bends twice as far."""
+    model = driven(MOTOR, gap=0.0)
+    model.opt.gravity[:] = 0
+    stop = mujoco.MjData(model)
+    stop.ctrl[0], stop.qfrc_applied[0] = 1.0, -1.0
+    bent = []
+    for k in (K, K / 2):
+        model.numeric("physical:drive:motor").data[2] = k
+        with physical.Softener(model):
+            mujoco.mj_step(model, stop, 50_000)
+        bent.append(drive_state(model, stop.act, "motor").angle - stop.qpos[0])
+    assert bent == pytest.approx([1 / K, 2 / K], rel=1e-6)
+
+
+def test_a_disabled_drive_begins_anew():
+    spec = link(SERVO.replace("/>", ' group="3"/>'))
+    physical.add_drive(spec, "motor", GAP, K, C)
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    with physical.Softener(model):
+        march(model, wave(100, 1e-3), data)
+        model.opt.disableactuator = 1 << 3
+        march(model, np.zeros(2), data)
+        model.opt.disableactuator = 0
+        data.qpos[0] = -0.4
+        mujoco.mj_step(model, data)
+    assert drive_state(model, data.act, "motor").angle == pytest.approx(-0.4, abs=1e-3)
+
+
+def test_without_its_softener_a_drive_is_named_and_exerts_nothing():
+    model = driven()
+    assert any('actuator "motor" exerts nothing' in line for line in physical.check(model))
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 1.0
+    mujoco.mj_step(model, data, 10)
+    assert data.actuator_force[0] == 0
+    assert b"actuators with drives exert nothing" in bytes(model.text_data)
+
+
+def test_integrator_discrete_is_for_drives_and_friction_alone():
+    """Drives and bristles move as with implicitfast; a damped joint's limit gets 1.5 % softer at 1 ms; laws are refused."""
+    ends = []
+    for name in ("IMPLICITFAST", "DISCRETE"):
+        spec = link()
+        physical.add_drive(spec, "motor", GAP, K, C)
+        physical.joint_friction(spec, "elbow", 0.1, 500.0, 0.1)
+        spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name}")
+        model = physical.compile(spec)
+        with physical.Softener(model):
+            ends.append(march(model, wave(3000, 1e-3))[-1])
+    np.testing.assert_allclose(ends[1], ends[0], rtol=1e-9)
+    softer = []
+    for name in ("IMPLICITFAST", "DISCRETE"):
+        spec = arm()
+        spec.option.timestep, spec.option.integrator = 1e-3, getattr(mujoco.mjtIntegrator, f"mjINT_{name}")
+        for joint in ("shoulder", "elbow"):
+            spec.joint(joint).damping = [2, 0, 0]
+        physical.joint_limit(spec, "elbow", 730.0, 2.0)
+        model = physical.compile(spec)
+        data = mujoco.MjData(model)
+        data.ctrl[0], data.joint("elbow").qpos = 3.0, np.deg2rad(90)
+        mujoco.mj_step(model, data, 20_000)
+        softer.append(730 * (data.joint("elbow").qpos[0] - np.deg2rad(90)) / 3)
+    assert softer[0] == pytest.approx(1, abs=1e-9)
+    assert abs(softer[1] - 1) > 0.01
+    physical.joint_limit(spec, "elbow", law=ConstantLaw(730.0, 2.0))
+    with pytest.raises(ModelError, match="integrator DISCRETE changes the forces of laws"):
+        physical.Softener(physical.compile(spec))
+
+
+WRONG = [
+    (dict(gap=-1.0), "gap -1.0 must be finite and >= 0"),
+    (dict(inertia=0.0), "inertia 0.0 must be finite and > 0"),
+    (dict(hysteresis=[(100.0, -1.0)]), r"hysteresis\[0\] -1.0 must be finite and > 0"),
+    (dict(encoder="gear"), 'encoder "gear"; known: motor, load'),
+]
+
+
+@pytest.mark.parametrize("options, says", WRONG)
+def test_numbers_out_of_range(options, says):
+    with pytest.raises(ModelError, match=f'actuator "motor": {says}'):
+        driven(**options)
+
+
+@pytest.mark.parametrize(
+    "actuator, says",
+    [
+        (
+            '<general name="motor" joint="elbow" dyntype="muscle" lengthrange="0 1"/>',
+            "is muscle; a drive needs none or integrator or filter or filterexact",
+        ),
+        ('<position name="motor" joint="elbow" kp="6" delay="0.01" nsample="2"/>', "has delay"),
+        ('<motor name="other" joint="elbow"/>', 'no actuator "motor"; did you mean "other"|no actuator "motor"'),
+        ('<motor name="motor" joint="elbow" gear="0"/>', "has gear 0"),
+    ],
+)
+def test_actuators_that_cannot_have_a_drive(actuator, says):
+    with pytest.raises(ModelError, match=says):
+        driven(actuator)
+
+
+def test_more_that_is_refused():
+    spec = link()
+    with pytest.raises(LawError, match="k = 0"):
+        physical.add_drive(spec, "motor", GAP, 0.0, 1.0)
+    spec.joint("elbow").armature = 0
+    with pytest.raises(ModelError, match="its joint has no armature; give inertia"):
+        physical.add_drive(spec, "motor", GAP, K, C)
+    physical.add_drive(spec, "motor", GAP, K, C, 0.01)
+    with pytest.raises(ModelError, match="has a drive already"):
+        physical.add_drive(spec, "motor", GAP, K, C, 0.01)
+    model = physical.compile(spec)
+    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_RK4)
+    with pytest.raises(ModelError, match="integrator RK4 asks for forces between the steps"):
+        physical.Softener(model)
+    with pytest.raises(ModelError, match='actuator "other" has no drive'):
+        drive_state(model, np.zeros(model.na), "other")
+    with pytest.raises(ModelError, match="needs 7 numbers"):
+        drive_state(model, np.zeros(3), "motor")
