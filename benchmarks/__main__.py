@@ -9,11 +9,11 @@ from pathlib import Path
 from clearance_mj import __version__
 from clearance_mj.core.files import replacing
 
-from . import alternatives, memory, options, periodic, ridge, rotors, scaling, softener, space, speed
+from . import alternatives, drives, memory, options, periodic, ridge, rotors, scaling, softener, space, speed
 
 PARTS = {
     part.__name__.rpartition(".")[2]: part
-    for part in (speed, alternatives, scaling, options, memory, ridge, periodic, softener, rotors, space)
+    for part in (speed, alternatives, scaling, options, memory, ridge, periodic, softener, drives, rotors, space)
 }
 
 

@@ -48,6 +48,22 @@ def scaling(found):
     return figure
 
 
+def drives(found):
+    """Time of a step over that without play, inside the actuators and between two joints, over their number."""
+    figure = Figure(figsize=(5.5, 3.2), layout="constrained")
+    axes = figure.add_subplot()
+    names = {"actuator": "play inside the actuators", "joint": "play between two joints each"}
+    for (form, name), colour in zip(names.items(), COLOURS):
+        for state, line, marker in (("free", "--", "o"), ("engaged", "-", "s")):
+            ratios = found["series"][f"{form} {state}"]
+            axes.plot(found["joints"], ratios, line, color=colour, marker=marker, label=f"{name}, {state}", **STYLE)
+    axes.axhline(1.0, color="#8c8c8c", linewidth=0.8)
+    axes.set_ylim(0, None)
+    _label(axes, "joints", "time of a step over that without play")
+    axes.legend(fontsize=8)
+    return figure
+
+
 def steps(scaling, alternatives):
     """Error against the time step, and against the number of links."""
     figure = Figure(figsize=(7.5, 3.2), layout="constrained")

@@ -19,7 +19,7 @@ def main():
         _put(RESULTS, {"study": tables.study(json.loads((STUDY / "summary.json").read_text()))})
         shutil.copyfile(STUDY / "figures" / "frf_bushings_level_2.png", "docs/frf_bushings.png")
     blocks = {"bench": tables.speed(bench["speed"])} if "speed" in bench else {}
-    for part in ("alternatives", "scaling", "options", "memory", "periodic", "softener", "rotors", "space"):
+    for part in ("alternatives", "scaling", "options", "memory", "periodic", "softener", "drives", "rotors", "space"):
         if part in bench:
             blocks |= getattr(tables, part)(bench[part])
     _put(PAGE, blocks)
@@ -27,6 +27,8 @@ def main():
         _save(figures.alternatives(bench["alternatives"]), "alternatives")
     if "scaling" in bench:
         _save(figures.scaling(bench["scaling"]), "scaling")
+    if "drives" in bench:
+        _save(figures.drives(bench["drives"]), "drives")
     if {"alternatives", "scaling"} <= set(bench):
         _save(figures.steps(bench["scaling"], bench["alternatives"]), "steps")
 

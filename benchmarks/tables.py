@@ -38,6 +38,10 @@ def softener(found):
     return {"softener": _rows(found)}
 
 
+def drives(found):
+    return {"drives": _rows(found)}
+
+
 def _rows(found):
     cells = [
         (r["name"], f"{r['median']:.3g} {r['unit']}", f"{r['low']:.3g} to {r['high']:.3g}", r["target"])

@@ -1,8 +1,10 @@
 """Drives with play, elasticity and friction that grows with the torque: found from runs, and followed."""
 
+from ..physical.transmission import Efficiency
 from .drive import Drive, PreslidingFriction, Strand
 from .fit import PARTS, DriveFit, fit_drive
-from .friction import Efficiency, carried, entering, presliding
+from .friction import carried, entering, presliding
+from .mujoco_model import add_found_drive
 from .record import DriveRecord
 
 __all__ = [
@@ -13,6 +15,7 @@ __all__ = [
     "Efficiency",
     "PreslidingFriction",
     "Strand",
+    "add_found_drive",
     "carried",
     "entering",
     "fit_drive",

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.ndimage
 
 from ..core.errors import RecordError
-from .friction import Efficiency, carried, entering, presliding
+from ..physical.transmission import Efficiency
+from .friction import carried, entering, presliding
 from .record import DriveRecord
 
 __all__ = ["Drive", "PreslidingFriction", "Strand"]

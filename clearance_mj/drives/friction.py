@@ -7,49 +7,10 @@ bounds are Euler's and Eytelwein's capstan, T e^{-μφ} and T e^{μφ}.
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
-__all__ = ["Efficiency", "carried", "entering", "presliding"]
-
-
-class Efficiency(NamedTuple):
-    """Share of the torque that passes, driven and driven back; friction that grows with the torque carried."""
-
-    forward: float
-    """torque out over torque in, without friction's constant part, of a drive that moves its load"""
-    backward: float
-    """torque that the motor must still hold over the load's, of a load that moves its drive; 0: self-locking"""
-
-    @classmethod
-    def capstan(cls, friction: float) -> Efficiency:
-        """Return that of a cable around an angle, with friction μ φ: e^{-μφ} both ways (Euler, 1769).
-
-        Parameters
-        ----------
-        friction : float
-            Coefficient of friction times the angle in rad.
-        """
-        return cls(math.exp(-friction), math.exp(-friction))
-
-    @classmethod
-    def screw(cls, lead: float, friction: float) -> Efficiency:
-        """Return that of a worm or a screw of square thread: tan λ / tan(λ + ρ) and tan(λ - ρ) / tan λ, tan ρ = μ.
-
-        Shigley's Mechanical Engineering Design, section 8-2. It locks itself where μ ≥ tan λ.
-
-        Parameters
-        ----------
-        lead : float
-            Lead angle λ, rad.
-        friction : float
-            Coefficient of friction μ.
-        """
-        rho = math.atan(friction)
-        return cls(math.tan(lead) / math.tan(lead + rho), max(0.0, math.tan(lead - rho) / math.tan(lead)))
+__all__ = ["carried", "entering", "presliding"]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -89,7 +50,7 @@ def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float)
     coulomb : float
         Friction C without load, N m.
     forward, backward : float
-        As in `Efficiency`.
+        As in `clearance_mj.physical.Efficiency`.
     """
     out, held = np.empty(torque.size), np.mean(torque)
     for _ in range(2):
@@ -122,7 +83,7 @@ def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float
     coulomb : float
         Friction C without load, N m.
     forward, backward : float
-        As in `Efficiency`.
+        As in `clearance_mj.physical.Efficiency`.
     """
     into, held = np.empty(torque.size), np.mean(torque)
     for _ in range(2):

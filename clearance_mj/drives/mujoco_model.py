@@ -1,0 +1,89 @@
+"""A drive that was found from logs, inside an actuator of a MuJoCo model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+
+from ..core.errors import ModelError
+from ..physical import DriveFriction, Efficiency, add_drive
+from .drive import Drive
+
+__all__ = ["add_found_drive"]
+
+
+def add_found_drive(
+    spec: mujoco.MjSpec, actuator: Any, drive: Drive, inertia: float | None = None, c: float = 0.0
+) -> tuple[str, ...]:
+    """Put a drive into an actuator whose joint is the load; see `clearance_mj.physical.add_drive`.
+
+    The actuator's force becomes the motor's torque: its gear is set to one over the drive's ratio. What is lost as
+    the torque turns its sign and in reversals is play, elasticity of the whole length is that of the teeth, friction of
+    the motor and of the transmission is one at the motor. A spring at the motor becomes the joint's.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place.
+    actuator : str or mujoco.MjsActuator
+        Of the load's hinge.
+    drive : Drive
+        Such as `DriveFit.drive`.
+    inertia : float, optional
+        Of the motor at the motor, kg m², where logs were too slow to tell it; else the joint's armature.
+    c : float
+        Damping of the teeth at the load, N m s/rad, which slow logs do not tell.
+
+    Returns
+    -------
+    tuple of str
+        What the model does not have of the drive, one line each.
+
+    Raises
+    ------
+    ModelError
+        For a drive without elasticity or inertia, and whatever `add_drive` refuses.
+    """
+    n, compliance = abs(drive.ratio), drive.compliance + drive.entrance_compliance
+    if not compliance > 0:
+        raise ModelError("the drive has no compliance, so its teeth would be rigid; give it a compliance > 0")
+    own = drive.inertia or inertia
+    dry = drive.friction.torque + sum(strand.share * strand.coulomb for strand in drive.strands)
+    passes = math.exp(-drive.capstan)
+    friction = DriveFriction(
+        max(dry, 1e-3 * n / compliance * drive.friction.width) / (drive.friction.width * n**2),
+        coulomb=dry / n, viscous=drive.damping / n**2,
+        efficiency=Efficiency(min(1.0, drive.efficiency * passes), min(1.0, passes / drive.efficiency)),
+    )  # fmt: skip
+    motor = spec.actuator(actuator if isinstance(actuator, str) else actuator.name)
+    if motor is not None:
+        motor.gear[0] = 1 / drive.ratio
+    add_drive(
+        spec, actuator, n * (drive.backlash + drive.friction.lost_motion), drive.efficiency / (n**2 * compliance), c,
+        None if own is None else own / n**2, friction=friction,
+    )  # fmt: skip
+    joint = spec.joint(motor.target)
+    if drive.stiffness > 0:
+        joint.stiffness[0] += drive.stiffness / n**2
+        joint.springref = drive.zero
+    return tuple(_left_out(drive))
+
+
+def _left_out(drive: Drive) -> Iterator[str]:
+    if drive.stiffness < 0:
+        yield "the spring at the motor, which is negative"
+    if drive.zero:
+        yield f"the load's angle {drive.zero:.4g} rad at angle 0 of the motor: motor's angles count from the load's 0"
+    if drive.torque_zero:
+        yield f"the {drive.torque_zero:.4g} N m that the motor's sensor shows besides"
+    if len(drive.strands) > 1:
+        yield "the shares of its strands: the whole of their friction is one"
+    if drive.entrance_compliance:
+        yield "where along its length it is elastic"
+    if drive.compliance_growth:
+        yield "the growth of its compliance with the angle"
+    if drive.curvature:
+        yield "the change of its ratio with the angle"

@@ -1,0 +1,84 @@
+"""Motor and load with play and elastic teeth between them, followed along a log of the motor; compiled."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+__all__ = ["NUMBERS", "predicted"]
+
+NUMBERS = (
+    "inertia", "load inertia", "play", "stiffness", "relaxation", "efficiency", "turnover", "friction", "width",
+    "load friction", "load width", "damping", "load damping", "spring", "correction", "load",
+)  # fmt: skip
+"""What `predicted` takes, in this order"""
+STEPS = 8  # of the integration between samples
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the motor's angle (n,), rad, that is expected at each sample from those before it, and the teeth's torque.
+
+    The motor's torque drives motor and load. At each sample, the error of the angle shifts angle and speed of both, as
+    a stationary Kalman filter of a double integrator does, so that noise of the torque does not add up: errors are
+    those of one prediction (Ljung, System Identification, 2nd ed., 1999, section 7.3). Teeth are taken implicitly, so
+    that no stiffness is unstable. Friction is that of Dahl (AIAA Journal 14, 1976).
+
+    Parameters
+    ----------
+    angle, torque : ndarray, shape (n,)
+        Measured at the motor, rad and N m.
+    step : float
+        Between samples, s.
+    values : ndarray, shape (16,)
+        Of `NUMBERS`, SI units of the motor.
+
+    Returns
+    -------
+    angle, teeth : ndarray, shape (n,)
+        rad and N m.
+    """
+    (
+        inertia, load_inertia, play, stiffness, relaxation, efficiency, turnover, friction, width,
+        load_friction, load_width, damping, load_damping, spring, correction, load,
+    ) = values  # fmt: skip
+    expected, teeth = np.empty(angle.size), np.empty(angle.size)
+    h = step / STEPS
+    loss = -np.log(efficiency)
+    shift, kick = np.sqrt(2.0) * correction * step, correction**2 * step
+    begun = min(20, angle.size - 1)
+    held = load + spring * angle[0]
+    side = 1.0 if held > 0 else -1.0
+    x_m, v_m = angle[0], (angle[begun] - angle[0]) / (begun * step)
+    x_l, v_l = x_m - side * play - held / stiffness, v_m
+    z_m, z_l, passed = 0.0, 0.0, held
+    expected[0], teeth[0] = x_m, held
+    for i in range(1, angle.size):
+        for j in range(STEPS):
+            u = torque[i - 1] + (torque[i] - torque[i - 1]) * (j + 0.5) / STEPS
+            z_m = (z_m + h * v_m / width) / (1.0 + h * abs(v_m) / width)
+            z_l = (z_l + h * v_l / load_width) / (1.0 + h * abs(v_l) / load_width)
+            a_m = (u - friction * z_m - damping * v_m) / inertia
+            a_l = -(load + spring * x_l + load_friction * z_l + load_damping * v_l) / load_inertia
+            rate = v_m - v_l + h * (a_m - a_l)
+            lag = x_m - x_l + h * rate
+            side = 1.0 if lag > 0.0 else -1.0
+            gap = lag * side - play
+            grows = 1.0
+            passed = 0.0
+            if gap > 0.0:
+                grows = np.exp(loss * side * v_l / np.sqrt(v_l * v_l + turnover * turnover))
+                both = grows / inertia + 1.0 / load_inertia
+                push = gap + relaxation * rate * side
+                passed = side * max(0.0, stiffness * push / (1.0 + stiffness * both * h * (h + relaxation)))
+            v_m += h * (a_m - grows * passed / inertia)
+            v_l += h * (a_l + passed / load_inertia)
+            x_m += h * v_m
+            x_l += h * v_l
+        expected[i], teeth[i] = x_m, passed
+        error = angle[i] - x_m
+        x_m += shift * error
+        x_l += shift * error
+        v_m += kick * error
+        v_l += kick * error
+    return expected, teeth
