@@ -1,4 +1,4 @@
-# make study | turning-study | reproduce | audit | test | test-slow | test-models | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-mujoco3 | test-slow | test-models | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study turning-study reproduce audit test test-slow test-models fuzz steering coverage bench lint data models readme docs gallery verification clean
+.PHONY: setup study turning-study reproduce audit test test-mujoco3 test-slow test-models fuzz steering coverage bench lint data models readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -36,8 +36,17 @@ gallery: reproduce
 	$(BIN)/python -m experiments.article.audit --out docs/audit.md
 
 # On every core; a file's tests stay together, since they share what they simulate.
-test: setup
+test: setup test-mujoco3
 	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
+
+# Contacts, friction and drives on the MuJoCo that many have: the distribution mujoco, in a folder that Python looks into first.
+MUJOCO3 = $(VENV)/mujoco3
+test-mujoco3: $(MUJOCO3)/.ready
+	PYTHONPATH=$(CURDIR)/$(MUJOCO3) NUMBA_CACHE_DIR=$(CURDIR)/$(MUJOCO3)/compiled $(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow' tests/physical/test_[cdfls]*.py
+
+$(MUJOCO3)/.ready: $(VENV)/.ready
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MUJOCO3) -c constraints.txt mujoco
+	touch $@
 
 # On every core, too; few of these share anything, and a core that is done takes over from the others.
 test-slow: $(VENV)/.models $(VENV)/.browser

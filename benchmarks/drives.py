@@ -38,7 +38,9 @@ def measure():
                 series.setdefault(f"{form} {state}", []).append(statistics.median(ratios))
             begin = f"{joints} joints, {state} ({1e6 * plain / STEPS:.1f} µs a step without play)"
             rows.append(row(f"{begin}: play inside the actuators", costs["actuator"], "x", "<= 1.2"))
-            rows.append(row(f"{begin}: play between two joints each", costs["joint"], "x", "5 times the cost at 30 joints"))
+            rows.append(
+                row(f"{begin}: play between two joints each", costs["joint"], "x", "5 times the cost at 30 joints")
+            )
         if joints in (1, 10, 30):
             times = {form: [_batch(models[form]) for _ in range(5)] for form in ("none", "joint")}
             with softener:

@@ -9,9 +9,10 @@ Names are imported when they are used, so that a part such as `physical` needs n
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .core import compile_cache
+from .core import compile_cache, mujoco_version
 from .version import __version__
 
+mujoco_version.check()
 compile_cache.choose()
 
 if TYPE_CHECKING:  # the same as below, for editors and type checkers

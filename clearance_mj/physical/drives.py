@@ -1,8 +1,8 @@
 """Drives inside actuators: rotor, play, teeth and friction in the actuator's own state, without a joint of their own.
 
 A drive stands in the model as ``<custom><numeric name="physical:drive:motor" data="..."/>``, the numbers of `DRIVE` and
-then stiffness and force of each element of its hysteresis, and is read there at every step. The actuator keeps its gains
-in ``gainprm`` and ``biasprm``; its activation is what `DriveState` has, and is integrated with the model's.
+then stiffness and force of each element of its hysteresis, and is read there at every step. The actuator keeps its
+gains in ``gainprm`` and ``biasprm``; its activation is what `DriveState` has, and is integrated with the model's.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import LawError, ModelError
+from ..core.errors import ModelError
 from .elements import MARK, compiled, find, name_of, note_softener, softness, specification
 from .transmission import DriveFriction, Efficiency
 
@@ -104,8 +104,10 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
     for drive in drives(model):
         if drive.name == name:
             own = states[..., model.actuator_actadr[drive.actuator] :]
-            last = model.actuator_actnum[drive.actuator] - 1
-            return DriveState(*(own[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE, last)))
+            force = own[..., model.actuator_actnum[drive.actuator] - 1]
+            gear = model.actuator_gear[_output(model, drive.actuator), 0]
+            angle, speed, torque = (own[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE))
+            return DriveState(angle, speed, torque, force * gear)
     raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
 
 

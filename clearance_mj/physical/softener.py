@@ -69,7 +69,8 @@ class Softener:
         self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
         self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
         room, key = _reserved(model), _key(laws, bristles)
-        if self._softens and room[1:] != (self._parts.template.size, *key) or room.first + room.size > model.nuserdata:
+        wanted = (self._parts.template.size, *key)
+        if (self._softens and room[1:] != wanted) or room.first + room.size > model.nuserdata:
             raise ModelError(
                 "the model has no room in its userdata for what these laws and friction remember; "
                 "make it with clearance_mj.physical.compile()"

@@ -277,7 +277,7 @@ def as_c(function: Any, *more: Any, result: Any = types.void) -> Any:
     function.compile(signature)
     made = function.overloads[signature]
     address = made.library.get_pointer_to_function(made.fndesc.llvm_cfunc_wrapper_name)
-    kinds = {types.intp: ctypes.c_ssize_t, types.int32: ctypes.c_int32, types.float64: ctypes.c_double}
+    kinds: Any = {types.intp: ctypes.c_ssize_t, types.int32: ctypes.c_int32, types.float64: ctypes.c_double}
     return ctypes.CFUNCTYPE(kinds.get(result), *(kinds[kind] for kind in signature))(address)
 
 

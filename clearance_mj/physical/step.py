@@ -35,12 +35,12 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     they fit into the pattern of M; constraints in none. RK4 has its own limit; in discrete only bristles and drives
     have one.
 
-    Counted at once are all limits, springs, dampers, bristles, drives inside actuators and servos (actuators with an affine bias, the gains of
-    others at the end of their ctrlrange) and all contacts that touch; each other pair of geoms as if it touched too,
-    where it is nearest. Not counted are constraints whose solref is a time constant, since MuJoCo keeps those stable
-    itself (unless flag refsafe is disabled: then they count), geoms without a pair that do not touch in the pose,
-    MuJoCo's own friction, muscles, DC motors, activations, delays, flexes, fluids and what callbacks do; of polynomial
-    springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step or less.
+    Counted at once are all limits, springs, dampers, bristles, drives inside actuators and servos (actuators with an
+    affine bias, the gains of others at the end of their ctrlrange) and all contacts that touch; each other pair of
+    geoms as if it touched too, where it is nearest. Not counted are constraints whose solref is a time constant, since
+    MuJoCo keeps those stable itself (unless flag refsafe is disabled: then they count), geoms without a pair that do
+    not touch in the pose, MuJoCo's own friction, muscles, DC motors, activations, delays, flexes, fluids and what
+    callbacks do; of polynomial springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step or less.
 
     Parameters
     ----------

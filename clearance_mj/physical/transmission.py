@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
 
 from ..core.errors import LawError
 
@@ -49,16 +49,20 @@ class Efficiency(NamedTuple):
         return cls(math.tan(lead) / math.tan(lead + rho), math.tan(lead - rho) / math.tan(lead))
 
 
+_WITHOUT_LOSS = Efficiency(1.0, 1.0)
+
+
 @dataclass(frozen=True)
 class DriveFriction:
-    r"""Dry friction at a drive's motor, which may grow with the torque that it carries; seen at the load's side.
+    """Dry friction at a drive's motor, which may grow with the torque that it carries; seen at the load's side.
 
-    It sticks by a spring and damper, and slips at
+    It sticks by a spring and damper, and slips at ::
 
-        coulomb + |external τ_e - motor τ_m| + e^{-\|ω/ω_s\|^α} (stribeck + |stribeck_external τ_e - stribeck_motor τ_m| + q)
+        coulomb + |external τ_e - motor τ_m|
+        + exp(-|ω/ω_s|^α) (stribeck + |stribeck_external τ_e - stribeck_motor τ_m| + q)
 
-    τ_m the motor's torque, τ_e that of the load on the drive, q = motor_square τ_e² where \|τ_e\| < \|τ_m\| and
-    external_square τ_m² where it is larger, if they oppose each other: the models M1 to M6 of Duclusaud et al.,
+    τ_m the motor's torque, τ_e that of the load on the drive; where they oppose each other q = motor_square τ_e² if the
+    motor's is the larger one, and external_square τ_m² if the load's is: the models M1 to M6 of Duclusaud et al.,
     *Extended Friction Models for the Physics Simulation of Servo Actuators* (arXiv 2410.08650). The losses of an
     efficiency come on top: τ (1/forward - 1) of a drive that moves its load, τ (1 - backward) of one that is moved.
     """
@@ -71,7 +75,7 @@ class DriveFriction:
     """N m, without load"""
     viscous: float = 0.0
     """N m s/rad of the motor's speed; acts besides"""
-    efficiency: Efficiency = Efficiency(1.0, 1.0)
+    efficiency: Efficiency = _WITHOUT_LOSS
     """of the transmission"""
     motor: float = 0.0
     """friction per torque of the motor"""
@@ -130,14 +134,14 @@ class DriveFriction:
         model = str(parameters.get("model"))
         if model not in _BAM:
             raise LawError(f'model "{model}" of a BAM file; known: {", ".join(_BAM)}')
-        numbers = {}
+        numbers: dict[str, Any] = {}
         for theirs in _BAM[model]:
             value = parameters.get(theirs)
             if not isinstance(value, int | float):
                 raise LawError(f'a BAM file of model "{model}" needs a number "{theirs}", got {value!r}')
             for ours in _BAM_NAMES[theirs]:
                 numbers[ours] = float(value)
-        return cls(k, c, **numbers)
+        return replace(cls(k, c), **numbers)
 
 
 _BAM_NAMES = {

@@ -29,7 +29,7 @@ def model(kind, gains, found=FOUND, **options):
 
 
 @pytest.mark.parametrize("speed", [4.0, -4.0])
-def test_motors_torque_at_a_steady_speed(speed):
+def test_torque_of_the_motor_at_a_steady_speed(speed):
     """The chain's: e (T - F - C - d ω) e^{-μ} of a motor that drives its load, and the ratio's sign."""
     made, _ = model("velocity", 'kv="0.5"')
     data = mujoco.MjData(made)

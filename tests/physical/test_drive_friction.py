@@ -1,4 +1,4 @@
-"""Friction of drives that grows with the torque carried: worms, cables, servos, strain-wave gears, by their closed forms."""
+"""Friction of drives that grows with the torque carried, of worms, cables and servos: closed forms."""
 
 import math
 
@@ -93,9 +93,7 @@ def budget(model, p, motor, external, speed):
         found += (p["load_friction_base"] + rest * p["load_friction_stribeck"]) * abs(external - motor)
     if number in (5, 6):
         found += abs(external * p["load_friction_external"] - motor * p["load_friction_motor"])
-        found += rest * abs(
-            external * p["load_friction_external_stribeck"] - motor * p["load_friction_motor_stribeck"]
-        )
+        found += rest * abs(external * p["load_friction_external_stribeck"] - motor * p["load_friction_motor_stribeck"])
     if number == 6 and np.sign(external) != np.sign(motor):
         if abs(external) < abs(motor):
             found += rest * p["load_friction_external_quad"] * external**2
@@ -126,7 +124,7 @@ def test_files_of_friction_models_that_are_wrong():
 
 
 def test_maxwell_slip_is_masings_loop():
-    """Torque of a held load whose motor goes to and fro: the first way k θ up to each slip, back and forth twice as wide."""
+    """Torque of a held load whose motor goes to and fro: at first k θ up to each slip, back and forth twice as wide."""
     slips, k = [(400.0, 0.4), (300.0, 0.9), (100.0, 0.6)], 50.0
     model = axle(None, "position", 'kp="4e4" kv="200"', k=k, hysteresis=slips)
     data, top, steps, loop = mujoco.MjData(model), 0.008, 4000, []

@@ -93,7 +93,10 @@ def test_the_motion_is_that_of_two_joints(actuator):
 
 def test_every_way_to_step_gives_the_same_numbers():
     """mj_step, a loop of one's own, rollout in two calls, and a batch on two threads, to the last bit."""
-    model, controls = driven(friction=DriveFriction(500.0, 0.5, coulomb=0.2), hysteresis=[(300.0, 0.1)]), wave(3000, 1e-3)
+    model, controls = (
+        driven(friction=DriveFriction(500.0, 0.5, coulomb=0.2), hysteresis=[(300.0, 0.1)]),
+        wave(3000, 1e-3),
+    )
     softener = physical.Softener(model)
     data, own = mujoco.MjData(model), []
     for control in controls:
@@ -257,7 +260,7 @@ def test_without_its_softener_a_drive_is_named_and_exerts_nothing():
 
 
 def test_integrator_discrete_is_for_drives_and_friction_alone():
-    """Drives and bristles move as with implicitfast; a damped joint's limit gets 1.5 % softer at 1 ms; laws are refused."""
+    """Drives and bristles move as with implicitfast; a damped joint's limit gets 1.5 % softer; laws are refused."""
     ends = []
     for name in ("IMPLICITFAST", "DISCRETE"):
         spec = link()

@@ -1,0 +1,44 @@
+"""Whether the MuJoCo that is installed will do: the package requires none, so that everybody keeps their own."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import re
+import warnings
+
+__all__ = ["OLDEST", "check"]
+
+OLDEST = (3, 10)
+"""MuJoCo with which contacts in physical units, laws, friction and drives are tested"""
+_WRONG = {
+    (4, 0, 0): "its sparse Cholesky factorisation is wrong (models of 60 and more degrees of freedom)",
+}  # Versions that compute wrongly
+_GET = 'pip install "mujoco-core>=4.0.1"'
+
+
+def check() -> None:
+    """Look at the MuJoCo that is installed, without loading it.
+
+    Raises
+    ------
+    ImportError
+        If there is none, or one that is too old.
+    """
+    if importlib.util.find_spec("mujoco") is None:
+        raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {_text(OLDEST)} on', name="mujoco")
+    for distribution in ("mujoco-core", "mujoco"):  # of 4.x the engine is in the first
+        try:
+            found = importlib.metadata.version(distribution)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+        version = tuple(int(part) for part in re.findall(r"\d+", found)[:3])
+        if version < OLDEST:
+            raise ImportError(f"clearance_mj needs MuJoCo {_text(OLDEST)} or newer, not {found}: {_GET}", name="mujoco")
+        if version in _WRONG:
+            warnings.warn(f"MuJoCo {found}: {_WRONG[version]}; {_GET}", stacklevel=3)
+        return
+
+
+def _text(version: tuple[int, ...]) -> str:
+    return ".".join(map(str, version))
