@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import Any
 
-from ..core.files import to_json, write_text
 from .command import command, provenance
 
 
@@ -33,14 +31,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "drive", "find the lost motion, stiffness and friction of a drive from logs of its two ends", _options,
-    out=Path("results/drive"), out_help="folder for drive.json and drive.png (default: %(default)s)",
-    writes=("drive.json", "drive.png"),
+    out=Path("results/drive"), out_help="folder for index.html, its figures and drive.json (default: %(default)s)",
+    writes=("index.html", "drive.json", "figures"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.errors import ClearanceError
     from ..drives import DriveRecord, fit_drive
-    from ..drives.diagram import draw_runs
-    from ..report.style import Drawing
+    from ..report.drive import write_drive
 
     columns = {}
     for pair in options.column:
@@ -50,19 +47,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         columns[what.strip()] = column.strip()
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     found = fit_drive(runs, progress=not options.quiet)
-    errors = [
-        {"run": r.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
-        for r in told if r.both_ends for angle, torque in (found.drive.errors(r),)
-    ]  # fmt: skip
-    caption = "The load's end of a drive, as measured and as it follows from the motor's end."
-    Drawing("drive", draw_runs(told or runs, found.drive), caption, caption).write(options.new)
-    data = found.to_dict() | {"predicted": errors}
-    write_text(options.new / "drive.json", to_json(data | {"provenance": provenance(options)}))
+    data = write_drive(found, runs, told, options.new, provenance(options))
     for name, value in data["table"].items():
         print(f"{name}: {value:.4g}")
     for words in found.not_told:
         print(words)
-    for row in errors:
+    for row in data["predicted"]:
         print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
     print(f"results: {options.out}")
-    return {"table": data["table"], "predicted": errors, "not_told": data["not_told"], "out": str(options.out)}
+    return {"table": data["table"], "predicted": data["predicted"], "not_told": data["not_told"], "out": str(options.out)}

@@ -31,7 +31,8 @@ PLAYS = 0.001, 0.002, 0.004, 0.007, 0.012, 0.022  # of the motion, where searche
 STIFF = 25.0, 100.0  # of torque over motion
 INERTIAS = 0.3, 1.0, 3.0  # of what they start with
 SHARES = 0.3, 0.7  # of inertia that is the load's
-STOP = Stop(steps=40, decrease=0.0, gain=0.5, move=1e-6)
+FIRST = Stop(steps=25, decrease=0.0, gain=3.0, move=1e-6)
+STOP = Stop(steps=40, decrease=0.0, gain=0.2, move=1e-6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +103,7 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
         for share in SHARES
         for size in INERTIAS
     ]
-    found = solve(search.problem, starts, n_best=3, stop=STOP)
+    found = solve(search.problem, starts, n_best=2, stop=FIRST)
     ends = sorted([found, *found.others], key=_misfit)
     found = ends[0]
     for _ in range(2):
@@ -115,7 +116,7 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     fit = MotorSideFit(
         dict(zip(names, found.values.tolist())), found.estimates(covariance), tuple(r.name for r in records)
     )
-    object.__setattr__(fit, "debug", (ends, found))
+    object.__setattr__(fit, "debug", (ends, found)); object.__setattr__(fit, "info", np.sqrt(np.diag(found.covariance))*found.problem.unit)
     return fit
 
 
@@ -184,6 +185,7 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
         positive("relaxation", "s", 0.004, 4.0),
         free("efficiency", "", rigid["efficiency"], 0.2, 0.2, 1.0),
         positive("turnover", "rad/s", 0.03 * speed, 4.0),
+        free("tail", "", 0.3, 0.5, 0.0, 1.0),
         positive("friction", "N m", 0.5 * coulomb, 4.0),
         positive("width", "rad", 0.02 * way, 3.0),
         positive("load friction", "N m", 0.5 * coulomb, 4.0),

@@ -8,7 +8,7 @@ import numpy as np
 __all__ = ["NUMBERS", "predicted"]
 
 NUMBERS = (
-    "inertia", "load inertia", "play", "stiffness", "relaxation", "efficiency", "turnover", "friction", "width",
+    "inertia", "load inertia", "play", "stiffness", "relaxation", "efficiency", "turnover", "tail", "friction", "width",
     "load friction", "load width", "damping", "load damping", "spring", "correction", "load",
 )  # fmt: skip
 """What `predicted` takes, in this order"""
@@ -30,7 +30,7 @@ def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.nda
         Measured at the motor, rad and N m.
     step : float
         Between samples, s.
-    values : ndarray, shape (16,)
+    values : ndarray, shape (17,)
         Of `NUMBERS`, SI units of the motor.
 
     Returns
@@ -39,7 +39,7 @@ def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.nda
         rad and N m.
     """
     (
-        inertia, load_inertia, play, stiffness, relaxation, efficiency, turnover, friction, width,
+        inertia, load_inertia, play, stiffness, relaxation, efficiency, turnover, tail, friction, width,
         load_friction, load_width, damping, load_damping, spring, correction, load,
     ) = values  # fmt: skip
     expected, teeth = np.empty(angle.size), np.empty(angle.size)
@@ -61,18 +61,22 @@ def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.nda
             a_m = (u - friction * z_m - damping * v_m) / inertia
             a_l = -(load + spring * x_l + load_friction * z_l + load_damping * v_l) / load_inertia
             rate = v_m - v_l + h * (a_m - a_l)
-            lag = x_m - x_l + h * rate
+            before = x_m - x_l
+            lag = before + h * rate
             side = 1.0 if lag > 0.0 else -1.0
             gap = lag * side - play
-            grows = 1.0
-            passed = 0.0
+            passed, grows, touched = 0.0, 1.0, h
             if gap > 0.0:
-                grows = np.exp(loss * side * v_l / np.sqrt(v_l * v_l + turnover * turnover))
+                # Teeth that meet within a step push for what is left of it: what follows has no jumps.
+                if before * side < play:
+                    touched = h * gap / (lag * side - before * side)
+                way = v_l / turnover
+                grows = np.exp(loss * side * ((1.0 - tail) * np.tanh(way) + tail * way / np.sqrt(1.0 + way * way)))
                 both = grows / inertia + 1.0 / load_inertia
                 push = gap + relaxation * rate * side
-                passed = side * max(0.0, stiffness * push / (1.0 + stiffness * both * h * (h + relaxation)))
-            v_m += h * (a_m - grows * passed / inertia)
-            v_l += h * (a_l + passed / load_inertia)
+                passed = side * max(0.0, stiffness * push / (1.0 + stiffness * both * touched * (touched + relaxation)))
+            v_m += h * a_m - touched * grows * passed / inertia
+            v_l += h * a_l + touched * passed / load_inertia
             x_m += h * v_m
             x_l += h * v_l
         expected[i], teeth[i] = x_m, passed

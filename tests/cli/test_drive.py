@@ -33,7 +33,9 @@ def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, capsys):
     assert told["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2)
     (row,) = told["predicted"]
     assert row["run"] == "log_2" and row["angle_rms_deg"] == pytest.approx(np.degrees(1e-3), rel=0.2)
-    assert (out / "drive.png").read_bytes()[:4] == b"\x89PNG"
+    page = (out / "index.html").read_text()
+    assert all(words in page for words in ("lost motion at 3 % of the torque", "log_2", "Posterior over prior", "95 %"))
+    assert {f.name for f in (out / "figures").iterdir()} == {"hysteresis.png", "runs.png"}
     assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == told["table"]["ratio"]
 
 

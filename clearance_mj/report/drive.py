@@ -1,0 +1,112 @@
+"""The page of a drive that was found from logs: its catalogue's numbers, what they came from, and its loops."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.files import to_json, write_text
+from ..drives import DriveFit, DriveRecord
+from ..drives.diagram import draw_runs
+from . import html
+from .style import COLOURS, Drawing, canvas, tidy
+from .tables import Column, Table
+from .writer import ReportWriter
+
+__all__ = ["write_drive"]
+
+
+def write_drive(
+    found: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord], folder: Path, made_from: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write ``index.html``, its figures and ``drive.json``, and return what the last one holds.
+
+    Parameters
+    ----------
+    found : DriveFit
+        The drive.
+    runs : sequence of DriveRecord
+        That it was found from.
+    told : sequence of DriveRecord
+        Of which it was not, whose load's end is predicted.
+    folder : Path
+        Gets the files.
+    made_from : mapping
+        Where all this comes from.
+    """
+    errors = [
+        {"run": run.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
+        for run in told if run.both_ends for angle, torque in (found.drive.errors(run),)
+    ]  # fmt: skip
+    result = found.to_dict() | {"predicted": errors}
+    write_text(folder / "drive.json", to_json(result | {"provenance": dict(made_from)}))
+    writer = ReportWriter(folder)
+    sections = [
+        html.Section("summary", "What the drive is like", _summary(found) + writer.figure(_held(found))),
+        html.Section("runs", "Runs beside the model", _errors(found, errors) + writer.figure(_loops(found, runs, told))),
+        html.Section("numbers", "Numbers and parts", _numbers(found)),
+    ]
+    writer.close()
+    write_text(folder / "index.html", html.page(f"Drive from {', '.join(found.runs)}", sections))
+    return result
+
+
+def _summary(found: DriveFit) -> str:
+    rows = tuple((name.partition(",")[0], name.rpartition(", ")[2] if "," in name else "", value)
+                 for name, value in found.table().items())  # fmt: skip
+    columns = Column("At the load's end, motor held"), Column("Unit"), Column("Value", "", ".4g")
+    shown = html.table(Table("catalogue", "The drive as catalogues of gears describe one.", columns, rows))
+    return shown + "".join(html.paragraph(html.formula(f"{words}."), "note") for words in found.not_told)
+
+
+def _held(found: DriveFit) -> Drawing:
+    torque, angle = found.drive.hysteresis(found.largest_torque)
+    figure = canvas(3.0)
+    ax = figure.subplots()
+    ax.plot(torque, np.degrees(angle), color=COLOURS[0], lw=1.2)
+    for end in (-0.03, 0.03):
+        ax.axvline(end * found.largest_torque, color="0.7", lw=0.8, ls=":")
+    tidy(ax, "", "Load's angle (degrees)", "Load's torque (N m)")
+    caption = (
+        "Hysteresis of the drive with its motor held, as it follows from what was found: the load's angle while its "
+        "torque goes to the largest of the runs and back; dotted: 3 % of it, between which lost motion is measured."
+    )
+    return Drawing("hysteresis", figure, caption, "Loop of the load's angle over its torque, with the motor held.")
+
+
+def _loops(found: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord]) -> Drawing:
+    whose = "Runs from which no drive was found" if told else "The runs that it was found from"
+    caption = f"{whose}: the load's end as measured, and as it follows from the motor's end."
+    return Drawing("runs", draw_runs(told or runs, found.drive), caption, caption)
+
+
+def _errors(found: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
+    if not errors:
+        return html.paragraph("No run was kept back: how well the drive predicts others is not measured here.", "note")
+    rows = tuple((row["run"], row["angle_rms_deg"], row["torque_rms_Nm"]) for row in errors)
+    columns = Column("Run"), Column("Angle", "degrees RMS", ".3g"), Column("Torque", "N m RMS", ".3g")
+    caption = f"Errors of the load's end, predicted from the motor's; found from {', '.join(found.runs)}."
+    return html.table(Table("predicted", caption, columns, rows))
+
+
+def _numbers(found: DriveFit) -> str:
+    rows = tuple(
+        (row["name"], row["unit"], row["value"], row["low"], row["high"], row["posterior_over_prior"])
+        for row in found.estimates.beside_priors()
+    )
+    columns = (
+        Column("Number"), Column("Unit"), Column("Value", "", ".4g"), Column("From", "95 %", ".4g"),
+        Column("To", "95 %", ".4g"), Column("Posterior over prior", "", ".2f"),
+    )  # fmt: skip
+    caption = "All that was fitted, at the motor unless its name says otherwise; near 1 in the last column: not told."
+    numbers = html.table(Table("numbers", caption, columns, rows))
+    if not found.parts:
+        return numbers + html.paragraph("No part beside ratio, elasticity, play and friction was worth its parameters.")
+    parts = tuple(zip(found.parts, found.gains))
+    caption = "Parts that were accepted, in this order, and by how much each raised the logarithm of the evidence."
+    heads = Column("Part"), Column("Gain", "", ".1f")
+    return numbers + html.table(Table("parts", caption, heads, parts))
