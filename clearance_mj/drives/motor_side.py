@@ -28,10 +28,10 @@ SMOOTHED = 0.1  # s, over which a parabola is laid for the speeds where the sear
 SLOW = 0.2  # of the usual speed, below which friction may not slide
 EFFICIENCIES = np.linspace(0.3, 1.0, 36)
 PLAYS = 0.001, 0.002, 0.004, 0.007, 0.012, 0.022  # of the motion, where searches begin
-STIFF = 25.0, 100.0  # of torque over motion
+RUBS = 0.1, 0.25, 0.5  # of friction that is the load's
 INERTIAS = 0.3, 1.0, 3.0  # of what they start with
 SHARES = 0.3, 0.7  # of inertia that is the load's
-FIRST = Stop(steps=25, decrease=0.0, gain=3.0, move=1e-6)
+FIRST = Stop(steps=10, decrease=0.0, gain=3.0, move=1e-6)
 STOP = Stop(steps=40, decrease=0.0, gain=0.2, move=1e-6)
 
 
@@ -57,8 +57,8 @@ class MotorSideFit:
 
 
 class _Search:
-    def __init__(self, records: Sequence[DriveRecord], parameters: list[Parameter]) -> None:
-        self.records, self.parameters = records, parameters
+    def __init__(self, records: Sequence[DriveRecord], parameters: list[Parameter], steps: int) -> None:
+        self.records, self.parameters, self.steps = records, parameters, steps
         self.noise = [_noise(record.motor_angle) for record in records]
         self.first = [round(SETTLED * record.fs) for record in records]
         pieces, count = [], 0
@@ -79,7 +79,7 @@ class _Search:
         common = len(NUMBERS) - 1
         for i, (record, noise, first) in enumerate(zip(self.records, self.noise, self.first)):
             own = np.append(values[:common], values[common + i])
-            angle, _ = predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own)
+            angle, _ = predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own, self.steps)
             rows.append((angle - record.motor_angle)[first:] / (FAR * noise))
         return np.concatenate(rows)
 
@@ -87,25 +87,26 @@ class _Search:
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
     records = [record.thinned(POINTS) for record in records]
     parameters = _parameters(records)
-    search = _Search(records, parameters)
+    search = _Search(records, parameters, 4)
     start = {p.name: p.start for p in parameters}
     starts = [
         search.problem.at(
             {
                 "play": play * start["play"] / 0.01,
-                "stiffness": stiff * start["stiffness"] / 50.0,
+                "friction": 2 * (1 - rub) * start["friction"], "load friction": 2 * rub * start["load friction"],
                 "inertia": 2 * (1 - share) * size * start["inertia"],
                 "load inertia": 2 * share * size * start["load inertia"],
             }
         )
         for play in PLAYS
-        for stiff in STIFF
+        for rub in RUBS
         for share in SHARES
         for size in INERTIAS
     ]
-    found = solve(search.problem, starts, n_best=2, stop=FIRST)
+    found = solve(search.problem, starts, n_best=3, stop=FIRST)
     ends = sorted([found, *found.others], key=_misfit)
     found = ends[0]
+    search = _Search(records, parameters, 8)
     for _ in range(2):
         search.problem.step = np.clip(0.3 * np.sqrt(np.diag(found.covariance)), 1e-6, 0.1)
         found = solve(search.problem, [found.at], stop=STOP)
@@ -187,9 +188,9 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
         positive("turnover", "rad/s", 0.03 * speed, 4.0),
         free("tail", "", 0.3, 0.5, 0.0, 1.0),
         positive("friction", "N m", 0.5 * coulomb, 4.0),
-        positive("width", "rad", 0.02 * way, 3.0),
+        positive("width", "rad", 0.01 * way, 3.0),
         positive("load friction", "N m", 0.5 * coulomb, 4.0),
-        positive("load width", "rad", 0.01 * way, 4.0),
+        positive("load width", "rad", 0.005 * way, 4.0),
         free("damping", "N m s/rad", 0.0, 0.1 * moment / speed, 0.0),
         free("load damping", "N m s/rad", 0.0, 0.1 * moment / speed, 0.0),
         free("spring", "N m/rad", rigid["spring"], 0.1 * moment / way),

@@ -12,11 +12,12 @@ NUMBERS = (
     "load friction", "load width", "damping", "load damping", "spring", "correction", "load",
 )  # fmt: skip
 """What `predicted` takes, in this order"""
-STEPS = 8  # of the integration between samples
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def predicted(
+    angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray, steps: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the motor's angle (n,), rad, that is expected at each sample from those before it, and the teeth's torque.
 
     The motor's torque drives motor and load. At each sample, the error of the angle shifts angle and speed of both, as
@@ -32,6 +33,8 @@ def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.nda
         Between samples, s.
     values : ndarray, shape (17,)
         Of `NUMBERS`, SI units of the motor.
+    steps : int
+        Of the integration between samples.
 
     Returns
     -------
@@ -43,7 +46,7 @@ def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.nda
         load_friction, load_width, damping, load_damping, spring, correction, load,
     ) = values  # fmt: skip
     expected, teeth = np.empty(angle.size), np.empty(angle.size)
-    h = step / STEPS
+    h = step / steps
     loss = -np.log(efficiency)
     shift, kick = np.sqrt(2.0) * correction * step, correction**2 * step
     begun = min(20, angle.size - 1)
@@ -54,8 +57,8 @@ def predicted(angle: np.ndarray, torque: np.ndarray, step: float, values: np.nda
     z_m, z_l, passed = 0.0, 0.0, held
     expected[0], teeth[0] = x_m, held
     for i in range(1, angle.size):
-        for j in range(STEPS):
-            u = torque[i - 1] + (torque[i] - torque[i - 1]) * (j + 0.5) / STEPS
+        for j in range(steps):
+            u = torque[i - 1] + (torque[i] - torque[i - 1]) * (j + 0.5) / steps
             z_m = (z_m + h * v_m / width) / (1.0 + h * abs(v_m) / width)
             z_l = (z_l + h * v_l / load_width) / (1.0 + h * abs(v_l) / load_width)
             a_m = (u - friction * z_m - damping * v_m) / inertia

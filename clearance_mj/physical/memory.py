@@ -17,6 +17,8 @@ __all__ = ["doubles", "field", "integers", "pointer"]
 
 @intrinsic
 def _to_pointer(_: Any, place: Any) -> Any:
+    """An address as a pointer."""
+
     def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
         return builder.inttoptr(values[0], cgutils.voidptr_t)
 
