@@ -10,20 +10,16 @@ from clearance_mj import physical
 from clearance_mj.core.errors import ModelError
 from clearance_mj.drives import Drive, PreslidingFriction, Strand, add_found_drive
 
+from ..physical.arm import AXLE
+
 FOUND = Drive(
     ratio=-0.1, zero=0.0, compliance=0.05, strands=(Strand(0.7, 0.02), Strand(0.3, 0.05)), capstan=0.2,
     efficiency=0.9, damping=1e-3, inertia=2e-4, friction=PreslidingFriction(0.05, 0.03, 0.02), backlash=0.03,
 )  # fmt: skip
-AXLE = """
-<mujoco>
-  <option timestep="1e-4" gravity="0 0 0"/>
-  <worldbody><body><joint name="axle" axis="0 1 0" damping="0.5"/><geom size="0.05" mass="20"/></body></worldbody>
-  <actuator><{kind} name="motor" joint="axle" {gains}/></actuator>
-</mujoco>"""
 
 
 def model(kind, gains, found=FOUND, **options):
-    spec = mujoco.MjSpec.from_string(AXLE.format(kind=kind, gains=gains))
+    spec = mujoco.MjSpec.from_string(AXLE.format(actuator=kind, more=gains))
     left = add_found_drive(spec, "motor", found, c=1.0, **options)
     return physical.compile(spec), left
 

@@ -1,4 +1,4 @@
-"""A two-link arm with limits, a ball, and two floors, of which the ball passes the upper one."""
+"""A two-link arm with limits, a ball, and two floors, of which the ball passes the upper one; an axle."""
 
 import mujoco
 
@@ -30,6 +30,14 @@ ARM = """
   <keyframe><key name="bent" qpos="0.1 0.7 0 3 -1 1 0 0 0"/></keyframe>
 </mujoco>"""
 K, C = 730.1234567, 1.9876543
+
+AXLE = """
+<mujoco>
+  <option timestep="2e-4" gravity="0 0 0"/>
+  <worldbody><body><joint name="axle" axis="0 1 0" damping="0.5"/><geom size="0.05" mass="20"/></body></worldbody>
+  <actuator><{actuator} name="motor" joint="axle" {more}/></actuator>
+</mujoco>"""
+"""A heavy ball on an axle, with an actuator"""
 
 
 def arm(option: str = "", flag: str = "") -> mujoco.MjSpec:

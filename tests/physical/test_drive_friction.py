@@ -11,12 +11,8 @@ from clearance_mj import physical
 from clearance_mj.core.errors import LawError
 from clearance_mj.physical import DriveFriction, Efficiency, drive_state
 
-AXLE = """
-<mujoco>
-  <option timestep="2e-4" gravity="0 0 0"/>
-  <worldbody><body><joint name="axle" axis="0 1 0" damping="0.5"/><geom size="0.05" mass="20"/></body></worldbody>
-  <actuator><{actuator} name="motor" joint="axle" {more}/></actuator>
-</mujoco>"""
+from .arm import AXLE
+
 K = 2000.0  # N m/rad
 
 

@@ -183,6 +183,30 @@ def test_a_servo_holds_what_its_encoder_sees(encoder):
     assert data.actuator_force[0] == pytest.approx(-torque, rel=1e-6)
 
 
+def test_a_drive_of_a_tendon():
+    """A motor on the difference of two hinges that are held by springs: gap + T/k of the tendon between it and them."""
+    spec = mujoco.MjSpec.from_string("""
+    <mujoco>
+      <option timestep="1e-4" gravity="0 0 0"/>
+      <worldbody>
+        <body><joint name="left" axis="0 1 0" damping="1" stiffness="50"/><geom size="0.1"/></body>
+        <body pos="1 0 0"><joint name="right" axis="0 1 0" damping="1" stiffness="50"/><geom size="0.1"/></body>
+      </worldbody>
+      <tendon><fixed name="both"><joint joint="left" coef="1"/><joint joint="right" coef="-0.5"/></fixed></tendon>
+      <actuator><motor name="motor" tendon="both" gear="4"/></actuator>
+    </mujoco>""")
+    with pytest.raises(ModelError, match="its tendon has no armature; give inertia > 0"):
+        physical.add_drive(spec, "motor", GAP, K, C)
+    physical.add_drive(spec, "motor", GAP, K, C, 0.02, friction=DriveFriction(100.0, viscous=1.0))
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.5  # N m, four times that on the tendon
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 100_000)
+    assert data.qpos == pytest.approx([2 / 50, -1 / 50], rel=1e-6)
+    assert drive_state(model, data.act, "motor").angle - data.ten_length[0] == pytest.approx(GAP + 2 / K, rel=1e-6)
+
+
 def test_limits_are_the_motors():
     """Those of the actuator and of the joint's actuators hold for the motor, not for impacts of the teeth."""
     for actuator, joint in (
