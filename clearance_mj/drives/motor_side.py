@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,11 +28,11 @@ FAR = 5.0  # of the noise, from which on errors count less than by their squares
 SMOOTHED = 0.1  # s, over which a parabola is laid for the speeds where the search begins
 SLOW = 0.2  # of the usual speed, below which friction may not slide
 EFFICIENCIES = np.linspace(0.3, 1.0, 36)
-PLAYS = 0.001, 0.002, 0.004, 0.007, 0.012, 0.022  # of the motion, where searches begin
+PLAYS = 0.0015 * 1.5 ** np.arange(8)  # of the motion, where searches begin
 RUBS = 0.1, 0.25, 0.5  # of friction that is the load's
 INERTIAS = 0.3, 1.0, 3.0  # of what they start with
 SHARES = 0.3, 0.7  # of inertia that is the load's
-FIRST = Stop(steps=10, decrease=0.0, gain=3.0, move=1e-6)
+FIRST = Stop(steps=6, decrease=0.0, gain=3.0, move=1e-6)
 STOP = Stop(steps=40, decrease=0.0, gain=0.2, move=1e-6)
 
 
@@ -59,6 +60,9 @@ class MotorSideFit:
 class _Search:
     def __init__(self, records: Sequence[DriveRecord], parameters: list[Parameter], steps: int) -> None:
         self.records, self.parameters, self.steps = records, parameters, steps
+        at = {p.name: p.start for p in parameters}
+        way = np.mean([np.ptp(r.motor_angle) for r in records])
+        self.lean = [float(np.clip(2 * at[f"load of {r.name}"] / (at["spring"] * way), -1, 1)) for r in records]
         self.noise = [_noise(record.motor_angle) for record in records]
         self.first = [round(SETTLED * record.fs) for record in records]
         pieces, count = [], 0
@@ -76,9 +80,9 @@ class _Search:
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
         rows = []
-        common = len(NUMBERS) - 1
+        common = len(NUMBERS) - 2
         for i, (record, noise, first) in enumerate(zip(self.records, self.noise, self.first)):
-            own = np.append(values[:common], values[common + i])
+            own = np.array([*values[:common], self.lean[i], values[common + i]])
             angle, _ = predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own, self.steps)
             rows.append((angle - record.motor_angle)[first:] / (FAR * noise))
         return np.concatenate(rows)
@@ -87,29 +91,30 @@ class _Search:
 def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> MotorSideFit:
     records = [record.thinned(POINTS) for record in records]
     parameters = _parameters(records)
-    search = _Search(records, parameters, 4)
     start = {p.name: p.start for p in parameters}
-    starts = [
-        search.problem.at(
+    ends = []
+    for play in tqdm(PLAYS, desc="play of the drive", unit="fit", disable=not progress):
+        held = play * start["play"] / 0.01
+        search = _Search(records, [_held(p, held) if p.name == "play" else p for p in parameters], 4)
+        starts = [
             {
-                "play": play * start["play"] / 0.01,
-                "friction": 2 * (1 - rub) * start["friction"], "load friction": 2 * rub * start["load friction"],
                 "inertia": 2 * (1 - share) * size * start["inertia"],
                 "load inertia": 2 * share * size * start["load inertia"],
+                "friction": 2 * (1 - rub) * start["friction"],
+                "load friction": 2 * rub * start["load friction"],
             }
-        )
-        for play in PLAYS
-        for rub in RUBS
-        for share in SHARES
-        for size in INERTIAS
-    ]
-    found = solve(search.problem, starts, n_best=3, stop=FIRST)
-    ends = sorted([found, *found.others], key=_misfit)
-    found = ends[0]
+            for share in SHARES
+            for rub in RUBS
+            for size in INERTIAS
+        ]
+        if ends:
+            starts.append(dict(zip(start, ends[-1].values.tolist())) | {"play": held})
+        ends.append(solve(search.problem, [search.problem.at(each) for each in starts], stop=FIRST))
+    found = min(ends, key=_misfit)
     search = _Search(records, parameters, 8)
     for _ in range(2):
         search.problem.step = np.clip(0.3 * np.sqrt(np.diag(found.covariance)), 1e-6, 0.1)
-        found = solve(search.problem, [found.at], stop=STOP)
+        found = solve(search.problem, [search.problem.at(found.values)], stop=STOP)
         ends.append(found)
     fine = search
     covariance = jackknife(found.rows, found.scores, fine.pieces, found.prior)
@@ -119,6 +124,10 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     )
     object.__setattr__(fit, "debug", (ends, found)); object.__setattr__(fit, "info", np.sqrt(np.diag(found.covariance))*found.problem.unit)
     return fit
+
+
+def _held(parameter: Parameter, value: float) -> Parameter:
+    return dataclasses.replace(parameter, start=value, low=value, high=value)
 
 
 def _misfit(found: Solution) -> float:
@@ -183,7 +192,7 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
         positive("load inertia", "kg m²", 0.5 * inertia, 3.0),
         positive("play", "rad", 0.01 * way, 4.0),
         positive("stiffness", "N m/rad", 50 * moment / way, 5.0),
-        positive("relaxation", "s", 0.004, 4.0),
+        positive("teeth's damping", "N m s/rad", 0.2 * moment / way, 6.0),
         free("efficiency", "", rigid["efficiency"], 0.2, 0.2, 1.0),
         positive("turnover", "rad/s", 0.03 * speed, 4.0),
         free("tail", "", 0.3, 0.5, 0.0, 1.0),

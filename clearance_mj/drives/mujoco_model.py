@@ -14,15 +14,19 @@ from .drive import Drive
 
 __all__ = ["add_found_drive"]
 
+SLIPS_WITHIN = 0.1  # of the width of the motor's friction, for what grows with the torque turns over at once
+
 
 def add_found_drive(
-    spec: mujoco.MjSpec, actuator: Any, drive: Drive, inertia: float | None = None, c: float = 0.0
-) -> tuple[str, ...]:
+    spec: mujoco.MjSpec, actuator: Any, drive: Drive, largest_torque: float, inertia: float | None = None,
+    c: float = 0.0,
+) -> tuple[str, ...]:  # fmt: skip
     """Put a drive into an actuator whose joint is the load; see `clearance_mj.physical.add_drive`.
 
     The actuator's force becomes the motor's torque: its gear is set to one over the drive's ratio. What is lost as
     the torque turns its sign and in reversals is play, elasticity of the whole length is that of the teeth, friction of
-    the motor and of the transmission is one at the motor. A spring at the motor becomes the joint's.
+    the motor and of the transmission is one at the motor, which slips within a tenth of the width of the motor's
+    friction even under the largest torque. A spring at the motor becomes the joint's.
 
     Parameters
     ----------
@@ -31,7 +35,9 @@ def add_found_drive(
     actuator : str or mujoco.MjsActuator
         Of the load's hinge.
     drive : Drive
-        Such as `DriveFit.drive`.
+        Such as `DriveFit.drive`, of one strand: find it with ``parts`` without "second strand".
+    largest_torque : float
+        Of the load, N m, such as `DriveFit.largest_torque`.
     inertia : float, optional
         Of the motor at the motor, kg m², where logs were too slow to tell it; else the joint's armature.
     c : float
@@ -45,19 +51,23 @@ def add_found_drive(
     Raises
     ------
     ModelError
-        For a drive without elasticity or inertia, and whatever `add_drive` refuses.
+        For a drive without elasticity or inertia, or of two strands, and whatever `add_drive` refuses.
     """
     n, compliance = abs(drive.ratio), drive.compliance + drive.entrance_compliance
     if not compliance > 0:
         raise ModelError("the drive has no compliance, so its teeth would be rigid; give it a compliance > 0")
+    if len(drive.strands) > 1:
+        raise ModelError(
+            "the drive has two strands, which are no sum of teeth and friction; find it without: "
+            'fit_drive(runs, parts=("backlash", "damping", "inertia"))'
+        )
     own = drive.inertia or inertia
-    dry = drive.friction.torque + sum(strand.share * strand.coulomb for strand in drive.strands)
-    passes = math.exp(-drive.capstan)
+    dry, passes = drive.friction.torque + drive.strands[0].coulomb, math.exp(-drive.capstan)
+    eta = Efficiency(min(1.0, drive.efficiency * passes), min(1.0, passes / drive.efficiency))
+    most = dry / n + largest_torque * max(1 / eta.forward - 1, 1 - eta.backward)
     friction = DriveFriction(
-        max(dry, 1e-3 * n / compliance * drive.friction.width) / (drive.friction.width * n**2),
-        coulomb=dry / n, viscous=drive.damping / n**2,
-        efficiency=Efficiency(min(1.0, drive.efficiency * passes), min(1.0, passes / drive.efficiency)),
-    )  # fmt: skip
+        most / (SLIPS_WITHIN * drive.friction.width * n), coulomb=dry / n, viscous=drive.damping / n**2, efficiency=eta
+    )
     motor = spec.actuator(actuator if isinstance(actuator, str) else actuator.name)
     if motor is not None:
         motor.gear[0] = 1 / drive.ratio
@@ -79,8 +89,6 @@ def _left_out(drive: Drive) -> Iterator[str]:
         yield f"the load's angle {drive.zero:.4g} rad at angle 0 of the motor: motor's angles count from the load's 0"
     if drive.torque_zero:
         yield f"the {drive.torque_zero:.4g} N m that the motor's sensor shows besides"
-    if len(drive.strands) > 1:
-        yield "the shares of its strands: the whole of their friction is one"
     if drive.entrance_compliance:
         yield "where along its length it is elastic"
     if drive.compliance_growth:

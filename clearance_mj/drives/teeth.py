@@ -8,8 +8,8 @@ import numpy as np
 __all__ = ["NUMBERS", "predicted"]
 
 NUMBERS = (
-    "inertia", "load inertia", "play", "stiffness", "relaxation", "efficiency", "turnover", "tail", "friction", "width",
-    "load friction", "load width", "damping", "load damping", "spring", "correction", "load",
+    "inertia", "load inertia", "play", "stiffness", "teeth's damping", "efficiency", "turnover", "tail", "friction", "width",
+    "load friction", "load width", "damping", "load damping", "spring", "correction", "lean", "load",
 )  # fmt: skip
 """What `predicted` takes, in this order"""
 
@@ -31,7 +31,7 @@ def predicted(
         Measured at the motor, rad and N m.
     step : float
         Between samples, s.
-    values : ndarray, shape (17,)
+    values : ndarray, shape (18,)
         Of `NUMBERS`, SI units of the motor.
     steps : int
         Of the integration between samples.
@@ -42,14 +42,18 @@ def predicted(
         rad and N m.
     """
     (
-        inertia, load_inertia, play, stiffness, relaxation, efficiency, turnover, tail, friction, width,
-        load_friction, load_width, damping, load_damping, spring, correction, load,
+        inertia, load_inertia, play, stiffness, dashpot, efficiency, turnover, tail, friction, width,
+        load_friction, load_width, damping, load_damping, spring, correction, lean, load,
     ) = values  # fmt: skip
     expected, teeth = np.empty(angle.size), np.empty(angle.size)
+    relaxation = dashpot / stiffness
     h = step / steps
     loss = -np.log(efficiency)
     shift, kick = np.sqrt(2.0) * correction * step, correction**2 * step
     begun = min(20, angle.size - 1)
+    # Given as the motor feels them, through the teeth.
+    spring = spring / (1.0 - spring / stiffness)
+    load = (load + lean * spring * play) * (1.0 + spring / stiffness)
     held = load + spring * angle[0]
     side = 1.0 if held > 0 else -1.0
     x_m, v_m = angle[0], (angle[begun] - angle[0]) / (begun * step)
