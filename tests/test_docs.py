@@ -63,6 +63,13 @@ def test_physical(clone):
         assert found == pytest.approx(expected, rel=2e-4)
 
 
+def test_drives(clone):
+    """The synthetic drive's friction is found again, and goes into a MuJoCo model that says what it lacks."""
+    printed = run_python("drives.md", clone)
+    assert "friction that grows: 0.15" in printed
+    assert "the model has no word of\n- the load's angle" in printed
+
+
 @pytest.mark.slow
 def test_readme(clone):
     """Its four scripts: what the bench's prints is better than its table's worst record, the others run.

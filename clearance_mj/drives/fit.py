@@ -92,7 +92,7 @@ class DriveFit:
             ways.append(np.interp(at, torque[growing][order], angle[growing][order]))
         middle, apart = np.mean(ways, axis=0), abs(ways[0] - ways[1])
         coulomb = sum(s.share * s.coulomb for s in d.strands) * d.efficiency / abs(d.ratio)
-        return {
+        shown = {
             "ratio": d.ratio,
             "lost motion at 3 % of the torque, rad": abs(middle[2] - middle[0]),
             "hysteresis without torque, rad": apart[1],
@@ -101,13 +101,14 @@ class DriveFit:
             "friction without load, N m": coulomb,
             "efficiency of driving": d.efficiency * math.exp(-d.capstan),
         }
+        return {name: float(value) for name, value in shown.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data, SI units."""
         return {
             "drive": dataclasses.asdict(self.drive), "parts": dict(zip(self.parts, self.gains)),
             "estimates": self.estimates.rows(), "runs": list(self.runs),
-            "table": {name: float(value) for name, value in self.table().items()}, "not_told": list(self.not_told),
+            "table": self.table(), "not_told": list(self.not_told),
         }  # fmt: skip
 
 
