@@ -95,7 +95,8 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     ends = []
     for play in tqdm(PLAYS, desc="play of the drive", unit="fit", disable=not progress):
         held = play * start["play"] / 0.01
-        search = _Search(records, [_held(p, held) if p.name == "play" else p for p in parameters], 4)
+        fixed = {"play": held, "stiffness": start["stiffness"]}
+        search = _Search(records, [_held(p, fixed[p.name]) if p.name in fixed else p for p in parameters], 4)
         starts = [
             {
                 "inertia": 2 * (1 - share) * size * start["inertia"],

@@ -77,7 +77,7 @@ def predicted(
                 # Teeth that meet within a step push for what is left of it: what follows has no jumps.
                 if before * side < play:
                     touched = h * gap / (lag * side - before * side)
-                way = v_l / turnover
+                way = v_m / turnover
                 grows = np.exp(loss * side * ((1.0 - tail) * np.tanh(way) + tail * way / np.sqrt(1.0 + way * way)))
                 both = grows / inertia + 1.0 / load_inertia
                 push = gap + relaxation * rate * side

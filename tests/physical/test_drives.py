@@ -1,5 +1,7 @@
 """Drives inside actuators: the same motion as with two joints, in all of MuJoCo's ways to step, and closed forms."""
 
+import contextlib
+
 import mujoco
 import mujoco.batch
 import numpy as np
@@ -11,6 +13,7 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import LawError, ModelError
 from clearance_mj.physical import DriveFriction, drive_state
 
+from ..conftest import ROOT
 from .arm import arm
 
 GAP, K, C = np.deg2rad(0.5), 2000.0, 0.5  # rad, N m/rad, N m s/rad
@@ -89,6 +92,29 @@ def test_the_motion_is_that_of_two_joints(actuator):
         assert np.sqrt(np.mean((ours - theirs) ** 2) / np.mean(theirs**2)) < 1e-3
     play, expected = state.angle - found[:, 1], motor - load
     assert np.sqrt(np.mean((play - expected) ** 2) / np.mean(expected**2)) < 3e-3
+
+
+def test_a_robot_of_six_axes_moves_as_with_two_joints_in_its_wrist():
+    """The gallery's arm, play in three of its joints, all six servos at work: each joint within 0.1 % over a second."""
+    wrist, found = ("roll", "pitch", "spin"), []
+    rates, steps = 2 * np.pi * np.array([0.7, 0.9, 1.1, 1.3, 0.8, 1.7]), 10_000
+    for inside in (False, True):
+        spec = mujoco.MjSpec.from_file(str(ROOT / "models" / "robot_arm.xml"))
+        spec.option.timestep = 1e-4
+        for joint in wrist:
+            if inside:
+                physical.add_drive(spec, joint, np.deg2rad(0.1), 3000.0, 0.5)  # its servos have its joints' names
+            else:
+                physical.add_backlash(spec, joint, np.deg2rad(0.1), 3000.0, 0.5)
+        model = physical.compile(spec)
+        assert model.nv == (6 if inside else 9)
+        controls = 0.5 * np.sin(np.arange(steps)[:, None] * 1e-4 * rates)
+        with physical.Softener(model) if inside else contextlib.nullcontext():
+            path = march(model, controls)
+        places = [model.joint(name).qposadr[0] for name in ("base", "shoulder", "elbow", *wrist)]
+        found.append(path[:, 1:][:, places])
+    two, one = found
+    assert np.all(np.sqrt(np.mean((one - two) ** 2, axis=0) / np.mean(two**2, axis=0)) < 1e-3)
 
 
 def test_every_way_to_step_gives_the_same_numbers():
