@@ -1,4 +1,4 @@
-"""clearance-mj drive: lost motion, stiffness and friction of a drive from logs of its two ends."""
+"""clearance-mj drive: lost motion, stiffness and friction of a drive from logs of its two ends, or of its motor."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="RUN",
-        help="logs of both ends, with reversals: CSV, Parquet, or joint states of ROS 2 in MCAP",
+        help="logs of both ends, or the motor's alone, with reversals: CSV, Parquet, or joint states of ROS 2 in MCAP",
     )
     option(
         "--column", action="append", default=[], metavar="WHAT=COLUMN",
@@ -30,14 +30,14 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "drive", "find the lost motion, stiffness and friction of a drive from logs of its two ends", _options,
+    "drive", "find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's", _options,
     out=Path("results/drive"), out_help="folder for index.html, its figures and drive.json (default: %(default)s)",
     writes=("index.html", "drive.json", "figures"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.errors import ClearanceError
-    from ..drives import DriveRecord, fit_drive
-    from ..report.drive import write_drive
+    from ..drives import DriveRecord, fit_drive, fit_motor_side
+    from ..report.drive import write_drive, write_motor_side
 
     columns = {}
     for pair in options.column:
@@ -46,13 +46,24 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
             raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
         columns[what.strip()] = column.strip()
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
-    found = fit_drive(runs, progress=not options.quiet)
-    data = write_drive(found, runs, told, options.new, provenance(options))
+    if any(run.both_ends for run in runs):
+        found = fit_drive(runs, progress=not options.quiet)
+        data = write_drive(found, runs, told, options.new, provenance(options))
+    elif told:
+        raise ClearanceError("--predict needs logs of both ends to find a drive from; these have the motor's alone")
+    else:
+        alone = fit_motor_side(runs, progress=not options.quiet)
+        data = write_motor_side(alone, options.new, provenance(options))
     for name, value in data["table"].items():
         print(f"{name}: {value:.4g}")
-    for words in found.not_told:
+    for words in data["not_told"]:
         print(words)
-    for row in data["predicted"]:
+    for row in data.get("predicted", []):
         print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
     print(f"results: {options.out}")
-    return {"table": data["table"], "predicted": data["predicted"], "not_told": data["not_told"], "out": str(options.out)}
+    return {
+        "table": data["table"],
+        "predicted": data.get("predicted", []),
+        "not_told": data["not_told"],
+        "out": str(options.out),
+    }

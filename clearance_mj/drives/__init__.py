@@ -4,6 +4,7 @@ from ..physical.transmission import Efficiency
 from .drive import Drive, PreslidingFriction, Strand
 from .fit import PARTS, DriveFit, fit_drive
 from .friction import carried, entering, presliding
+from .motor_side import MotorSideFit, fit_motor_side
 from .mujoco_model import add_found_drive
 from .record import DriveRecord
 
@@ -13,11 +14,13 @@ __all__ = [
     "DriveFit",
     "DriveRecord",
     "Efficiency",
+    "MotorSideFit",
     "PreslidingFriction",
     "Strand",
     "add_found_drive",
     "carried",
     "entering",
     "fit_drive",
+    "fit_motor_side",
     "presliding",
 ]

@@ -298,18 +298,30 @@ def _parameters(ratio: float, zero: float, x: np.ndarray, torque: np.ndarray, lo
     ]  # fmt: skip
 
 
-def _require(records: Sequence[DriveRecord]) -> None:
+def require_motion(records: Sequence[DriveRecord]) -> None:
+    """Raise RecordError without runs, or for one whose motor never turns back or whose torque never changes.
+
+    Parameters
+    ----------
+    records : sequence of DriveRecord
+        Runs to find a drive from.
+    """
     if not records:
         raise RecordError("a drive is found from one run at least")
+    for record in records:
+        if not np.ptp(record.motor_torque):
+            raise RecordError(f'run "{record.name}": the motor\'s torque never changes; it says nothing of a drive')
+        if not record.reversals:
+            raise RecordError(f'run "{record.name}": the motor never turns back; play and friction show in reversals')
+
+
+def _require(records: Sequence[DriveRecord]) -> None:
     for record in records:
         if not record.both_ends:
             raise RecordError(
                 f'run "{record.name}" has the motor\'s end only; a drive is found from angle and torque of both ends'
             )
-        if not np.ptp(record.motor_torque):
-            raise RecordError(f'run "{record.name}": the motor\'s torque never changes; it says nothing of a drive')
-        if not record.reversals:
-            raise RecordError(f'run "{record.name}": the motor never turns back; play and friction show in reversals')
+    require_motion(records)
     # Of all together: a run that ends before its springs are back may give a little more than it gets.
     if (lost := sum(record.lost_work for record in records)) < 0:
         names = f'run "{records[0].name}"' if len(records) == 1 else f"{len(records)} runs together"

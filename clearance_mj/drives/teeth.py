@@ -8,8 +8,9 @@ import numpy as np
 __all__ = ["NUMBERS", "predicted"]
 
 NUMBERS = (
-    "inertia", "load inertia", "play", "stiffness", "teeth's damping", "efficiency", "turnover", "tail", "friction", "width",
-    "load friction", "load width", "damping", "load damping", "spring", "correction", "lean", "load",
+    "inertia", "load inertia", "play", "stiffness", "teeth's damping", "efficiency", "turnover", "tail",
+    "friction", "width", "load friction", "load width", "damping", "load damping", "spring", "correction", "lean",
+    "load",
 )  # fmt: skip
 """What `predicted` takes, in this order"""
 
@@ -23,7 +24,10 @@ def predicted(
     The motor's torque drives motor and load. At each sample, the error of the angle shifts angle and speed of both, as
     a stationary Kalman filter of a double integrator does, so that noise of the torque does not add up: errors are
     those of one prediction (Ljung, System Identification, 2nd ed., 1999, section 7.3). Teeth are taken implicitly, so
-    that no stiffness is unstable. Friction is that of Dahl (AIAA Journal 14, 1976).
+    that no stiffness is unstable. Friction is that of Dahl (AIAA Journal 14, 1976). Efficiency η multiplies the teeth's
+    torque by 1/η at the motor where power goes to the load, by η where it comes back, and turns over with the motor's
+    speed. "lean" is 1 or -1 for a load that stays on one side of the teeth: it is then counted so that play, which such
+    a run does not show, does not change it.
 
     Parameters
     ----------

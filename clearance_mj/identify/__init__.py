@@ -1,6 +1,6 @@
 """Identification of the clearance from test records."""
 
-from ..drives.fit import DriveFit, fit_drive
+from ..drives import DriveFit, MotorSideFit, fit_drive, fit_motor_side
 from ..joints.hysteresis import bouc_wen
 from ..joints.jointed_mode import ForcedCurve, fit_jointed_mode
 from ..joints.jointed_structure import JointedStructure, fit_jointed_structure
@@ -33,6 +33,7 @@ __all__ = [
     "ForcedCurve",
     "Identified",
     "JointedStructure",
+    "MotorSideFit",
     "OrbitAlarm",
     "OrbitFit",
     "OrbitTwin",
@@ -45,6 +46,7 @@ __all__ = [
     "fit_drive",
     "fit_jointed_mode",
     "fit_jointed_structure",
+    "fit_motor_side",
     "fitted_model",
     "follow_orbits",
     "get_method",

@@ -40,8 +40,7 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     geoms as if it touched too, where it is nearest. Not counted are constraints whose solref is a time constant, since
     MuJoCo keeps those stable itself (unless flag refsafe is disabled: then they count), geoms without a pair that do
     not touch in the pose, MuJoCo's own friction, muscles, DC motors, activations, delays, flexes, fluids and what
-    callbacks do; of polynomial springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step or
-    less.
+    callbacks do; of polynomial springs and dampers the linear coefficient counts. Accuracy takes a tenth of this step.
 
     Parameters
     ----------

@@ -10,18 +10,23 @@ from typing import Any
 import numpy as np
 
 from ..core.files import to_json, write_text
-from ..drives import DriveFit, DriveRecord
+from ..drives import DriveFit, DriveRecord, MotorSideFit
 from ..drives.diagram import draw_runs
+from ..estimate import Estimates
 from . import html
 from .style import COLOURS, Drawing, canvas, tidy
 from .tables import Column, Table
 from .writer import ReportWriter
 
-__all__ = ["write_drive"]
+__all__ = ["write_drive", "write_motor_side"]
 
 
 def write_drive(
-    found: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord], folder: Path, made_from: Mapping[str, Any]
+    found: DriveFit,
+    runs: Sequence[DriveRecord],
+    told: Sequence[DriveRecord],
+    folder: Path,
+    made_from: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Write ``index.html``, its figures and ``drive.json``, and return what the last one holds.
 
@@ -47,7 +52,9 @@ def write_drive(
     writer = ReportWriter(folder)
     sections = [
         html.Section("summary", "What the drive is like", _summary(found) + writer.figure(_held(found))),
-        html.Section("runs", "Runs beside the model", _errors(found, errors) + writer.figure(_loops(found, runs, told))),
+        html.Section(
+            "runs", "Runs beside the model", _errors(found, errors) + writer.figure(_loops(found, runs, told))
+        ),
         html.Section("numbers", "Numbers and parts", _numbers(found)),
     ]
     writer.close()
@@ -55,12 +62,41 @@ def write_drive(
     return result
 
 
+def write_motor_side(found: MotorSideFit, folder: Path, made_from: Mapping[str, Any]) -> dict[str, Any]:
+    """Write ``index.html`` and ``drive.json`` of what its motor tells of a drive, and return what the latter holds.
+
+    Parameters
+    ----------
+    found : MotorSideFit
+        Of logs of the motor's side alone.
+    folder : Path
+        Gets the files.
+    made_from : mapping
+        Where all this comes from.
+    """
+    result = found.to_dict()
+    write_text(folder / "drive.json", to_json(result | {"provenance": dict(made_from)}))
+    words = (
+        f"From the motor's angle and torque alone, in {', '.join(found.runs)}: all numbers are those that the motor "
+        f"feels. The ratio to the load and the load's own angle do not show there. The teeth changed sides "
+        f"{found.crossings} times."
+    )
+    body = html.paragraph(html.formula(words)) + _untold(found.not_told) + _estimates(found.estimates)
+    sections = [html.Section("summary", "What the motor tells of its drive", body)]
+    write_text(folder / "index.html", html.page(f"Drive from {', '.join(found.runs)}", sections))
+    return result
+
+
+def _untold(words: Sequence[str]) -> str:
+    return "".join(html.paragraph(html.formula(f"{each}."), "note") for each in words)
+
+
 def _summary(found: DriveFit) -> str:
     rows = tuple((name.partition(",")[0], name.rpartition(", ")[2] if "," in name else "", value)
                  for name, value in found.table().items())  # fmt: skip
     columns = Column("At the load's end, motor held"), Column("Unit"), Column("Value", "", ".4g")
     shown = html.table(Table("catalogue", "The drive as catalogues of gears describe one.", columns, rows))
-    return shown + "".join(html.paragraph(html.formula(f"{words}."), "note") for words in found.not_told)
+    return shown + _untold(found.not_told)
 
 
 def _held(found: DriveFit) -> Drawing:
@@ -93,17 +129,21 @@ def _errors(found: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
     return html.table(Table("predicted", caption, columns, rows))
 
 
-def _numbers(found: DriveFit) -> str:
+def _estimates(found: Estimates) -> str:
     rows = tuple(
         (row["name"], row["unit"], row["value"], row["low"], row["high"], row["posterior_over_prior"])
-        for row in found.estimates.beside_priors()
+        for row in found.beside_priors()
     )
     columns = (
         Column("Number"), Column("Unit"), Column("Value", "", ".4g"), Column("From", "95 %", ".4g"),
         Column("To", "95 %", ".4g"), Column("Posterior over prior", "", ".2f"),
     )  # fmt: skip
     caption = "All that was fitted, at the motor unless its name says otherwise; near 1 in the last column: not told."
-    numbers = html.table(Table("numbers", caption, columns, rows))
+    return html.table(Table("numbers", caption, columns, rows))
+
+
+def _numbers(found: DriveFit) -> str:
+    numbers = _estimates(found.estimates)
     if not found.parts:
         return numbers + html.paragraph("No part beside ratio, elasticity, play and friction was worth its parameters.")
     parts = tuple(zip(found.parts, found.gains))

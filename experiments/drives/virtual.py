@@ -1,6 +1,7 @@
-"""Virtual gear drives with physics of their own, and how near identification from both ends comes to what they are.
+"""Virtual gear drives with physics of their own, and how near identification from logs comes to what they are.
 
     python -m experiments.drives.virtual --first 100 --seeds 20 --out results/drives.csv
+    python -m experiments.drives.virtual --first 100 --seeds 20 --side motor --out results/drives_motor_side.csv
 
 Two inertias with teeth between them, integrated at 20 kHz: play and tooth stiffness, efficiency that depends on which
 way power flows (smoothly over speed), Dahl's friction and drag at both ends, a servo that follows a sum of sines. All
@@ -10,6 +11,7 @@ numbers are drawn. Logs are four runs of 20 s under different loads, with noise;
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from clearance_mj.core.files import replacing
-from clearance_mj.drives import DriveRecord, fit_drive
+from clearance_mj.drives import DriveRecord, fit_drive, fit_motor_side
 
 FS, FINE = 500.0, 40  # Hz, and steps of the integration between samples
 SECONDS = 20.0
@@ -63,9 +65,9 @@ class Gear:
     def run(self, name: str, load: float, seed: int) -> DriveRecord:
         """Run it under a constant load and a weak spring, with noise."""
         rng = np.random.default_rng((seed, 77))
-        time = np.arange(round(SECONDS * FS * FINE)) / (FS * FINE)
+        at = np.arange(round(SECONDS * FS * FINE)) / (FS * FINE)
         rates, phases = 2 * np.pi * np.array([0.2, 0.33, 0.9]) * rng.uniform(0.8, 1.2, 3), rng.uniform(0, 6, 3)
-        wanted = np.sum(np.array([0.5, 0.3, 0.05])[:, None] * np.sin(rates[:, None] * time + phases[:, None]), axis=0)
+        wanted = np.sum(np.array([0.5, 0.3, 0.05])[:, None] * np.sin(rates[:, None] * at + phases[:, None]), axis=0)
         found = _march(
             wanted / self.ratio, 1 / (FS * FINE), FINE, self.ratio, self.play, self.stiffness, self.efficiency,
             load * self.usual, 0.5 * self.usual, *self.friction, *self.presliding, *self.drag, *self.inertia,
@@ -140,24 +142,54 @@ def judge(seed: int) -> list[dict]:
     return rows
 
 
+def judge_motor_side(seed: int) -> list[dict]:
+    """Rows of one drive from logs of its motor alone: each number beside its truth, at the motor."""
+    gear = Gear.drawn(seed)
+    runs = [gear.run(f"load {load:g}", load, 10 * seed + i) for i, load in enumerate(LOADS)]
+    begun = time.perf_counter()
+    fit = fit_motor_side([DriveRecord(r.name, r.fs, r.motor_angle, r.motor_torque) for r in runs])
+    seconds = time.perf_counter() - begun
+    e = fit.estimates
+    low, high = (dict(zip(e.names, end.tolist())) for end in e.interval(0.9))
+    truths = {
+        "play": gear.play / gear.ratio, "stiffness": gear.stiffness * gear.ratio**2, "efficiency": gear.efficiency,
+    }  # fmt: skip
+    return [
+        {"drive": seed, "what": what, "value": fit.values[what], "truth": truth, "low": low[what], "high": high[what],
+         "held": low[what] <= truth <= high[what], "seconds": seconds,
+         "claimed": not any(words.startswith(f"{what} ") for words in fit.not_told)}
+        for what, truth in truths.items()
+    ]  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Judge drives and print what is on target."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--first", type=int, default=0, help="seed of the first")
     parser.add_argument("--seeds", type=int, default=20, help="number of drives")
     parser.add_argument("--out", type=Path, required=True, help="table (CSV)")
+    parser.add_argument("--side", choices=("both", "motor"), default="both", help="ends that logs have")
     options = parser.parse_args(arguments)
-    table = pd.DataFrame([row for i in range(options.seeds) for row in judge(options.first + i)])
+    judged = judge_motor_side if options.side == "motor" else judge
+    table = pd.DataFrame([row for i in range(options.seeds) for row in judged(options.first + i)])
     options.out.parent.mkdir(parents=True, exist_ok=True)
     with replacing(options.out) as path:
         table.to_csv(path, index=False)
     for what, target in TARGETS.items():
         own = table[table.what == what]
+        if options.side == "motor":
+            every, own = own, own[own.claimed]
+            print(f"{what}: not claimed for {len(every) - len(own)} of {len(every)} drives")
+            if own.empty:
+                continue
         error = (own.value - own.truth).abs() / (1 if what == "efficiency" else own.truth)
         print(
             f"{what}: median error {error.median():.3g}, largest {error.max():.3g}, within {target:g}: "
             f"{np.mean(error <= target):.0%}, 90 % intervals hold {own.held.mean():.0%}"
         )
+    if options.side == "motor":
+        print(f"seconds of a fit: median {table.seconds.median():.3g}, largest {table.seconds.max():.3g}")
+        return 0
     for what in ("angle", "torque"):
         own = table[table.what == what]
         print(f"{what} of another load over noise: median {(own.value / own.truth).median():.2f}")

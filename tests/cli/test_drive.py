@@ -39,6 +39,22 @@ def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, capsys):
     assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == told["table"]["ratio"]
 
 
+@pytest.mark.slow
+def test_logs_of_the_motor_alone(logs, tmp_path, capsys):
+    """What a motor tells, and a file to predict, which needs both ends."""
+    out, columns = tmp_path / "out", ["--column", "time=t", "--column", "motor_torque=-tau"]
+    for path in logs:
+        table = np.loadtxt(path, delimiter=",", skiprows=1)
+        np.savetxt(path, table[:, :3], "%.7f", ",", header="t,motor_angle,tau", comments="")
+    assert main(["drive", *map(str, logs[:2]), *columns, "--out", str(out), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["table"]["play to either side, rad"] > 0 and not told["predicted"]
+    assert "The ratio to the load" in (out / "index.html").read_text()
+    given = ["--predict", str(logs[2]), "--out", str(tmp_path / "other")]
+    assert main(["drive", *map(str, logs[:2]), *columns, *given]) == 2
+    assert "--predict needs logs of both ends" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

@@ -308,7 +308,7 @@ def test_needs_mujoco_and_numpy_only():
     """Other libraries are made absent; of the package come its errors and where compiled functions are kept."""
     program = """
 import sys
-allowed = {"mujoco", "numpy", "clearance_mj", "typing_extensions"} | set(sys.stdlib_module_names)  # the last: MuJoCo 3's
+allowed = {"mujoco", "numpy", "clearance_mj", "typing_extensions"} | set(sys.stdlib_module_names)  # of MuJoCo 3
 class Absent:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] not in allowed:
