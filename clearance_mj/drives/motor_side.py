@@ -31,18 +31,20 @@ SLOW = 0.2  # of the usual speed, below which friction may not slide
 EFFICIENCIES = np.linspace(0.3, 1.0, 36)  # where the search begins
 PLAY = 0.01  # of the motion, to be expected
 PLAYS = 0.2 * 1.7 ** np.arange(6)  # of that, each held once while the rest is searched for
+FREED = 2  # of these that are nearest, from which everything is searched for
 RUBS = 0.1, 0.25, 0.5  # of the friction, that may be the load's
 SHARES = 0.3, 0.7  # of the inertia, that may be the load's
 INERTIAS = 0.3, 1.0, 3.0  # of what slow motion lets expect
 FIRST = Stop(steps=6, decrease=0.0, gain=3.0, move=1e-6)
 STOP = Stop(steps=40, decrease=0.0, gain=0.2, move=1e-6)
 
-WORDS = {
+WORDS = ADVICE | {
     "play": "a reversal without load would tell it",
     "stiffness": "a finer encoder and faster sampling would tell it: how far the teeth give is hidden",
+    "efficiency": "motion to and fro under loads of different size would tell it",
     "friction": "reversals under loads of different size, one of them none, would tell it",
     "turnover": "slow reversals under load would tell it",
-} | ADVICE
+}
 """Which motion would tell a parameter that the motor's side does not"""
 
 NAMES = {
@@ -113,7 +115,8 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     """Find what logs of the motor's side alone tell of a drive.
 
     The load hangs behind play and elastic teeth (`teeth.predicted`). Play is held at several sizes while everything
-    else is searched for, for searches that let go of it too early end at wrong ones; then all is set free.
+    else is searched for, for searches that let go of it too early end at wrong ones; then all is set free, from the two
+    nearest.
 
     Parameters
     ----------
@@ -129,11 +132,7 @@ def fit_motor_side(records: Sequence[DriveRecord], progress: bool = False) -> Mo
     """
     require_motion(records)
     search = _Search([record.thinned(POINTS) for record in records])
-    found = search.begun(progress)
-    for _ in range(2):
-        # Differences over a share of what is not known reach over the kinks of play.
-        search.reach = np.clip(0.3 * np.sqrt(np.diag(found.covariance)), 1e-6, 0.1)
-        found = solve(search.problem({}), [search.problem({}).at(found.values)], stop=STOP)
+    found = min((search.freed(end) for end in search.begun(progress)[:FREED]), key=_scale)
     covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
     names = [p.name for p in search.parameters]
     values = dict(zip(names, found.values.tolist()))
@@ -179,8 +178,8 @@ class _Search:
         loss = UnknownScale(np.flatnonzero(np.diff(self.pieces, prepend=-1)))
         return Problem(parameters, one_by_one(self.residuals), loss=loss, lanes=False, step=self.reach)
 
-    def begun(self, progress: bool) -> Solution:
-        """Hold play at several sizes, and the teeth's stiffness, and return the nearest."""
+    def begun(self, progress: bool) -> list[Solution]:
+        """Hold play at several sizes, and the teeth's stiffness, and return what is found, the nearest first."""
         start, ends = self.start, list[Solution]()
         for share in tqdm(PLAYS, desc="play of the drive", unit="fit", disable=not progress):
             held = {"play": float(share) * start["play"], "stiffness": start["stiffness"]}
@@ -198,7 +197,16 @@ class _Search:
                 starts.append(dict(zip(start, ends[-1].values.tolist())) | held)
             problem = self.problem(held)
             ends.append(solve(problem, [problem.at(each) for each in starts], stop=FIRST))
-        return min(ends, key=lambda end: float(end.loss.scale(end.residuals)))  # type: ignore[attr-defined]
+        return sorted(ends, key=_scale)
+
+    def freed(self, found: Solution) -> Solution:
+        """Let go of all that was held."""
+        for _ in range(2):
+            # Differences over a share of what is not known reach over the kinks of play.
+            self.reach = np.clip(0.3 * np.sqrt(np.diag(found.covariance)), 1e-6, 0.1)
+            problem = self.problem({})
+            found = solve(problem, [problem.at(found.values)], stop=STOP)
+        return found
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Errors (n,) of the angle that is expected, run by run."""
@@ -227,6 +235,11 @@ class _Search:
         record, common = self.records[run], len(NUMBERS) - 2
         own = np.array([*values[:common], self.lean[run], values[common + run]])
         return predicted(record.motor_angle, record.motor_torque, 1 / record.fs, own, STEPS)
+
+
+def _scale(found: Solution) -> float:
+    """How large the errors of a fit are."""
+    return float(found.loss.scale(found.residuals))  # type: ignore[attr-defined]
 
 
 def _noise(x: np.ndarray) -> float:
