@@ -20,7 +20,7 @@ __all__ = ["PARTS", "DriveFit", "fit_drive"]
 
 POINTS = 1000  # of a run, means over its samples
 BLOCKS = 4  # of a run, within which errors may be correlated
-PIECES = 2  # of a run, of which one after another is left out for intervals: errors of a law repeat along a run
+PIECES = 4  # at least, of which one after another is left out for intervals: whole runs, for errors of a law repeat
 EVIDENCE = 5.0  # by which a part must raise the logarithm of the evidence
 MOST = 20  # parameters
 FAR = 5.0  # of the errors' RMS, from which on they count less than by their squares
@@ -207,8 +207,9 @@ class _Search:
         self.errors = np.array([np.std(angle - ratio * x - zero), np.std(load)])
         """rad and N m, RMS that is expected of the load's angle and torque"""
         self.known = {p.name: p for p in _parameters(float(ratio), float(zero), x, torque, load)}
+        parts = -(-PIECES // len(records))  # of a run
         whole = [
-            np.arange(r.motor_angle.size) * PIECES // r.motor_angle.size + PIECES * i for i, r in enumerate(records)
+            np.arange(r.motor_angle.size) * parts // r.motor_angle.size + parts * i for i, r in enumerate(records)
         ]
         self.pieces = np.concatenate([piece for each in whole for piece in (each, each)])
         """(n_residuals,) piece of its run that each is in"""

@@ -117,18 +117,22 @@ def judge(seed: int) -> list[dict]:
     gear = Gear.drawn(seed)
     fit = fit_drive([gear.run(f"load {load:g}", load, 10 * seed + i) for i, load in enumerate(LOADS)])
     d, e = fit.drive, fit.estimates
-    std = dict(zip(e.names, e.varied_std))
-    n = abs(d.ratio)
-    compliance = std["compliance"] / d.compliance if d.compliance else np.inf
+    std, n = dict(zip(e.names, e.varied_std)), abs(d.ratio)
+
+    def together(name: str, share: float) -> float:
+        """Relative spread of what passes besides over a number of which a share is unsure, correlated as they are."""
+        rho = e.correlation[e.names.index(name)][e.names.index("efficiency")]
+        return float(np.sqrt(share**2 + std["efficiency"] ** 2 - 2 * rho * share * std["efficiency"]))
+
     found = {
         "play": (n * d.backlash, gear.play, n * std.get("backlash", np.inf)),
         "stiffness": (
             d.efficiency / (n**2 * d.compliance) if d.compliance else np.inf, gear.stiffness,
-            gear.stiffness * np.hypot(compliance, std["efficiency"]),
+            gear.stiffness * together("compliance", std["compliance"] / d.compliance if d.compliance else np.inf),
         ),
         "efficiency": (
             d.efficiency * np.exp(-d.capstan), gear.efficiency,
-            gear.efficiency * np.hypot(std["capstan"], std["efficiency"]),
+            gear.efficiency * together("capstan", std["capstan"]),
         ),
     }  # fmt: skip
     rows = [
