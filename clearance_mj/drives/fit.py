@@ -208,9 +208,7 @@ class _Search:
         """rad and N m, RMS that is expected of the load's angle and torque"""
         self.known = {p.name: p for p in _parameters(float(ratio), float(zero), x, torque, load)}
         parts = -(-PIECES // len(records))  # of a run
-        whole = [
-            np.arange(r.motor_angle.size) * parts // r.motor_angle.size + parts * i for i, r in enumerate(records)
-        ]
+        whole = [np.arange(r.motor_angle.size) * parts // r.motor_angle.size + parts * i for i, r in enumerate(records)]
         self.pieces = np.concatenate([piece for each in whole for piece in (each, each)])
         """(n_residuals,) piece of its run that each is in"""
         sizes = [record.motor_angle.size for record in records for _ in range(2)]

@@ -7,6 +7,7 @@ gains in ``gainprm`` and ``biasprm``; its activation is what `DriveState` has, a
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -24,6 +25,7 @@ _FRICTION = (
     "k", "c", "coulomb", "viscous", "motor", "external", "stribeck", "stribeck_motor", "stribeck_external",
     "stribeck_speed", "stribeck_exponent", "motor_square", "external_square",
 )  # fmt: skip
+_RUBS = [name for name in _FRICTION if name not in ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")]
 DRIVE = np.dtype(
     [
         (name, np.float64)
@@ -162,30 +164,27 @@ def add_drive(
         raise ModelError(f"{where} has a drive already")
     softness(k, c, None, 0.0)
     slips = [(float(stiffness), float(force)) for stiffness, force in hysteresis]
-    for label, value, ok in (
-        ("gap", gap, gap >= 0),
-        *(("inertia", inertia, inertia > 0) for inertia in [inertia] if inertia is not None),
-        *((f"hysteresis[{i}]", value, value > 0) for i, slip in enumerate(slips) for value in slip),
-    ):
-        if not (ok and np.isfinite(value)):
+    given = {"gap": gap} | ({} if inertia is None else {"inertia": inertia})
+    given |= {f"hysteresis[{i}]": min(slip) for i, slip in enumerate(slips)}
+    for label, value in given.items():
+        if not isinstance(value, numbers.Real) or not (value > 0 or (label == "gap" and value == 0)) or np.isinf(value):
             raise ModelError(f"{where}: {label} {value} must be finite and {'>=' if label == 'gap' else '>'} 0")
     if encoder not in _ENCODERS:
         raise ModelError(f'{where}: encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
     _refuse(model, index, where)
-    load = _joint(spec, model, index)
+    load, limits = _joint(spec, model, index), _motor_limits(model, index, where)
     if inertia is None:
         if load is None or not load.armature > 0:
             raise ModelError(f"{where}: its {'tendon' if load is None else 'joint'} has no armature; give inertia > 0")
         inertia, load.armature = float(load.armature), 0.0
-    limits = _motor_limits(model, index, where)
     if load is not None:
         load.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
     values = (
         inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
         model.actuator_actearly[index], *friction_numbers(friction),
     )  # fmt: skip
-    numbers = [*values, *(value for slip in slips for value in slip)]
-    spec.add_numeric(name=f"{MARK}drive:{name}", data=numbers, size=len(numbers))
+    data = [*values, *(value for slip in slips for value in slip)]
+    spec.add_numeric(name=f"{MARK}drive:{name}", data=data, size=len(data))
     saved = [np.array(key.act) for key in spec.keys]
     if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED:
         motor.gainprm[1:3] = 0
@@ -209,19 +208,7 @@ def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
     found = friction or DriveFriction(1.0)
     efficiency = Efficiency(*found.efficiency)
     losses = 1 / efficiency.forward - 1, 1 - efficiency.backward
-    rubs = any(
-        (
-            found.coulomb,
-            found.motor,
-            found.external,
-            found.stribeck,
-            found.stribeck_motor,
-            found.stribeck_external,
-            found.motor_square,
-            found.external_square,
-            *losses,
-        )
-    )
+    rubs = any(losses) or any(getattr(found, name) for name in _RUBS)
     return *(float(getattr(found, name)) for name in _FRICTION), *losses, float(rubs)
 
 

@@ -24,6 +24,7 @@ from ...core.errors import RecordError
 from ...estimate.parameter import Parameter
 from ..bristles import frictions
 from ..checks import compile as physical_compile
+from ..drives import drives
 from ..elements import asked
 from ..softener import Softener
 from ..step import largest_step
@@ -97,6 +98,7 @@ class Simulator:
         self._ahead = 0.5 if own.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
         self._threads = min(8, os.cpu_count() or 1)
         follows = any(e.softness.law for e in asked(self._model)) or any(frictions(self._model))
+        follows = follows or any(drives(self._model))
         self._softener = Softener(self._model) if follows else nullcontext()
 
     def model(self, values: np.ndarray) -> mujoco.MjModel | None:
