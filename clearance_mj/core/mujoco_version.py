@@ -27,17 +27,29 @@ def check() -> None:
     """
     if importlib.util.find_spec("mujoco") is None:
         raise ImportError(f'clearance_mj needs MuJoCo: {_GET}, or a "mujoco" from {_text(OLDEST)} on', name="mujoco")
-    for distribution in ("mujoco-core", "mujoco"):  # of 4.x the engine is in the first
+    found = {}
+    for name in ("mujoco-core", "mujoco"):  # of 4.x the engine is in the first
         try:
-            found = importlib.metadata.version(distribution)
+            found[name] = importlib.metadata.distribution(name)
         except importlib.metadata.PackageNotFoundError:
             continue
-        version = tuple(int(part) for part in re.findall(r"\d+", found)[:3])
+    folders = {str(each.locate_file("mujoco")) for each in found.values()}
+    if len(found) == 2 and len(folders) == 1 and _numbers(found["mujoco"].version) < (4,):
+        both = " and ".join(f"{name} {each.version}" for name, each in found.items())
+        warnings.warn(f"{both} are installed one over the other; pip uninstall both, then install one", stacklevel=3)
+    for each in found.values():
+        version = _numbers(each.version)
         if version < OLDEST:
-            raise ImportError(f"clearance_mj needs MuJoCo {_text(OLDEST)} or newer, not {found}: {_GET}", name="mujoco")
+            raise ImportError(
+                f"clearance_mj needs MuJoCo {_text(OLDEST)} or newer, not {each.version}: {_GET}", name="mujoco"
+            )
         if version in _WRONG:
-            warnings.warn(f"MuJoCo {found}: {_WRONG[version]}; {_GET}", stacklevel=3)
+            warnings.warn(f"MuJoCo {each.version}: {_WRONG[version]}; {_GET}", stacklevel=3)
         return
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", version)[:3])
 
 
 def _text(version: tuple[int, ...]) -> str:

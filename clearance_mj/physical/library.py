@@ -14,8 +14,9 @@ from mujoco.introspect import ast_nodes, structs
 
 __all__ = ["CONTACT", "CONTACT_SIZE", "DATA", "LIBRARY", "MODEL", "OPTION", "external"]
 
+_FILES = sorted(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll")))
 LIBRARY = ctypes.CDLL(
-    str(next(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll"))))
+    str(next((p for p in _FILES if mujoco.mj_versionString() in p.name), _FILES[0]))  # another may have stayed behind
 )  # The MuJoCo library that the Python module has loaded
 
 

@@ -5,6 +5,7 @@ import importlib.util
 import tomllib
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,12 +19,12 @@ ROOT = Path(__file__).parents[2]
 def installed(monkeypatch, **versions):
     """Let these distributions be installed, and no others."""
 
-    def version(name):
+    def distribution(name):
         if name.replace("-", "_") not in versions:
             raise importlib.metadata.PackageNotFoundError(name)
-        return versions[name.replace("-", "_")]
+        return SimpleNamespace(version=versions[name.replace("-", "_")], locate_file=lambda path: Path("there") / path)
 
-    monkeypatch.setattr(importlib.metadata, "version", version)
+    monkeypatch.setattr(importlib.metadata, "distribution", distribution)
 
 
 @pytest.mark.parametrize("versions", [{"mujoco": "3.10.0"}, {"mujoco": "3.17.0"}, {"mujoco_core": "4.0.1"}, {}])
@@ -54,6 +55,13 @@ def test_a_version_that_is_known_to_be_wrong(monkeypatch):
     installed(monkeypatch, mujoco="4.0.0", mujoco_core="4.0.1")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        mujoco_version.check()
+
+
+def test_two_that_lie_one_over_the_other(monkeypatch):
+    """The distributions mujoco 3 and mujoco-core have files of the same names."""
+    installed(monkeypatch, mujoco="3.17.0", mujoco_core="4.0.1")
+    with pytest.warns(UserWarning, match=r"^mujoco-core 4.0.1 and mujoco 3.17.0 are installed one over the other; pip"):
         mujoco_version.check()
 
 
