@@ -119,8 +119,8 @@ def judge(seed: int) -> list[dict]:
     d, e = fit.drive, fit.estimates
     std, n = dict(zip(e.names, e.varied_std)), abs(d.ratio)
 
-    def together(name: str, share: float) -> float:
-        """Relative spread of what passes besides over a number of which a share is unsure, correlated as they are."""
+    def ratio_to(name: str, share: float) -> float:
+        """Return the relative standard deviation of efficiency over a number whose own is given, as they correlate."""
         rho = e.correlation[e.names.index(name)][e.names.index("efficiency")]
         return float(np.sqrt(share**2 + std["efficiency"] ** 2 - 2 * rho * share * std["efficiency"]))
 
@@ -128,11 +128,11 @@ def judge(seed: int) -> list[dict]:
         "play": (n * d.backlash, gear.play, n * std.get("backlash", np.inf)),
         "stiffness": (
             d.efficiency / (n**2 * d.compliance) if d.compliance else np.inf, gear.stiffness,
-            gear.stiffness * together("compliance", std["compliance"] / d.compliance if d.compliance else np.inf),
+            gear.stiffness * ratio_to("compliance", std["compliance"] / d.compliance if d.compliance else np.inf),
         ),
         "efficiency": (
             d.efficiency * np.exp(-d.capstan), gear.efficiency,
-            gear.efficiency * together("capstan", std["capstan"]),
+            gear.efficiency * ratio_to("capstan", std["capstan"]),
         ),
     }  # fmt: skip
     rows = [
