@@ -51,7 +51,7 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     """
     apply(spec)
     model = compiled(spec)
-    if any(frictions(model)) or any(element.softness.law for element in asked(model)):
+    if any(frictions(model)) or any(drives(model)) or any(element.softness.law for element in asked(model)):
         from .softener import reserve  # loads what compiles
 
         if reserve(spec, model):

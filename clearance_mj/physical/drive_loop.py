@@ -76,13 +76,11 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
         rates[BRISTLES + 1 + i] = (bent - act[BRISTLES + 1 + i]) * per_second
         torque += k * bent
 
-    rubbing = 0.0
-    if drive.rubs > 0.0:
-        largest, smallest = _slipping(drive, speed, motor, torque)
-        bent = act[BRISTLES] + begun * h * speed
-        bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
-        rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
-        rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
+    largest, smallest = _slipping(drive, speed, motor, torque)
+    bent = act[BRISTLES] + begun * h * speed
+    bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
+    rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
+    rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
 
     damping = drive.friction_viscous + braking
     faster = (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)

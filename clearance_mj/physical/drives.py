@@ -25,18 +25,18 @@ _FRICTION = (
     "k", "c", "coulomb", "viscous", "motor", "external", "stribeck", "stribeck_motor", "stribeck_external",
     "stribeck_speed", "stribeck_exponent", "motor_square", "external_square",
 )  # fmt: skip
-_RUBS = [name for name in _FRICTION if name not in ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")]
+_NOT_DRY = ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")
+_DRY = [*(f"friction_{name}" for name in _FRICTION if name not in _NOT_DRY), "loss_forward", "loss_backward"]
 DRIVE = np.dtype(
     [
         (name, np.float64)
         for name in (
             "inertia", "gap", "k", "c", "encoder", "dynamics", "early",
-            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward", "rubs",
+            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward",
         )
     ]
 )  # fmt: skip
-"""Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics`` and ``early``: of the actuator before;
-``rubs`` 1 where there is any dry friction"""
+"""Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics``, ``early``: of the actuator before"""
 
 ANGLE, SPEED, MOTOR_TORQUE, BEGUN, INPUT, BRISTLES = range(6)
 """Places in the actuator's activation; deflections of the hysteresis and, last, the torque on the load follow"""
@@ -58,6 +58,11 @@ class PlacedDrive(NamedTuple):
     def numbers(self, model: mujoco.MjModel) -> np.void:
         """Return its numbers as they are now, a DRIVE."""
         return model.numeric_data[self.numeric : self.numeric + len(DRIVE.names or ())].view(DRIVE)[0]
+
+    def rubs(self, model: mujoco.MjModel) -> bool:
+        """Say whether it has any dry friction now."""
+        numbers = self.numbers(model)
+        return any(numbers[name] for name in _DRY)
 
     def slips(self, model: mujoco.MjModel) -> np.ndarray:
         """Return stiffness and force (n, 2) of the elements of its hysteresis."""
@@ -100,13 +105,14 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
     ModelError
         For an actuator without a drive, or activations of another model.
     """
-    name, states = name_of(actuator), np.array(act, dtype=float)  # no view of data that move on
+    name, states = name_of(actuator), np.asarray(act, dtype=float)
     if states.shape[-1:] != (model.na,):
         raise ModelError(f"act has the shape {states.shape}; the model's needs {model.na} numbers in its last axis")
     for drive in drives(model):
         if drive.name == name:
-            own = states[..., model.actuator_actadr[drive.actuator] :]
-            force = own[..., model.actuator_actnum[drive.actuator] - 1]
+            first, count = model.actuator_actadr[drive.actuator], model.actuator_actnum[drive.actuator]
+            own = states[..., first : first + count].copy()  # no view of data that move on
+            force = own[..., count - 1]
             gear = model.actuator_gear[_output(model, drive.actuator), 0]
             angle, speed, torque = (own[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE))
             return DriveState(angle, speed, torque, force * gear)
@@ -208,8 +214,7 @@ def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
     found = friction or DriveFriction(1.0)
     efficiency = Efficiency(*found.efficiency)
     losses = 1 / efficiency.forward - 1, 1 - efficiency.backward
-    rubs = any(losses) or any(getattr(found, name) for name in _RUBS)
-    return *(float(getattr(found, name)) for name in _FRICTION), *losses, float(rubs)
+    return *(float(getattr(found, name)) for name in _FRICTION), *losses
 
 
 def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:

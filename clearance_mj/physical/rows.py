@@ -116,7 +116,7 @@ def _turning(model: mujoco.MjModel, data: mujoco.MjData, inside: list[PlacedDriv
         yield Row(f"teeth of {name}", between, float(numbers["k"]), float(numbers["c"]))
         for k, _ in drive.slips(model):
             yield Row(f"hysteresis of {name}", between, float(k), 0.0)
-        if numbers["rubs"]:
+        if drive.rubs(model):
             yield Row(f"friction of {name}", rotor, float(numbers["friction_k"]), float(numbers["friction_c"]))
         k, c = np.maximum(-model.actuator_biasprm[drive.actuator, 1:3], 0.0) * gear**2
         yield Row(name, rotor, float(k), float(c + numbers["friction_viscous"]), kind="rotor")

@@ -68,19 +68,18 @@ class Softener:
         self._drives = _drive_places(model, turning)
         self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
         self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
-        room, key = _reserved(model), _key(laws, bristles)
-        wanted = (self._parts.template.size, *key)
-        if (self._softens and room[1:] != wanted) or room.first + room.size > model.nuserdata:
+        room, key = _reserved(model), _key(laws, bristles, turning)
+        size = self._parts.template.size if self._softens else 0
+        if room[1:] != (size, *key) or room.first + room.size > model.nuserdata:
             raise ModelError(
-                "the model has no room in its userdata for what these laws and friction remember; "
+                "the model has no room in its userdata for what these laws, friction and drives remember; "
                 "make it with clearance_mj.physical.compile()"
             )
         self._head = np.zeros(1, loop.HEAD)
-        own = {"first": room.first, "drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
+        own = {"first": room.first, "size": size, "numeric": model.numeric_adr[index] + 2}
+        own |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
         own["of_actuators"] = self._of_actuators.ctypes.data
-        if self._softens:
-            index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _MEMORY)
-            own["numeric"] = model.numeric_adr[index] + 2
         own["soften"] = address(loop.soften, loop.SOFTEN)
         values = {**self._parts.places(), **loop.PLACES, **own}
         for name, value in values.items():
@@ -92,7 +91,8 @@ class Softener:
     def update(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let forces follow the laws; to be called between ``mj_step1`` and ``mj_step2``, or as a control callback.
 
-        Drives turn by a step too, so controls are to be set before, and a step has one call.
+        Drives turn by a step too, unless a Softener of such a model is in use and turns them, so controls are to be set
+        before, and a step has one call.
 
         Parameters
         ----------
@@ -111,7 +111,7 @@ class Softener:
             called = self._called = self._call(model, data)
         if self._softens:
             loop.soften_at(called[2])
-        if len(self._drives) and mujoco.get_mjcb_act_dyn() is None:
+        if len(self._drives):
             loop.turn_at(called[2])
 
     def _call(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[mujoco.MjModel, mujoco.MjData, int, Any]:
@@ -256,12 +256,12 @@ def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> N
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Reserve room in a specification's user data for what laws and friction remember; say whether it has changed."""
-    laws, bristles = _laws(model), list(frictions(model))
+    laws, bristles, turning = _laws(model), list(frictions(model)), list(drives(model))
     size = _parts(model, laws, bristles).template.size if laws or bristles else 0
     before = _reserved(model)
     first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
-    now = _Reserved(first, size, *_key(laws, bristles))
-    if now == before or not (size or before.size):
+    now = _Reserved(first, size, *_key(laws, bristles, turning))
+    if now == before or not (size or turning or any(before)):
         return False
     spec.nuserdata = first + size
     note_softener(spec)
@@ -290,9 +290,10 @@ def _reserved(model: mujoco.MjModel) -> _Reserved:
     return _Reserved(*(int(value) for value in model.numeric_data[begin : begin + model.numeric_size[index]]))
 
 
-def _key(laws: Sequence[Asked], bristles: Sequence[Friction]) -> tuple[int, int]:
-    """Two numbers of six digits, as many as MJCF keeps, that tell laws and friction from others."""
-    content = [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles]
+def _key(laws: Sequence[Asked], bristles: Sequence[Friction], turning: Sequence[PlacedDrive]) -> tuple[int, int]:
+    """Two numbers of six digits, as many as MJCF keeps, that tell laws, friction and drives from others."""
+    content: tuple[Any, ...] = [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles]
+    content += ([(d.name, d.hysteresis) for d in turning],) if turning else ()
     key = zlib.crc32(repr(content).encode())
     return key % 1_000_000, key // 1_000_000
 

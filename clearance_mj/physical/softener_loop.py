@@ -223,41 +223,49 @@ def _press(bushing: Any, state: Any, numbers: np.ndarray, x: float, speed: float
     return contact_force(2.0 * k, 2.0 * c, abs(g), np.sign(g) * speed, False)
 
 
-@kernel_loop(**OPTIONS)
-def control(model: int, data: int) -> None:
-    """Call `soften` with the HEAD in use that is the model's; MuJoCo's control callback."""
+@numba.njit(**OPTIONS)
+def _used(model: int) -> Any:
+    """Address of the HEAD in use that is a model's, 0 for none."""
     for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
         if where != 0:
             head = numba.carray(pointer(where), 1, HEAD)[0]
             if head.signature == field(model + head.m_signature):
-                if head.size == 0:  # nothing but drives
-                    return
                 key = doubles(field(model + head.m_numeric_data) + 8 * head.numeric, 2)
                 if key[0] == head.key[0] and key[1] == head.key[1]:
-                    call_soften(head.soften, where, model, data)
-                    return
+                    return where
+    return 0
+
+
+@kernel_loop(**OPTIONS)
+def control(model: int, data: int) -> None:
+    """Call `soften` with the HEAD in use that is the model's; MuJoCo's control callback."""
+    where = _used(model)
+    if where != 0:
+        head = numba.carray(pointer(where), 1, HEAD)[0]
+        if head.size > 0:  # else there is nothing but drives
+            call_soften(head.soften, where, model, data)
 
 
 @kernel_loop(**OPTIONS)
 def dynamics(model: int, data: int, actuator: int) -> float:
     """Let the drive inside an actuator turn; MuJoCo's callback for the dynamics of actuators."""
-    for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
-        if where != 0:
-            head = numba.carray(pointer(where), 1, HEAD)[0]
-            if head.signature == field(model + head.m_signature):
-                i = numba.carray(pointer(head.of_actuators), actuator + 1, np.int64)[actuator]
-                if i >= 0:
-                    places = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
-                    drive_loop.turn(head, model, data, places[i])
-                return 0.0
+    where = _used(model)
+    if where != 0:
+        head = numba.carray(pointer(where), 1, HEAD)[0]
+        i = numba.carray(pointer(head.of_actuators), actuator + 1, np.int64)[actuator]
+        if i >= 0:
+            places = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
+            drive_loop.turn(head, model, data, places[i])
     return 0.0
 
 
 @kernel_loop(**STRICT)
 def turn_at(places: int) -> None:
-    """Let all drives of a model turn in a user's own loop; the three places at an address are those of `soften_at`."""
+    """Let all drives of a model turn in a user's own loop, unless `dynamics` does; places are those of `soften_at`."""
     given = numba.carray(pointer(places), 3, np.int64)
     head = numba.carray(pointer(given[0]), 1, HEAD)[0]
+    if _used(given[1]) != 0:
+        return
     drives = numba.carray(pointer(head.drives), head.n_drives, drive_loop.PLACE)
     for i in range(head.n_drives):
         drive_loop.advance(head, given[1], given[2], drives[i])

@@ -12,6 +12,7 @@ from clearance_mj import physical
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import LawError, ModelError
 from clearance_mj.physical import DriveFriction, drive_state
+from clearance_mj.physical.drives import DRIVE
 
 from ..conftest import ROOT
 from .arm import arm
@@ -282,6 +283,36 @@ def test_numbers_may_change_while_the_model_runs():
             mujoco.mj_step(model, stop, 50_000)
         bent.append(drive_state(model, stop.act, "motor").angle - stop.qpos[0])
     assert bent == pytest.approx([1 / K, 2 / K], rel=1e-6)
+
+
+def test_friction_that_comes_while_the_model_runs():
+    """A drive made without friction holds up to the one that is written into its number, and slips beyond."""
+    model = driven(MOTOR, gap=0.0)
+    model.opt.gravity[:] = 0
+    numbers = model.numeric("physical:drive:motor").data.view(DRIVE)[0]
+    numbers["friction_k"], numbers["friction_coulomb"] = 100.0, 0.5
+    for torque, holds in ((0.24, True), (0.52, False)):  # set on at once, which swings to twice its own
+        data = mujoco.MjData(model)
+        data.ctrl[0] = torque
+        with physical.Softener(model):
+            mujoco.mj_step(model, data, 50_000)
+        assert (abs(data.qpos[0]) < 0.02) == holds
+
+
+def test_own_loops_turn_drives_beside_a_softener_in_use_for_another_model():
+    """`update` in a loop of one model's while another's Softener is in use; within its own context it turns once."""
+    model, other, controls = driven(), driven(hysteresis=[(300.0, 0.1)]), wave(200, 1e-3)
+    softener, ends = physical.Softener(model), []
+    for used in (None, other, model):
+        data = mujoco.MjData(model)
+        with physical.Softener(used) if used else contextlib.nullcontext():
+            for control in controls:
+                data.ctrl[0] = control
+                mujoco.mj_step1(model, data)
+                softener.update(model, data)
+                mujoco.mj_step2(model, data)
+        ends.append([*data.qpos, *data.act])
+    assert ends[0] == ends[1] == ends[2] and abs(ends[0][0]) > 1e-3
 
 
 def test_a_disabled_drive_begins_anew():
