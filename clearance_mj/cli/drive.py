@@ -58,12 +58,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print(f"{name}: {value:.4g}")
     for words in data["not_told"]:
         print(words)
-    for row in data.get("predicted", []):
+    for row in data["predicted"]:
         print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
     print(f"results: {options.out}")
     return {
         "table": data["table"],
-        "predicted": data.get("predicted", []),
+        "predicted": data["predicted"],
         "not_told": data["not_told"],
         "out": str(options.out),
     }

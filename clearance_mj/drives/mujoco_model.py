@@ -8,7 +8,7 @@ from typing import Any
 
 import mujoco
 
-from ..core.errors import ModelError
+from ..core.errors import ClearanceError, ModelError
 from ..physical import DriveFriction, Efficiency, add_drive
 from .drive import Drive
 
@@ -69,16 +69,23 @@ def add_found_drive(
         most / (SLIPS_WITHIN * drive.friction.width * n), coulomb=dry / n, viscous=drive.damping / n**2, efficiency=eta
     )
     motor = spec.actuator(actuator if isinstance(actuator, str) else actuator.name)
-    if motor is not None:
-        motor.gear[0] = 1 / drive.ratio
-    add_drive(
-        spec, actuator, n * (drive.backlash + drive.friction.lost_motion), drive.efficiency / (n**2 * compliance), c,
-        None if own is None else own / n**2, friction=friction,
-    )  # fmt: skip
+    if motor is None:
+        raise ModelError(f'the specification has no actuator "{actuator}"')
+    gear, motor.gear[0] = motor.gear[0], 1 / drive.ratio  # before, since limits of the joint become the motor's by it
+    try:
+        add_drive(
+            spec, motor, n * (drive.backlash + drive.friction.lost_motion), drive.efficiency / (n**2 * compliance), c,
+            None if own is None else own / n**2, friction=friction,
+        )  # fmt: skip
+    except ClearanceError:
+        motor.gear[0] = gear
+        raise
     joint = spec.joint(motor.target)
-    if drive.stiffness > 0:
-        joint.stiffness[0] += drive.stiffness / n**2
-        joint.springref = drive.zero
+    if joint and drive.stiffness > 0:
+        own_spring, added = joint.stiffness[0], drive.stiffness / n**2
+        zero = math.degrees(drive.zero) if spec.compiler.degree else drive.zero
+        joint.springref = (own_spring * joint.springref + added * zero) / (own_spring + added)
+        joint.stiffness[0] = own_spring + added
     return tuple(_left_out(drive))
 
 

@@ -74,7 +74,7 @@ def write_motor_side(found: MotorSideFit, folder: Path, made_from: Mapping[str, 
     made_from : mapping
         Where all this comes from.
     """
-    result = found.to_dict()
+    result = found.to_dict() | {"predicted": []}
     write_text(folder / "drive.json", to_json(result | {"provenance": dict(made_from)}))
     words = (
         f"From the motor's angle and torque alone, in {', '.join(found.runs)}: all numbers are those that the motor "
