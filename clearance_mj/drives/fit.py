@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -70,11 +70,7 @@ class DriveFit:
     @property
     def not_told(self) -> tuple[str, ...]:
         """What the runs do not tell, in words, and which motion would."""
-        found = []
-        for name in self.estimates.only_prior:
-            advice = next((f"; {words}" for part, words in ADVICE.items() if part in name), "")
-            found.append(f"{name} is not told by these runs{advice}")
-        return tuple(found)
+        return in_words(self.estimates.only_prior, ADVICE)
 
     def table(self) -> dict[str, float]:
         """Return what a catalogue of gears says, seen at the load's end.
@@ -258,20 +254,28 @@ def _evidence(found: Solution, divisor: float) -> float:
     return log_evidence(float(loss.cost(found.residuals[None])[0]), found.at, found.information / divisor)
 
 
+def positive(name: str, unit: str, start: float, factor: float) -> Parameter:
+    """Return a parameter > 0 that is known up to a factor, by its logarithm."""
+    return Parameter(name, unit, start, start / factor**4, start * factor**4, math.log(factor))
+
+
+def free(name: str, unit: str, start: float, std: float, low: float = -math.inf, high: float = math.inf) -> Parameter:
+    """Return a parameter that is known up to a standard deviation."""
+    return Parameter(name, unit, start, max(low, start - 6 * std), min(high, start + 6 * std), std, "linear")
+
+
+def in_words(names: Iterable[str], advice: Mapping[str, str]) -> tuple[str, ...]:
+    """Say that runs do not tell these parameters, and which motion would."""
+    tells = ((name, next((f"; {words}" for part, words in advice.items() if part in name), "")) for name in names)
+    return tuple(f"{name} is not told by these runs{words}" for name, words in tells)
+
+
 def _parameters(ratio: float, zero: float, x: np.ndarray, torque: np.ndarray, load: np.ndarray) -> list[Parameter]:
     """All numbers that a drive may have; sizes are those of the runs."""
     way, moment, most = float(np.ptp(x)), float(np.ptp(torque)), float(np.ptp(load))
     efficiency = min(2.0, max(0.05, most * abs(ratio) / moment))
     gives = 0.1 * way / moment
     wide = 10 * moment
-
-    def positive(name: str, unit: str, start: float, factor: float) -> Parameter:
-        return Parameter(name, unit, start, start / factor**4, start * factor**4, math.log(factor))
-
-    def free(
-        name: str, unit: str, start: float, std: float, low: float = -math.inf, high: float = math.inf
-    ) -> Parameter:
-        return Parameter(name, unit, start, max(low, start - 6 * std), min(high, start + 6 * std), std, "linear")
 
     return [
         free("ratio", "", ratio, 0.2 * abs(ratio)),

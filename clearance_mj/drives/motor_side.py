@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, jackknife, one_by_one, solve
 from ..estimate.estimates import UNIDENTIFIED
-from .fit import ADVICE, require_motion
+from .fit import ADVICE, free, in_words, positive, require_motion
 from .record import DriveRecord
 from .teeth import NUMBERS, predicted
 
@@ -89,11 +89,7 @@ class MotorSideFit:
         if not self.crossings:
             names |= {"play"}
         names |= {p.name for p, std in zip(e.parameters, e.varied_std) if p.transform == "log" and std > UNIDENTIFIED}
-        found = []
-        for name in (name for name in e.names if name in names):
-            advice = next((f"; {words}" for part, words in WORDS.items() if part in name), "")
-            found.append(f"{name} is not told by these runs{advice}")
-        return tuple(found)
+        return in_words((name for name in e.names if name in names), WORDS)
 
     def table(self) -> dict[str, float]:
         """Return every number with its unit, in plain names, at the motor."""
@@ -293,14 +289,6 @@ def _parameters(records: Sequence[DriveRecord]) -> list[Parameter]:
     moment = float(np.mean([np.ptp(record.motor_torque) for record in records]))
     inertia = max(rigid["inertia"] + rigid["load inertia"], 5e-4 * moment * way / speed**2)
     coulomb = max(rigid["friction"] + rigid["load friction"], 0.01 * moment)
-
-    def positive(name: str, unit: str, start: float, factor: float) -> Parameter:
-        return Parameter(name, unit, start, start / factor**4, start * factor**4, math.log(factor))
-
-    def free(
-        name: str, unit: str, start: float, std: float, low: float = -math.inf, high: float = math.inf
-    ) -> Parameter:
-        return Parameter(name, unit, start, max(low, start - 6 * std), min(high, start + 6 * std), std, "linear")
 
     return [
         positive("inertia", "kg m²", 0.5 * inertia, 3.0),
