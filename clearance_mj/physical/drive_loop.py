@@ -77,10 +77,12 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
         torque += k * bent
 
     largest, smallest = _slipping(drive, speed, motor, torque)
-    bent = act[BRISTLES] + begun * h * speed
-    bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
-    rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
-    rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
+    rubbing = 0.0
+    if largest > smallest or act[BRISTLES] != 0.0:
+        bent = act[BRISTLES] + begun * h * speed
+        bent = min(max(bent, smallest / drive.friction_k), largest / drive.friction_k)
+        rates[BRISTLES] = (bent - act[BRISTLES]) * per_second
+        rubbing = min(max(drive.friction_k * bent + drive.friction_c * speed, smallest), largest)
 
     damping = drive.friction_viscous + braking
     faster = (motor - torque - rubbing - drive.friction_viscous * speed) / (drive.inertia + h * damping)
@@ -137,7 +139,7 @@ def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[fl
     limit = drive.friction_coulomb + abs(drive.friction_external * load - drive.friction_motor * motor)
     more = drive.friction_stribeck
     more += abs(drive.friction_stribeck_external * load - drive.friction_stribeck_motor * motor)
-    if np.sign(load) != np.sign(motor):
+    if load * motor < 0.0:
         if abs(load) < abs(motor):
             more += drive.friction_motor_square * load**2
         elif abs(load) > abs(motor):
