@@ -55,7 +55,8 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     gear = doubles(field(model + head.m_actuator_gear) + 48 * place.output, 1)[0]
     length = doubles(field(data + head.d_actuator_length), place.output + 1)[place.output]
     velocity = doubles(field(data + head.d_actuator_velocity), place.output + 1)[place.output]
-    load, load_speed = length / gear, velocity / gear
+    per_gear = 1.0 / gear
+    load, load_speed = length * per_gear, velocity * per_gear
     begun = act[BEGUN] != 0.0
     angle, speed = (act[ANGLE], act[SPEED]) if begun else (load, load_speed)
     if drive.encoder == 0.0:
@@ -65,11 +66,13 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     motor, braking = gear * motor, gear * gear * braking if drive.encoder == 0.0 else 0.0
 
     ahead, closing = angle - load, speed - load_speed
-    pressed = drive.k * (abs(ahead) - drive.gap) + drive.c * np.sign(ahead) * closing
+    torque = 0.0
     if drive.gap == 0.0:
         torque = drive.k * ahead + drive.c * closing
-    else:
-        torque = np.sign(ahead) * max(pressed, 0.0) if abs(ahead) > drive.gap else 0.0
+    elif ahead > drive.gap:
+        torque = max(drive.k * (ahead - drive.gap) + drive.c * closing, 0.0)
+    elif ahead < -drive.gap:
+        torque = min(drive.k * (ahead + drive.gap) + drive.c * closing, 0.0)
     for i in range(place.slips):
         k, largest = slips[2 * i], slips[2 * i + 1]
         bent = min(max(act[BRISTLES + 1 + i] + begun * h * closing, -largest / k), largest / k)
@@ -91,7 +94,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     rates[ANGLE] = after if begun else (angle + h * after - act[ANGLE]) * per_second
     rates[BEGUN] = (1.0 - act[BEGUN]) * per_second
     rates[MOTOR_TORQUE] = (motor - braking * (after - speed) - act[MOTOR_TORQUE]) * per_second
-    rates[place.size - 1] = (torque / gear - act[place.size - 1]) * per_second
+    rates[place.size - 1] = (torque * per_gear - act[place.size - 1]) * per_second
 
 
 @numba.njit(**OPTIONS)
