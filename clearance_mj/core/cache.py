@@ -76,16 +76,28 @@ class ResultCache:
         ``inputs`` is everything that the result depends on beside the package's code, as plain data; ``save`` writes a
         result to a path and ``load`` reads it from there.
         """
-        file = f"{name}_{digest(code(), inputs)[:16]}{suffix}"
-        self._used.add(file)
-        path = self.folder / file
+        path = self._path(name, inputs, suffix)
         if is_sealed(path):  # else it is damaged, or was not finished: it is computed anew
             return load(path)
-        result = compute()
+        return self.keep(name, inputs, compute(), save, suffix)
+
+    def find(self, name: str, inputs: object, load: Callable[[Path], T], suffix: str = ".nc") -> T | None:
+        """Return a result from its file, or None if that is not there; see `get`."""
+        path = self._path(name, inputs, suffix)
+        return load(path) if is_sealed(path) else None
+
+    def keep(self, name: str, inputs: object, result: T, save: Callable[[T, Path], object], suffix: str = ".nc") -> T:
+        """Write the file of a result that was computed elsewhere, and return the result; see `get`."""
+        path = self._path(name, inputs, suffix)
         with replacing(path) as temporary:
             save(result, temporary)
         seal(path)
         return result
+
+    def _path(self, name: str, inputs: object, suffix: str) -> Path:
+        file = f"{name}_{digest(code(), inputs)[:16]}{suffix}"
+        self._used.add(file)
+        return self.folder / file
 
     def drop_unused(self) -> None:
         """Remove results that were neither read nor written, such as an earlier run's with other inputs."""

@@ -17,7 +17,7 @@ from .continuation import Motion, NoConvergence, Solver, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
 from .space.solver import RoundSolver
 
-__all__ = ["Curve", "Vibrations", "curve"]
+__all__ = ["Curve", "Vibrations", "curve", "hermite"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
 """Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
@@ -241,7 +241,7 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
     bends = np.stack((length, length / later))
     s = np.arange(PARTS) / PARTS
     fine = np.append(
-        _hermite(w[:-1, None], w[1:, None], (bends[0] * of_w[:-1])[:, None], (bends[1] * of_w[1:])[:, None], s), w[-1]
+        hermite(w[:-1, None], w[1:, None], (bends[0] * of_w[:-1])[:, None], (bends[1] * of_w[1:])[:, None], s), w[-1]
     )
     low, high = np.minimum(fine[:-1], fine[1:]), np.maximum(fine[:-1], fine[1:])
     first, last = np.searchsorted(omega, low), np.searchsorted(omega, high)
@@ -250,13 +250,13 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
     share = (part % PARTS + (omega[cell] - fine[part]) / (fine[part + 1] - fine[part])) / PARTS
     i, share = part // PARTS, share[:, None, None]
     bent = bends[:, i, None, None]
-    found = _hermite(z[i], z[i + 1], bent[0] * of_z[i], bent[1] * of_z[i + 1], share)
+    found = hermite(z[i], z[i + 1], bent[0] * of_z[i], bent[1] * of_z[i + 1], share)
     vibrations = Vibrations(cell.astype(int), found, y[i] + share * (y[i + 1] - y[i]))
     return _Link(ends, vibrations, tuple(_folds(fine)))
 
 
-def _hermite(a: np.ndarray, b: np.ndarray, at_a: np.ndarray, at_b: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Cubic parabola from a to b with these derivatives, at shares of the way."""
+def hermite(a: np.ndarray, b: np.ndarray, at_a: np.ndarray, at_b: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Return the cubic parabola from a to b with these derivatives, at shares of the way."""
     rest = 1 - s
     return rest**2 * ((1 + 2 * s) * a + s * at_a) + s**2 * ((1 + 2 * rest) * b - rest * at_b)
 

@@ -60,6 +60,8 @@ class Follower(ABC):
     least: float  #: m: smaller motions are measured by it
     jacobian: np.ndarray  #: (size + 1, size + 1) derivatives by the unknowns and the parameter; the last row is room
     tolerance = TOLERANCE  #: of the motion: what the equations may leave
+    bent = BENT  #: distance of a motion from its prediction by the tangent, over its size, that steps aim at
+    longest = LONGEST  #: step, as a share of parameter and motion
 
     @abstractmethod
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
@@ -191,7 +193,7 @@ class Follower(ABC):
             bent = float(np.linalg.norm(difference(motion, found) - step * motion.tangent))
             motion = found
             yield motion
-            step = min(step * min(max(np.sqrt(BENT / max(bent, 1e-12)), 0.3), 2.0), LONGEST)
+            step = min(step * min(max(np.sqrt(self.bent / max(bent, 1e-12)), 0.3), 2.0), self.longest)
         raise NoConvergence(motion.omega)
 
     def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
@@ -261,6 +263,30 @@ class Solver(Follower):
         self.at, self.driven = omega, -left.ravel()
         return left, moved
 
+    def growing(self, omega: float, most: float = math.inf) -> Motion:
+        """Return a motion in the gap at a frequency, the share of the level being the parameter from now on.
+
+        Parameters
+        ----------
+        omega : float
+            1/s.
+        most : float
+            Largest share of the level that it may be at.
+
+        Raises
+        ------
+        NoConvergence
+            If there is none.
+        """
+        left, moved = self.over_level(omega)
+        farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
+        least = min(most, BEFORE_CONTACT * self.system.size / farthest)
+        scale = max(least * float(np.linalg.norm(left)), self.least)
+        motion = self.solve(least, -least * left, least * moved, np.append(np.zeros(self.size), 1.0), scale)
+        if motion is None:
+            raise NoConvergence(omega)
+        return motion
+
     def first(self, omega: float) -> Motion:
         """Return the motion at a frequency that begins in the gap and grows with the level of the excitation.
 
@@ -269,17 +295,10 @@ class Solver(Follower):
         NoConvergence
             If it does not reach the level.
         """
-        left, moved = self.over_level(omega)
         try:
-            farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
-            least = min(1.0, BEFORE_CONTACT * self.system.size / farthest)
-            row = np.append(np.zeros(self.size), 1.0)
-            scale = max(least * float(np.linalg.norm(left)), self.least)
-            motion = self.solve(least, -least * left, least * moved, row, scale)
-            if motion is None:
-                raise NoConvergence(omega)
-            if least < 1.0:
-                *_, motion = self.within(motion, 1e-3 * least, 1.0)  # folds may lead below where it began
+            motion = self.growing(omega, 1.0)
+            if motion.omega < 1.0:
+                *_, motion = self.within(motion, 1e-3 * motion.omega, 1.0)  # folds may lead below where it began
                 if abs(motion.omega - 1.0) > 1e-9:
                     raise NoConvergence(omega)
         except NoConvergence:

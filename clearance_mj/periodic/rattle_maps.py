@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Jump", "RattleMap", "map_rattle"]
+__all__ = ["Jump", "RattleMap", "increasing", "map_rattle"]
 
 SWEEPS = ("up", "down")
 SMALLEST = 1e-9  # m, of a gap: surfaces are rougher
@@ -268,7 +268,7 @@ def map_rattle(
     -----
     Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
     """
-    levels, frequencies = _increasing(amplitudes, "amplitudes", 1), _increasing(frequencies, "frequencies", 2)
+    levels, frequencies = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 2)
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     rig, kind = model.rig, excited_by(model.rig, kind)
     workers = workers_to_use(workers)
@@ -325,7 +325,8 @@ def _first_contact(
     return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
 
 
-def _increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
+def increasing(values: ArrayLike, name: str, least: int) -> np.ndarray:
+    """Return levels or frequencies as an array; an ExcitationError if they are too few, impossible or do not rise."""
     found = np.asarray(values, dtype=float)
     if found.ndim != 1 or found.size < least:
         raise ExcitationError(f"{name} must be {least} or more numbers in a row, got an array of shape {found.shape}")

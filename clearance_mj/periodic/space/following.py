@@ -94,12 +94,13 @@ def expand(
     moved = complex_amplitudes(x)
     turning = 1j * np.arange(moved.shape[-1]) * omega[:, None]
     modes = np.empty((len(points), moved.shape[-1], structure.size), dtype=complex)
+    shares = np.array([solver.share(point.motion) for point in points])
     for i, (w, turns) in enumerate(zip(omega, spin)):
-        on_modes = structured.driven(turns, 1.0, 1.0) - force[i].T @ structured.points
+        on_modes = structured.driven(turns, 1.0, shares[i]) - force[i].T @ structured.points
         modes[i] = solver.dynamics.modes(w, turns, on_modes)
     acceleration = np.einsum("sm,nhm->nsh", structure.at_sensors, modes) * (turning**2)[:, None, :]
     excitation = np.zeros((len(points), moved.shape[-1]), dtype=complex)
-    excitation[:, 1 : levels.size + 1] = levels
+    excitation[:, 1 : levels.size + 1] = np.outer(shares, levels)
     if system.kind == "base":
         acceleration += structure.sensors_on_base[:, None] * excitation[:, None]
     along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
@@ -117,7 +118,7 @@ def expand(
     )
     return Branch(
         system.model, system.kind, over, 1, system.modes, solver.samples, omega / (2 * np.pi),
-        np.tile(levels, (len(points), 1)), acceleration, np.einsum("sm,nhm->nsh", at, modes), moved[:, :count],
+        np.outer(shares, levels), acceleration, np.einsum("sm,nhm->nsh", at, modes), moved[:, :count],
         moved[:, count:], ends, held, np.array(known) if known[0] is not None else None, special, ended,
         tuple(rig.sensor_labels), tuple(rig.probe_labels), spin,
     )  # fmt: skip

@@ -91,11 +91,7 @@ class RoundSolver(Follower):
         NoConvergence
             If it does not reach the level.
         """
-        shape = self.system.basis.shape[1], 2 * self.harmonics + 1
-        z, y = np.zeros(shape), np.zeros((self.rows, shape[1]))
-        if self.system.structured.weight.any():
-            z[:, :1], y[:, :1] = self.rest(omega)
-        z, y = self._raised("level", z, y, omega)
+        z, y = self._raised("level", *self._at_rest(omega), omega)
         found = self.solve(omega, z, y, np.append(np.zeros(self.size), 1.0), self._scale(z))
         if found is None:
             raise NoConvergence(omega)
@@ -177,24 +173,68 @@ class RoundSolver(Follower):
         finally:
             self.raised = ""
 
-    def _along_share(self, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
+    def over_level(self, omega: float) -> None:
+        """Make the share of the excitation's level the parameter, at a frequency, from now on.
+
+        Parameters
+        ----------
+        omega : float
+            1/s.
+        """
+        self.raised, self.at = "level", omega
+
+    def growing(self, omega: float) -> Motion:
+        """Return a motion near the static equilibrium at a frequency, the share of the level being the parameter.
+
+        Parameters
+        ----------
+        omega : float
+            1/s.
+
+        Raises
+        ------
+        NoConvergence
+            If there is none, or the excitation moves nothing.
+        """
+        z, y = self._at_rest(omega)
+        self.over_level(omega)
+        motion = self._first_share(z, y, np.inf)
+        if motion is None:
+            raise NoConvergence(omega)
+        return motion
+
+    def _at_rest(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        shape = self.system.basis.shape[1], 2 * self.harmonics + 1
+        z, y = np.zeros(shape), np.zeros((self.rows, shape[1]))
+        if self.system.structured.weight.any():
+            z[:, :1], y[:, :1] = self.rest(omega)
+        return z, y
+
+    def _first_share(self, z: np.ndarray, y: np.ndarray, most: float) -> Motion | None:
+        """Return the motion at a small share of weight or excitation, at most 1; None if these move nothing."""
         left, _, moved = self._balance(0.0, z, y, False)
         ahead, _, further = self._balance(1.0, z, y, False)
         way, beside = left - ahead, further - moved
         size = float(np.abs((self.system.basis @ way + beside) @ self.grid.basis.T).max())
         if size == 0:
-            return z, y
+            return None
         least = min(
-            1.0, max(SMALLEST_LEVEL, BEFORE_CONTACT * self.system.size / size) if not z.any() else SMALLEST_LEVEL
+            most, max(SMALLEST_LEVEL, BEFORE_CONTACT * self.system.size / size) if not z.any() else SMALLEST_LEVEL
         )
         row = np.append(np.zeros(self.size), 1.0)
         start, near = z + least * way, y + least * beside
         motion = self.solve(least, start, near, row, self._scale(start))
         if motion is None:
-            raise NoConvergence(omega)
-        if least < 1.0:
+            raise NoConvergence(self.at)
+        return motion
+
+    def _along_share(self, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        motion = self._first_share(z, y, 1.0)
+        if motion is None:
+            return z, y
+        if motion.omega < 1.0:
             try:
-                *_, motion = self.within(motion, 1e-3 * least, 1.0)
+                *_, motion = self.within(motion, 1e-3 * motion.omega, 1.0)
             except NoConvergence:
                 raise NoConvergence(omega) from None
             if abs(motion.omega - 1.0) > 1e-9:

@@ -1,0 +1,215 @@
+"""Vibrations over the level of a harmonic excitation, at many frequencies: where contact begins, grows and jumps.
+
+At each frequency the branch is followed that grows out of rest. As long as no wall is touched the vibration of linear
+greases is known in closed form, so the branch begins where a gap is just filled, and ends once it only rises above the
+largest level that is asked for. A frequency at which nothing touches up to there costs one vibration; over the levels
+of a rattle map that makes branches over the level much cheaper than those over frequency, and they meet the same
+vibrations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from .arcs import Vibrations, hermite
+from .cells import acting, moved
+from .continuation import Motion, NoConvergence, Solver, difference
+from .following import expanded
+from .in_gap import level_of_contact, linear_in_gap, without_contact
+from .space.solver import RoundSolver
+from .stability import Located
+
+__all__ = ["LIMITED", "LevelBranch", "level_branches"]
+
+LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
+"""Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
+FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
+TOLERANCE = 1e-6  # of the motion: what the balance may leave
+BENT, LONGEST = 0.02, 0.1  # steps along branches, see `continuation`
+BEYOND = 1.2  # of the largest level: a branch that rises above is left
+DEEP = 0.02  # of the gap: no branch is left before it went so deep
+FAR = 20.0  # times the largest level: where contact begins above that, no branch is looked at
+STEPS = 400  # of one branch
+CURVED = np.linspace(0.0, 1.0, 33)  # of the way between two motions: where a fold is looked for
+
+
+@dataclass(frozen=True, eq=False)
+class LevelBranch:
+    """The vibrations at one frequency, in their order from rest; the level turns at folds."""
+
+    level: np.ndarray
+    """(m,) share of the excitation's level; the first is 0, at rest"""
+    depth: np.ndarray
+    """(m,) largest penetration of any wall in a period, m; 0 without contact"""
+    values: np.ndarray
+    """(n_quantities, m) what was asked for, the largest over the clearances or sensors"""
+    complete: bool
+    """whether it was followed to the largest level; above its own largest level nothing is known otherwise"""
+
+    def crossings(self, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what vibrates at given levels.
+
+        Parameters
+        ----------
+        levels : ndarray, shape (n,)
+            Shares of the excitation's level, > 0.
+
+        Returns
+        -------
+        count : ndarray of int, shape (n,)
+            How many vibrations there are, stable or not; 0 where none is known.
+        depth : ndarray, shape (n,)
+            The deepest one's penetration, m.
+        values : ndarray, shape (n_quantities, n)
+            The largest of each quantity.
+        """
+        low, high = self.level[:-1, None], self.level[1:, None]
+        crossed = (low < levels) != (high < levels)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(crossed, (levels - low) / (high - low), 0.0)
+
+        def largest(of: np.ndarray) -> np.ndarray:
+            between = of[:-1, None] + share * np.diff(of)[:, None]
+            return np.where(crossed, between, 0.0).max(axis=0, initial=0.0)
+
+        return crossed.sum(axis=0), largest(self.depth), np.array([largest(row) for row in self.values])
+
+    def first_level(self, values: np.ndarray, limit: float) -> float:
+        """Return the lowest level at which a quantity is beyond a limit, infinite if at none.
+
+        Parameters
+        ----------
+        values : ndarray, shape (m,)
+            `depth`, or a row of `values`.
+        limit : float
+            What it must exceed.
+        """
+        beyond = values > limit
+        found = self.level[beyond].min(initial=np.inf)
+        for i in np.flatnonzero(beyond[1:] != beyond[:-1]):
+            share = (limit - values[i]) / (values[i + 1] - values[i])
+            found = min(found, self.level[i] + share * (self.level[i + 1] - self.level[i]))
+        return float(found)
+
+
+def level_branches(
+    solver: Solver | RoundSolver, omega: np.ndarray, largest: float, quantities: Sequence[str] = (),
+    rows: Sequence[int | None] = (),
+) -> Iterator[LevelBranch]:  # fmt: skip
+    """Yield the vibrations over the level at each frequency.
+
+    Parameters
+    ----------
+    solver : Solver or RoundSolver
+        Of a rig and an excitation whose level is 1, see `map_rows.solver_at`; not to be used for anything else after.
+    omega : ndarray, shape (n,)
+        Angular frequencies, 1/s.
+    largest : float
+        Level up to which the vibrations are wanted.
+    quantities : sequence of str
+        Of `LIMITED`.
+    rows : sequence of int or None
+        Which clearance or sensor each quantity is of; None, or nothing given: the largest of all.
+    """
+    solver.tolerance, solver.bent, solver.longest = TOLERANCE, BENT, LONGEST
+    level = level_of_contact(solver, omega) if linear_in_gap(solver) else np.zeros(omega.size)
+    chosen = [*rows, *([None] * (len(quantities) - len(rows)))]
+    for each, contact in zip(omega.tolist(), level.tolist()):
+        motions: list[Motion] = []
+        try:
+            start = _at_contact(solver, each, contact) if contact > 0 else solver.growing(each)
+            for motion in [start] if contact > FAR * largest else _followed(solver, start, largest):
+                motions.append(motion)
+        except NoConvergence:
+            pass
+        yield _read(solver, motions, each, contact, largest, quantities, chosen)
+
+
+def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
+    """The motion that just fills a gap, its tangent towards larger ones, and the level the solver's parameter."""
+    (z,), (y,) = without_contact(solver, np.array([omega]))
+    z[:, 1:] *= level
+    y[:, 1:] *= level
+    solver.over_level(omega)
+    scale = max(float(np.linalg.norm(z)), solver.least)
+    motion = solver.solve(level, z, y, np.append(np.zeros(solver.size), 1.0), scale)
+    if motion is None:
+        raise NoConvergence(omega)
+    return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
+
+
+def _followed(solver: Solver | RoundSolver, start: Motion, largest: float) -> Iterator[Motion]:
+    """Motions from a first one on until they rise above the largest level."""
+    deep = DEEP * solver.system.size
+    for motion in solver.onwards(start, 0.0, np.inf, STEPS):
+        yield motion
+        if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:
+            _, depth = moved(solver, _vibrations([motion]))
+            if depth.max() > deep:
+                return
+
+
+def _vibrations(motions: Sequence[Motion]) -> Vibrations:
+    z, y = np.array([motion.z for motion in motions]), np.array([motion.y for motion in motions])
+    return Vibrations(np.zeros(len(motions), dtype=int), z, y)
+
+
+def _read(
+    solver: Solver | RoundSolver, motions: list[Motion], omega: float, contact: float, largest: float,
+    quantities: Sequence[str], rows: Sequence[int | None],
+) -> LevelBranch:  # fmt: skip
+    """The branch of motions, rest before them and where the level turns between them."""
+    if not motions:
+        return LevelBranch(np.zeros(1), np.zeros(1), np.zeros((len(quantities), 1)), False)
+    x, depth = moved(solver, _vibrations(motions))
+    deepest = depth.max(axis=(1, 2))
+    values = np.array([_values(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
+    values = values.reshape(len(quantities), len(motions))
+    level, folds = np.array([motion.omega for motion in motions]), list(_folds(motions))
+    where = [i + 1 for i, _, _ in folds]
+    level = np.insert(level, where, [found for _, _, found in folds])
+    deepest, *values = (
+        np.insert(row, where, [row[i] + share * (row[i + 1] - row[i]) for i, share, _ in folds])
+        for row in (deepest, *values)
+    )
+    at_rest = [row[0] if deepest[0] > 0 and name in FORCES else 0.0 for name, row in zip(quantities, values)]
+    return LevelBranch(
+        np.append(0.0, level), np.append(deepest[0] if contact == 0 else 0.0, deepest),
+        np.array([np.append(rest, row) for rest, row in zip(at_rest, values)]).reshape(len(values), -1),
+        bool(level[-1] >= largest),
+    )  # fmt: skip
+
+
+def _values(
+    solver: Solver | RoundSolver, name: str, row: int | None, motions: Sequence[Motion], omega: float, x: np.ndarray,
+    depth: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """A quantity (m,) of motions with places x and depths as `cells.moved` returns them."""
+    if name == "penetration":
+        of_rows = depth.max(axis=2)
+    elif name == "contact_force":
+        of_rows = np.array([acting(solver, omega, each)[1] for each in x])
+    else:
+        branch = expanded(solver, [Located(motion, None) for motion in motions], "")
+        of_rows = branch.excursion() if name == "displacement" else branch.amplitude(name)
+    return np.asarray(of_rows.max(axis=1) if row is None else of_rows[:, row])
+
+
+def _folds(motions: Sequence[Motion]) -> Iterator[tuple[int, float, float]]:
+    """Where the level turns: after which motion, at which share of the way to the next one, and the level there.
+
+    Between two motions goes the cubic parabola along their tangents (Hermite).
+    """
+    for i, (a, b) in enumerate(pairwise(motions)):
+        if (a.tangent[-1] > 0) == (b.tangent[-1] > 0):
+            continue
+        length = float(np.linalg.norm(difference(a, b)))
+        in_units_of_a = np.append(b.tangent[:-1] * b.scale / a.scale, b.tangent[-1] * b.omega / a.omega)
+        steps = length * a.tangent[-1] * a.omega, length * b.tangent[-1] * b.omega / np.linalg.norm(in_units_of_a)
+        level = hermite(a.omega, b.omega, *steps, CURVED)
+        at = int(level.argmax() if a.tangent[-1] > 0 else level.argmin())
+        yield i, float(CURVED[at]), float(level[at])

@@ -1,0 +1,230 @@
+"""Designs: models drawn from a scatter or from a posterior, each one of a production."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.stats import norm
+
+from ..calibrate.free import with_values
+from ..clearance.law_files import law_from_dict
+from ..clearance.modelled import nominal_law
+from ..core.errors import ClearanceError
+from ..core.plain_numbers import Key, find_numbers, get_number, path_of, with_numbers
+from ..model import Model
+from ..rig.tolerance import unit_of
+
+__all__ = ["LAW", "Designs", "DrawingRule", "draw_posterior"]
+
+LAW = "law."
+_UNIT_INTERVAL = 1e-12  # distance of a share from 0 and 1
+
+
+class Number(Protocol):
+    """What a rule asks of a number that scatters; see `scatter.Scattered`."""
+
+    @property
+    def of(self) -> str:
+        """Path."""
+
+    def quantile(self, share: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
+        """Return the values below which shares of a production lie."""
+
+
+class Pair(Protocol):
+    """What a rule asks of a correlation; see `scatter.Correlation`."""
+
+    @property
+    def of(self) -> tuple[str, str]:
+        """Paths of two numbers."""
+
+    @property
+    def value(self) -> float:
+        """Of their normal scores."""
+
+
+class DrawingRule:
+    """From shares of a unit cube to designs: which numbers of a model scatter, and how they hang together."""
+
+    def __init__(self, numbers: Sequence[Number], correlations: Sequence[Pair], model: Model):
+        self.model = model
+        data = _plain(model)
+        found = [(each, key) for each in numbers for key in _keys(data, each.of)]
+        self.keys = [key for _, key in found]
+        self.names = [_name(key) for key in self.keys]
+        if len({*self.names}) < len(self.names):
+            twice = next(name for i, name in enumerate(self.names) if name in self.names[:i])
+            raise ClearanceError(f"{twice} scatters twice; give each number once")
+        self.numbers = [each for each, _ in found]
+        self.values = np.array([_value(data, key) for key in self.keys])
+        self.gaps = [_gap(data, key) for key in self.keys]
+        self.mixing = _mixing(correlations, self.names)
+        self._check_ends()
+
+    def _check_ends(self) -> None:
+        """Refuse a scatter at whose ends, of one number after the other, the rig is impossible."""
+        ends = np.array([_UNIT_INTERVAL, 1 - _UNIT_INTERVAL])
+        for i, (number, name) in enumerate(zip(self.numbers, self.names)):
+            reach = number.quantile(ends, self.values[i], self.gaps[i])
+            for value in reach:
+                try:
+                    changed(self.model, [self.keys[i]], [value])
+                except ClearanceError as error:
+                    unit = "" if name.startswith(LAW) else f" {unit_of(name)}".rstrip()
+                    raise ClearanceError(
+                        f"scatter of {name} reaches from {reach[0]:.4g} to {reach[1]:.4g}{unit}; at {value:.4g} the model "
+                        f"is impossible: {error}"
+                    ) from None
+
+    def designs(self, shares: np.ndarray) -> Designs:
+        """Return the designs of shares (n, n_numbers) of a unit cube, before correlations.
+
+        Parameters
+        ----------
+        shares : ndarray, shape (n, n_numbers)
+            Independent and even.
+        """
+        scores = norm.ppf(np.clip(shares, _UNIT_INTERVAL, 1 - _UNIT_INTERVAL)) @ self.mixing.T
+        even = norm.cdf(scores)
+        columns = zip(self.numbers, even.T, self.values, self.gaps)
+        values = np.stack([number.quantile(share, value, gap) for number, share, value, gap in columns], axis=1)
+        return Designs(self.model, tuple(self.names), values, tuple(self.keys))
+
+
+@dataclass(frozen=True, eq=False)
+class Designs:
+    """Models of a production, drawn."""
+
+    nominal: Model
+    """whose numbers scatter"""
+    names: tuple[str, ...]
+    """paths of the numbers that differ; none of draws from a posterior"""
+    values: np.ndarray
+    """(n, n_numbers) in SI units"""
+    keys: tuple[Key, ...] = ()
+    """of the numbers in the model's plain data"""
+    drawn: tuple[Model, ...] = ()
+    """of a posterior, in the place of numbers"""
+
+    def __len__(self) -> int:
+        return len(self.drawn) or len(self.values)
+
+    def __getitem__(self, which: slice) -> Designs:
+        """Return some of them."""
+        return replace(self, values=self.values[which], drawn=self.drawn[which])
+
+    def model(self, i: int) -> Model:
+        """Return a design.
+
+        Parameters
+        ----------
+        i : int
+            Its number.
+
+        Raises
+        ------
+        ClearanceError
+            If it is impossible, such as an offset beyond the gap.
+        """
+        if self.drawn:
+            return self.drawn[i]
+        try:
+            return changed(self.nominal, self.keys, self.values[i].tolist())
+        except ClearanceError as error:
+            named = ", ".join(f"{name} = {value:.4g}" for name, value in zip(self.names, self.values[i]))
+            raise ClearanceError(f"design {i} is impossible: {error} ({named})") from None
+
+
+def draw_posterior(model: Model, n: int, seed: int = 0) -> Designs:
+    """Return designs that are draws from an identified model's posterior; see `Model.draw`.
+
+    Parameters
+    ----------
+    model : Model
+        An identified one.
+    n : int
+        Number of designs.
+    seed : int
+        Of the draws.
+    """
+    return Designs(model, (), np.zeros((n, 0)), (), tuple(model.draw(n, seed)))
+
+
+def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model:
+    """Return a model with other numbers by their keys in ``{"rig": ..., "law": ...}``.
+
+    A law that is the datasheet's follows the rig.
+    """
+    of_rig = {key[1:]: value for key, value in zip(keys, values) if key[0] == "rig"}
+    of_law = {key[1:]: value for key, value in zip(keys, values) if key[0] == "law"}
+    rig = with_values(model.rig, of_rig) if of_rig else model.rig
+    if of_law:
+        law = law_from_dict(with_numbers(model.law.to_dict(), of_law))
+    else:
+        law = nominal_law(rig) if _is_datasheet(model) else model.law
+    return replace(model, rig=rig, law=law, posterior=None)
+
+
+def _is_datasheet(model: Model) -> bool:
+    return model.law == nominal_law(model.rig)
+
+
+def _plain(model: Model) -> dict[str, Any]:
+    return {"rig": model.rig.to_dict(), "law": None if _is_datasheet(model) else model.law.to_dict()}
+
+
+def _keys(data: dict[str, Any], path: str) -> list[Key]:
+    of_law = path.startswith(LAW)
+    if of_law and data["law"] is None:
+        raise ClearanceError(f"scatter of {path}: the model has no law of its own; scatter bushings[0].contact instead")
+    if not of_law and data["law"] is not None and "contact" in path:
+        raise ClearanceError(f"scatter of {path}: has no effect beside the model's law; scatter law. instead")
+    part, rest = ("law", path.removeprefix(LAW)) if of_law else ("rig", path)
+    try:
+        return [(part, *key) for key in find_numbers(data[part], rest)]
+    except ClearanceError as error:
+        raise ClearanceError(f"scatter: {error}") from None
+
+
+def _name(key: Key) -> str:
+    return path_of(key[1:] if key[0] == "rig" else key)
+
+
+def _value(data: dict[str, Any], key: Key) -> float:
+    value = get_number(data, key)
+    if value is None and key[-1] in ("offset", "offset_y"):
+        return 0.0
+    if value is None:
+        raise ClearanceError(f"scatter of {_name(key)}: the rig has no such number; write it into the rig file")
+    return float(value)
+
+
+def _gap(data: dict[str, Any], key: Key) -> float | None:
+    """The gap that an offset's share is of."""
+    return float(data["rig"]["bushings"][key[2]]["gap"]) if key[-1] in ("offset", "offset_y") else None
+
+
+def _mixing(correlations: Sequence[Pair], names: Sequence[str]) -> np.ndarray:
+    """The matrix (n, n) that makes correlated normal scores of independent ones."""
+    matrix = np.eye(len(names))
+    for pair in correlations:
+        for name in pair.of:
+            if name not in names:
+                raise ClearanceError(f"correlation of {name}: it does not scatter; known: {', '.join(names)}")
+        i, j = (names.index(name) for name in pair.of)
+        if i == j or matrix[i, j]:
+            raise ClearanceError(f"correlation of {pair.of[0]} and {pair.of[1]}: give each pair of two numbers once")
+        matrix[i, j] = matrix[j, i] = pair.value
+    values, vectors = np.linalg.eigh(matrix)
+    if values[0] < -1e-10:
+        taking_part = [names[i] for i in np.argsort(-np.abs(vectors[:, 0]))[:3]]
+        raise ClearanceError(
+            f"the correlations are no correlation matrix (its smallest eigenvalue is {values[0]:.3g}, must be 0 or "
+            f"more): those of {', '.join(taking_part)} contradict each other; take smaller ones"
+        )
+    if not correlations:
+        return matrix
+    return vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T

@@ -1,0 +1,329 @@
+"""How many of a production touch, exceed a limit or may jump, over level and frequency of a harmonic excitation."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import norm
+
+from ..core.cache import ResultCache
+from ..core.errors import ClearanceError, RigError
+from ..core.kinds import checks_kinds
+from ..core.tasks import run_tasks, workers_to_use
+from ..model import Model
+from ..periodic.axes import level_axis
+from ..periodic.map_rows import solver_at
+from ..periodic.rattle_maps import increasing
+from ..periodic.resolution import resolution
+from ..periodic.space.forced import excited_by
+from ..signals import labelled
+from ..signals.arrays import ArrayData, read_only
+from .designs import Designs, draw_posterior
+from .limits import Limit
+from .rattling import Batch, Rattling, Settings, rattling_of
+from .scatter import Scatter
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["HARMONICS", "Production", "production", "rattling_designs", "share_interval"]
+
+HARMONICS = 9  # of the motion: shares of a production change by less than a point with more
+BATCH = 8  # designs of one task
+SHARES = ("contact", "exceeding", "several")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Production(ArrayData):
+    """What a production does over level and frequency; shares are of the designs whose vibrations are known there."""
+
+    nominal: Model
+    """in the middle of the scatter"""
+    kind: str
+    """ "base", "force" or "unbalance": what the excitation is"""
+    limit: Limit | None
+    """what must not be exceeded"""
+    level: np.ndarray
+    """(n_levels,) amplitude of the excitation, m/s² or N, or what the rig's unbalances are multiplied by"""
+    frequency: np.ndarray
+    """(n_frequencies,) Hz"""
+    contact: np.ndarray
+    """(n_levels, n_frequencies) share of the designs that touch a wall"""
+    exceeding: np.ndarray
+    """(n_levels, n_frequencies) share of the designs that exceed the limit; 0 without one"""
+    several: np.ndarray
+    """(n_levels, n_frequencies) share of the designs with more than one vibration: they may jump"""
+    unknown: np.ndarray
+    """(n_levels, n_frequencies) share of the designs whose vibration was not found"""
+    first_contact: np.ndarray
+    """(n_designs,) lowest level at which a design touches at any of the frequencies; infinite if it does at none"""
+    first_exceeding: np.ndarray
+    """(n_designs,) lowest level at which it exceeds the limit"""
+    largest: np.ndarray
+    """(n_designs,) largest value of what is limited, up to the largest level, N, m or m/s²; 0 without a limit"""
+    names: tuple[str, ...]
+    """paths of the numbers that scatter; none of draws from a posterior"""
+    values: np.ndarray
+    """(n_designs, n_numbers) their values, SI units"""
+
+    def __post_init__(self) -> None:
+        arrays = ("level", "frequency", *SHARES, "unknown", "first_contact", "first_exceeding", "largest", "values")
+        for name in arrays:
+            self._set(**{name: read_only(getattr(self, name))})
+
+    @property
+    def designs(self) -> int:
+        """How many there are."""
+        return self.first_contact.size
+
+    def over_level(self, what: str = "contact") -> np.ndarray:
+        """Return the share (n_levels,) of the designs that touch, or exceed the limit, at any of the frequencies.
+
+        Parameters
+        ----------
+        what : str
+            "contact" or "exceeding".
+        """
+        if what not in ("contact", "exceeding"):
+            raise ClearanceError(f'what must be "contact" or "exceeding", got {what!r}')
+        first = np.sort(getattr(self, f"first_{what}"))
+        return np.searchsorted(first, self.level, side="right") / self.designs
+
+    def interval(self, share: ArrayLike, confidence: float = 0.95) -> np.ndarray:
+        """Return the limits (2, ...) of shares of the designs, see `share_interval`.
+
+        Parameters
+        ----------
+        share : array_like
+            Such as `contact`.
+        confidence : float
+            Probability that the production's share lies between the limits.
+        """
+        return share_interval(share, self.designs, confidence)
+
+    @property
+    def notes(self) -> list[str]:
+        """Plain words on what not to rely on."""
+        found = []
+        if self.limit and not self.exceeding.any():
+            found.append(
+                f"{self.limit.words}: no design reaches that up to {self.level[-1]:g} {level_axis(self.kind).unit}; "
+                f"the largest is {self.largest.max():.4g}"
+            )
+        if self.unknown.any():
+            found.append(
+                f"vibrations were not found in {100 * self.unknown.mean():.2g} % of all cases; shares are of the others"
+            )
+        return found
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return everything with labels and units, over level and frequency or over designs."""
+        unit = level_axis(self.kind).symbol
+        cells = ("level", "frequency")
+        variables: dict[str, Any] = {name: (cells, getattr(self, name), "1") for name in (*SHARES, "unknown")}
+        variables |= {name: ("design", getattr(self, name), unit) for name in ("first_contact", "first_exceeding")}
+        variables["value"] = (("design", "number"), self.values, "SI")
+        coordinates = {"level": self.level, "frequency": self.frequency, "number": list(self.names)}
+        attributes = {"kind": self.kind, "limit": self.limit.words if self.limit else ""}
+        return labelled.dataset("production", variables, coordinates, attributes)
+
+
+def share_interval(share: ArrayLike, n: int, confidence: float = 0.95) -> np.ndarray:
+    """Return the limits (2, ...) within which shares of a production lie of which n designs were drawn.
+
+    Wilson's interval (Journal of the American Statistical Association 22, 1927), for independent draws; Sobol' points
+    scatter less, so it holds more often than it says.
+
+    Parameters
+    ----------
+    share : array_like
+        Of the n designs.
+    n : int
+        Number of designs.
+    confidence : float
+        Probability that the production's share lies between the limits.
+    """
+    p, z = np.asarray(share, dtype=float), float(norm.ppf(0.5 + confidence / 2))
+    middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
+    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    return np.stack((np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)))
+
+
+@checks_kinds
+def production(
+    model: Model,
+    amplitudes: ArrayLike,
+    frequencies: ArrayLike,
+    scatter: Scatter | str | None = None,
+    limit: Limit | str | None = None,
+    designs: int = 1000,
+    seed: int = 0,
+    kind: str | None = None,
+    n_harmonics: int = HARMONICS,
+    n_samples: int | None = None,
+    n_modes: int = 8,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    executor: Executor | None = None,
+    progress: bool = False,
+    kept: Path | None = None,
+) -> Production:
+    """Find how many of a production touch, exceed a limit or may jump, over level and frequency.
+
+    For every design and frequency the vibration that grows out of rest is followed over the level, around folds.
+
+    Parameters
+    ----------
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
+    amplitudes : array_like
+        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing; of kind "unbalance" what the rig's unbalances
+        are multiplied by.
+    frequencies : array_like
+        Frequencies (n_frequencies,) of the excitation, Hz, increasing.
+    scatter : Scatter or str, optional
+        How the production scatters about the model; "posterior": as the records that the model was identified from
+        leave it open; None: by the rig file's own tolerances.
+    limit : Limit or str, optional
+        What must not be exceeded, such as "contact_force > 20 N".
+    designs : int
+        How many are drawn.
+    seed : int
+        Of the draws.
+    kind : str, optional
+        Kind of excitation, "base", "force" or, of a rig in space, "unbalance"; None: unbalance of a rig that has some,
+        else that of its shaker.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
+    workers : int, optional
+        Processes on this machine; default: one for each core. 1: none beside this one.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose cluster then computes the designs.
+    executor : concurrent.futures.Executor, optional
+        What computes the designs instead; it is left open.
+    progress : bool
+        Show a progress bar with the time left.
+    kept : Path, optional
+        Folder for what is done, so that an interrupted call goes on where it stopped; it is made if it is not there.
+
+    Returns
+    -------
+    Production
+        The same for any number of workers.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible scatter, limits, numbers of designs, harmonics, samples, modes or workers.
+    ExcitationError
+        For impossible levels or frequencies, or a rig without a position for a force.
+    LawError
+        For a law over time or amplitude, one that does not fit the rig, or a model without a posterior.
+    RigError
+        If the rig has no clearance, or in the gap moves without stiffness.
+
+    Notes
+    -----
+    Processes start by importing the calling script: start a production below ``if __name__ == "__main__"``.
+    """
+    levels, frequency = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 1)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    kind = excited_by(model.rig, kind)
+    limit = Limit.parse(limit) if isinstance(limit, str) else limit
+    if limit:
+        limit.row(model.rig)
+    settings = Settings(kind, levels, frequency, limit, harmonics, counts, n_modes)
+    solver_at(
+        model, kind, 1.0, 2 * np.pi * float(frequency[-1]), harmonics, counts[0], n_modes
+    )  # refuses what cannot be
+    drawn = _drawn(model, scatter, designs, seed)
+    parts = rattling_designs(settings, drawn, workers, scheduler, executor, "production" if progress else "", kept)
+    total = functools.reduce(Rattling.__add__, parts)
+    known = np.maximum(total.known, 1)
+    return Production(
+        model, kind, limit, levels, frequency, total.contact / known, total.exceeding / known, total.several / known,
+        1 - total.known / len(drawn), total.first_contact, total.first_exceeding, total.largest, drawn.names,
+        drawn.values,
+    )  # fmt: skip
+
+
+def _drawn(model: Model, scatter: Scatter | str | None, designs: int, seed: int) -> Designs:
+    if scatter == "posterior":
+        return draw_posterior(model, designs, seed)
+    if isinstance(scatter, str):
+        raise ClearanceError(f'scatter must be a Scatter, "posterior" or None, got "{scatter}"')
+    if scatter is None and not model.rig.tolerances:
+        raise RigError(
+            f"rig {model.rig.name!r} has no tolerances: give [[tolerances]] in the rig file, or a scatter of its own"
+        )
+    return (Scatter.of_rig(model.rig) if scatter is None else scatter).draw(model, designs, seed)
+
+
+def rattling_designs(
+    settings: Settings, designs: Designs, workers: int | None = None, scheduler: str | None = None,
+    executor: Executor | None = None, progress: str = "", kept: Path | None = None,
+) -> Iterable[Rattling]:  # fmt: skip
+    """Return what designs do, batch by batch in their order; see `production`.
+
+    Parameters
+    ----------
+    settings : Settings
+        Levels, frequencies and limit.
+    designs : Designs
+        The designs.
+    workers, scheduler, executor, kept
+        As `production` takes them.
+    progress : str
+        Description of a progress bar; empty for none.
+    """
+    workers = workers_to_use(workers)
+    batches = [Batch(i, designs[i : i + BATCH]) for i in range(0, len(designs), BATCH)]
+    cache = ResultCache(kept) if kept else None
+    keys = {batch.first: _inputs(settings, batch) for batch in batches} if cache else {}
+    found: dict[int, Rattling] = {}
+    for batch in batches if cache else ():
+        assert cache
+        if (known := cache.find("batch", keys[batch.first], _read, ".npz")) is not None:
+            found[batch.first] = known
+    left = [batch for batch in batches if batch.first not in found]
+    alone = workers == 1 and not scheduler and not executor
+    run = run_tasks(
+        functools.partial(rattling_of, settings), left, workers, processes=not alone, scheduler=scheduler,
+        executor=executor, progress=progress, done=len(found),
+    )  # fmt: skip
+    for batch, result in run:
+        found[batch.first] = result
+        if cache:
+            cache.keep("batch", keys[batch.first], result, _write, ".npz")
+    return [found[batch.first] for batch in batches]
+
+
+def _inputs(settings: Settings, batch: Batch) -> object:
+    """Everything that the results of a batch depend on, as plain data."""
+    designs = batch.designs
+    models = [model.to_dict() for model in designs.drawn] or [designs.nominal.to_dict(), designs.values.tolist()]
+    arrays = settings.levels.tolist(), settings.frequencies.tolist()
+    limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
+    return models, designs.names, *arrays, limit, settings.kind, settings.harmonics, settings.samples, settings.modes
+
+
+def _write(result: Rattling, path: Path) -> None:
+    with path.open("wb") as file:
+        np.savez(file, *result)
+
+
+def _read(path: Path) -> Rattling:
+    with np.load(path) as found:
+        return Rattling(*(found[f"arr_{i}"] for i in range(len(Rattling._fields))))

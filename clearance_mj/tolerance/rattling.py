@@ -1,0 +1,127 @@
+"""What single designs of a production do over level and frequency of a harmonic excitation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.errors import ClearanceError
+from ..model import Model
+from ..periodic.level_branches import LevelBranch, level_branches
+from ..periodic.map_rows import solver_at
+from .designs import Designs
+from .limits import Limit
+
+__all__ = ["Batch", "Rattling", "Settings", "rattling_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """What all designs are looked at with."""
+
+    kind: str  #: of the excitation: "base", "force" or "unbalance"
+    levels: np.ndarray  #: (n_levels,) m/s², N, or factors of the unbalance
+    frequencies: np.ndarray  #: (n_frequencies,) Hz
+    limit: Limit | None
+    harmonics: int
+    samples: tuple[int, ...]  #: of a period, each for where those before do not do
+    modes: int
+
+
+class Batch(NamedTuple):
+    """Some of the designs."""
+
+    first: int  #: number of the first one
+    designs: Designs
+
+
+class Rattling(NamedTuple):
+    """What designs do; counts are over those whose vibrations are known at a level and frequency."""
+
+    known: np.ndarray  #: (n_levels, n_frequencies) of how many designs
+    contact: np.ndarray  #: likewise, how many touch a wall
+    exceeding: np.ndarray  #: likewise, how many exceed the limit; 0 without one
+    several: np.ndarray  #: likewise, how many have more than one vibration, so that they may jump
+    first_contact: np.ndarray  #: (n_designs,) lowest level at any frequency that touches, infinite if none does
+    first_exceeding: np.ndarray  #: (n_designs,) lowest level that exceeds the limit
+    largest: np.ndarray  #: (n_designs,) largest value of what is limited, up to the largest level; 0 without a limit
+
+    def __add__(self, other: Rattling) -> Rattling:  # type: ignore[override]
+        """Return what both do, the designs of the other behind these."""
+        counts = (a + b for a, b in zip(self[:4], other[:4]))
+        return Rattling(*counts, *(np.concatenate(pair) for pair in zip(self[4:], other[4:])))
+
+
+def rattling_of(settings: Settings, batch: Batch) -> Rattling:
+    """Return what the designs of a batch do.
+
+    Parameters
+    ----------
+    settings : Settings
+        Levels, frequencies and limit.
+    batch : Batch
+        The designs.
+
+    Raises
+    ------
+    ClearanceError
+        If a design cannot be computed; the message has its number.
+    """
+    found: Rattling | None = None
+    for i in range(len(batch.designs)):
+        try:
+            one = _of_one(settings, batch.designs.model(i))
+        except ClearanceError as error:
+            raise ClearanceError(f"design {batch.first + i}: {error}") from None
+        found = one if found is None else found + one
+    assert found is not None
+    return found
+
+
+def _of_one(settings: Settings, model: Model) -> Rattling:
+    levels, limit = settings.levels, settings.limit
+    branches = branches_of(settings, model)
+    read = [branch.crossings(levels) for branch in branches]
+    counts = np.array([count for count, _, _ in read]).T
+    depth = np.array([deep for _, deep, _ in read]).T
+    nothing = np.zeros_like(depth)
+    values = np.array([each[0] for _, _, each in read]).T if limit else nothing
+    touched = min(branch.first_level(branch.depth, 0.0) for branch in branches)
+    exceeded = min(branch.first_level(branch.values[0], limit.value) for branch in branches) if limit else np.inf
+    return Rattling(
+        (counts > 0).astype(np.int64), (depth > 0).astype(np.int64),
+        (values > limit.value).astype(np.int64) if limit else nothing.astype(np.int64), (counts > 1).astype(np.int64),
+        np.array([touched]), np.array([exceeded]), np.array([values.max()]),
+    )  # fmt: skip
+
+
+def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:
+    """Return the vibrations of a design over the level at every frequency; with finer samples where they end early.
+
+    Parameters
+    ----------
+    settings : Settings
+        Levels, frequencies and limit.
+    model : Model
+        The design.
+    """
+    limit, omega = settings.limit, 2 * np.pi * settings.frequencies
+    quantities = [limit.quantity] if limit else []
+    rows = [limit.row(model.rig)] if limit else []
+    found: list[LevelBranch] = []
+    for samples in settings.samples:
+        left = [i for i, branch in enumerate(found) if not branch.complete] if found else list(range(omega.size))
+        if not left:
+            break
+        fastest = float(omega[-1])
+        solver = solver_at(model, settings.kind, 1.0, fastest, settings.harmonics, samples, settings.modes)
+        again = list(level_branches(solver, omega[left], float(settings.levels[-1]), quantities, rows))
+        if not found:
+            found = again
+            continue
+        for i, branch in zip(left, again):
+            if branch.complete or branch.level.max() > found[i].level.max():
+                found[i] = branch
+    return found
