@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .continuation import Motion, NoConvergence, Solver, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
@@ -255,8 +256,9 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
     return _Link(ends, vibrations, tuple(_folds(fine)))
 
 
-def hermite(a: np.ndarray, b: np.ndarray, at_a: np.ndarray, at_b: np.ndarray, s: np.ndarray) -> np.ndarray:
+def hermite(a: ArrayLike, b: ArrayLike, at_a: ArrayLike, at_b: ArrayLike, s: np.ndarray) -> np.ndarray:
     """Return the cubic parabola from a to b with these derivatives, at shares of the way."""
+    a, b, at_a, at_b = map(np.asarray, (a, b, at_a, at_b))
     rest = 1 - s
     return rest**2 * ((1 + 2 * s) * a + s * at_a) + s**2 * ((1 + 2 * rest) * b - rest * at_b)
 

@@ -168,8 +168,12 @@ class Follower(ABC):
         up_or_down = np.sign(motion.tangent[-1] * (1 if up else -1) or 1.0)
         yield from self.onwards(replace(motion, tangent=up_or_down * motion.tangent), low, high, most)
 
-    def onwards(self, motion: Motion, low: float, high: float, most: int = MAX_POINTS) -> Iterator[Motion]:
+    def onwards(
+        self, motion: Motion, low: float, high: float, most: int = MAX_POINTS, step: float = 1e-3
+    ) -> Iterator[Motion]:  # fmt: skip
         """Yield a motion and those that follow it along its tangent, until they leave a range.
+
+        ``step`` is the first one, as a share of parameter and motion.
 
         Raises
         ------
@@ -177,7 +181,6 @@ class Follower(ABC):
             Where Newton's method finds no next motion; what was yielded stays.
         """
         yield motion
-        step = 1e-3
         for _ in range(most):
             found = self.ahead(motion, step)
             if found is None and step < SHARP_CORNER:

@@ -29,7 +29,7 @@ LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
 """Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
 FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
 TOLERANCE = 1e-6  # of the motion: what the balance may leave
-BENT, LONGEST = 0.02, 0.1  # steps along branches, see `continuation`
+BENT, LONGEST, FIRST_STEP = 0.02, 0.1, 5e-3  # steps along branches, see `continuation`
 BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.02  # of the gap: no branch is left before it went so deep
 FAR = 20.0  # times the largest level: where contact begins above that, no branch is looked at
@@ -145,7 +145,8 @@ def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Mot
 def _followed(solver: Solver | RoundSolver, start: Motion, largest: float) -> Iterator[Motion]:
     """Motions from a first one on until they rise above the largest level."""
     deep = DEEP * solver.system.size
-    for motion in solver.onwards(start, 0.0, np.inf, STEPS):
+    step = FIRST_STEP if start.omega < largest else DEEP
+    for motion in solver.onwards(start, 0.0, np.inf, STEPS, step):
         yield motion
         if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:
             _, depth = moved(solver, _vibrations([motion]))
@@ -172,16 +173,16 @@ def _read(
     level, folds = np.array([motion.omega for motion in motions]), list(_folds(motions))
     where = [i + 1 for i, _, _ in folds]
     level = np.insert(level, where, [found for _, _, found in folds])
-    deepest, *values = (
+    rows_of = [
         np.insert(row, where, [row[i] + share * (row[i + 1] - row[i]) for i, share, _ in folds])
         for row in (deepest, *values)
-    )
-    at_rest = [row[0] if deepest[0] > 0 and name in FORCES else 0.0 for name, row in zip(quantities, values)]
-    return LevelBranch(
-        np.append(0.0, level), np.append(deepest[0] if contact == 0 else 0.0, deepest),
-        np.array([np.append(rest, row) for rest, row in zip(at_rest, values)]).reshape(len(values), -1),
-        bool(level[-1] >= largest),
-    )  # fmt: skip
+    ]
+    # At rest nothing moves, but a weight may press against a wall.
+    pressed = [deepest[0] if contact == 0 else 0.0]
+    pressed += [row[0] if deepest[0] > 0 and name in FORCES else 0.0 for name, row in zip(quantities, values)]
+    deepest, *whole = (np.append(first, row) for first, row in zip(pressed, rows_of))
+    found = np.array(whole).reshape(len(whole), level.size + 1)
+    return LevelBranch(np.append(0.0, level), deepest, found, bool(level[-1] >= largest))
 
 
 def _values(

@@ -75,8 +75,8 @@ class DrawingRule:
                 except ClearanceError as error:
                     unit = "" if name.startswith(LAW) else f" {unit_of(name)}".rstrip()
                     raise ClearanceError(
-                        f"scatter of {name} reaches from {reach[0]:.4g} to {reach[1]:.4g}{unit}; at {value:.4g} the model "
-                        f"is impossible: {error}"
+                        f"scatter of {name} reaches from {reach[0]:.4g} to {reach[1]:.4g}{unit}; at {value:.4g} the "
+                        f"model is impossible: {error}"
                     ) from None
 
     def designs(self, shares: np.ndarray) -> Designs:

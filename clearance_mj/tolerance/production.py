@@ -245,9 +245,8 @@ def production(
     if limit:
         limit.row(model.rig)
     settings = Settings(kind, levels, frequency, limit, harmonics, counts, n_modes)
-    solver_at(
-        model, kind, 1.0, 2 * np.pi * float(frequency[-1]), harmonics, counts[0], n_modes
-    )  # refuses what cannot be
+    fastest = 2 * np.pi * float(frequency[-1])
+    solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)  # refuses what cannot be
     drawn = _drawn(model, scatter, designs, seed)
     parts = rattling_designs(settings, drawn, workers, scheduler, executor, "production" if progress else "", kept)
     total = functools.reduce(Rattling.__add__, parts)

@@ -36,15 +36,15 @@ class Scattered:
     """How a number, or each of several, scatters about its value in the model."""
 
     of: Text
-    """path to a number of the rig, such as "bushings[0].gap"; "bushings.gap": that of every bushing, each for itself; or
-    of the model's law, such as "law.k[0]" """
+    """path to a number of the rig, such as "bushings[0].gap"; "bushings.gap": that of every bushing, each for
+    itself; or of the model's law, such as "law.k[0]" """
     std: Text | None = None
     """standard deviation with its unit, "0.02 mm", or "3 %" of the value (of an offset: of the gap)"""
     within: Text | None = None
     """in its place the limits of a drawing: 0.3 ± 0.05 mm has "0.05 mm"; three standard deviations of "normal" """
     distribution: Literal["normal", "lognormal", "uniform", "triangular"] = "normal"
-    """"normal" and "lognormal" end at the limits, or at four standard deviations; "uniform" and "triangular" have limits
-    only"""
+    """ "normal" and "lognormal" end at the limits, or at four standard deviations; "uniform" and "triangular" have only
+    limits"""
     price: Annotated[Number, Field(gt=0)] | None = None
     """what half of the scatter costs more than all of it, in any currency: a narrower one costs by 1/width - 1"""
 
@@ -156,7 +156,8 @@ class Scatter:
         rig : Rig
             With ``tolerances``; those of instruments and of the clamp's compliance, and exact numbers, are left out.
         """
-        kept, left = [], []
+        kept: list[Tolerance] = []
+        left: list[Tolerance] = []
         for each in rig.tolerances:
             instrument = each.of.rpartition(".")[2] in INSTRUMENTS or each.of in CLAMP_COMPLIANCES
             (left if instrument or each.size == 0 else kept).append(each)
