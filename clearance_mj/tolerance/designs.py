@@ -33,6 +33,9 @@ class Number(Protocol):
     def quantile(self, share: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
         """Return the values below which shares of a production lie."""
 
+    def deviation(self, values: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
+        """Return how far values are from the middle, over the distance of the limits."""
+
 
 class Pair(Protocol):
     """What a rule asks of a correlation; see `scatter.Correlation`."""
@@ -59,6 +62,7 @@ class DrawingRule:
             twice = next(name for i, name in enumerate(self.names) if name in self.names[:i])
             raise ClearanceError(f"{twice} scatters twice; give each number once")
         self.numbers = [each for each, _ in found]
+        self.owner = np.array([i for i, each in enumerate(numbers) for other, _ in found if other is each])
         self.values = np.array([_value(data, key) for key in self.keys])
         self.gaps = [_gap(data, key) for key in self.keys]
         self.mixing = _mixing(correlations, self.names)
@@ -78,6 +82,21 @@ class DrawingRule:
                         f"scatter of {name} reaches from {reach[0]:.4g} to {reach[1]:.4g}{unit}; at {value:.4g} the "
                         f"model is impossible: {error}"
                     ) from None
+
+    def deviations(self, designs: Designs) -> np.ndarray:
+        """Return how far numbers of designs are from their middles, over the distance of their limits.
+
+        Parameters
+        ----------
+        designs : Designs
+            n of them.
+
+        Returns
+        -------
+        ndarray, shape (n, n_numbers)
+        """
+        columns = zip(self.numbers, designs.values.T, self.values, self.gaps)
+        return np.stack([number.deviation(column, value, gap) for number, column, value, gap in columns], axis=1)
 
     def designs(self, shares: np.ndarray) -> Designs:
         """Return the designs of shares (n, n_numbers) of a unit cube, before correlations.

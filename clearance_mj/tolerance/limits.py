@@ -76,4 +76,9 @@ class Limit:
     def words(self) -> str:
         """What is exceeded, for figures and tables."""
         where = f" at {self.at}" if self.at else ""
-        return f"{self.quantity.replace('_', ' ')}{where} > {self.value:g} {UNITS[KINDS[self.quantity]]}"
+        return f"{self.quantity.replace('_', ' ')}{where} > {self.value:g} {self.unit}"
+
+    @property
+    def unit(self) -> str:
+        """Of its value."""
+        return UNITS[KINDS[self.quantity]]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,30 +11,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import norm
 
-from ..core.cache import ResultCache
 from ..core.errors import ClearanceError, RigError
 from ..core.kinds import checks_kinds
-from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
 from ..periodic.axes import level_axis
-from ..periodic.map_rows import solver_at
-from ..periodic.rattle_maps import increasing
-from ..periodic.resolution import resolution
-from ..periodic.space.forced import excited_by
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
+from .batches import HARMONICS, settings_of, total_of
 from .designs import Designs, draw_posterior
 from .limits import Limit
-from .rattling import Batch, Rattling, Settings, rattling_of
 from .scatter import Scatter
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["HARMONICS", "Production", "production", "rattling_designs", "share_interval"]
+__all__ = ["Production", "production", "share_interval"]
 
-HARMONICS = 9  # of the motion: shares of a production change by less than a point with more
-BATCH = 8  # designs of one task
 SHARES = ("contact", "exceeding", "several")
 
 
@@ -238,23 +228,14 @@ def production(
     -----
     Processes start by importing the calling script: start a production below ``if __name__ == "__main__"``.
     """
-    levels, frequency = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 1)
-    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    kind = excited_by(model.rig, kind)
-    limit = Limit.parse(limit) if isinstance(limit, str) else limit
-    if limit:
-        limit.row(model.rig)
-    settings = Settings(kind, levels, frequency, limit, harmonics, counts, n_modes)
-    fastest = 2 * np.pi * float(frequency[-1])
-    solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)  # refuses what cannot be
+    settings = settings_of(model, amplitudes, frequencies, limit, kind, n_harmonics, n_samples, n_modes)
     drawn = _drawn(model, scatter, designs, seed)
-    parts = rattling_designs(settings, drawn, workers, scheduler, executor, "production" if progress else "", kept)
-    total = functools.reduce(Rattling.__add__, parts)
+    total = total_of(settings, drawn, workers, scheduler, executor, "production" if progress else "", kept)
     known = np.maximum(total.known, 1)
     return Production(
-        model, kind, limit, levels, frequency, total.contact / known, total.exceeding / known, total.several / known,
-        1 - total.known / len(drawn), total.first_contact, total.first_exceeding, total.largest, drawn.names,
-        drawn.values,
+        model, settings.kind, settings.limit, settings.levels, settings.frequencies, total.contact / known,
+        total.exceeding / known, total.several / known, 1 - total.known / len(drawn),
+        total.first_contact, total.first_exceeding, total.largest, drawn.names, drawn.values,
     )  # fmt: skip
 
 
@@ -268,61 +249,3 @@ def _drawn(model: Model, scatter: Scatter | str | None, designs: int, seed: int)
             f"rig {model.rig.name!r} has no tolerances: give [[tolerances]] in the rig file, or a scatter of its own"
         )
     return (Scatter.of_rig(model.rig) if scatter is None else scatter).draw(model, designs, seed)
-
-
-def rattling_designs(
-    settings: Settings, designs: Designs, workers: int | None = None, scheduler: str | None = None,
-    executor: Executor | None = None, progress: str = "", kept: Path | None = None,
-) -> Iterable[Rattling]:  # fmt: skip
-    """Return what designs do, batch by batch in their order; see `production`.
-
-    Parameters
-    ----------
-    settings : Settings
-        Levels, frequencies and limit.
-    designs : Designs
-        The designs.
-    workers, scheduler, executor, kept
-        As `production` takes them.
-    progress : str
-        Description of a progress bar; empty for none.
-    """
-    workers = workers_to_use(workers)
-    batches = [Batch(i, designs[i : i + BATCH]) for i in range(0, len(designs), BATCH)]
-    cache = ResultCache(kept) if kept else None
-    keys = {batch.first: _inputs(settings, batch) for batch in batches} if cache else {}
-    found: dict[int, Rattling] = {}
-    for batch in batches if cache else ():
-        assert cache
-        if (known := cache.find("batch", keys[batch.first], _read, ".npz")) is not None:
-            found[batch.first] = known
-    left = [batch for batch in batches if batch.first not in found]
-    alone = workers == 1 and not scheduler and not executor
-    run = run_tasks(
-        functools.partial(rattling_of, settings), left, workers, processes=not alone, scheduler=scheduler,
-        executor=executor, progress=progress, done=len(found),
-    )  # fmt: skip
-    for batch, result in run:
-        found[batch.first] = result
-        if cache:
-            cache.keep("batch", keys[batch.first], result, _write, ".npz")
-    return [found[batch.first] for batch in batches]
-
-
-def _inputs(settings: Settings, batch: Batch) -> object:
-    """Everything that the results of a batch depend on, as plain data."""
-    designs = batch.designs
-    models = [model.to_dict() for model in designs.drawn] or [designs.nominal.to_dict(), designs.values.tolist()]
-    arrays = settings.levels.tolist(), settings.frequencies.tolist()
-    limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
-    return models, designs.names, *arrays, limit, settings.kind, settings.harmonics, settings.samples, settings.modes
-
-
-def _write(result: Rattling, path: Path) -> None:
-    with path.open("wb") as file:
-        np.savez(file, *result)
-
-
-def _read(path: Path) -> Rattling:
-    with np.load(path) as found:
-        return Rattling(*(found[f"arr_{i}"] for i in range(len(Rattling._fields))))

@@ -96,6 +96,21 @@ class Scattered:
             size *= gap if gap is not None else abs(value)
         return (size, CUT * size) if self.within is None else (size / SIGMAS, size)
 
+    def deviation(self, values: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
+        """Return how far values (n,) are from the middle, over the distance of the limits.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n,)
+            Of the number.
+        value : float
+            The number's value in the model.
+        gap : float, optional
+            The gap that an offset is measured by, m.
+        """
+        _, limit = self.half_width(value, gap)
+        return (np.log(values / value) if self.distribution == "lognormal" else values - value) / limit
+
     def quantile(self, share: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
         """Return the values below which these shares (n,) of a production lie.
 

@@ -1,0 +1,87 @@
+"""Many designs: what they are looked at with, batches of them on many workers, and what is done kept on disk."""
+
+from __future__ import annotations
+
+import functools
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.cache import ResultCache
+from ..core.tasks import run_tasks, workers_to_use
+from ..model import Model
+from ..periodic.map_rows import solver_at
+from ..periodic.rattle_maps import increasing
+from ..periodic.resolution import resolution
+from ..periodic.space.forced import excited_by
+from .designs import Designs
+from .limits import Limit
+from .rattling import Batch, Rattling, Settings, rattling_of
+
+__all__ = ["HARMONICS", "settings_of", "total_of"]
+
+HARMONICS = 9  # of the motion: shares of a production change by less than a point with more
+BATCH = 8  # designs of one task
+
+
+def settings_of(
+    model: Model, amplitudes: ArrayLike, frequencies: ArrayLike, limit: Limit | str | None, kind: str | None,
+    n_harmonics: int = HARMONICS, n_samples: int | None = None, n_modes: int = 8,
+) -> Settings:  # fmt: skip
+    """Return what designs are looked at with, or refuse what cannot be; see `production`."""
+    levels, frequency = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 1)
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    kind = excited_by(model.rig, kind)
+    limit = Limit.parse(limit) if isinstance(limit, str) else limit
+    if limit:
+        limit.row(model.rig)
+    solver_at(model, kind, 1.0, 2 * np.pi * float(frequency[-1]), harmonics, counts[0], n_modes)
+    return Settings(kind, levels, frequency, limit, harmonics, counts, n_modes)
+
+
+def total_of(
+    settings: Settings, designs: Designs, workers: int | None = None, scheduler: str | None = None,
+    executor: Executor | None = None, progress: str = "", kept: Path | None = None,
+) -> Rattling:  # fmt: skip
+    """Return what designs do, in their order; see `production`. ``progress`` describes a bar, empty for none."""
+    workers = workers_to_use(workers)
+    batches = [Batch(i, designs[i : i + BATCH]) for i in range(0, len(designs), BATCH)]
+    cache = ResultCache(kept) if kept else None
+    keys = {batch.first: _inputs(settings, batch) for batch in batches} if cache else {}
+    found: dict[int, Rattling] = {}
+    for batch in batches if cache else ():
+        assert cache
+        if (known := cache.find("batch", keys[batch.first], _read, ".npz")) is not None:
+            found[batch.first] = known
+    left = [batch for batch in batches if batch.first not in found]
+    alone = workers == 1 and not scheduler and not executor
+    run = run_tasks(
+        functools.partial(rattling_of, settings), left, workers, processes=not alone, scheduler=scheduler,
+        executor=executor, progress=progress, done=len(found),
+    )  # fmt: skip
+    for batch, result in run:
+        found[batch.first] = result
+        if cache:
+            cache.keep("batch", keys[batch.first], result, _write, ".npz")
+    return functools.reduce(Rattling.__add__, (found[batch.first] for batch in batches))
+
+
+def _inputs(settings: Settings, batch: Batch) -> object:
+    """Everything that the results of a batch depend on, as plain data."""
+    designs = batch.designs
+    models = [model.to_dict() for model in designs.drawn] or [designs.nominal.to_dict(), designs.values.tolist()]
+    arrays = settings.levels.tolist(), settings.frequencies.tolist()
+    limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
+    return models, designs.names, *arrays, limit, settings.kind, settings.harmonics, settings.samples, settings.modes
+
+
+def _write(result: Rattling, path: Path) -> None:
+    with path.open("wb") as file:
+        np.savez(file, *result)
+
+
+def _read(path: Path) -> Rattling:
+    with np.load(path) as found:
+        return Rattling(*(found[f"arr_{i}"] for i in range(len(Rattling._fields))))

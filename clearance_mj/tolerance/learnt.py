@@ -1,0 +1,95 @@
+"""A smooth function learnt from designs, with the error that cross-validation says it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import RBFInterpolator
+
+from ..core.errors import ClearanceError
+
+__all__ = ["Learnt", "learn"]
+
+FOLDS = 10
+FEWEST = 20  # designs
+
+Function = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """A function of deviations (n, n_numbers)."""
+
+    function: Function
+    error: float  #: RMS of what it misses of designs that it has not seen
+
+    def __call__(self, deviations: np.ndarray) -> np.ndarray:
+        """Return its values (n,).
+
+        Parameters
+        ----------
+        deviations : ndarray, shape (n, n_numbers)
+            Of designs from the middle.
+        """
+        return self.function(deviations)
+
+
+def learn(deviations: np.ndarray, values: np.ndarray) -> Learnt:
+    """Return the function that misses least of designs left out: linear, quadratic, or radial on either.
+
+    Parameters
+    ----------
+    deviations : ndarray, shape (n, n_numbers)
+        Of designs from the middle.
+    values : ndarray, shape (n,)
+        Of a result.
+
+    Raises
+    ------
+    ClearanceError
+        If there are too few designs.
+    """
+    n, d = deviations.shape
+    if n < max(FEWEST, 2 * (d + 1)):
+        raise ClearanceError(f"{n} designs are too few for {d} numbers; take {max(FEWEST, 2 * (d + 1))} or more")
+    folds = np.arange(n) % FOLDS
+    best: Learnt | None = None
+    for way in (_linear, _quadratic, _radial, _radial_on_quadratic):
+        if way in (_quadratic, _radial_on_quadratic) and n * (1 - 1 / FOLDS) < 1.5 * _terms(deviations[:1]).shape[1]:
+            continue
+        missed = np.empty(n)
+        for fold in range(FOLDS):
+            out = folds == fold
+            missed[out] = way(deviations[~out], values[~out])(deviations[out]) - values[out]
+        error = float(np.sqrt(np.mean(missed**2)))
+        if best is None or error < best.error:
+            best = Learnt(way(deviations, values), error)
+    assert best is not None
+    return best
+
+
+def _linear(x: np.ndarray, y: np.ndarray) -> Function:
+    weights = np.linalg.lstsq(np.column_stack((np.ones(len(x)), x)), y, rcond=None)[0]
+    return lambda at: weights[0] + at @ weights[1:]
+
+
+def _terms(x: np.ndarray) -> np.ndarray:
+    i, j = np.triu_indices(x.shape[1])
+    return np.column_stack((np.ones(len(x)), x, x[:, i] * x[:, j]))
+
+
+def _quadratic(x: np.ndarray, y: np.ndarray) -> Function:
+    weights = np.linalg.lstsq(_terms(x), y, rcond=None)[0]
+    return lambda at: _terms(at) @ weights
+
+
+def _radial(x: np.ndarray, y: np.ndarray) -> Function:
+    return RBFInterpolator(x, y, kernel="cubic", degree=1)
+
+
+def _radial_on_quadratic(x: np.ndarray, y: np.ndarray) -> Function:
+    trend = _quadratic(x, y)
+    rest = RBFInterpolator(x, y - trend(x), kernel="linear", degree=0)
+    return lambda at: trend(at) + rest(at)

@@ -1,0 +1,129 @@
+"""Which scattering number the spread of a production comes from: Sobol indices of the levels at which it rattles.
+
+First order: the share of the variance that fixing a number alone would take away on average; total: the share that is
+left if all others are fixed. Numbers that are correlated with each other have their indices together, as a group.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import qmc
+
+from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
+from ..model import Model
+from ..sweep.sensitivity import Sensitivity, sobol_indices
+from .batches import settings_of, total_of
+from .designs import DrawingRule
+from .limits import Limit
+from .rattling import Rattling
+from .scatter import Correlation, Scatter
+
+__all__ = ["rattle_sensitivity"]
+
+CONTACT = "level of first contact (dB)"
+
+
+@checks_kinds
+def rattle_sensitivity(
+    model: Model,
+    amplitude: float,
+    frequencies: ArrayLike,
+    scatter: Scatter | None = None,
+    limit: Limit | str | None = None,
+    samples: int = 128,
+    seed: int = 0,
+    kind: str | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    progress: bool = False,
+    kept: Path | None = None,
+) -> Sensitivity:
+    """Find Sobol indices of the lowest level that touches, of that which exceeds a limit, and of what is limited.
+
+    Parameters
+    ----------
+    model : Model
+        As `production` takes it.
+    amplitude : float
+        Largest amplitude of the excitation, m/s², N or a factor of the unbalances.
+    frequencies : array_like
+        (n,) Hz, increasing.
+    scatter : Scatter, optional
+        How the production scatters; None: by the rig file's own tolerances.
+    limit : Limit or str, optional
+        What must not be exceeded, such as "contact_force > 20 N".
+    samples : int
+        A power of 2; samples times (numbers + 2) designs are computed.
+    seed : int
+        Of scrambled Sobol' points.
+    kind : str, optional
+        Kind of excitation, as `production` takes it.
+    workers : int, optional
+        Processes; default: one for each core.
+    executor : concurrent.futures.Executor, optional
+        What computes the designs instead.
+    progress : bool
+        Show a progress bar.
+    kept : Path, optional
+        Folder for what is done, so that an interrupted call goes on where it stopped.
+
+    Returns
+    -------
+    Sensitivity
+        Levels in dB; with the largest value of what is limited, up to the amplitude, in its unit.
+
+    Raises
+    ------
+    ClearanceError
+        If samples are no power of 2, or designs do not touch or reach the limit up to the amplitude.
+    """
+    if samples < 2 or samples & (samples - 1):
+        raise ClearanceError(f"samples must be a power of 2, which Sobol' points need, got {samples}")
+    scatter = scatter or Scatter.of_rig(model.rig)
+    rule = DrawingRule(scatter.numbers, scatter.correlations, model)
+    groups = _groups(rule.names, scatter.correlations)
+    d = len(rule.names)
+    a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(samples), 2, axis=1)
+    mixed = [np.where(np.isin(np.arange(d), group), b, a) for group in groups]
+    settings = settings_of(model, [amplitude], frequencies, limit, kind)
+    words = "sensitivities" if progress else ""
+    designs = rule.designs(np.concatenate((a, b, *mixed)))
+    found = total_of(settings, designs, workers, None, executor, words, kept)
+    results = _results(found, settings.limit, amplitude)
+    named = tuple(", ".join(rule.names[i] for i in group) for group in groups)
+    indices = sobol_indices(np.stack(list(results.values()), axis=1), len(groups), seed)
+    return Sensitivity(tuple(results), named, *indices)
+
+
+def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[list[int]]:
+    """Numbers that hang together by correlations."""
+    group = list(range(len(names)))
+    for pair in correlations:
+        i, j = (group[names.index(name)] for name in pair.of)
+        group = [min(i, j) if each in (i, j) else each for each in group]
+    return [[i for i, each in enumerate(group) if each == first] for first in sorted({*group})]
+
+
+def _results(found: Rattling, limit: Limit | None, amplitude: float) -> dict[str, np.ndarray]:
+    results = {CONTACT: found.first_contact}
+    if limit:
+        results[f"level at {limit.words} (dB)"] = found.first_exceeding
+    levels = {}
+    for name, values in results.items():
+        if silent := int(np.sum(~np.isfinite(values))):
+            if name == CONTACT or silent == values.size:
+                raise ClearanceError(
+                    f"{name}: {silent} of {values.size} designs do not come to it up to {amplitude:g}; give a higher "
+                    "amplitude" + ("" if name == CONTACT else " or a lower limit")
+                )
+            continue
+        levels[name] = 20 * np.log10(values)
+    if limit:
+        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = found.largest
+    return {name: values for name, values in levels.items() if np.ptp(values) > 0}
