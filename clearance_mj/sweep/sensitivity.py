@@ -63,9 +63,10 @@ def sobol_indices(values: ArrayLike, n_parameters: int, seed: int = 0) -> tuple[
 
 def _indices(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and total order (n_quantities, n_parameters) of blocks (A, B, AB...) of (n_quantities, n)."""
-    found = scipy.stats.sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=blocks.shape[-1])
-    shape = blocks.shape[1], len(blocks) - 2
-    return found.first_order.reshape(shape), found.total_order.reshape(shape)
+    twice = np.repeat(blocks, 2, axis=1)  # scipy fails at one result of one parameter
+    found = scipy.stats.sobol_indices(func={"f_A": twice[0], "f_B": twice[1], "f_AB": twice[2:]}, n=twice.shape[-1])
+    shape = twice.shape[1], len(blocks) - 2
+    return found.first_order.reshape(shape)[::2], found.total_order.reshape(shape)[::2]
 
 
 def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:

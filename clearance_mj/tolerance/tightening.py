@@ -35,6 +35,7 @@ __all__ = ["Tightening", "tighten"]
 
 LOOKED_AHEAD = 3.0  # times the level, up to which designs are followed: what the function is learnt from
 POINTS = 2**13  # of the production, at which the learnt function is read
+SMOOTHED = 0.05  # of the level's standard deviation: by which shares are smooth functions of tolerances at least
 NARROWEST = 0.02  # share of a tolerance below which none is tightened
 
 
@@ -199,11 +200,12 @@ class _Shares:
 
     def __init__(self, learnt: Learnt, deviations: np.ndarray, level: float, owner: np.ndarray):
         self.learnt, self.deviations, self.level, self.owner = learnt, deviations, level, owner
+        self.spread = max(learnt.error, SMOOTHED * float(np.std(learnt(deviations))))
 
     def share(self, widths: np.ndarray | None = None) -> float:
         """Return the share for widths (n_numbers,) of the scatter's numbers."""
         wide = self.deviations if widths is None else self.deviations * widths[self.owner]
-        return float(np.mean(norm.cdf((self.level - self.learnt(wide)) / max(self.learnt.error, 1e-9))))
+        return float(np.mean(norm.cdf((self.level - self.learnt(wide)) / self.spread)))
 
 
 def _alone(shares: _Shares, i: int, allowed: float) -> tuple[float, float]:

@@ -1,0 +1,112 @@
+"""clearance-mj production: how many of a production rattle, what that depends on, which tolerance to tighten."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from ..core.errors import ClearanceError
+from .command import command, provenance
+from .options import (
+    MAX_NUMBERS,
+    add_periodic,
+    add_periodic_kind,
+    add_plugin,
+    load_model,
+    load_plugin,
+    numbers,
+    periodic_settings,
+)
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_periodic(parser)
+    add_periodic_kind(parser)
+    parser.set_defaults(harmonics=9)
+    option(
+        "--scatter", metavar="FILE", help="file (TOML) of what scatters, or \"posterior\" of an identified model "
+        "(default: the rig file's tolerances)",
+    )  # fmt: skip
+    option(
+        "--limit", metavar="LIMIT", help='what must not be, such as "contact_force > 20 N" or "acceleration@3 > 5 g"'
+    )
+    option("--designs", type=int, default=1000, help="how many are drawn (default: %(default)s)")
+    option("--seed", type=int, default=0, help="of the draws (default: %(default)s)")
+    option(
+        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
+        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
+        "FROM:TO:COUNT (default: %(default)s)",
+    )  # fmt: skip
+    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
+    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
+    option(
+        "--sobol", type=int, metavar="SAMPLES",
+        help="Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs",
+    )  # fmt: skip
+    option(
+        "--allowed", type=float, metavar="SHARE",
+        help="say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds --limit) up "
+        "to the level of --at",
+    )  # fmt: skip
+    option("--at", type=float, metavar="LEVEL", help="level of --allowed (default: the largest of --levels)")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=int, help="processes (default: one for each core)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.1:8786")
+    add_plugin(parser, "a contact or a grease")
+
+
+@command(
+    "production", "how many of a production rattle, exceed a limit or may jump; which tolerance to tighten", _options,
+    out=Path("results/production"),
+    out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on (default: %(default)s)",
+    writes=("index.html", "production.csv", "production.json", "figures"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    import numpy as np
+
+    from ..report.production import words, write_production
+    from ..report.tightening import tightening_words
+    from ..tolerance import Scatter, production, rattle_sensitivity, tighten
+
+    load_plugin(options.plugin)
+    if not 1 <= options.steps <= MAX_NUMBERS:
+        raise ClearanceError(f"--steps must be between 1 and {MAX_NUMBERS}, got {options.steps}")
+    if options.at is not None and options.allowed is None:
+        raise ClearanceError("--at is the level of --allowed: give both")
+    model = load_model(options)
+    scatter = options.scatter if options.scatter in (None, "posterior") else Scatter.load(options.scatter)
+    if scatter == "posterior" and (options.sobol or options.allowed):
+        raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
+    frequencies = np.linspace(options.start, options.stop, options.steps)
+    kept = options.out / ".clearance-mj" / "designs" if options.out else None
+    shared: dict[str, Any] = {
+        "limit": options.limit, "kind": options.kind, "workers": options.workers, "progress": not options.quiet,
+        "kept": kept, "seed": options.seed,
+    }  # fmt: skip
+    found = production(
+        model, options.levels, frequencies, scatter, designs=options.designs, scheduler=options.scheduler,
+        **shared, **periodic_settings(options),
+    )  # fmt: skip
+    sensitivity = tightening = None
+    numbers_of = scatter if isinstance(scatter, Scatter) else None
+    if options.sobol:
+        sensitivity = rattle_sensitivity(
+            model, max(options.levels), frequencies, numbers_of, samples=options.sobol, **shared
+        )
+    if options.allowed is not None:
+        at = max(options.levels) if options.at is None else options.at
+        tightening = tighten(
+            model, at, frequencies, numbers_of, allowed=options.allowed, designs=min(options.designs, 500), **shared
+        )
+    result = write_production(found, options.new, provenance(options), sensitivity, tightening)
+    print("\n  ".join(words(found)))
+    if isinstance(numbers_of, Scatter) or model.rig.tolerances:
+        for left in (numbers_of or Scatter.of_rig(model.rig)).left_out:
+            print(f"note: {left} is left out: a production does not scatter by it")
+    if tightening:
+        print("\n".join(tightening_words(tightening)))
+    print(f"production: {options.out / 'index.html'}")
+    return result | {"out": str(options.out)}

@@ -1,0 +1,178 @@
+"""Productions: how many touch, exceed a limit or may jump, as figures, rows and words, and the page around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from ..core.files import to_json, write_text
+from ..periodic.axes import level_axis
+from ..sweep.sensitivity import Sensitivity
+from ..tolerance import Production, Tightening
+from . import html
+from .style import COLOURS, FONT, WIDE, Drawing, canvas, frequency_axis, tidy
+from .sweep import draw_sensitivity
+from .tables import Column, Table, write_csv
+from .tightening import draw_tightening, tightening_table, tightening_words
+from .writer import ReportWriter
+
+__all__ = ["draw_over_level", "draw_shares", "rows", "words", "write_production"]
+
+CONTOURS = (0.01, 0.1, 0.5, 0.9)
+STRENGTHS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+
+
+def draw_shares(found: Production) -> Drawing:
+    """Draw the shares that touch, exceed the limit and may jump over frequency and level."""
+    panels = {"contact": "touch a wall"} | ({"exceeding": found.limit.words} if found.limit else {})
+    panels |= {"several": "may jump"}
+    figure = canvas(2.6)
+    axes = np.ravel(figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False))
+    for i, (ax, (name, title)) in enumerate(zip(axes, panels.items())):
+        share = getattr(found, name)
+        image = ax.pcolormesh(
+            found.frequency, found.level, share, cmap="YlOrRd", vmin=0, vmax=1, shading="nearest", rasterized=True
+        )
+        if min(share.shape) > 1 and share.max() > CONTOURS[0]:
+            lines = ax.contour(found.frequency, found.level, share, CONTOURS, colors="black", linewidths=0.6)
+            ax.clabel(lines, fmt=lambda value: f"{100 * value:.0f} %", fontsize=FONT - 2)
+        tidy(ax, title, level_axis(found.kind).title if i == 0 else "", "")
+        ax.grid(False)
+        _frequencies(ax, found)
+    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30)
+    bar.set_label("Share of the designs (1)", fontsize=FONT)
+    bar.ax.tick_params(labelsize=FONT - 1)
+    caption = (
+        f"Shares of {found.designs} designs of rig “{found.nominal.rig.name}” over frequency and amplitude of a sine, "
+        "the larger one of sweeps up and down. May jump: there is more than one vibration."
+    )
+    return Drawing("production", figure, caption, "Maps of the shares of designs over frequency and level.", False)
+
+
+def _frequencies(ax: Axes, found: Production) -> None:
+    ends = float(found.frequency[0]), float(found.frequency[-1])
+    if ends[1] >= WIDE * ends[0]:
+        frequency_axis(ax, ends, True)
+    else:
+        ax.set_xlim(*ends)
+        ax.set_xlabel("Frequency (Hz)", fontsize=FONT)
+
+
+def draw_over_level(found: Production) -> Drawing:
+    """Draw the share that touches, or exceeds the limit, at any of the frequencies, over level."""
+    figure = canvas(2.4)
+    ax = figure.subplots()
+    named = {"contact": "touch a wall"} | ({"exceeding": found.limit.words} if found.limit else {})
+    for colour, (what, label) in zip(COLOURS, named.items()):
+        share = found.over_level(what)
+        low, high = found.interval(share)
+        ax.plot(found.level, 100 * share, color=colour, lw=1.2, label=label)
+        ax.fill_between(found.level, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
+    tidy(ax, "", "Share of the designs (%)", level_axis(found.kind).title)
+    ax.set_ylim(-2, 102)
+    ax.legend(fontsize=FONT, frameon=False)
+    ends = f"{found.frequency[0]:g} to {found.frequency[-1]:g} Hz"
+    caption = (
+        f"Share of the designs that do so at any frequency of {ends}; bands: 95 % intervals of {found.designs} designs."
+    )
+    return Drawing("production_over_level", figure, caption, "Curves of shares of the designs over level.")
+
+
+def rows(found: Production) -> pd.DataFrame:
+    """Return a row for each level and frequency, SI units."""
+    level, frequency = np.meshgrid(found.level, found.frequency, indexing="ij")
+    unit = level_axis(found.kind).symbol
+    columns = {"level": level.ravel(), "level_unit": unit, "frequency_hz": frequency.ravel()}
+    for name in ("contact", "exceeding", "several", "unknown"):
+        columns[f"share_{name}"] = getattr(found, name).ravel()
+    low, high = found.interval(found.contact)
+    return pd.DataFrame(columns | {"share_contact_low": low.ravel(), "share_contact_high": high.ravel()})
+
+
+def words(found: Production) -> list[str]:
+    """Say how many designs do what, at the middle and the largest level."""
+    unit = level_axis(found.kind).unit
+    said = [f"{found.designs} designs at {found.frequency.size} frequencies and {found.level.size} levels"]
+    for i in sorted({found.level.size // 2, found.level.size - 1}):
+        parts = []
+        for what, label in (("contact", "touch"), *((("exceeding", found.limit.words),) if found.limit else ())):
+            share = float(found.over_level(what)[i])
+            low, high = found.interval(share)
+            parts.append(f"{100 * share:.3g} % {label} ({100 * low:.2g} to {100 * high:.2g} %)")
+        said.append(f"at {found.level[i]:g} {unit}: {', '.join(parts)}")
+    return [*said, *(f"note: {note}" for note in found.notes)]
+
+
+def write_production(
+    found: Production, folder: Path, made_from: dict[str, Any], sensitivity: Sensitivity | None = None,
+    tightening: Tightening | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Write ``index.html``, figures, ``production.csv`` and ``production.json``; return what the last one holds.
+
+    Parameters
+    ----------
+    found : Production
+        The production.
+    folder : Path
+        Gets the files.
+    made_from : dict
+        Where all this comes from.
+    sensitivity : Sensitivity, optional
+        Of the level at which designs rattle.
+    tightening : Tightening, optional
+        What each tolerance may be.
+    """
+    write_csv(folder / "production.csv", rows(found))
+    result: dict[str, Any] = {
+        "designs": found.designs, "kind": found.kind, "limit": found.limit.words if found.limit else None,
+        "level": found.level.tolist(), "over_level": found.over_level("contact").tolist(), "notes": found.notes,
+        "numbers": {
+            name: {"mean": float(column.mean()), "std": float(column.std())}
+            for name, column in zip(found.names, found.values.T)
+        },
+    }  # fmt: skip
+    if found.limit:
+        result["exceeding_over_level"] = found.over_level("exceeding").tolist()
+    writer = ReportWriter(folder)
+    body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
+    sections = [
+        html.Section(
+            "production", "How many rattle",
+            body + writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found)),
+        )
+    ]  # fmt: skip
+    if sensitivity:
+        result["sensitivity"] = sensitivity.rows()
+        sections.append(html.Section("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity))))
+    if tightening:
+        result["tightening"] = tightening_table(tightening)
+        said = "".join(html.paragraph(html.formula(each)) for each in tightening_words(tightening))
+        sections.append(
+            html.Section("tightening", "Which tolerance to tighten", said + writer.figure(draw_tightening(tightening)))
+        )
+    sections.append(html.Section("numbers", "What scatters", _numbers(found)))
+    writer.close()
+    write_text(folder / "production.json", to_json(result | {"provenance": made_from}))
+    write_text(folder / "index.html", html.page(f"Production of rig “{found.nominal.rig.name}”", sections))
+    return result
+
+
+def _numbers(found: Production) -> str:
+    if not found.names:
+        return html.paragraph("The designs are draws from what records left open of the model.")
+    table = tuple(
+        (name, column.mean(), column.std(), column.min(), column.max())
+        for name, column in zip(found.names, found.values.T)
+    )
+    heads: Sequence[Column] = [
+        Column("Number"),
+        *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")),
+    ]
+    return html.table(
+        Table("numbers", f"What scatters, of {found.designs} designs as they were drawn.", tuple(heads), table)
+    )

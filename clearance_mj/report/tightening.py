@@ -1,0 +1,82 @@
+"""Which tolerance to tighten: one figure for a design review, and the same in words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..tolerance import Tightening
+from .style import COLOURS, FONT, REPEAT, Drawing, canvas, tidy
+
+__all__ = ["draw_tightening", "tightening_table", "tightening_words"]
+
+
+def draw_tightening(found: Tightening) -> Drawing:
+    """Draw, for each number, what share of its tolerance it may have, and what share of the designs is left without."""
+    order = np.argsort(found.share_without)
+    places = np.arange(order.size)
+    figure = canvas(0.9 + 0.3 * order.size)
+    left, right = figure.subplots(1, 2, sharey=True)
+    left.barh(places, 100 * found.share_without[order], 0.6, color=COLOURS[0])
+    left.axvline(100 * found.share, color=REPEAT, lw=1.0)
+    left.axvline(100 * found.allowed, color=COLOURS[1], lw=1.2, ls="--")
+    left.set_yticks(places, [found.names[i] for i in order], fontsize=FONT - 1)
+    left.invert_yaxis()
+    tidy(left, f"{found.what} without the number's scatter", "", "Share of the designs (%)")
+    width = np.where(np.isnan(found.width), 0.0, found.width)[order]
+    right.barh(places - 0.17, 100 * width, 0.32, color=COLOURS[3], label="this tolerance alone")
+    for place, i in zip(places, order):
+        if math.isnan(found.width[i]):
+            right.text(1, place - 0.17, "does not do alone", va="center", fontsize=FONT - 1.5)
+    if found.cheapest:
+        of = [100 * found.cheapest.get(found.names[i], 1.0) for i in order]
+        right.barh(places + 0.17, of, 0.32, color=COLOURS[5], label="cheapest set")
+    right.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    right.set_xlim(0, 105)
+    tidy(right, f"for at most {100 * found.allowed:g} %", "", "Share of its tolerance (%)")
+    caption = (
+        f"{found.what.capitalize()} at levels up to {found.level:g}. Left: share of the designs without the scatter of "
+        "one number; grey line: of all of it; dashed: what is allowed. Right: what is left of its tolerance where it is "
+        "tightened alone, and in the cheapest set."
+    )
+    return Drawing("tightening", figure, caption, "Bars of shares of designs and of tolerances for each number.")
+
+
+def tightening_table(found: Tightening) -> dict[str, Any]:
+    """Return everything but the designs as plain data."""
+    return {
+        "level": found.level, "what": found.what, "allowed": found.allowed, "share": found.share,
+        "share_limits": list(found.share_limits), "numbers": found.rows(), "cost": found.cost,
+        "cheapest_share": found.cheapest_share, "cheapest_limits": list(found.cheapest_limits),
+        "error_db": found.error,
+    }  # fmt: skip
+
+
+def tightening_words(found: Tightening) -> list[str]:
+    """Say in whole sentences which tolerances to tighten, and how far."""
+    low, high = found.share_limits
+    said = [
+        f"{found.what} up to {found.level:g}: {100 * found.share:.3g} % of the designs ({100 * low:.2g} to "
+        f"{100 * high:.2g} %), {100 * found.allowed:g} % are allowed."
+    ]
+    if found.share <= found.allowed:
+        return [*said, "The tolerances do as they are."]
+    for i in np.argsort(found.share_without):
+        width = found.width[i]
+        if width < 1:
+            said.append(f"{found.names[i]} alone would do with {100 * width:.3g} % of its tolerance.")
+    if not np.any(found.width < 1):
+        said.append("No tolerance does alone.")
+    if found.cheapest:
+        parts = ", ".join(f"{name} {100 * width:.3g} %" for name, width in found.cheapest.items())
+        low, high = found.cheapest_limits
+        said.append(
+            f"The cheapest set, at {found.cost:.4g}: {parts} of their tolerances; computed anew, "
+            f"{100 * found.cheapest_share:.3g} % of the designs ({100 * low:.2g} to {100 * high:.2g} %)."
+        )
+    elif not math.isnan(found.cost):
+        said.append("No set of those with a price does.")
+    said.append(f"The level is learnt from the designs within {found.error:.2g} dB (RMS, cross-validated).")
+    return said

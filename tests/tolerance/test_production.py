@@ -1,0 +1,184 @@
+"""Shares of a production. Truth: closed forms of one mass between stops, rattle maps of the same designs."""
+
+import dataclasses
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import norm
+
+import clearance_mj as cm
+from clearance_mj import periodic
+from clearance_mj.core.errors import ClearanceError, LawError, RigError
+from clearance_mj.periodic.level_branches import level_branches
+from clearance_mj.periodic.map_rows import solver_at
+from clearance_mj.rig.tolerance import Tolerance
+from clearance_mj.tolerance import Correlation, Limit, Scatter, Scattered, production, share_interval
+
+from ..conftest import TABLE1
+from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
+from .oscillator import DAMPING, GAP, STIFFNESS, oscillator
+
+LOW = 5.0  # Hz, far below the resonance of 15.9 Hz
+SPREAD = 0.08
+
+
+def needed(frequency: float, gap: float = GAP) -> float:
+    """The force that fills a gap, N."""
+    omega = 2 * np.pi * frequency
+    return gap * abs(STIFFNESS - omega**2 + 1j * DAMPING * omega)
+
+
+def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
+    """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
+    scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
+    levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
+    found = production(oscillator(), levels, [LOW], scatter, designs=512, workers=1)
+    known = norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD))
+    assert_allclose(found.contact[:, 0], known, atol=2 / 512)
+    assert_allclose(found.over_level("contact"), found.contact[:, 0])
+    assert_allclose(found.first_contact, needed(LOW, found.values[:, 0]), rtol=1e-6)
+    assert not found.unknown.any() and not found.exceeding.any()
+
+
+@pytest.mark.parametrize(
+    "quantity, limit, exact",
+    [("contact_force", 20.0, 1e-2), ("penetration", 2e-4, 2e-3), ("displacement", 1.2e-3, 2e-3),
+     ("acceleration", 30.0, 2e-3)],
+)  # fmt: skip
+def test_levels_at_a_limit_are_those_of_the_branch_over_the_level(quantity, limit, exact):
+    """`follow_response_over_level`, with its shorter steps, comes to the limit at the same level.
+
+    It has the contact's force by its harmonics, whose largest value is not quite that of the samples.
+    """
+    model, frequency = oscillator(), 18.0
+    solver = solver_at(model, "force", 1.0, 2 * np.pi * frequency, 21, 1024, 8)
+    (found,) = level_branches(solver, np.array([2 * np.pi * frequency]), 40.0, [quantity])
+    level = found.first_level(found.values[0], limit)
+    branch = periodic.follow_response_over_level(model, frequency, (1.0, level), 21, 1024, stability=False)
+    if quantity == "penetration":
+        reached = np.abs(branch.amplitude("clearance_displacement")[-1, 0]) - GAP
+    else:
+        name = "clearance_displacement" if quantity == "displacement" else quantity
+        reached = branch.amplitude(name)[-1, 0]
+    assert reached == pytest.approx(limit, rel=exact)
+
+
+def test_designs_do_what_their_rattle_maps_say(measured):
+    """Table-1 rigs around the first two resonances: contact, two or more vibrations, contact force over a limit."""
+    levels, frequencies, limit = np.linspace(0.8, 8, 6), np.linspace(8, 54, 47), 3.0
+    scatter = Scatter(
+        (Scattered("bushings.gap", within="0.06 mm"), Scattered("bushings.contact.stiffness", std="10 %"),
+         Scattered("beam.young_modulus", std="2 %"))
+    )  # fmt: skip
+    model = cm.Model(TABLE1)
+    found = production(model, levels, frequencies, scatter, f"contact_force > {limit} N", designs=2, workers=1)
+    drawn = scatter.draw(model, 2)
+    counts = np.zeros((3, levels.size, frequencies.size))
+    for i in range(2):
+        of_map = periodic.map_rattle(drawn.model(i), levels, frequencies, workers=1)
+        counts[0] += of_map.rattles[0]
+        counts[1] += of_map.vibrations[0] > 1
+        counts[2] += of_map.contact_force.max(axis=(0, 1, -1)) > limit
+    cells = 2 * levels.size * frequencies.size
+    for name, share, count in zip(
+        ("contact", "several", "exceeding"), (found.contact, found.several, found.exceeding), counts
+    ):
+        missed = np.abs(2 * share - count).sum() / cells
+        measured.below(
+            f"production: cells of two designs unlike their rattle maps, {name}", missed, 2e-3, "rattle maps"
+        )
+
+
+def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
+    """Jeffcott: unbalance times e ω²/|1 - ω² + i c ω| = gap; above it the rub goes on below that level."""
+    model = cm.Model(unbalanced(jeffcott()))
+    speeds = np.array([0.7, 0.9])
+    scatter = Scatter((Scattered("bushings.gap", within="10 %", distribution="uniform"),))
+    found = production(model, [1.0, 4.0], speeds * FREQUENCY / (2 * np.pi), scatter, designs=4, workers=1)
+    free = 0.2 * speeds**2 / np.hypot(1 - speeds**2, 0.1 * speeds)
+    gaps = found.values[:, 0] / 1e-4
+    assert_allclose(found.first_contact, gaps / free.max(), rtol=1e-4)
+    assert_array_equal(found.contact[1], [np.mean(gaps / each < 4.0) for each in free])
+
+
+def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
+    scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
+    settings = ([5.0, 9.0, 12.0], [LOW, 14.0], scatter, "contact_force > 5 N")
+    alone = production(oscillator(), *settings, designs=20, workers=1, kept=tmp_path)
+    with ThreadPoolExecutor(2) as pool:
+        assert production(oscillator(), *settings, designs=20, executor=pool) == alone
+    kept = sorted(tmp_path.glob("*.npz"))
+    assert len(kept) == 3  # batches of eight
+    kept[0].unlink()
+    written = {path: path.stat().st_mtime_ns for path in kept[1:]}
+    assert production(oscillator(), *settings, designs=20, workers=1, kept=tmp_path) == alone
+    assert all(path.stat().st_mtime_ns == time for path, time in written.items())
+    more = production(oscillator(), *settings, designs=24, workers=1)
+    assert_array_equal(more.first_contact[:20], alone.first_contact)
+
+
+def test_scatter_is_by_default_the_rig_files_own():
+    model = oscillator(tolerances=(Tolerance("bushings[0].gap", "3 %"), Tolerance("sensors.gain", "1 %")))
+    found = production(model, [9.0], [LOW], designs=256, workers=1)
+    assert found.names == ("bushings[0].gap",)
+    assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
+
+
+def test_a_posterior_is_a_scatter_too():
+    gaps = GAP * np.array([0.8, 0.9, 1.0, 1.1])
+    model = dataclasses.replace(oscillator(), posterior=lambda n, seed: [oscillator().with_gap(g) for g in gaps[:n]])
+    found = production(model, [needed(LOW, 0.95e-3)], [LOW], "posterior", designs=4, workers=1)
+    assert found.contact[0, 0] == 0.5 and found.names == ()
+    with pytest.raises(LawError, match="no posterior"):
+        production(oscillator(), [9.0], [LOW], "posterior", workers=1)
+
+
+def test_wilsons_interval_is_that_of_the_published_example():
+    """Of 15 and 148 (Newcombe, Statistics in Medicine 17, 1998, table I, method 3)."""
+    assert_allclose(share_interval(15 / 148, 148), [0.0624, 0.1605], atol=1e-4)
+    assert_allclose(share_interval(0 / 20, 20), [0.0, 0.1611], atol=1e-4)
+
+
+def test_what_cannot_be_is_one_line():
+    model = oscillator()
+    gap = Scattered("bushings[0].gap", within="0.1 mm")
+    for what, words in (
+        (lambda: Scatter(()), "nothing scatters"),
+        (lambda: Scattered("bushings[0].gap", std="0.1"), "has no unit"),
+        (lambda: Scattered("bushings[0].gap"), "either std or within"),
+        (lambda: Scatter((Scattered("bushings[0].gap", within="1.2 mm"),)).draw(model, 4), "reaches from -0.0002"),
+        (lambda: Scatter((gap, gap)).draw(model, 4), "scatters twice"),
+        (lambda: Scatter((gap,), (Correlation(("bushings[0].gap", "bushings[1].gap"), 0.5),)).draw(model, 4),
+         "does not"),
+        (lambda: production(model, [1.0], [LOW], Scatter((gap,)), "force > 3 N"), "unknown"),
+        (lambda: production(model, [1.0], [LOW], Scatter((gap,)), "acceleration@7:+Z > 3 g"), "the rig has"),
+        (lambda: production(model, [1.0], [LOW], Scatter((gap,)), designs=0), "designs must be"),
+        (lambda: production(model, [1.0], [LOW]), "has no tolerances"),
+        (lambda: Limit("penetration", -1.0), "must be > 0"),
+    ):  # fmt: skip
+        with pytest.raises((ClearanceError, RigError), match=words):
+            what()
+
+
+def test_correlations_that_contradict_each_other_are_refused():
+    numbers = tuple(Scattered(f"bushings[0].contact.{name}", std="5 %") for name in ("stiffness", "damping"))
+    numbers += (Scattered("bushings[0].gap", std="5 %"),)
+    paths = [number.of for number in numbers]
+    pairs = tuple(Correlation((paths[i], paths[j]), r) for i, j, r in ((0, 1, 0.9), (1, 2, 0.9), (0, 2, -0.9)))
+    with pytest.raises(ClearanceError, match=r"no correlation matrix .its smallest eigenvalue is -0.8"):
+        Scatter(numbers, pairs).draw(oscillator(), 4)
+
+
+def test_drawn_numbers_have_the_correlation_that_was_asked():
+    numbers = (Scattered("bushings[0].gap", std="5 %"), Scattered("bushings[0].contact.stiffness", std="10 %"))
+    pair = Correlation(("bushings[0].gap", "bushings[0].contact.stiffness"), -0.7)
+    values = Scatter(numbers, (pair,)).draw(oscillator(), 1024).values
+    assert np.corrcoef(values.T)[0, 1] == pytest.approx(-0.7, abs=0.01)
+
+
+def test_a_limit_that_no_design_reaches_is_said():
+    scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
+    found = production(oscillator(), [9.0, 12.0], [LOW], scatter, "contact_force > 1 kN", designs=8, workers=1)
+    assert len(found.notes) == 1 and "no design reaches that up to 12 N; the largest is" in found.notes[0]

@@ -1,0 +1,131 @@
+"""Sobol indices and tolerances. Truth: a spring so slow that a force of gap times stiffness fills its gap.
+
+The logarithm of that force is the sum of two normal numbers, so that indices, shares and tolerances are closed forms;
+and SALib's estimators (Herman and Usher, Journal of Open Source Software 2, 2017) of the same designs.
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.optimize import minimize_scalar
+from scipy.stats import norm
+
+import clearance_mj as cm
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.rig import Contact, Grease
+from clearance_mj.structure import Matrices
+from clearance_mj.tolerance import Correlation, Scatter, Scattered, production, rattle_sensitivity, tighten
+
+from .oscillator import GAP, STIFFNESS, oscillator
+
+SLOW = 0.01  # Hz
+FORCE = GAP * STIFFNESS  # N
+SIZES = {"bushings[0].gap": 0.03, "bushings[0].grease.stiffness": 0.06}
+"""Standard deviations of the logarithms"""
+PRICES = {"bushings[0].gap": 3.0, "bushings[0].grease.stiffness": 1.0}
+ALLOWED, BELOW = 0.05, 0.08
+"""Share that may touch at a force that is so much below FORCE, in its logarithm"""
+
+
+def spring() -> cm.Model:
+    (bushing,) = oscillator().rig.bushings
+    grease = dataclasses.replace(bushing, grease=Grease(STIFFNESS, 0.0), contact=Contact(1e5, 0.0))
+    structure = Matrices("m-kg-s", mass=[[1.0]], stiffness=[[1e-9]], damping=[[20.0]], dofs=["1:X"])
+    return oscillator(bushings=(grease,), structure=structure)
+
+
+def scattered() -> Scatter:
+    return Scatter(
+        tuple(
+            Scattered(name, std=f"{100 * np.expm1(size):.12f} %", distribution="lognormal", price=PRICES[name])
+            for name, size in SIZES.items()
+        )
+    )
+
+
+def test_sobol_indices_are_shares_of_the_variance(measured):
+    found = rattle_sensitivity(spring(), 3 * FORCE, [SLOW], scattered(), samples=256, workers=1)
+    known = np.square(list(SIZES.values()))
+    known /= known.sum()
+    assert found.quantity == ("level of first contact (dB)",) and found.parameter == tuple(SIZES)
+    off = max(np.abs(found.first[0] - known).max(), np.abs(found.total[0] - known).max())
+    measured.below("Sobol indices of the level of first contact through the whole chain", off, 0.02, "closed form")
+
+
+def test_sobol_indices_are_those_of_salib():
+    """The same designs in SALib's order: A_i, AB_i of each number, B_i."""
+    analyze = pytest.importorskip("SALib.analyze.sobol").analyze
+    from clearance_mj.sweep.sensitivity import sobol_indices
+
+    values = np.random.default_rng(0).normal(size=(4 * 64, 1)) + np.linspace(0, 3, 256)[:, None]
+    first, total, *_ = sobol_indices(values, 2)
+    a, b, ab1, ab2 = values.reshape(4, 64)
+    problem = {"num_vars": 2, "names": ["x", "y"], "bounds": [[0, 1], [0, 1]]}
+    salib = analyze(problem, np.stack((a, ab1, ab2, b), axis=1).ravel(), calc_second_order=False, seed=0)
+    assert_allclose(total[0], salib["ST"], rtol=0.02)
+    assert_allclose(first[0], salib["S1"], atol=0.05)
+
+
+def test_correlated_numbers_have_one_index():
+    pair = Correlation(tuple(SIZES), 0.5)
+    scatter = dataclasses.replace(scattered(), correlations=(pair,))
+    with pytest.raises(ClearanceError, match="power of 2"):
+        rattle_sensitivity(spring(), 3 * FORCE, [SLOW], scatter, samples=12)
+    found = rattle_sensitivity(spring(), 3 * FORCE, [SLOW], scatter, samples=64, workers=1)
+    assert found.parameter == (", ".join(SIZES),)
+    assert_allclose(found.total, 1.0, atol=0.05)
+
+
+def needed() -> float:
+    """Standard deviation of the logarithm that leaves the share which is allowed."""
+    return BELOW / norm.isf(ALLOWED)
+
+
+@pytest.fixture(scope="module")
+def tightened():
+    return tighten(spring(), FORCE * np.exp(-BELOW), [SLOW], scattered(), allowed=ALLOWED, designs=512, workers=1)
+
+
+def test_a_tolerance_alone_is_as_wide_as_the_share_allows(tightened, measured):
+    sizes = np.array(list(SIZES.values()))
+    present = norm.cdf(-BELOW / np.hypot(*sizes))
+    assert tightened.share == pytest.approx(present, abs=3 / 512)
+    assert_allclose(tightened.share_without, norm.cdf(-BELOW / sizes[::-1]), atol=0.002)
+    assert np.isnan(tightened.width[0])  # the spring alone leaves more than is allowed
+    off = tightened.width[1] / (np.sqrt(needed() ** 2 - sizes[0] ** 2) / sizes[1]) - 1
+    measured.below("tolerance of a spring's stiffness that leaves 5 %", abs(off), 0.02, "closed form")
+
+
+def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured):
+    """Both at once: w_1² σ_1² + w_2² σ_2² = σ²; the price is that of a search over one of them."""
+    (s1, s2), (p1, p2) = SIZES.values(), PRICES.values()
+
+    def cost(first):
+        second = np.sqrt(max(needed() ** 2 - (first * s1) ** 2, 1e-12)) / s2
+        return p1 * (1 / first - 1) + p2 * (1 / min(second, 1.0) - 1)
+
+    best = minimize_scalar(cost, bounds=(0.05, min(1.0, needed() / s1)), method="bounded").fun
+    measured.below("price of the cheapest set of two tolerances", abs(tightened.cost / best - 1), 0.05, "closed form")
+    again = production(
+        spring(), [FORCE * np.exp(-BELOW)], [SLOW], tightened.scatter, designs=1024, seed=7, workers=1
+    ).contact[0, 0]
+    measured.below(
+        "share that touches of the tightened production, beside 5 %", abs(again - ALLOWED), 0.01, "brute force"
+    )
+    assert tightened.cheapest_limits[0] <= ALLOWED <= tightened.cheapest_limits[1]
+
+
+def test_what_cannot_be_tightened_is_one_line():
+    with pytest.raises(ClearanceError, match=r"none of 64 designs comes to it up to 3 times the amplitude 0\.01"):
+        tighten(spring(), 0.01, [SLOW], scattered(), designs=64, workers=1)
+    with pytest.raises(ClearanceError, match="share between 0 and 1"):
+        tighten(spring(), FORCE, [SLOW], scattered(), allowed=1.0)
+    with pytest.raises(ClearanceError, match="too few for 2 numbers"):
+        tighten(spring(), FORCE, [SLOW], scattered(), designs=8, workers=1)
+
+
+def test_where_enough_designs_do_nothing_is_tightened():
+    found = tighten(spring(), FORCE * np.exp(-0.5), [SLOW], scattered(), allowed=ALLOWED, designs=64, workers=1)
+    assert found.share == 0 and np.all(found.width == 1) and not found.cheapest and np.isnan(found.cost)
