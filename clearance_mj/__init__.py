@@ -16,7 +16,7 @@ mujoco_version.check()
 compile_cache.choose()
 
 if TYPE_CHECKING:  # the same as below, for editors and type checkers
-    from . import beam, identify, periodic, physical, structure
+    from . import beam, identify, periodic, physical, sound, structure
     from .beam import ModalModel
     from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
     from .core.errors import (
@@ -112,6 +112,7 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "solref_solimp",
+    "sound",
     "structure",
     "write",
     "write_dataset",
