@@ -88,8 +88,8 @@ def test_comments_hold_the_defaults(tmp_path):
     given = {*found, *found["beam"], *found["bushings"][0], *found["bushings"][0]["grease"], *found["shaker"]}
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
-        "of", "std", "housing", "planes", "plate", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
-        "moment", "phase",
+        "of", "std", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
+        "moment", "phase", "plate",
     }  # fmt: skip
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
     assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)
