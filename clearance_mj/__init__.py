@@ -44,12 +44,14 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .signals.ema import extract_modes
     from .signals.excitation import Excitation
     from .signals.frf import FRF, estimate_frf, estimate_frf_blocks
+    from .signals.psd import PSD
     from .signals.response import Response
     from .signals.spectra import Spectra
     from .structure.geometry import Geometry
 
 __all__ = [
     "FRF",
+    "PSD",
     "AmplitudeLaw",
     "Beam",
     "Bushing",
@@ -138,6 +140,7 @@ _NAMES = {
     "signals.ema": "extract_modes",
     "signals.excitation": "Excitation",
     "signals.frf": "FRF estimate_frf estimate_frf_blocks",
+    "signals.psd": "PSD",
     "signals.response": "Response",
     "signals.spectra": "Spectra",
     "structure.geometry": "Geometry",
