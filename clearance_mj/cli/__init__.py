@@ -39,6 +39,7 @@ for _module in (
         "simulate",
         "animate",
         "motion",
+        "listen",
         "compare",
         "show",
         "convert",

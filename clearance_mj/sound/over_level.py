@@ -13,15 +13,17 @@ from ..core.overview import Overview, Shown
 from ..core.tasks import run_tasks
 from ..engines import Engine, simulate_batch
 from ..model import Model
-from ..rig import Plate
+from ..rig import Plate, Rig
 from ..signals.excitation import Excitation
+from ..signals.response import Response
 from .pressure import Sound
 from .radiation import radiate
 from .zwicker import Field, Loudness, Method, loudness
 
-__all__ = ["LoudnessOverLevel", "loudness_of_each", "loudness_over_level", "sound_over_level"]
+__all__ = ["LoudnessOverLevel", "heard", "loudness_of_each", "loudness_over_level", "sound_over_level"]
 
 SETTLING = 0.5  # s, of a simulation from rest that are not listened to
+FLANK = 0.02  # s, in which what is left of it sets in and ends, so that the cut is no click
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,7 +140,18 @@ def sound_over_level(
         for level in map(float, levels)
     ]
     responses = simulate_batch(model, scaled, engine=engine, workers=workers, progress=progress)
-    return tuple(radiate(response, model.rig, plate).between(SETTLING) for response in responses)
+    return tuple(heard(response, model.rig, plate) for response in responses)
+
+
+def heard(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
+    """Return the sound of a simulation from rest without its first half second, faded in and out.
+
+    Parameters
+    ----------
+    response, rig, plate
+        As in `radiate`.
+    """
+    return radiate(response, rig, plate).between(SETTLING).faded(FLANK)
 
 
 def loudness_of_each(

@@ -80,6 +80,19 @@ class Sound(Shown, ArrayData):
             raise RecordError(f"no sample lies between {start} and {stop} s: the sound lasts {self.duration:g} s")
         return replace(self, pressure=part)
 
+    def faded(self, seconds: float) -> Sound:
+        """Return the sound with flanks of raised cosine at both ends, so that no cut is heard.
+
+        Parameters
+        ----------
+        seconds : float
+            Length of each flank, s; at most half the sound's.
+        """
+        count = min(round(seconds * self.fs), self.pressure.size // 2)
+        flank = np.sin(np.pi / 2 * (np.arange(count) + 0.5) / max(count, 1)) ** 2
+        middle = np.ones(self.pressure.size - 2 * count)
+        return replace(self, pressure=self.pressure * np.concatenate((flank, middle, flank[::-1])))
+
     def _overview(self) -> Overview:
         facts = {
             "level": f"{self.level:.1f} dB re 20 µPa",

@@ -26,7 +26,7 @@ from ..version import __version__
 from .pressure import Sound
 from .resample import resampled
 
-__all__ = ["RATE", "Wav", "read_wav", "wav_bytes", "write_wav"]
+__all__ = ["RATE", "Wav", "full_scale", "read_wav", "wav_bytes", "write_wav"]
 
 RATE = 48_000.0
 """Samples per second of the files that are written: what ISO 532-1 asks for, and every player takes."""
@@ -123,6 +123,24 @@ def wav_bytes(signal: Sound | Response, full_scale: float, row: int = 0, encodin
         b"ICMT": f"full_scale={full_scale:.17g} unit={unit}",
     }
     return _riff(samples / full_scale, encoding, info)
+
+
+def full_scale(signal: Sound | Response, row: int = 0) -> float:
+    """Return a full scale at which a WAV file of a signal is not clipped: two digits, Pa or m/s².
+
+    Parameters
+    ----------
+    signal, row
+        As in `write_wav`; the largest of several signals' does for all of them.
+
+    Raises
+    ------
+    RecordError
+        If the row is unknown.
+    """
+    value, _, _ = _of(signal, row)
+    peak = float(np.abs(resampled(value, signal.fs, RATE)).max())
+    return _round_above(peak) if peak else 1.0
 
 
 def _of(signal: Sound | Response, row: int) -> tuple[np.ndarray, str, str]:

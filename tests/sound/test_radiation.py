@@ -109,6 +109,9 @@ def test_parts_and_levels_of_a_sound():
     sound = Sound(pressure, FS)
     assert sound.level == pytest.approx(93.98, abs=0.01)
     assert sound.between(1.0, 1.5).duration == pytest.approx(0.5)
+    faded = sound.faded(0.1).pressure
+    assert np.array_equal(faded[1000:-1000], pressure[1000:-1000])
+    assert np.abs(faded[[0, -1]]).max() < 1e-3 and np.abs(faded[:400]).max() < 0.6 * np.sqrt(2)
     with pytest.raises(RecordError, match="no sample lies between"):
         sound.between(5.0)
     with pytest.raises(RecordError, match="one row of finite samples"):
