@@ -29,7 +29,7 @@ from .resample import resampled
 __all__ = ["RATE", "Wav", "full_scale", "read_wav", "wav_bytes", "write_wav"]
 
 RATE = 48_000.0
-"""Samples per second of the files that are written: what ISO 532-1 asks for, and every player takes."""
+"""Samples per second of the files that are written, if no others are asked for, and of what loudness is found of."""
 UNIT_OF_ACCELERATION, UNIT_OF_PRESSURE = "m/s2", "Pa"
 SCALE = re.compile(r"full_scale=(\S+) unit=(\S*)")
 ENCODINGS = {"PCM16": 16, "PCM24": 24, "FLOAT": 32}  # bits of a sample
@@ -63,9 +63,10 @@ class Wav(ArrayData):
 
 
 def write_wav(
-    path: str | PathLike[str], signal: Sound | Response, full_scale: float, row: int = 0, encoding: str = "PCM24"
-) -> None:
-    """Write a sound, or one acceleration of a response, as a WAV file of 48000 samples per second.
+    path: str | PathLike[str], signal: Sound | Response, full_scale: float, row: int = 0, encoding: str = "PCM24",
+    rate: float = RATE,
+) -> None:  # fmt: skip
+    """Write a sound, or one acceleration of a response, as a WAV file.
 
     The samples are resampled band-limited. Files of one full scale can be compared by ear.
 
@@ -81,23 +82,27 @@ def write_wav(
         Row of the response's acceleration.
     encoding : {"PCM24", "PCM16", "FLOAT"}
         24 or 16 bits, or floating point numbers of 32 bits.
+    rate : float
+        Samples per second of the file, a whole number; 48000 is what ISO 532-1 asks for, and every player takes.
 
     Raises
     ------
     RecordError
         If a sample lies beyond full scale; says which full scale would do. If the row or the encoding is unknown.
     """
-    data = wav_bytes(signal, full_scale, row, encoding)
+    data = wav_bytes(signal, full_scale, row, encoding, rate)
     with replacing(path) as temporary:
         temporary.write_bytes(data)
 
 
-def wav_bytes(signal: Sound | Response, full_scale: float, row: int = 0, encoding: str = "PCM24") -> bytes:
+def wav_bytes(
+    signal: Sound | Response, full_scale: float, row: int = 0, encoding: str = "PCM24", rate: float = RATE
+) -> bytes:
     """Return the WAV file that `write_wav` writes.
 
     Parameters
     ----------
-    signal, full_scale, row, encoding
+    signal, full_scale, row, encoding, rate
         As in `write_wav`.
 
     Raises
@@ -109,8 +114,10 @@ def wav_bytes(signal: Sound | Response, full_scale: float, row: int = 0, encodin
         raise RecordError(f'encoding "{encoding}" is unknown; use {", ".join(ENCODINGS)}')
     if not 0 < full_scale < np.inf:
         raise RecordError(f"full_scale must be > 0, got {full_scale}")
+    if rate != int(rate) or rate < 1:
+        raise RecordError(f"rate must be a whole number of samples per second, got {rate}")
     value, unit, name = _of(signal, row)
-    samples = resampled(value, signal.fs, RATE)
+    samples = resampled(value, signal.fs, rate)
     peak = float(np.abs(samples).max())
     if peak > full_scale:
         raise RecordError(
@@ -122,7 +129,7 @@ def wav_bytes(signal: Sound | Response, full_scale: float, row: int = 0, encodin
         b"INAM": name,
         b"ICMT": f"full_scale={full_scale:.17g} unit={unit}",
     }
-    return _riff(samples / full_scale, encoding, info)
+    return _riff(samples / full_scale, int(rate), encoding, info)
 
 
 def full_scale(signal: Sound | Response, row: int = 0) -> float:
@@ -160,7 +167,7 @@ def _round_above(value: float) -> float:
     return float(f"{ceil(value / step * (1 + 1e-9)) * step:.6g}")
 
 
-def _riff(samples: np.ndarray, encoding: str, info: dict[bytes, str]) -> bytes:
+def _riff(samples: np.ndarray, rate: int, encoding: str, info: dict[bytes, str]) -> bytes:
     bits = ENCODINGS[encoding]
     if encoding == "FLOAT":
         tag, data = IEEE_FLOAT, samples.astype("<f4").tobytes()
@@ -168,7 +175,7 @@ def _riff(samples: np.ndarray, encoding: str, info: dict[bytes, str]) -> bytes:
         most = 2 ** (bits - 1)
         whole = np.clip(np.rint(samples * most), -most, most - 1).astype("<i4")
         tag, data = PCM, whole[:, None].view(np.uint8)[:, : bits // 8].tobytes()
-    width, rate = bits // 8, int(RATE)
+    width = bits // 8
     texts = b"".join(_chunk(key, text.encode() + b"\0") for key, text in info.items() if text)
     form = struct.pack("<HHIIHH", tag, 1, rate, rate * width, width, bits)
     facts = _chunk(b"fact", struct.pack("<I", samples.size)) if encoding == "FLOAT" else b""

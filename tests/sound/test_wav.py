@@ -67,6 +67,12 @@ def test_clipping_is_refused_with_a_full_scale_that_does(tmp_path):
     write_wav(path, Sound(1.02 * TONE, FS), full_scale=1.6)
 
 
+def test_a_lower_rate_makes_a_smaller_file(tmp_path):
+    path = tmp_path / "sound.wav"
+    write_wav(path, Sound(TONE, FS), full_scale=2.0, encoding="PCM16", rate=16000.0)
+    assert read_wav(path).fs == 16000.0 and path.stat().st_size < 2 * 2 * 16000 + 200
+
+
 @pytest.mark.parametrize("fs", [2048.0, 8192.0, 25600.0, 44100.0, 51200.0, 65536.0, 1e4 / 3])
 def test_resampling_keeps_tones_and_adds_none(fs):
     """Within 0.01 dB up to 0.4 of the lower rate, and images 80 dB down, of a whole number of periods."""
@@ -102,6 +108,7 @@ def test_foreign_and_damaged_files(tmp_path):
     ("options", "words"),
     [
         ({"full_scale": 0.0}, "full_scale must be > 0"),
+        ({"full_scale": 2.0, "rate": 0.5}, "rate must be a whole number of samples per second"),
         ({"full_scale": 2.0, "encoding": "MP3"}, 'encoding "MP3" is unknown; use PCM16, PCM24, FLOAT'),
     ],
 )
