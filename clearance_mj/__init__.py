@@ -37,7 +37,7 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .io.uff import read_uff, write_uff
     from .model import Model
     from .physical import solref_solimp
-    from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+    from .rig import Beam, Bushing, Contact, Grease, Plate, PointMass, Rig, Sensor, Shaker
     from .signals import excitation
     from .signals.comparison import Comparison, compare, compare_modes
     from .signals.correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
@@ -75,6 +75,7 @@ __all__ = [
     "ModalMujoco",
     "Model",
     "ModelError",
+    "Plate",
     "PointMass",
     "Record",
     "RecordError",
@@ -134,7 +135,7 @@ _NAMES = {
     "io.uff": "read_uff write_uff",
     "model": "Model",
     "physical": "solref_solimp",
-    "rig": "Beam Bushing Contact Grease PointMass Rig Sensor Shaker",
+    "rig": "Beam Bushing Contact Grease Plate PointMass Rig Sensor Shaker",
     "signals.comparison": "Comparison compare compare_modes",
     "signals.correlation": "csac csf frac mac mre relative_error rmse_db",
     "signals.ema": "extract_modes",

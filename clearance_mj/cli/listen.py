@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    add_simulation(parser, duration=3.0, fs=16384.0, engine="modal")
+    add_simulation(parser, duration=3.0, engine="modal")
     option(
         "--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0), metavar="RMS,...",
         help="m/s², or N for a force shaker (default: 0.5,1,2,5)",

@@ -23,6 +23,7 @@ from .zwicker import Field, Loudness, Method, loudness
 __all__ = ["LoudnessOverLevel", "heard", "loudness_of_each", "loudness_over_level", "sound_over_level"]
 
 SETTLING = 0.5  # s, of a simulation from rest that are not listened to
+WORTH_PROCESSES = 6.0  # s of sounds: what starting processes costs is regained from there on
 FLANK = 0.02  # s, in which what is left of it sets in and ends, so that the cut is no click
 
 
@@ -160,6 +161,8 @@ def loudness_of_each(
 ) -> tuple[Loudness, ...]:  # fmt: skip
     """Return the loudness of several sounds, computed side by side on processes where that takes long.
 
+    A script that calls it for long sounds needs ``if __name__ == "__main__":``, as all that starts processes.
+
     Parameters
     ----------
     sounds : sequence of Sound
@@ -177,7 +180,8 @@ def loudness_of_each(
         As `loudness`.
     """
     one = partial(_of_one, method, field)
-    apart = method == "time-varying" and len(sounds) > 1 and workers != 1
+    long = method == "time-varying" and sum(sound.duration for sound in sounds) > WORTH_PROCESSES
+    apart = long and len(sounds) > 1 and workers != 1
     tasks = list(enumerate(sounds))
     results = run_tasks(one, tasks, workers, processes=apart, progress="loudness" if progress else "")
     found = {i: result for (i, _), result in results}
