@@ -45,7 +45,7 @@ for _module in (
         "convert",
         "modes",
     ),
-    *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map"),
+    *("calibrate", "update_rig", "place", "sweep", "response", "backbone", "rattle_map", "peaks", "life"),
     *("campbell", "orbits", "orbit_gaps", "running_clearance", "drive", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)

@@ -85,7 +85,11 @@ class PSD(Shown, ArrayData):
         ExcitationError
             If its numbers are no PSD.
         """
-        lines = [(n, line) for n, line in enumerate(read_lines(path), 1) if line.strip() and line.lstrip()[0] != "#"]
+        try:
+            text = enumerate(read_lines(path), 1)
+        except OSError as error:
+            raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+        lines = [(n, line) for n, line in text if line.strip() and line.lstrip()[0] != "#"]
         with naming(path):
             frequency, value = _columns(lines)
         try:
@@ -139,7 +143,9 @@ class PSD(Shown, ArrayData):
         """
         require_level(rms=rms)
         require(rms > 0, "rms", rms, "must be > 0")
-        return replace(self, value=self.value * (rms / self.rms) ** 2, description=self.description | {"rms": rms})
+        with np.errstate(over="ignore"):  # a value that is not finite is refused
+            value = self.value * np.square(rms / self.rms)
+        return replace(self, value=value, description=self.description | {"rms": float(rms)})
 
     def to_dict(self) -> dict[str, Any]:
         """Return frequencies, values, kind and description as plain data."""

@@ -202,13 +202,16 @@ def peaks_of_record(
         raise ClearanceError(f'quantity "{quantity}" is unknown; use {", ".join(QUANTITIES)}')
     if not 0 < hours < np.inf:
         raise ClearanceError(f"hours {hours!r}: must be > 0")
+    if limit is not None and not 0 <= limit < np.inf:
+        raise ClearanceError(f"limit {limit!r}: must be >= 0 {QUANTITIES[quantity]}")
     parts = [np.concatenate(part, axis=1) for part in zip(*blocks)]
     if not parts or parts[0].shape[1] < noise.fs:
         raise ExcitationError("less than a second of the excitation is left after settling; give a longer one")
     record = Block(*parts)
     duration = record.depth.shape[1] / noise.fs
     ratio, run = 3600.0 * hours / duration, _run(rig, law, noise.fs)
-    touched = [largest_value(depth, run, ratio, limits=(0.0,)) for depth in record.depth]
+    rates = tuple(impact_rate(impacts, duration) for impacts in record.impacts)
+    touch = np.array([_touch(depth, rate, run, ratio, duration) for depth, rate in zip(record.depth, rates)])
     values, least = {
         "contact_force": (record.contact_force, 0.0),
         "penetration": (record.depth, -np.inf),
@@ -220,9 +223,7 @@ def peaks_of_record(
         largest = tuple(map(_not_negative, largest))
     peaks = tuple(decluster(value, each.threshold, run) for value, each in zip(values, largest))
     return HourPeaks(
-        quantity, float(hours), duration, tuple(rig.clearance_labels),
-        tuple(impact_rate(impacts, duration) for impacts in record.impacts),
-        np.array([each.exceeded[0] for each in touched]),
+        quantity, float(hours), duration, tuple(rig.clearance_labels), rates, touch,
         tuple(rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels), largest,
         np.maximum(values.max(axis=1), 0.0), limit, peaks,
         {"rig": rig.to_dict(), "law": law.to_dict(), "excitation": dict(noise.description)},
@@ -233,6 +234,13 @@ def _run(rig: Rig, law: Law, fs: float) -> int:
     """Samples that end a cluster: a period of the lowest frequency in the gap, at most a second."""
     lowest = float(natural_frequencies(rig_in_gap(rig, law), 1)[0])
     return round(fs / max(lowest, LOWEST))
+
+
+def _touch(depth: np.ndarray, rate: ImpactRate, run: int, ratio: float, duration: float) -> float:
+    """Probability of an impact: from the rate where there are some, else from how near to the wall the depth comes."""
+    if rate.value:
+        return float(1 - (1 + ratio) ** -(rate.value * duration / rate.dispersion + 0.5))
+    return largest_value(depth, run, ratio, limits=(0.0,)).exceeded[0]
 
 
 def _not_negative(largest: Largest) -> Largest:

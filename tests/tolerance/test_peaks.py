@@ -74,6 +74,7 @@ def test_figure_shows_every_row_and_the_limit():
     [
         ({"quantity": "noise"}, 'quantity "noise" is unknown; use contact_force, penetration, acceleration'),
         ({"hours": 0.0}, "hours 0.0: must be > 0"),
+        ({"limit": -1.0}, "limit -1.0: must be >= 0 N"),
         ({"duration": 0.5}, "less than a second of the excitation is left after settling"),
         ({"seed": -1}, "seed -1: must be a whole number >= 0"),
     ],
