@@ -31,7 +31,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--record", type=Path, action="append", default=[], metavar="FILE",
         help="listen to this response or record of the rig's sensors instead of a simulation; may be repeated",
     )  # fmt: skip
-    option("--against", type=Path, metavar="RIG", help="another rig file, or folder of a model, to compare by ear")
+    option("--against", type=Path, metavar="RIG", help="another rig file, or folder of a model, under --law if given")
     option("--against-gap", metavar="GAP", help="another radial gap at all bushings, such as x0.5 or 0.09mm")
     option("--what", choices=("sound", "acceleration"), default="sound", help="of the WAV files (default: %(default)s)")
     option("--full-scale", type=float, help="Pa or m/s², largest sample of all WAV files (default: what fits)")
@@ -83,7 +83,7 @@ def _models(options: argparse.Namespace) -> dict[str, Model]:
     first = load_model(options)
     if not (options.against or options.against_gap):
         return {"A": first}
-    second = Model.load(options.against, None) if options.against else first
+    second = Model.load(options.against, options.law) if options.against else first
     return {"A": first, "B": second.with_gap(options.against_gap) if options.against_gap else second}
 
 
@@ -145,8 +145,11 @@ def _write_wavs(
         row = plates[name].row(models[name].rig.sensors)
         for i, (level, response) in enumerate(each):
             title = f"{name}_{options.record[i].stem}" if options.record else f"{name}_{level:g}"
+            title += f"_{i + 1}" if f"{title}.wav" in signals else ""
             signals[f"{title}.wav"] = (sounds[name][i], 0) if options.what == "sound" else (response, row)
-    scale = options.full_scale or max(full_scale(signal, row) for signal, row in signals.values())
+    scale = options.full_scale
+    if scale is None:
+        scale = max(full_scale(signal, row) for signal, row in signals.values())
     for file, (signal, row) in signals.items():
         write_wav(options.new / file, signal, scale, row)
         print(f"{options.what}: {options.out / file}")

@@ -63,8 +63,9 @@ def test_a_rig_with_a_plate_needs_no_options_and_another_file_is_b(tmp_path, ans
 def test_accelerations_and_records(tmp_path, answer, small_dataset):
     """A record of a dataset in the place of a simulation; its accelerations come back in m/s²."""
     record = small_dataset / "level_4_1.uff"
-    given = [*OF_PLATE, "--record", record, "--method", "none", "--quiet"]
+    given = [*OF_PLATE, "--record", record, "--record", record, "--method", "none", "--quiet"]
     found = answer("listen", RIG, *given, "--what", "acceleration", "--out", tmp_path / "a")
+    assert [file.rpartition("/")[2] for file in found["files"]] == ["A_level_4_1.wav", "A_level_4_1_2.wav"]
     wav = read_wav(found["files"][0])
     assert wav.unit == "m/s2" and wav.name == "acceleration 8:+Z"
     from clearance_mj.io.formats import read_record
@@ -83,6 +84,7 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
         ([*OF_PLATE, "--sensor", 99], "plate.sensor 99 is no sensor's node"),
         ([*OF_PLATE, "--area", 0], "area must be > 0, got 0"),
         ([*OF_PLATE, "--duration", 0.5], "--duration 0.5: must be at least 1 s"),
+        ([*OF_PLATE, "--full-scale", 0], "full_scale must be > 0, got 0"),
         ([*OF_PLATE, "--full-scale", 1e-3], "beyond the full scale of 0.001 Pa; give full_scale="),
         ([*OF_PLATE, "--against", "none.toml"], "none.toml"),
         ([*OF_PLATE, "--record", "x.uff", "--against-gap", "x0.5"], "--record is measured: give no --against"),

@@ -104,6 +104,25 @@ def test_foreign_and_damaged_files(tmp_path):
         read_wav(tmp_path / "none.wav")
 
 
+def test_damaged_bytes_end_in_one_line_or_in_samples(tmp_path):
+    """600 files with bytes changed, cut off or put in, above all in the chunks before the samples."""
+    path, rng = tmp_path / "sound.wav", np.random.default_rng(0)
+    write_wav(path, Sound(TONE[:200], FS), full_scale=2.0, rate=2000.0)
+    whole, refused = path.read_bytes(), 0
+    for _ in range(600):
+        data = bytearray(whole)
+        for at in rng.integers(0, 200, rng.integers(1, 5)):
+            data[at] = rng.integers(256)
+        stop = rng.integers(len(data)) if rng.random() < 0.3 else len(data)
+        path.write_bytes(data[:stop])
+        try:
+            assert np.isfinite(read_wav(path).value).all()
+        except RecordError as error:
+            refused += 1
+            assert str(path) in str(error) and "\n" not in str(error)
+    assert 100 < refused < 600
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
