@@ -32,7 +32,7 @@ LINES = {
     "simulate": "simulate rig.toml --engine modal --duration 0.05 --fs 1024 --out response.nc",
     "animate": "animate rig.toml --engine modal --duration 0.1 --fs 1024 --seconds 0.02 --slow 9 --renderer matplotlib",
     "motion": "motion rig.toml --engine modal --duration 0.1 --fs 1024 --levels 1 --sine 50",
-    "listen": "listen rig.toml --duration 1 --fs 1024 --levels 1 --sensor 8 --area 0.1 --distance 1 --method none",
+    "listen": "listen rig.toml --duration 1 --fs 1024 --levels 1 --sensor 7 --area 0.1 --distance 1 --method none",
     "compare": "compare frf.uff frf.csv --modes 0",
     "show": "show record.uff frf.csv",
     "convert": "convert record.uff copy.csv",
