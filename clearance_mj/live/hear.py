@@ -13,7 +13,6 @@ __all__ = ["heard"]
 
 RATE = 16_000.0  # samples per second that are sent: every browser takes them, and simulations hold less
 LONGEST = 6.0  # s that are sent
-FLANK = 0.02  # s, in which it sets in and ends
 
 
 def heard(shown: Shown, sensor: int) -> Numbers:
@@ -44,6 +43,6 @@ def heard(shown: Shown, sensor: int) -> Numbers:
         unit, words = "m/s²", f"the acceleration {response.responses[sensor]}"
     else:
         raise ClearanceError(f"there is no sensor {sensor + 1} to hear")
-    part = sound.between(max(0.0, sound.duration - LONGEST)).faded(FLANK)
+    part = sound.between(max(0.0, sound.duration - LONGEST)).faded()
     samples: np.ndarray = resampled(part.pressure, part.fs, RATE)
     return Numbers({"unit": unit, "rate": RATE, "of": words, "values": shown.values}, {"samples": samples})

@@ -24,7 +24,6 @@ __all__ = ["LoudnessOverLevel", "heard", "loudness_of_each", "loudness_over_leve
 
 SETTLING = 0.5  # s, of a simulation from rest that are not listened to
 WORTH_PROCESSES = 6.0  # s of sounds: what starting processes costs is regained from there on
-FLANK = 0.02  # s, in which what is left of it sets in and ends, so that the cut is no click
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -152,7 +151,7 @@ def heard(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
     response, rig, plate
         As in `radiate`.
     """
-    return radiate(response, rig, plate).between(SETTLING).faded(FLANK)
+    return radiate(response, rig, plate).between(SETTLING).faded()
 
 
 def loudness_of_each(

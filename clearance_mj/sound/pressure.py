@@ -15,6 +15,7 @@ __all__ = ["REFERENCE_PRESSURE", "Sound"]
 
 REFERENCE_PRESSURE = 20e-6
 """Pa, of sound pressure levels in dB (ISO 1683)."""
+FLANK = 0.02  # s, in which a part of a sound sets in and ends, so that the cut is no click
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,7 +81,7 @@ class Sound(Shown, ArrayData):
             raise RecordError(f"no sample lies between {start} and {stop} s: the sound lasts {self.duration:g} s")
         return replace(self, pressure=part)
 
-    def faded(self, seconds: float) -> Sound:
+    def faded(self, seconds: float = FLANK) -> Sound:
         """Return the sound with flanks of raised cosine at both ends, so that no cut is heard.
 
         Parameters

@@ -20,7 +20,6 @@ from .study import Study
 __all__ = ["Heard"]
 
 EXCERPT = 1.5  # s, from the middle of a record: loudness takes about 2 s for each of its seconds
-FLANK = 0.02  # s, in which an excerpt sets in and ends
 ENGINE = "modal"  # the cheapest
 METHOD: Method = "time-varying"
 FIELD: Field = "free"
@@ -80,7 +79,7 @@ class Heard:
             model = in_test(self.study.law(name).model, record.tested_rig, record.turning())
             response = simulate(model, record.excitation(), None, ENGINE)
         start = max(0.0, (record.duration - EXCERPT) / 2)
-        return radiate(response, rig, rig.plate).between(start, start + EXCERPT).faded(FLANK)
+        return radiate(response, rig, rig.plate).between(start, start + EXCERPT).faded()
 
 
 def _flat(sounds: Sequence[Sound], found: Sequence[Loudness]) -> Iterator[tuple[str, np.ndarray]]:
