@@ -17,12 +17,13 @@ from ..model import Model
 from .growth import clearances_of, growth, with_clearances
 from .operation import Source, Vibration
 
-__all__ = ["Moment", "wear_on"]
+__all__ = ["REACHED", "Moment", "wear_on"]
 
 FIRST, LONGEST = 0.01, 0.1  # of a gap, by which it grows in the first step and at most in a step
 LOCATED = 1e-4  # of a gap, within which the end of a branch is located
 BEYOND = 2e-4  # of a gap, by which it has grown past the end where the vibration after a jump is sought
 JUMPS = 0.2  # relative change of rubbing over a located step that is a jump, beyond its errors
+REACHED = 1e-6  # of a limit, within which it is reached
 CHANGED = 0.02  # the same where a branch has ended: where it has only become unstable, rubbing may stay as it was
 SURE = 4.0  # standard errors
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0  # of the step's control
@@ -83,6 +84,9 @@ def wear_on(source: Source, model: Model, limits: np.ndarray, hours: float, accu
         if error > 1.0 and _growth(now, step) > LOCATED:
             step *= max(SHRINK, SAFETY * error ** (-1 / 3))
             continue
+        if (share := _within_limits(now, new, limits)) < 1.0:
+            step *= share
+            continue
         jumped = error > 1.0 and _jumps(now.vibration, new.vibration, JUMPS)
         now = new._replace(fell_from=now.vibration if jumped else None)
         yield now
@@ -102,11 +106,18 @@ def _growth(now: Moment, step: float) -> float:
 
 
 def _reached(now: Moment, limits: np.ndarray) -> bool:
-    return bool(np.any(clearances_of(now.model.rig)[:, 0] >= limits * (1 - 1e-9)))
+    return bool(np.any(clearances_of(now.model.rig)[:, 0] >= limits * (1 - REACHED)))
+
+
+def _within_limits(now: Moment, new: Moment, limits: np.ndarray) -> float:
+    """The share of a step after which the first limit is reached; 1 if none is passed."""
+    before, after = clearances_of(now.model.rig)[:, 0], clearances_of(new.model.rig)[:, 0]
+    passed = after > limits * (1 + REACHED)
+    return float(np.min((limits - before)[passed] / (after - before)[passed], initial=1.0))
 
 
 def _to_limit(now: Moment, limits: np.ndarray) -> float:
-    """Hours to the nearest limit at the rate of now; a little less far than that while it is far away."""
+    """Hours to the nearest limit at the rate of now."""
     gaps, rate = clearances_of(now.model.rig)[:, 0], now.rate[:, 0]
     way = np.where(rate > 0, (limits - gaps) / np.where(rate > 0, rate, 1.0), np.inf)
     return float(np.min(way))

@@ -14,7 +14,7 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from ..signals.arrays import ArrayData, read_only
 from .growth import clearances_of
-from .hours import Moment, wear_on
+from .hours import REACHED, Moment, wear_on
 from .operation import Operation
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class Life(ArrayData):
     @property
     def at_limit(self) -> tuple[int, ...]:
         """Numbers of the bushings that have reached their limits."""
-        return tuple(np.flatnonzero(self.gap[-1] >= self.limit * (1 - 1e-6)).tolist())
+        return tuple(np.flatnonzero(self.gap[-1] >= self.limit * (1 - 2 * REACHED)).tolist())
 
     def gap_at(self, hours: float | np.ndarray) -> np.ndarray:
         """Return gaps (..., n_bushings) at times, m, between the steps by cubics through gaps and rates.
@@ -262,7 +262,7 @@ def _life(model: Model, operation: Operation, limits: np.ndarray, moments: list[
         if m.fell_from is not None
     )
     last = moments[-1]
-    reached = bool(np.any(clearances[-1, :, 0] >= limits * (1 - 1e-6)))
+    reached = bool(np.any(clearances[-1, :, 0] >= limits * (1 - 2 * REACHED)))
     ended = "limit" if reached else "hours" if last.rate.any() else "no rubbing"
     return Life(
         model, operation, limits, np.array([m.hours for m in moments]), clearances[:, :, 0], clearances[:, :, 1:],

@@ -56,8 +56,9 @@ def test_two_times_agree_with_a_march_of_accelerated_wear(sine, coefficient):
     assert life.life * K == pytest.approx(whole_march(sine, 6e-4, coefficient), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_accuracy_does_not_decide():
-    coarse, fine = (predict_life(worn_model(), Sine(9.25, 2.0), "0.6 mm", accuracy=a) for a in (1e-2, 1e-7))
+    coarse, fine = (predict_life(worn_model(), Sine(9.25, 2.0), "0.6 mm", accuracy=a) for a in (1e-2, 1e-5))
     assert coarse.life == pytest.approx(fine.life, rel=2e-3)
     assert fine.hours.size > coarse.hours.size
 
