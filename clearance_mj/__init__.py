@@ -16,7 +16,7 @@ mujoco_version.check()
 compile_cache.choose()
 
 if TYPE_CHECKING:  # the same as below, for editors and type checkers
-    from . import beam, identify, periodic, physical, structure
+    from . import beam, identify, periodic, physical, sound, structure
     from .beam import ModalModel
     from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
     from .core.errors import (
@@ -37,19 +37,21 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .io.uff import read_uff, write_uff
     from .model import Model
     from .physical import solref_solimp
-    from .rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
+    from .rig import Beam, Bushing, Contact, Grease, Plate, PointMass, Rig, Sensor, Shaker
     from .signals import excitation
     from .signals.comparison import Comparison, compare, compare_modes
     from .signals.correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
     from .signals.ema import extract_modes
     from .signals.excitation import Excitation
     from .signals.frf import FRF, estimate_frf, estimate_frf_blocks
+    from .signals.psd import PSD
     from .signals.response import Response
     from .signals.spectra import Spectra
     from .structure.geometry import Geometry
 
 __all__ = [
     "FRF",
+    "PSD",
     "AmplitudeLaw",
     "Beam",
     "Bushing",
@@ -73,6 +75,7 @@ __all__ = [
     "ModalMujoco",
     "Model",
     "ModelError",
+    "Plate",
     "PointMass",
     "Record",
     "RecordError",
@@ -112,6 +115,7 @@ __all__ = [
     "simulate_blocks",
     "simulate_each",
     "solref_solimp",
+    "sound",
     "structure",
     "write",
     "write_dataset",
@@ -131,12 +135,13 @@ _NAMES = {
     "io.uff": "read_uff write_uff",
     "model": "Model",
     "physical": "solref_solimp",
-    "rig": "Beam Bushing Contact Grease PointMass Rig Sensor Shaker",
+    "rig": "Beam Bushing Contact Grease Plate PointMass Rig Sensor Shaker",
     "signals.comparison": "Comparison compare compare_modes",
     "signals.correlation": "csac csf frac mac mre relative_error rmse_db",
     "signals.ema": "extract_modes",
     "signals.excitation": "Excitation",
     "signals.frf": "FRF estimate_frf estimate_frf_blocks",
+    "signals.psd": "PSD",
     "signals.response": "Response",
     "signals.spectra": "Spectra",
     "structure.geometry": "Geometry",

@@ -71,7 +71,7 @@ def test_public_names_are_the_same_for_type_checkers():
     """What `__init__` shows to them, what it imports when it is used, and `__all__`."""
     block = next(n for n in ast.parse((PACKAGE / "__init__.py").read_text()).body if isinstance(n, ast.If))
     shown = {(node.module, alias.name) for node in block.body for alias in node.names}
-    modules = {(None, name) for name in ("beam", "identify", "periodic", "physical", "structure")}
+    modules = {(None, name) for name in ("beam", "identify", "periodic", "physical", "sound", "structure")}
     homes = {(module, name) for name, module in clearance_mj._HOMES.items()}
     assert shown == homes | modules | {("signals", "excitation")}
     assert {name for _, name in shown} | {"__version__"} == set(clearance_mj.__all__)

@@ -130,6 +130,18 @@ def test_rotors(clone):
     assert float(radius) > 4 * 200  # the gap is 200 µm
 
 
+def test_sound(clone):
+    """Its script runs, at 1 m/s² as loud as the page's command says within 10 %, and its plate is one of a rig's."""
+    pytest.importorskip("mosqito")
+    loud = float(re.match(r"([\d.]+) sone exceeded", run_python("sound.md", clone))[1])
+    page = (DOCS / "sound.md").read_text(encoding="utf-8")
+    assert loud == pytest.approx(float(re.search(r"([\d.]+) sone to 3\.0", page)[1]), rel=0.1)
+    (plate,) = (tomllib.loads(text) for language, text in blocks("sound.md") if language == "toml")
+    assert (
+        Rig.from_dict(tomllib.loads((ROOT / "models" / "table1_rig.toml").read_text("utf-8")) | plate).plate.area == 0.1
+    )
+
+
 def test_data_model(clone):
     """Its asserts hold."""
     run_python("data_model.md", clone)

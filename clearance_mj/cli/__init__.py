@@ -39,12 +39,13 @@ for _module in (
         "simulate",
         "animate",
         "motion",
+        "listen",
         "compare",
         "show",
         "convert",
         "modes",
     ),
-    *("calibrate", "update_rig", "place", "sweep", "production", "response", "backbone", "rattle_map"),
+    *("calibrate", "update_rig", "place", "sweep", "production", "response", "backbone", "rattle_map", "peaks", "life"),
     *("campbell", "orbits", "orbit_gaps", "running_clearance", "drive", "vehicle"),
 ):  # each registers its command; in the order of the help
     import_module(f".{_module}", __name__)

@@ -139,11 +139,14 @@ def load_model(options: argparse.Namespace) -> Model:
     return model
 
 
-def add_simulation(parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0) -> None:
-    """Add the options of a command that simulates a rig."""
+def add_simulation(
+    parser: argparse.ArgumentParser, duration: float, fs: float = 8192.0, engine: str | None = None
+) -> None:
+    """Add the options of a command that simulates a rig; its engine, if none is given, see `load_model`."""
     add_rig(parser)
     option = parser.add_argument
-    option("--engine", help="links, modal or modal-mj (default: links; of a spatial rig modal)")
+    default = engine or "links; of a spatial rig modal"
+    option("--engine", default=engine, help=f"links, modal or modal-mj (default: {default})")
     option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
     option("--seed", type=int, default=0, help="of noise (default: %(default)s)")

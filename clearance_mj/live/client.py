@@ -17,7 +17,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 from ..core.errors import ClearanceError
 from .figures import Numbers
 from .session import Session, Watch
-from .wire import Cancel, Export, Follow, Message, Set, Step, Sweep, Window, packed, parsed
+from .wire import Cancel, Export, Follow, Hear, Message, Set, Step, Sweep, Window, packed, parsed
 
 __all__ = ["Client", "Host"]
 
@@ -101,6 +101,8 @@ class Client(WebSocketHandler):
             self._send(packed("window", self.session.window(float(wanted.low), float(wanted.high))))
         elif isinstance(wanted, Export):
             self._begin(self._export(wanted.record))
+        elif isinstance(wanted, Hear):
+            self._begin(self._hear(wanted))
 
     def _begin(self, job: Any) -> None:
         task = asyncio.ensure_future(job)
@@ -199,3 +201,14 @@ class Client(WebSocketHandler):
             return packed("export", Numbers()) + exported(shown, test, self.page.inputs)
 
         self._send(await self._answer(self.page.quick, work, of="export"))
+
+    async def _hear(self, wanted: Hear) -> None:
+        from .hear import heard
+
+        def work() -> bytes:
+            shown = self.session.shown
+            if shown is None:
+                raise ClearanceError("nothing is shown yet")
+            return packed("hear", heard(shown, wanted.sensor), slot=wanted.slot)
+
+        self._send(await self._answer(self.page.quick, work, of="hear"))

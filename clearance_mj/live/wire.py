@@ -13,7 +13,20 @@ from pydantic.dataclasses import dataclass
 from ..core.files import to_json
 from .figures import Numbers
 
-__all__ = ["MAX_BYTES", "Cancel", "Export", "Follow", "Message", "Set", "Step", "Sweep", "Window", "packed", "parsed"]
+__all__ = [
+    "MAX_BYTES",
+    "Cancel",
+    "Export",
+    "Follow",
+    "Hear",
+    "Message",
+    "Set",
+    "Step",
+    "Sweep",
+    "Window",
+    "packed",
+    "parsed",
+]
 
 MAX_BYTES = 65_536  # of a message to the server
 _STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
@@ -91,7 +104,16 @@ class Export:
     record: Name = ""
 
 
-Message = Set | Window | Follow | Step | Sweep | Cancel | Export
+@dataclass(config=_STRICT)
+class Hear:
+    """Send what is shown as a sound, to keep in a slot of the page."""
+
+    type: Literal["hear"]
+    slot: Literal["A", "B"]
+    sensor: Order
+
+
+Message = Set | Window | Follow | Step | Sweep | Cancel | Export | Hear
 _MESSAGE: pydantic.TypeAdapter[Message] = pydantic.TypeAdapter(Annotated[Message, Field(discriminator="type")])
 
 

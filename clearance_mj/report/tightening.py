@@ -38,8 +38,8 @@ def draw_tightening(found: Tightening) -> Drawing:
     tidy(right, f"for at most {100 * found.allowed:g} %", "", "Share of its tolerance (%)")
     caption = (
         f"{found.what.capitalize()} at levels up to {found.level:g}. Left: share of the designs without the scatter of "
-        "one number; grey line: of all of it; dashed: what is allowed. Right: what is left of its tolerance where it is "
-        "tightened alone, and in the cheapest set."
+        "one number; grey line: of all of it; dashed: what is allowed. Right: what is left of its tolerance where it "
+        "is tightened alone, and in the cheapest set."
     )
     return Drawing("tightening", figure, caption, "Bars of shares of designs and of tolerances for each number.")
 

@@ -7,6 +7,7 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from ..structure import Beam
 from .clearance import Bushing, Contact, Friction, Grease, OilFilm
 from .instruments import BASE_NODE, KEYPHASOR_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
+from .plate import Plate
 from .rig import PointMass, Rig, rig_schema
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -23,6 +24,7 @@ __all__ = [
     "Friction",
     "Grease",
     "OilFilm",
+    "Plate",
     "PointMass",
     "Rig",
     "Sensor",

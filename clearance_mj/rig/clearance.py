@@ -160,6 +160,10 @@ class Bushing:
     probe_angle: ProbeAngle = seldom(default=0.0)
     """rad, by which two displacement probes in space are turned from y and z, > 0 from y to z; or the angles of both
     from y, at right angles"""
+    wear: NotNegative | None = seldom(default=None)
+    """m²/N, Archard's coefficient: volume worn off per normal force and sliding distance; 1 mm³/(N m) is 1e-9 m²/N"""
+    worn: Literal["bushing", "shaft"] = seldom(default="bushing")
+    """what wears: the bushing's wall where it is touched, or the shaft, evenly all around where it turns"""
 
     def __post_init__(self) -> None:
         if math.hypot(self.offset_y, self.offset) >= self.gap:
@@ -180,7 +184,8 @@ class Bushing:
     @property
     def in_space_only(self) -> tuple[str, ...]:
         """Names of its fields that have a meaning only where the shaft moves along y and z."""
-        told = {"offset_y": self.offset_y, "friction": self.friction, "film": self.film, "radius": self.radius,
+        radius = None if self.wear else self.radius  # wear acts there in the plane, too
+        told = {"offset_y": self.offset_y, "friction": self.friction, "film": self.film, "radius": radius,
                 "probe_angle": self.probe_angle}  # fmt: skip
         return tuple(name for name, value in told.items() if value)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..structure.base import AXES, dof_vector, parse_dof
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
-    "Sensor", "Shaker", "dof_label",
+    "Sensor", "Shaker", "check_nodes", "dof_label",
 ]  # fmt: skip
 
 BASE_NODE = 100
@@ -94,6 +95,16 @@ class Sensor:
     def label(self) -> str:
         """Node and direction, the nearest of X, Y and Z, such as "7:+Z"."""
         return dof_label(self.node, self.position) if self.direction is None else _nearest(self.node, self.direction)
+
+
+def check_nodes(sensors: Sequence[Sensor]) -> None:
+    """Refuse two sensors of one node and axis."""
+    taken: set[str] = set()
+    for i, sensor in enumerate(sensors):
+        label = sensor.label.replace("-", "+")
+        if label in taken:
+            raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
+        taken.add(label)
 
 
 @checked(RigError)

@@ -26,8 +26,9 @@ from .dimensions import Gravity, check_motion, motion_in_words
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import Sensor, Shaker
+from .instruments import Sensor, Shaker, check_nodes
 from .labels import clearance_labels, probe_labels
+from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
 from .spans import check_bushings
@@ -101,6 +102,8 @@ class Rig(Shown):
     """of a shaft in space"""
     unbalances: tuple[Unbalance, ...] = seldom(default=())
     """of a shaft that turns"""
+    plate: Plate | None = seldom(default=None)
+    """what radiates sound, see docs/sound.md"""
 
     def __post_init__(self) -> None:
         if (self.beam is None) == (self.structure is None):
@@ -121,12 +124,9 @@ class Rig(Shown):
         points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
         for name, point in points.items():
             self._check(name, point)
-        taken: set[str] = set()
-        for i, sensor in enumerate(self.sensors):
-            label = sensor.label.replace("-", "+")
-            if label in taken:
-                raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
-            taken.add(label)
+        check_nodes(self.sensors)
+        if self.plate:
+            check_plate(self.plate, self.sensors)
         for i, spring in enumerate(self.springs):
             if any(set(spring.joined) == set(other.joined) for other in self.springs[:i]):
                 raise ValueError(f"springs[{i}] joins what another spring joins; add its numbers to that one")

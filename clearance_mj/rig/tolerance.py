@@ -21,6 +21,7 @@ FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "poisson_ratio": "", "frequency": "Hz", "damping_ratio": "", "participation": "", "rocking": "rad/m", "about": "m",
     "difference": "", "angle": "rad", "rotation_damping": "N m s/rad", "translation_damping": "N s/m", "delay": "s",
     "probe_delay": "s", "direction": "", "probe_angle": "rad", "coefficient": "", "viscosity": "Pa s",
+    "wear": "m²/N",
 }  # fmt: skip
 """SI units of the fields that may be uncertain"""
 UNITS: dict[str, dict[str, float]] = {
@@ -38,6 +39,7 @@ UNITS: dict[str, dict[str, float]] = {
     "rad/m": {"rad/m": 1.0},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "Pa s": {"Pa s": 1.0, "mPa s": 1e-3},
+    "m²/N": {"m2/N": 1.0, "mm3/(N m)": 1e-9},
 }  # in SI units
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")

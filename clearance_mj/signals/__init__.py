@@ -18,17 +18,19 @@ from .frf_error import random_db, random_error
 from .full_spectra import FullSpectrum, SpeedCascade, full_spectrum, speed_cascade
 from .nonlinear import BestLinear, best_linear, stepped_harmonics
 from .orbits import FilteredOrbit, Orbits, orbits_by_turn, shaft_angle
+from .psd import PSD
 from .quantities import with_quantity
 from .response import Response
+from .road import QuarterCar, Road, road_psd
 from .spectra import Spectra
 from .spectra_frf import frf_from_spectra
 from .stepped_sines import SineSteps, sine_steps
 
 __all__ = [
-    "FRF", "Alignment", "BestLinear", "Comparison", "DirectionalFRF", "Excitation", "FilteredOrbit", "FullSpectrum",
-    "Modes", "Orbits", "Response", "SineSteps", "Spectra", "SpeedCascade", "accelerance", "align", "best_linear",
-    "compare", "convert_quantity", "csac", "csf", "directional_frfs", "estimate_frf", "estimate_frf_blocks",
-    "excitation", "extract_modes", "frac", "frf_from_spectra", "full_spectrum", "join_references", "mac", "mre",
-    "orbits_by_turn", "random_db", "random_error", "relative_error", "rmse_db", "shaft_angle", "sine_steps",
-    "speed_cascade", "stepped_harmonics", "with_quantity",
+    "FRF", "PSD", "Alignment", "BestLinear", "Comparison", "DirectionalFRF", "Excitation", "FilteredOrbit",
+    "FullSpectrum", "Modes", "Orbits", "QuarterCar", "Response", "Road", "SineSteps", "Spectra", "SpeedCascade",
+    "accelerance", "align", "best_linear", "compare", "convert_quantity", "csac", "csf", "directional_frfs",
+    "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac", "frf_from_spectra", "full_spectrum",
+    "join_references", "mac", "mre", "orbits_by_turn", "random_db", "random_error", "relative_error", "rmse_db",
+    "road_psd", "shaft_angle", "sine_steps", "speed_cascade", "stepped_harmonics", "with_quantity",
 ]  # fmt: skip

@@ -6,17 +6,11 @@ Every generator raises ExcitationError for an impossible parameter; the message 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import ExcitationError
-from ..core.overview import Overview, Shown
-from . import labelled
-from .arrays import ArrayData, read_only
-from .band_noise import band_noise
+from .band_noise import band_noise, noise_blocks
 from .excitation_checks import (
     Band,
     generator_of,
@@ -27,100 +21,16 @@ from .excitation_checks import (
     require_period,
     sample_count,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
+from .excitation_data import Excitation, described
+from .psd import PSD, psd_noise
 
 __all__ = [
-    "Excitation", "burst_random", "hammer", "level_ramp", "multisine", "random", "random_blocks",
-    "stepped_sine", "still", "sweep",
+    "Excitation", "burst_random", "from_psd", "from_psd_blocks", "hammer", "level_ramp", "multisine", "random",
+    "random_blocks", "stepped_sine", "still", "sweep",
 ]  # fmt: skip
 
 BAND: Band = (5.0, 220.0)
 TAPER = 0.1  # share of a burst in its two cosine flanks
-HALF = 8.0  # s of the noise of random_blocks that are made at once
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Excitation(Shown, ArrayData):
-    """A sampled excitation.
-
-    Raises
-    ------
-    ExcitationError
-        If it is not one finite row of samples, or is sampled below twice its band.
-    """
-
-    value: np.ndarray
-    """(n_t,) base acceleration in m/s² (kind "base") or force at the shaker in N (kind "force")"""
-    fs: float
-    """samples per second"""
-    kind: str = "base"
-    """ "base" or "force" """
-    band: tuple[float, float] | None = None
-    """Hz"""
-    description: dict[str, Any] = field(default_factory=dict)
-    """generator, its parameters and seed; plain data"""
-
-    def __post_init__(self) -> None:
-        value = read_only(self.value)
-        if value.ndim != 1 or not value.size:
-            raise ExcitationError(f"an excitation is one row of samples, got shape {value.shape}")
-        if not np.all(np.isfinite(value)):
-            raise ExcitationError(f"sample {int(np.argmin(np.isfinite(value)))} of the excitation is not finite")
-        if not 0 < self.fs < np.inf:
-            raise ExcitationError(f"fs must be > 0 Hz, got {self.fs!r}")
-        if self.kind not in ("base", "force"):
-            raise ExcitationError(f'kind "{self.kind}" is unknown; use "base" (m/s²) or "force" (N)')
-        if self.band is not None and not 0 <= self.band[0] < self.band[1]:
-            raise ExcitationError(f"band {self.band} must be two increasing frequencies in Hz")
-        if self.band is not None and self.fs < 2 * self.band[1]:
-            raise ExcitationError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
-        self._set(value=value)
-
-    @property
-    def time(self) -> np.ndarray:
-        """(n_t,) s"""
-        return np.arange(self.value.size) / self.fs
-
-    def _overview(self) -> Overview:
-        of = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
-        facts = {
-            "level": f"{np.sqrt(np.mean(self.value**2)):.4g} {'m/s²' if self.kind == 'base' else 'N'} RMS, "
-            f"at most {np.abs(self.value).max():.4g}",
-            "band": f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else "",
-            "from": ", ".join(f"{name} {value}" for name, value in of.items()),
-        }
-        what = "base acceleration" if self.kind == "base" else "force"
-        return Overview(f"Excitation, {what}, {self.value.size / self.fs:g} s at {self.fs:g} Hz", facts)
-
-    def to_xarray(self) -> xr.Dataset:
-        """Return ``value`` (time,) with units; the description (plain data) as JSON in an attribute."""
-        units = "m s-2" if self.kind == "base" else "N"
-        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": self.kind}
-        attributes["description"] = labelled.plain_json(self.description, "description")
-        if self.band is not None:
-            attributes["band"] = np.array(self.band, dtype=float)
-        return labelled.dataset("excitation", {"value": ("time", self.value, units)}, {"time": self.time}, attributes)
-
-    @classmethod
-    def from_xarray(cls, ds: xr.Dataset) -> Excitation:
-        """Return the excitation of a dataset that `to_xarray` made; refuses others.
-
-        Parameters
-        ----------
-        ds : xarray.Dataset
-            The dataset.
-        """
-        labelled.require_kind(ds, "excitation")
-        band = ds.attrs.get("band")
-        return cls(
-            labelled.values(ds, "value", "time"),
-            float(labelled.attribute(ds, "fs")),
-            str(labelled.attribute(ds, "kind")),
-            None if band is None else (float(band[0]), float(band[1])),
-            labelled.from_json(ds, "description"),
-        )
 
 
 def still(duration: float, fs: float, kind: str = "base") -> Excitation:
@@ -167,7 +77,7 @@ def random(
     """
     require_level(rms=rms)
     value = rms * band_noise(duration, fs, band, seed)
-    return _described("random", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
+    return described("random", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
 
 
 def random_blocks(
@@ -186,18 +96,53 @@ def random_blocks(
         Expected root mean square, m/s² or N.
     """
     require_level(rms=rms)
-    size, half = sample_count(duration, fs), sample_count(HALF, fs)
-    window = np.sin(np.pi / 2 * np.sin(np.pi / 2 * (np.arange(half) + 0.5) / half) ** 2)
 
-    def segment(number: int) -> np.ndarray:
-        return band_noise(2 * half / fs, fs, band, [seed, number]).reshape(2, half)
+    def segment(length: float, number: int) -> np.ndarray:
+        return band_noise(length, fs, band, [seed, number])
 
-    _, falling = segment(0)
-    for number, start in enumerate(range(0, size, half), 1):
-        rising, after = segment(number)
-        value = rms * (window[::-1] * falling + window * rising)[: size - start]
-        falling = after
-        yield _described("random_blocks", value, fs, kind, band, duration=duration, rms=rms, seed=seed)
+    for value in noise_blocks(segment, duration, fs):
+        yield described("random_blocks", rms * value, fs, kind, band, duration=duration, rms=rms, seed=seed)
+
+
+def from_psd(psd: PSD, duration: float, fs: float, seed: int = 0) -> Excitation:
+    """Gaussian noise with the spectrum of a PSD: of its kind, zero outside its band, and periodic in the duration.
+
+    Amplitudes are random as phases are, so that the noise is Gaussian; its RMS is that of the PSD on average only.
+
+    Parameters
+    ----------
+    psd : PSD
+        One-sided power spectral density of the base's acceleration, or of the shaker's force.
+    duration, fs : float
+        As in `random`.
+    seed : int
+        Seed of the random numbers.
+
+    Raises
+    ------
+    ExcitationError
+        If a parameter is impossible, the band reaches beyond fs / 2, or is too narrow for a line of 1 / duration.
+    """
+    value = psd_noise(psd, duration, fs, seed)
+    return described("from_psd", value, fs, psd.kind, psd.band, duration=duration, seed=seed, psd=psd.to_dict())
+
+
+def from_psd_blocks(psd: PSD, duration: float, fs: float, seed: int = 0) -> Iterator[Excitation]:
+    """Gaussian noise of a PSD and of any duration, in pieces that follow without a break, as `random_blocks` makes.
+
+    Parameters
+    ----------
+    psd, duration, fs, seed
+        As in `from_psd`.
+    """
+
+    def segment(length: float, number: int) -> np.ndarray:
+        return psd_noise(psd, length, fs, [seed, number])
+
+    for value in noise_blocks(segment, duration, fs):
+        yield described(
+            "from_psd_blocks", value, fs, psd.kind, psd.band, duration=duration, seed=seed, psd=psd.to_dict()
+        )
 
 
 def burst_random(
@@ -233,7 +178,7 @@ def burst_random(
     value[on] *= 0.5 - 0.5 * np.cos(np.pi * np.minimum(flank, 1))
     value *= rms / np.sqrt(np.mean(value[on] ** 2))
     parameters = {"duration": duration, "rms": rms, "seed": seed, "burst": burst, "period": period}
-    return _described("burst_random", value, fs, kind, band, **parameters)
+    return described("burst_random", value, fs, kind, band, **parameters)
 
 
 def level_ramp(
@@ -254,7 +199,7 @@ def level_ramp(
     noise = band_noise(duration, fs, band, seed)
     value = noise * np.geomspace(start_rms, end_rms, noise.size)
     parameters = {"duration": duration, "start_rms": start_rms, "end_rms": end_rms, "seed": seed}
-    return _described("level_ramp", value, fs, kind, band, **parameters)
+    return described("level_ramp", value, fs, kind, band, **parameters)
 
 
 def multisine(
@@ -288,7 +233,7 @@ def multisine(
     spectrum = np.zeros(samples // 2 + 1, dtype=complex)
     spectrum[lines] = samples / np.sqrt(2 * lines.size) * np.exp(1j * phase)
     value = rms * np.resize(np.fft.irfft(spectrum, samples), size)
-    return _described("multisine", value, fs, kind, band, duration=duration, rms=rms, seed=seed, period=period)
+    return described("multisine", value, fs, kind, band, duration=duration, rms=rms, seed=seed, period=period)
 
 
 def sweep(
@@ -320,7 +265,7 @@ def sweep(
         rate = np.log(last / first) / duration
         turns = first * np.expm1(rate * time) / rate
     value = amplitude * np.sin(2 * np.pi * turns)
-    return _described("sweep", value, fs, kind, band, duration=duration, amplitude=amplitude, method=method)
+    return described("sweep", value, fs, kind, band, duration=duration, amplitude=amplitude, method=method)
 
 
 def stepped_sine(
@@ -352,7 +297,7 @@ def stepped_sine(
     each = [np.repeat(np.broadcast_to(values, count), size // count) for values in steps]
     turns = np.concatenate(([0.0], np.cumsum(each[0])[:-1])) / fs
     parameters = {"duration": duration, "frequency": steps[0].tolist(), "amplitude": steps[1].tolist()}
-    return _described("stepped_sine", each[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
+    return described("stepped_sine", each[1] * np.sin(2 * np.pi * turns), fs, kind, None, **parameters)
 
 
 def hammer(
@@ -384,15 +329,4 @@ def hammer(
     height = np.where((last >= 0) & (phase < 1), np.broadcast_to(peaks, times.shape)[last], 0.0)
     value = height * np.sin(np.pi * phase)
     parameters = {"duration": duration, "peak": peaks.tolist(), "width": width, "times": times.tolist()}
-    return _described("hammer", value, fs, kind, None, **parameters)
-
-
-def _described(
-    generator: str, value: np.ndarray, fs: float, kind: str, band: Band | None, **parameters: object
-) -> Excitation:
-    """Excitation that says how it was made."""
-    if band is not None:
-        ends = [float(band[0]), float(band[1])]
-        parameters["band"], band = ends, (min(ends), max(ends))
-    parameters = {key: item.item() if isinstance(item, np.generic) else item for key, item in parameters.items()}
-    return Excitation(value, fs, kind, band, {"generator": generator, "fs": float(fs), "kind": kind, **parameters})
+    return described("hammer", value, fs, kind, None, **parameters)

@@ -1,13 +1,19 @@
 """Productions: how many of them rattle, which tolerance to tighten, what random excitation does over hours."""
 
+from . import peaks
 from .designs import Designs, draw_posterior
+from .extremes import Largest
+from .impacts import ImpactRate
 from .limits import Limit
-from .production import Production, production, share_interval
+from .peaks import HourPeaks, peaks_over_an_hour
+from .random_production import DesignPeaks, LevelPeaks, peaks_of_designs, peaks_over_production
 from .scatter import Correlation, Scatter, Scattered
 from .sensitivities import rattle_sensitivity
+from .shares import Production, production, share_interval
 from .tightening import Tightening, tighten
 
 __all__ = [
-    "Correlation", "Designs", "Limit", "Production", "Scatter", "Scattered", "Tightening", "draw_posterior",
-    "production", "rattle_sensitivity", "share_interval", "tighten",
+    "Correlation", "DesignPeaks", "Designs", "HourPeaks", "ImpactRate", "Largest", "LevelPeaks", "Limit", "Production",
+    "Scatter", "Scattered", "Tightening", "draw_posterior", "peaks", "peaks_of_designs", "peaks_over_an_hour",
+    "peaks_over_production", "production", "rattle_sensitivity", "share_interval", "tighten",
 ]  # fmt: skip

@@ -27,7 +27,7 @@ from .batches import settings_of, total_of
 from .designs import DrawingRule
 from .learnt import Learnt, learn
 from .limits import Limit
-from .production import share_interval
+from .shares import share_interval
 from .rattling import Settings
 from .scatter import Scatter
 

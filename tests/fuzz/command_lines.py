@@ -32,6 +32,7 @@ LINES = {
     "simulate": "simulate rig.toml --engine modal --duration 0.05 --fs 1024 --out response.nc",
     "animate": "animate rig.toml --engine modal --duration 0.1 --fs 1024 --seconds 0.02 --slow 9 --renderer matplotlib",
     "motion": "motion rig.toml --engine modal --duration 0.1 --fs 1024 --levels 1 --sine 50",
+    "listen": "listen rig.toml --duration 1 --fs 1024 --levels 1 --sensor 7 --area 0.1 --distance 1 --method none",
     "compare": "compare frf.uff frf.csv --modes 0",
     "show": "show record.uff frf.csv",
     "convert": "convert record.uff copy.csv",
@@ -52,7 +53,7 @@ LINES = {
     "live": "live rig.toml --no-browser --out address.txt",
 }  # Of each command one that is cheap and ends well
 SELDOM = {
-    "sweep": 0.2, "rattle-map": 0.3, "vehicle": 0.2, "animate": 0.2, "motion": 0.2,
+    "sweep": 0.2, "rattle-map": 0.3, "vehicle": 0.2, "animate": 0.2, "motion": 0.2, "listen": 0.2,
     "calibrate": 0.4, "place": 0.5, "response": 0.4, "backbone": 0.4, "update-rig": 0.2, "identify a law": 0.2,
     "identify a bench": 0.04, "twin": 0.3, "study": 0.04,
 }  # fmt: skip

@@ -130,6 +130,25 @@ def test_memory_of_two_settings(page):
     np.testing.assert_allclose(shown(page, 1), expected(1e-4)[0], rtol=1e-6)
 
 
+def test_a_and_b_are_heard_at_one_full_scale(page):
+    page.click("#keep-A")
+    page.wait_for_selector("#hear-A:enabled")
+    put(page, "bushings[0].gap", 100)
+    page.click("#keep-B")
+    page.wait_for_selector("#hear-B:enabled")
+    said = []
+    for slot in "AB":
+        page.click(f"#hear-{slot}")
+        said.append(page.inner_text("#status"))
+    assert [words.partition(" peak")[0] for words in said] == [
+        said[0].partition(" peak")[0],
+        "B" + said[0].partition(" peak")[0][1:],
+    ]
+    peaks = page.evaluate("[...'AB'].map((s) => Math.max(...live.state.memory[s].sound.samples.map(Math.abs)))")
+    scale = float(said[0].partition("full scale ")[2].split()[0])
+    assert scale == pytest.approx(max(peaks), rel=0.01)
+
+
 def test_export(page, tmp_path):
     page.select_option("#record", "level_4_1")
     put(page, "bushings[0].gap", 200)

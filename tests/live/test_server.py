@@ -16,9 +16,13 @@ from tornado.websocket import websocket_connect
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.live.figures import Numbers
+from clearance_mj.live.hear import heard
 from clearance_mj.live.server import Page
+from clearance_mj.live.session import Session
 from clearance_mj.live.wire import MAX_BYTES, packed, parsed
 from clearance_mj.model import Model
+from clearance_mj.rig import Plate
+from clearance_mj.sound import Sound, radiate, resampled
 
 from ..conftest import TABLE1
 from ..processes import PATIENCE
@@ -149,6 +153,47 @@ def test_figures_come_as_packed_numbers(page):
     assert figures["id"] == 1
 
 
+def one_by_one(page, *messages):
+    """Send each message once the one before has its answer, and return the answers."""
+
+    async def run():
+        headers = {"Origin": f"http://127.0.0.1:{page.port}"}
+        socket = await websocket_connect(
+            HTTPRequest(f"ws://127.0.0.1:{page.port}/{page.token}/socket", headers=headers)
+        )
+        await socket.read_message()
+        found = []
+        for message in messages:
+            await socket.write_message(json.dumps(message))
+            while (head := unpacked(await socket.read_message()))["type"] == "progress":
+                pass
+            found.append(head)
+        socket.close()
+        return found
+
+    return limited(run())
+
+
+def test_what_is_shown_can_be_heard(page):
+    """The acceleration of a sensor, or the sound of the plate of a rig that has one, at 16000 samples per second."""
+    hear = {"type": "hear", "slot": "A", "sensor": 7}
+    early, _, answer, none = one_by_one(page, hear, SET, hear, hear | {"sensor": 8})
+    assert (early["text"], none["text"]) == ("nothing is shown yet", "there is no sensor 9 to hear")
+    session = page.session()
+    shown = session.simulated(session.setting(SET["values"]))
+    own = shown.response.acceleration[7]
+    expected = resampled(Sound(own - own.mean(), shown.response.fs).faded(0.02).pressure, shown.response.fs, 16000.0)
+    np.testing.assert_allclose(answer["samples"], expected, rtol=1e-5, atol=1e-5)
+    facts = {"slot": "A", "unit": "m/s²", "rate": 16000.0, "of": "the acceleration 8:+Z", "values": shown.values}
+    assert {key: answer[key] for key in facts} == facts
+    rig = TABLE1.replace(plate=Plate(sensor=8, area=0.1, distance=1.0))
+    of_plate = Session(Model(rig, LAW))
+    shown = of_plate.simulated(of_plate.setting({"duration": 8.0}))
+    found, whole = heard(shown, 0), radiate(shown.response, rig)
+    assert found.facts["unit"] == "Pa" and found.arrays["samples"].size == 6 * 16000
+    assert found.arrays["samples"].std() == pytest.approx(whole.between(2.0).faded(0.02).pressure.std(), rel=1e-3)
+
+
 MALFORMED = [
     "", "{", "[]", "null", "7", '"set"', "[" * 50_000, b"\xff\xfe", '{"type": "set"}',
     '{"type": "open", "path": "/etc/passwd"}',
@@ -157,6 +202,7 @@ MALFORMED = [
     '{"type": "set", "id": 1.5, "values": {}}', '{"type": "set", "id": 1, "values": {"level": true}}',
     '{"type": "sweep", "values": {}, "name": "level", "low": 1, "high": 2, "count": "3"}',
     '{"type": "set", "id": 1, "values": {"level": 1e999}}', '{"type": "export", "record": 1}',
+    '{"type": "hear", "slot": "C", "sensor": 0}', '{"type": "hear", "slot": "A", "sensor": -1}',
     '{"type": "steps", "values": {}, "low": 1, "high": 2, "count": 3}',
 ]  # fmt: skip
 

@@ -116,7 +116,8 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
     data = base.to_dict()
     unsaid = list(_open_keys(data, damped))
-    given = {key: tolerance for tolerance in rig.tolerances for key in _stands_for(data, tolerance)}
+    told = [tolerance for tolerance in rig.tolerances if not tolerance.of.endswith(".wear")]  # by no vibration
+    given = {key: tolerance for tolerance in told for key in _stands_for(data, tolerance)}
     keys = [*(key for key in unsaid if key not in given), *given]
     named = [(path_of(key), get_number(data, key)) for key in keys]
     places = [get_number(data, ("bushings", j, "position")) for j in range(len(rig.bushings) if probes else 0)]

@@ -34,7 +34,7 @@ function connect() {
   socket.binaryType = "arraybuffer";
   socket.onmessage = (event) => {
     const { head, arrays, rest } = unpacked(event.data);
-    ({ hello, figures, window: finer, problem, progress, branch, steps, sweep, ended, export: saved })[head.type](head, arrays, rest);
+    ({ hello, figures, window: finer, problem, progress, branch, steps, sweep, ended, export: saved, hear: heard })[head.type](head, arrays, rest);
   };
   socket.onclose = () => { told("Not connected"); trouble("The connection to clearance-mj live is lost. Start it again if it has ended, then open its new address."); };
 }
@@ -389,6 +389,30 @@ function saved(head, arrays, rest) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
+// ---- what A and B sound like ----
+let audio, playing;
+function heard(head, arrays) {
+  const kept = state.memory[head.slot];
+  if (!kept || JSON.stringify(kept.values) !== JSON.stringify(head.values)) return;
+  kept.sound = { rate: head.rate, samples: arrays.samples.slice(), of: head.of, unit: head.unit };
+  $(`hear-${head.slot}`).disabled = false;
+}
+const peak = (samples) => samples.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+// One full scale for both, so that the louder one is heard louder.
+function hear(slot) {
+  const kept = state.memory[slot].sound;
+  const scale = Math.max(...[..."AB"].map((s) => state.memory[s]?.sound).filter((s) => s && s.unit === kept.unit).map((s) => peak(s.samples))) || 1;
+  audio ??= new AudioContext();
+  if (playing) playing.stop();
+  const buffer = audio.createBuffer(1, kept.samples.length, kept.rate);
+  buffer.copyToChannel(kept.samples.map((value) => value / scale), 0);
+  playing = audio.createBufferSource();
+  playing.buffer = buffer;
+  playing.connect(audio.destination);
+  playing.start();
+  told(`${slot}: ${kept.of}, full scale ${sig(scale, 3)} ${kept.unit}, peak ${sig(peak(kept.samples), 3)} ${kept.unit}`);
+}
+
 // ---- buttons ----
 addEventListener("DOMContentLoaded", () => {
   $("controls").addEventListener("submit", (event) => event.preventDefault());
@@ -401,8 +425,11 @@ addEventListener("DOMContentLoaded", () => {
       state.memory[slot] = { values: { ...state.last.head.values }, arrays: state.last.arrays };
       $(`back-${slot}`).disabled = $(`over-${slot}`).disabled = false;
       $(`over-${slot}`).checked = true;
+      $(`hear-${slot}`).disabled = true;
+      send({ type: "hear", slot, sensor: Math.max(0, Math.min(...state.shown)) || 0 });
       draw();
     });
+    $(`hear-${slot}`).addEventListener("click", () => hear(slot));
     $(`back-${slot}`).addEventListener("click", () => putAll(state.memory[slot].values));
     $(`over-${slot}`).addEventListener("change", draw);
   }

@@ -1,0 +1,109 @@
+"""clearance-mj life: how gaps grow by wear over hours, and when they reach a limit."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
+from .command import command, provenance
+from .options import add_kind, add_plugin, add_rig, load_model, load_plugin, settings
+
+if TYPE_CHECKING:
+    from ..model import Model
+    from ..wear import Life, Lives, Operation, Remaining
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    add_rig(parser)
+    option = parser.add_argument
+    option(
+        "--gap-limit", action="append", required=True, metavar="[BUSHING=]VALUE",
+        help="gap at which life ends: m, with a unit such as 0.5mm, or a factor of the gap such as x2; of every "
+        "bushing that wears, or of one, such as bushings[0]=0.5mm, which may be repeated",
+    )  # fmt: skip
+    option(
+        "--level", type=float, required=True, metavar="A",
+        help="of the excitation: amplitude of a sine, RMS of noise, m/s² of the base or N; 0: none, of what turns",
+    )  # fmt: skip
+    option("--frequency", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
+    option("--swept-from", type=float, metavar="HZ", help="from which the sine was swept (default: raised from rest)")
+    add_kind(parser)
+    option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
+    option("--duration", type=float, default=10.0, help="s of noise at each gap (default: %(default)s)")
+    option("--fs", type=float, default=2048.0, help="samples per second of noise (default: %(default)s)")
+    option("--hours", type=float, default=1e6, help="at which the prediction ends (default: %(default)g)")
+    option(
+        "--history", type=Path, metavar="FILE", help="CSV with hours, bushing, gap_m and std_m: predict what is left"
+    )
+    option("--draws", type=int, default=0, help="machines drawn within tolerances or posterior (default: none)")
+    option("--seed", type=int, default=0, help="of noise and draws (default: %(default)s)")
+    option("--workers", type=int, help="processes (default: one for each core)")
+    add_plugin(parser, "a contact or a grease")
+
+
+@command(
+    "life", "predict how gaps grow by wear over hours, and when they reach a limit; also from a history", _options,
+    out=Path("results/life"), out_help="folder for life.csv, .json and .png (default: %(default)s)",
+    writes=("life.csv", "life.json", "life.png"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..report.life import draw, rows, summary
+    from ..report.tables import write_csv
+
+    load_plugin(options.plugin)
+    if options.history and options.draws:
+        raise ClearanceError("--draws is of what tolerances say, and with --history that says it; leave --draws out")
+    model = load_model(options)
+    found = _predicted(options, model, _operation(options, model))
+    result = settings(model) | summary(found) | {"provenance": provenance(options)}
+    text = to_json(result)
+    drawing = draw(found)
+    write_csv(options.new / "life.csv", rows(found))
+    drawing.write(options.new)
+    write_text(options.new / "life.json", text)
+    for words in found.words():
+        print(words)
+    print(f"life: {options.out / 'life.png'}")
+    return result | {"out": str(options.out)}
+
+
+def _operation(options: argparse.Namespace, model: Model) -> Operation:
+    from ..signals.excitation import random, still
+    from ..wear import Marched, Sine
+
+    if options.frequency is not None:
+        return Sine(options.frequency, options.level, options.kind, options.swept_from)
+    if options.swept_from is not None:
+        raise ClearanceError("--swept-from is of a sine; give its --frequency")
+    kind = options.kind or model.rig.shaker.kind
+    if options.level == 0:
+        return Marched(still(options.duration, options.fs, kind))
+    noise = random(options.duration, options.fs, tuple(options.band), options.level, options.seed, kind)
+    return Marched(noise)
+
+
+def _predicted(options: argparse.Namespace, model: Model, operation: Operation) -> Life | Lives | Remaining:
+    from ..wear import GapHistory, predict_life, predict_lives, predict_remaining
+
+    limit, progress = _limit(options.gap_limit), not options.quiet
+    if options.history:
+        history = GapHistory.load(options.history, len(model.rig.bushings))
+        return predict_remaining(model, operation, history, limit, seed=options.seed, progress=progress)
+    if not options.draws:
+        return predict_life(model, operation, limit, options.hours, progress=progress)
+    kept = options.out / "draws"
+    return predict_lives(
+        model, operation, limit, options.draws, options.seed, options.hours, workers=options.workers, cache=kept,
+        progress=progress,
+    )  # fmt: skip
+
+
+def _limit(texts: list[str]) -> str | dict[str, str]:
+    """The limit of all bushings, or of each that is named."""
+    parts = [text.rpartition("=") for text in texts]
+    if len(parts) > 1 and not all(name for name, _, _ in parts):
+        raise ClearanceError(f"--gap-limit {' --gap-limit '.join(texts)}: give one for all, or BUSHING=VALUE of each")
+    return {name: value for name, _, value in parts} if parts[0][0] else parts[0][2]

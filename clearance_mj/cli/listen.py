@@ -1,0 +1,178 @@
+"""clearance-mj listen: hear how a design rattles, and how loud, alone or beside another one."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
+from .command import command, provenance
+from .options import add_simulation, excitation, load_model, numbers, settings
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..model import Model
+    from ..rig import Plate
+    from ..signals.response import Response
+    from ..sound import LoudnessOverLevel, Sound
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_simulation(parser, duration=3.0, engine="modal")
+    option(
+        "--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0), metavar="RMS,...",
+        help="m/s², or N for a force shaker (default: 0.5,1,2,5)",
+    )  # fmt: skip
+    option(
+        "--record", type=Path, action="append", default=[], metavar="FILE",
+        help="listen to this response or record of the rig's sensors instead of a simulation; may be repeated",
+    )  # fmt: skip
+    option("--against", type=Path, metavar="RIG", help="another rig file, or folder of a model, under --law if given")
+    option("--against-gap", metavar="GAP", help="another radial gap at all bushings, such as x0.5 or 0.09mm")
+    option("--what", choices=("sound", "acceleration"), default="sound", help="of the WAV files (default: %(default)s)")
+    option("--full-scale", type=float, help="Pa or m/s², largest sample of all WAV files (default: what fits)")
+    option("--sensor", type=int, metavar="NODE", help="that the plate moves with (default: of the rig's [plate])")
+    option("--area", type=float, help="of the plate, m² (default: of the rig's [plate])")
+    option("--distance", type=float, help="at which one listens, m (default: of the rig's [plate])")
+    option(
+        "--method", choices=("time-varying", "stationary", "none"), default="time-varying",
+        help="of ISO 532-1 for loudness: of all sounds (2 s for each of their seconds), or of stationary ones; none "
+        "for WAV files alone (default: %(default)s)",
+    )  # fmt: skip
+    option("--field", choices=("free", "diffuse"), default="free", help="sound field (default: %(default)s)")
+    option("--workers", type=int, help="threads and processes (default: one for each core)")
+
+
+@command(
+    "listen", "hear what a plate radiates, and how loud it is, over level: WAV files, loudness by ISO 532-1", _options,
+    out=Path("results/listen"), out_help="folder for WAV files, loudness.csv, .json and .png (default: %(default)s)",
+    writes=("loudness.csv", "loudness.json", "loudness.png"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..sound import has_mosqito
+
+    if options.method != "none" and not has_mosqito():
+        raise ClearanceError(
+            'loudness needs the package mosqito: pip install "clearance-mj[sound]"; or give --method none'
+        )
+    models = _models(options)
+    plates = {name: _plate(options, model, models["A"]) for name, model in models.items()}
+    heard = {name: _responses(options, name, model) for name, model in models.items()}
+    sounds = {name: _sounds(models[name], plates[name], each, bool(options.record)) for name, each in heard.items()}
+    files = _write_wavs(options, models, plates, heard, sounds)
+    result: dict[str, Any] = {"designs": {name: settings(model) for name, model in models.items()}, "files": files}
+    if options.method != "none":
+        unit = "N" if models["A"].rig.shaker.kind == "force" else "m/s²"
+        levels = {name: [level for level, _ in each] for name, each in heard.items()}
+        result["loudness"] = _loudness(options, unit, levels, sounds)
+    result |= {"method": options.method, "field": options.field, "provenance": provenance(options)}
+    write_text(options.new / "loudness.json", to_json(result))
+    return result | {"out": str(options.out)}
+
+
+def _models(options: argparse.Namespace) -> dict[str, Model]:
+    """Design A and, if there is one to compare with, B."""
+    from ..model import Model
+
+    if options.record and (options.against or options.against_gap):
+        raise ClearanceError("--record is measured: give no --against, nor --against-gap")
+    first = load_model(options)
+    if not (options.against or options.against_gap):
+        return {"A": first}
+    second = Model.load(options.against, options.law) if options.against else first
+    return {"A": first, "B": second.with_gap(options.against_gap) if options.against_gap else second}
+
+
+def _plate(options: argparse.Namespace, model: Model, first: Model) -> Plate:
+    """What radiates: the rig's plate, or else that of A, with the numbers that were asked for."""
+    from ..rig import Plate
+
+    given = {name: getattr(options, name) for name in ("sensor", "area", "distance")}
+    given = {name: value for name, value in given.items() if value is not None}
+    plate = model.rig.plate or first.rig.plate
+    if plate is None and len(given) < 3:
+        raise ClearanceError(
+            f'rig "{model.rig.name}" has no [plate]: give --sensor, --area and --distance, or the table in its file'
+        )
+    return replace(plate, **given) if plate else Plate(**given)
+
+
+def _responses(options: argparse.Namespace, name: str, model: Model) -> list[tuple[float, Response]]:
+    """Level, RMS, and response of each simulation, or of each record."""
+    import numpy as np
+
+    from ..engines import simulate_batch
+    from ..sound.over_level import SETTLING
+
+    if options.record:
+        measured = [_measured(path, model) for path in options.record]
+        return [(float(np.sqrt(np.mean(response.excitation**2))), response) for response in measured]
+    if options.duration < 2 * SETTLING:
+        raise ClearanceError(f"--duration {options.duration:g}: must be at least {2 * SETTLING:g} s")
+    excitations = [excitation(options, model.rig.shaker.kind, level) for level in options.levels]
+    found = simulate_batch(model, excitations, None, options.engine, options.workers, not options.quiet)
+    return list(zip(options.levels, found))
+
+
+def _measured(path: Path, model: Model) -> Response:
+    from ..io.formats import read, read_record
+    from ..signals.response import Response
+
+    found = read(path)
+    return found if isinstance(found, Response) else read_record(path, model.rig, "validate").response()
+
+
+def _sounds(model: Model, plate: Plate, responses: Sequence[tuple[float, Response]], measured: bool) -> list[Sound]:
+    """What each response radiates; of a simulation without its start."""
+    from ..sound import heard, radiate
+
+    return [(radiate if measured else heard)(response, model.rig, plate) for _, response in responses]
+
+
+def _write_wavs(
+    options: argparse.Namespace, models: dict[str, Model], plates: dict[str, Plate],
+    heard: dict[str, list[tuple[float, Response]]], sounds: dict[str, list[Sound]],
+) -> list[str]:  # fmt: skip
+    """Write the WAV files, all of one full scale, and return where they are."""
+    from ..sound import full_scale, write_wav
+
+    signals: dict[str, tuple[Sound | Response, int]] = {}
+    for name, each in heard.items():
+        row = plates[name].row(models[name].rig.sensors)
+        for i, (level, response) in enumerate(each):
+            title = f"{name}_{options.record[i].stem}" if options.record else f"{name}_{level:g}"
+            title += f"_{i + 1}" if f"{title}.wav" in signals else ""
+            signals[f"{title}.wav"] = (sounds[name][i], 0) if options.what == "sound" else (response, row)
+    scale = options.full_scale
+    if scale is None:
+        scale = max(full_scale(signal, row) for signal, row in signals.values())
+    for file, (signal, row) in signals.items():
+        write_wav(options.new / file, signal, scale, row)
+        print(f"{options.what}: {options.out / file}")
+    print(f"full scale of all: {scale:g} {'Pa' if options.what == 'sound' else 'm/s²'}")
+    return [str(options.out / file) for file in signals]
+
+
+def _loudness(
+    options: argparse.Namespace, unit: str, levels: dict[str, list[float]], sounds: dict[str, list[Sound]]
+) -> list[dict[str, Any]]:
+    """Compute, write and say how loud each sound is."""
+    from ..report.loudness import draw, rows, words
+    from ..report.tables import write_csv
+    from ..sound import LoudnessOverLevel, loudness_of_each
+
+    every = [sound for each in sounds.values() for sound in each]
+    found = iter(loudness_of_each(every, options.method, options.field, options.workers, not options.quiet))
+    over: dict[str, LoudnessOverLevel] = {}
+    for name, each in sounds.items():
+        over[name] = LoudnessOverLevel(tuple(levels[name]), tuple(each), tuple(next(found) for _ in each), unit)
+    table = rows(over)
+    write_csv(options.new / "loudness.csv", table)
+    draw(over).write(options.new)
+    print("\n".join(words(over)))
+    print(f"loudness: {options.out / 'loudness.png'}")
+    return [{str(key): value for key, value in row.items()} for row in table.to_dict("records")]

@@ -1,0 +1,80 @@
+"""clearance-mj peaks: impacts per second and the largest values of an hour under random excitation."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
+from .command import command, provenance
+from .options import add_plugin, add_rig, load_model, load_plugin, settings
+
+if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..signals.psd import PSD
+
+
+def _options(parser: argparse.ArgumentParser) -> None:
+    option = parser.add_argument
+    add_rig(parser)
+    option("--psd", type=Path, metavar="FILE", help="CSV with columns frequency (Hz) and psd, (m/s²)²/Hz or N²/Hz")
+    option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
+    option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
+    option("--at", choices=("hub", "body"), default="hub", help="what the rig is fixed to (default: %(default)s)")
+    option("--rms", type=float, help="m/s² or N to which the PSD is scaled (default: as it is)")
+    option("--kind", choices=("base", "force"), help="what a PSD file excites (default: as the rig's shaker)")
+    option(
+        "--quantity", default="contact_force", metavar="NAME",
+        help="contact_force, penetration or acceleration (default: %(default)s)",
+    )  # fmt: skip
+    option("--limit", type=float, help="value, N, m or m/s², whose probability of being exceeded is wanted")
+    option("--hours", type=float, default=1.0, help="time that is predicted, h (default: %(default)s)")
+    option("--duration", type=float, default=60.0, help="s that are marched (default: %(default)s)")
+    option("--seed", type=int, default=0, help="of the noise (default: %(default)s)")
+    option("--engine", default="modal", help="links, modal or modal-mj (default: %(default)s)")
+    add_plugin(parser, "an engine, a contact or a grease")
+
+
+@command(
+    "peaks", "predict impacts per second and the largest values of an hour under random excitation", _options,
+    out=Path("results/peaks"), out_help="folder for peaks.csv, .json and .png (default: %(default)s)",
+    writes=("peaks.csv", "peaks.json", "peaks.png"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..report.peaks import draw, plain, rows, words
+    from ..report.tables import write_csv
+    from ..tolerance.peaks import peaks_over_an_hour
+
+    load_plugin(options.plugin)
+    model = load_model(options)
+    psd = _psd(options, model.rig.shaker.kind)
+    found = peaks_over_an_hour(
+        model, psd, options.duration, options.seed, options.quantity, options.hours, options.limit,
+        engine=options.engine,
+    )  # fmt: skip
+    result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
+    result |= {"provenance": provenance(options)}
+    text = to_json(result)
+    write_csv(options.new / "peaks.csv", rows(found))
+    draw(found).write(options.new)
+    write_text(options.new / "peaks.json", text)
+    print("\n".join(words(found)))
+    print(f"peaks: {options.out / 'peaks.png'}")
+    return result | {"out": str(options.out)}
+
+
+def _psd(options: argparse.Namespace, kind: str) -> PSD:
+    """The excitation that the options name: a file, or a road."""
+    from ..signals.psd import PSD
+    from ..signals.road import road_psd
+
+    if (options.psd is None) == (options.road is None):
+        raise ClearanceError("give --psd FILE or --road CLASS, one of them")
+    if options.psd:
+        found = PSD.load(options.psd, options.kind or kind)
+    elif options.speed is None:
+        raise ClearanceError("--road needs --speed, km/h")
+    else:
+        found = road_psd(options.road, options.speed / 3.6, at=options.at)
+    return found if options.rms is None else found.scaled(options.rms)

@@ -1,0 +1,48 @@
+"""What is shown, to hear: the sound of the rig's plate or, without one, the acceleration of a sensor."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.errors import ClearanceError
+from ..sound import Sound, radiate, resampled
+from .figures import Numbers
+from .session import Shown
+
+__all__ = ["heard"]
+
+RATE = 16_000.0  # samples per second that are sent: every browser takes them, and simulations hold less
+LONGEST = 6.0  # s that are sent
+
+
+def heard(shown: Shown, sensor: int) -> Numbers:
+    """Return the last seconds of what a setting gave.
+
+    Parameters
+    ----------
+    shown : Shown
+        What a setting gave.
+    sensor : int
+        Row of the acceleration that is heard where the rig has no plate.
+
+    Returns
+    -------
+    Numbers
+        Array "samples" (n,) in "unit", Pa or m/s², "rate" of them in a second; "of", in words; the setting's "values".
+
+    Raises
+    ------
+    ClearanceError
+        If there is no such sensor.
+    """
+    response, plate = shown.response, shown.model.rig.plate
+    if plate is not None:
+        sound, unit, words = radiate(response, shown.model.rig), "Pa", f"the plate at sensor {plate.sensor}"
+    elif sensor < len(response.acceleration):
+        sound = Sound(response.acceleration[sensor] - response.acceleration[sensor].mean(), response.fs)
+        unit, words = "m/s²", f"the acceleration {response.responses[sensor]}"
+    else:
+        raise ClearanceError(f"there is no sensor {sensor + 1} to hear")
+    part = sound.between(max(0.0, sound.duration - LONGEST)).faded()
+    samples: np.ndarray = resampled(part.pressure, part.fs, RATE)
+    return Numbers({"unit": unit, "rate": RATE, "of": words, "values": shown.values}, {"samples": samples})

@@ -1,0 +1,92 @@
+"""Loudness over the level of the excitation: figure, rows for CSV, words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.ticker import StrMethodFormatter
+
+from ..core.drawing import envelope
+from ..sound import LoudnessOverLevel
+from .style import COLOURS, FONT, MARKERS, Drawing, canvas, level_axis, tidy
+
+__all__ = ["draw", "rows", "words"]
+
+FEWEST = 0.01  # sone: what is softer is drawn there, as nothing
+
+
+def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
+    """Return the figure of one design or several: N5 over level, and N(t) at the highest level of each.
+
+    Parameters
+    ----------
+    found : mapping
+        By the design's name; the levels' unit is one.
+    """
+    figure = canvas(3.2)
+    left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
+    for i, (name, each) in enumerate(found.items()):
+        colour = COLOURS[i % len(COLOURS)]
+        look = {"color": colour, "marker": MARKERS[i % len(MARKERS)], "ms": 4, "lw": 1.2}
+        left.plot(each.level, np.maximum(each.n5, FEWEST), label=name, **look)
+        loudest = each.loudness[int(np.argmax(each.level))]
+        label = f"{name}, {max(each.level):g} {each.unit}"
+        right.plot(*envelope(loudest.time, loudest.sone), color=colour, lw=0.9, label=label)
+    unit = next(iter(found.values())).unit
+    left.set_yscale("log")
+    left.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    left.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
+    level_axis(left, sorted({level for each in found.values() for level in each.level}))
+    tidy(left, "Exceeded in 5 % of the time", "Loudness N5 (sone)", f"Level ({unit} RMS)")
+    tidy(right, "At the highest level", "Loudness N(t) (sone)", "Time (s)")
+    right.set_ylim(bottom=0)
+    for ax in (left, right):
+        ax.legend(fontsize=FONT - 1, frameon=False)
+    caption = "Loudness by ISO 532-1 of what the plate radiates: over level, and over time at the highest level."
+    return Drawing("loudness", figure, caption, f"{caption} {' '.join(words(found))}")
+
+
+def rows(found: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
+    """Return a row for each design and level.
+
+    Parameters
+    ----------
+    found : mapping
+        By the design's name.
+    """
+    table = [
+        {
+            "design": name,
+            "level": level,
+            "level_unit": each.unit,
+            "sound_pressure_level_db": sound.level,
+            "loudness_n5_sone": heard.n5,
+            "loudness_max_sone": heard.maximum,
+            "loudness_level_phon": heard.phon,
+        }
+        for name, each in found.items()
+        for level, sound, heard in zip(each.level, each.sound, each.loudness)
+    ]
+    return pd.DataFrame(table)
+
+
+def words(found: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
+    """Say in a line for each design how loud it is at its lowest and highest level, and which of two is louder.
+
+    Parameters
+    ----------
+    found : mapping
+        By the design's name.
+    """
+    for name, each in found.items():
+        ends = sorted({int(np.argmin(each.level)), int(np.argmax(each.level))}, key=lambda i: each.level[i])
+        said = [f"{each.n5[i]:.3g} sone ({each.phon[i]:.0f} phon) at {each.level[i]:g} {each.unit}" for i in ends]
+        yield f"{name}: {', '.join(said)}."
+    if len(found) == 2:
+        (a, first), (b, second) = found.items()
+        if common := sorted(set(first.level) & set(second.level)):
+            one, other = (each.n5[each.level.index(common[-1])] for each in (first, second))
+            if one > 0 and other > 0:
+                yield f"At {common[-1]:g} {first.unit}, {b} is {other / one:.3g} times as loud as {a}."

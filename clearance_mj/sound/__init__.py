@@ -1,0 +1,29 @@
+"""Hear a response: the sound that a plate radiates, WAV files in physical units, and loudness (ISO 532-1)."""
+
+from .over_level import LoudnessOverLevel, heard, loudness_of_each, loudness_over_level, sound_over_level
+from .pressure import Sound
+from .radiation import radiate, velocity
+from .resample import resampled
+from .wav import Wav, full_scale, read_wav, wav_bytes, write_wav
+from .zwicker import Loudness, has_mosqito, loudness, loudness_level
+
+__all__ = [
+    "Loudness",
+    "LoudnessOverLevel",
+    "Sound",
+    "Wav",
+    "full_scale",
+    "has_mosqito",
+    "heard",
+    "loudness",
+    "loudness_level",
+    "loudness_of_each",
+    "loudness_over_level",
+    "radiate",
+    "read_wav",
+    "resampled",
+    "sound_over_level",
+    "velocity",
+    "wav_bytes",
+    "write_wav",
+]

@@ -1,0 +1,103 @@
+"""Sound pressure over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import RecordError
+from ..core.overview import Overview, Shown
+from ..signals.arrays import ArrayData, read_only
+
+__all__ = ["REFERENCE_PRESSURE", "Sound"]
+
+REFERENCE_PRESSURE = 20e-6
+"""Pa, of sound pressure levels in dB (ISO 1683)."""
+FLANK = 0.02  # s, in which a part of a sound sets in and ends, so that the cut is no click
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sound(Shown, ArrayData):
+    """Sound pressure over time, at one place.
+
+    Raises
+    ------
+    RecordError
+        If it is no row of finite samples, or the sampling rate is not above 0.
+    """
+
+    pressure: np.ndarray
+    """(n_t,) Pa, read-only"""
+    fs: float
+    """samples per second"""
+    name: str = ""
+    """where it comes from, in words"""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    """inputs that made it; plain data"""
+
+    def __post_init__(self) -> None:
+        self._set(pressure=read_only(self.pressure))
+        if self.pressure.ndim != 1 or not self.pressure.size or not np.isfinite(self.pressure).all():
+            raise RecordError(f"pressure must be one row of finite samples, got shape {self.pressure.shape}")
+        if not 0 < self.fs < np.inf:
+            raise RecordError(f"fs must be > 0 Hz, got {self.fs}")
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n_t,) s"""
+        return np.arange(self.pressure.size) / self.fs
+
+    @property
+    def duration(self) -> float:
+        """S"""
+        return self.pressure.size / self.fs
+
+    @property
+    def level(self) -> float:
+        """Sound pressure level of the whole, dB re 20 µPa, without weighting; -inf of silence."""
+        with np.errstate(divide="ignore"):
+            return float(10 * np.log10(np.mean(self.pressure**2) / REFERENCE_PRESSURE**2))
+
+    def between(self, start: float, stop: float | None = None) -> Sound:
+        """Return the part from one time to another.
+
+        Parameters
+        ----------
+        start : float
+            s, from which on samples are kept.
+        stop : float, optional
+            s, before which they end; None: to the last.
+
+        Raises
+        ------
+        RecordError
+            If no sample lies between.
+        """
+        first, end = (None if t is None else max(0, round(t * self.fs)) for t in (start, stop))
+        part = self.pressure[first:end]
+        if not part.size:
+            raise RecordError(f"no sample lies between {start} and {stop} s: the sound lasts {self.duration:g} s")
+        return replace(self, pressure=part)
+
+    def faded(self, seconds: float = FLANK) -> Sound:
+        """Return the sound with flanks of raised cosine at both ends, so that no cut is heard.
+
+        Parameters
+        ----------
+        seconds : float
+            Length of each flank, s; at most half the sound's.
+        """
+        count = min(round(seconds * self.fs), self.pressure.size // 2)
+        flank = np.sin(np.pi / 2 * (np.arange(count) + 0.5) / max(count, 1)) ** 2
+        middle = np.ones(self.pressure.size - 2 * count)
+        return replace(self, pressure=self.pressure * np.concatenate((flank, middle, flank[::-1])))
+
+    def _overview(self) -> Overview:
+        facts = {
+            "level": f"{self.level:.1f} dB re 20 µPa",
+            "peak": f"{np.abs(self.pressure).max():.4g} Pa",
+            "from": self.name,
+        }
+        return Overview(f"Sound of {self.duration:g} s at {self.fs:g} Hz", facts)

@@ -1,0 +1,251 @@
+"""WAV files that know the physical unit of their samples.
+
+Microsoft and IBM, Multimedia Programming Interface and Data Specifications 1.0 (1991): a RIFF file of chunks. The chunk
+LIST of type INFO says the full scale: which value the largest sample, 1.0, stands for, and in which unit.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import struct
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil, floor, log10
+from os import PathLike
+
+import numpy as np
+import scipy.io.wavfile
+
+from ..core.errors import RecordError
+from ..core.files import plain_file, replacing
+from ..signals.arrays import ArrayData, read_only
+from ..signals.response import Response
+from ..version import __version__
+from .pressure import Sound
+from .resample import resampled
+
+__all__ = ["RATE", "Wav", "full_scale", "read_wav", "wav_bytes", "write_wav"]
+
+RATE = 48_000.0
+"""Samples per second of the files that are written, if no others are asked for, and of what loudness is found of."""
+UNIT_OF_ACCELERATION, UNIT_OF_PRESSURE = "m/s2", "Pa"
+SCALE = re.compile(r"full_scale=(\S+) unit=(\S*)")
+ENCODINGS = {"PCM16": 16, "PCM24": 24, "FLOAT": 32}  # bits of a sample
+PCM, IEEE_FLOAT = 1, 3  # format tags
+
+
+@dataclass(frozen=True, eq=False)
+class Wav(ArrayData):
+    """What a WAV file holds, in physical units."""
+
+    value: np.ndarray
+    """(n_channels, n_t) in ``unit``, read-only"""
+    fs: float
+    """samples per second"""
+    unit: str
+    """"Pa", "m/s2", or "" where the file says none: 1 is then the largest sample"""
+    full_scale: float = 1.0
+    """value of the largest sample, in ``unit``"""
+    name: str = ""
+    """what was recorded, in words"""
+
+    def __post_init__(self) -> None:
+        self._set(value=read_only(self.value))
+
+    @property
+    def sound(self) -> Sound:
+        """The first channel as a sound; a RecordError says if it is no pressure."""
+        if self.unit != UNIT_OF_PRESSURE:
+            raise RecordError(f'a WAV file in "{self.unit or "no unit"}" is no sound pressure; needs Pa')
+        return Sound(self.value[0], self.fs, self.name)
+
+
+def write_wav(
+    path: str | PathLike[str], signal: Sound | Response, full_scale: float, row: int = 0, encoding: str = "PCM24",
+    rate: float = RATE,
+) -> None:  # fmt: skip
+    """Write a sound, or one acceleration of a response, as a WAV file.
+
+    The samples are resampled band-limited. Files of one full scale can be compared by ear.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, .wav; one that is there is replaced once the new one is whole.
+    signal : Sound or Response
+        Sound pressure in Pa, or accelerations in m/s².
+    full_scale : float
+        Value of the largest sample, Pa or m/s².
+    row : int
+        Row of the response's acceleration.
+    encoding : {"PCM24", "PCM16", "FLOAT"}
+        24 or 16 bits, or floating point numbers of 32 bits.
+    rate : float
+        Samples per second of the file, a whole number; 48000 is what ISO 532-1 asks for, and every player takes.
+
+    Raises
+    ------
+    RecordError
+        If a sample lies beyond full scale; says which full scale would do. If the row or the encoding is unknown.
+    """
+    data = wav_bytes(signal, full_scale, row, encoding, rate)
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def wav_bytes(
+    signal: Sound | Response, full_scale: float, row: int = 0, encoding: str = "PCM24", rate: float = RATE
+) -> bytes:
+    """Return the WAV file that `write_wav` writes.
+
+    Parameters
+    ----------
+    signal, full_scale, row, encoding, rate
+        As in `write_wav`.
+
+    Raises
+    ------
+    RecordError
+        As `write_wav`.
+    """
+    if encoding not in ENCODINGS:
+        raise RecordError(f'encoding "{encoding}" is unknown; use {", ".join(ENCODINGS)}')
+    if not 0 < full_scale < np.inf:
+        raise RecordError(f"full_scale must be > 0, got {full_scale}")
+    if rate != int(rate) or rate < 1:
+        raise RecordError(f"rate must be a whole number of samples per second, got {rate}")
+    value, unit, name = _of(signal, row)
+    samples = resampled(value, signal.fs, rate)
+    peak = float(np.abs(samples).max())
+    if peak > full_scale:
+        raise RecordError(
+            f"the largest sample is {peak:.4g} {unit}, beyond the full scale of {full_scale:g} {unit}; "
+            f"give full_scale={_round_above(peak):g}"
+        )
+    info = {
+        b"ISFT": f"clearance-mj {__version__}",
+        b"INAM": name,
+        b"ICMT": f"full_scale={full_scale:.17g} unit={unit}",
+    }
+    return _riff(samples / full_scale, int(rate), encoding, info)
+
+
+def full_scale(signal: Sound | Response, row: int = 0) -> float:
+    """Return a full scale at which a WAV file of a signal is not clipped: two digits, Pa or m/s².
+
+    Parameters
+    ----------
+    signal, row
+        As in `write_wav`; the largest of several signals' does for all of them.
+
+    Raises
+    ------
+    RecordError
+        If the row is unknown.
+    """
+    value, _, _ = _of(signal, row)
+    peak = float(np.abs(resampled(value, signal.fs, RATE)).max())
+    return _round_above(peak) if peak else 1.0
+
+
+def _of(signal: Sound | Response, row: int) -> tuple[np.ndarray, str, str]:
+    """Samples, their unit and their name."""
+    if isinstance(signal, Sound):
+        return signal.pressure, UNIT_OF_PRESSURE, signal.name
+    count = len(signal.acceleration)
+    if not 0 <= row < count:
+        raise RecordError(f"row must be between 0 and {count - 1}, got {row}")
+    label = signal.responses[row] if row < len(signal.responses) else f"row {row}"
+    return signal.acceleration[row], UNIT_OF_ACCELERATION, f"acceleration {label}"
+
+
+def _round_above(value: float) -> float:
+    """The next larger number of two digits."""
+    step = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{ceil(value / step * (1 + 1e-9)) * step:.6g}")
+
+
+def _riff(samples: np.ndarray, rate: int, encoding: str, info: dict[bytes, str]) -> bytes:
+    bits = ENCODINGS[encoding]
+    if encoding == "FLOAT":
+        tag, data = IEEE_FLOAT, samples.astype("<f4").tobytes()
+    else:
+        most = 2 ** (bits - 1)
+        whole = np.clip(np.rint(samples * most), -most, most - 1).astype("<i4")
+        tag, data = PCM, whole[:, None].view(np.uint8)[:, : bits // 8].tobytes()
+    width = bits // 8
+    texts = b"".join(_chunk(key, text.encode() + b"\0") for key, text in info.items() if text)
+    form = struct.pack("<HHIIHH", tag, 1, rate, rate * width, width, bits)
+    facts = _chunk(b"fact", struct.pack("<I", samples.size)) if encoding == "FLOAT" else b""
+    body = _chunk(b"fmt ", form) + facts + _chunk(b"LIST", b"INFO" + texts) + _chunk(b"data", data)
+    return _chunk(b"RIFF", b"WAVE" + body)
+
+
+def _chunk(name: bytes, body: bytes) -> bytes:
+    return name + struct.pack("<I", len(body)) + body + b"\0" * (len(body) % 2)
+
+
+def read_wav(path: str | PathLike[str]) -> Wav:
+    """Read a WAV file; one that `write_wav` wrote comes back in physical units.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Wav
+        Samples of every channel, times the full scale that the file says. A file that says none has no unit, and 1 is
+        its largest sample.
+
+    Raises
+    ------
+    RecordError
+        If it cannot be read or is no whole WAV file.
+    """
+    try:
+        data = plain_file(path).read_bytes()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", scipy.io.wavfile.WavFileWarning)  # of chunks that it passes over
+            fs, samples = scipy.io.wavfile.read(io.BytesIO(data))
+        info = _info(data)
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
+    except Exception as error:  # whatever the reader makes of a damaged file
+        raise RecordError(f"{path}: not a whole WAV file: {' '.join(str(error).split())}") from None
+    value = np.atleast_2d(samples.T).astype(float)
+    if samples.dtype.kind == "u":
+        value -= 128.0
+    if samples.dtype.kind != "f":
+        value /= 128.0 if samples.dtype.kind == "u" else 2.0 ** (8 * samples.dtype.itemsize - 1)
+    if not value.size or not np.isfinite(value).all():
+        raise RecordError(f"{path}: holds no finite samples")
+    name, said = info.get(b"INAM", ""), SCALE.search(info.get(b"ICMT", ""))
+    if said is None:
+        return Wav(value, float(fs), "", name=name)
+    try:
+        scale = float(said[1])
+    except ValueError:
+        scale = np.nan
+    if not 0 < scale < np.inf:
+        raise RecordError(f'{path}: full scale "{said[1]}" must be a number > 0')
+    return Wav(scale * value, float(fs), said[2], scale, name)
+
+
+def _info(data: bytes) -> dict[bytes, str]:
+    """Texts of the chunk LIST of type INFO, by their names; none if there is no such chunk."""
+    for name, body in _chunks(data[12:]):
+        if name == b"LIST" and body[:4] == b"INFO":
+            return {key: text.split(b"\0")[0].decode("utf-8", "replace") for key, text in _chunks(body[4:])}
+    return {}
+
+
+def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    at = 0
+    while at + 8 <= len(data):
+        size = struct.unpack("<I", data[at + 4 : at + 8])[0]
+        yield data[at : at + 4], data[at + 8 : at + 8 + size]
+        at += 8 + size + size % 2

@@ -1,0 +1,192 @@
+"""Impacts and largest values of models under random excitation, marched in blocks that are not kept.
+
+Contacts that begin, penetration and contact force are those of the engine's own steps: impacts are shorter than a
+record's anti-alias filter rings. Accelerations pass that filter, as in a data acquisition system.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+import numpy as np
+import scipy.special
+
+from ..clearance.law import Law
+from ..core.errors import ClearanceError, ExcitationError
+from ..engines import Engine
+from ..engines.modal import ModalRun, SideBySide
+from ..engines.simulation import Simulation
+from ..rig import Bushing, Rig
+from ..signals.excitation import Excitation
+from ..signals.sampling import Decimator
+
+__all__ = ["LANES", "Block", "ImpactRate", "impact_rate", "lanes_of", "march"]
+
+LANES = (1, 4, 8)  # models that are marched side by side; each number is compiled once
+STEPS = 512  # samples of a record that are marched between two looks
+BATCHES = 20  # pieces of a record between which the scatter of the counts is seen
+
+
+class Block(NamedTuple):
+    """What is kept of consecutive samples of one model: the largest of each."""
+
+    depth: np.ndarray
+    """(n_bushings, n) m beyond the gap at the bushing's middle, negative in the gap"""
+    contact_force: np.ndarray
+    """(n_bushings, n) magnitude, N"""
+    acceleration: np.ndarray
+    """(n_sensors, n) magnitude, m/s²; some samples later than the rest, and as many fewer at first"""
+    impacts: np.ndarray
+    """(n_bushings, n) contacts that begin"""
+
+
+@dataclass(frozen=True)
+class ImpactRate:
+    """Impacts per second of a bushing, with an interval."""
+
+    value: float
+    """1/s"""
+    low: float
+    """1/s, 5 % quantile"""
+    high: float
+    """1/s, 95 % quantile"""
+    dispersion: float
+    """variance of the counts of twentieths of the record over their mean: 1 of impacts that are independent"""
+
+
+def impact_rate(impacts: np.ndarray, duration: float) -> ImpactRate:
+    """Return the rate of impacts that may come in clusters.
+
+    Counts of twentieths of the record have the variance φ times their mean, φ ≥ 1: as much as N/φ independent events.
+    The interval is that of a Poisson process with Jeffreys' prior, Gamma(N/φ + 1/2) over duration/φ.
+
+    Parameters
+    ----------
+    impacts : ndarray, shape (n,)
+        Contacts that begin in each of consecutive equal times.
+    duration : float
+        Of all of them, s.
+    """
+    size = len(impacts) // BATCHES
+    counts = impacts[: size * BATCHES].reshape(BATCHES, size).sum(axis=1) if size else impacts
+    total = float(impacts.sum())
+    dispersion = max(1.0, float(counts.var(ddof=1) / counts.mean())) if total and counts.size > 1 else 1.0
+    low, high = scipy.special.gammaincinv(total / dispersion + 0.5, [0.05, 0.95]) * dispersion / duration
+    return ImpactRate(total / duration, 0.0 if not total else float(low), float(high), dispersion)
+
+
+def march(
+    cases: Sequence[tuple[Rig, Law]], pieces: Iterable[Excitation], engine: Engine, settling: float
+) -> Iterator[list[Block]]:
+    """March models side by side under one excitation; yield a block of each, from the end of the settling on.
+
+    Planar models of one step and size go in the lanes of the modal engine, others one by one.
+
+    Parameters
+    ----------
+    cases : sequence of (Rig, Law)
+        Up to 8; alike in sizes where there are several.
+    pieces : iterable of Excitation
+        Consecutive pieces of one excitation.
+    engine : Engine
+        Such as ``Modal()``.
+    settling : float
+        s from the start that are left out.
+
+    Raises
+    ------
+    ClearanceError
+        As `simulate`; if a rig has no clearance; if models that are not alike are to be side by side.
+    """
+    if not all(rig.bushings for rig, _ in cases):
+        raise ClearanceError("a rig without clearances has no impacts; give it bushings")
+    pieces = iter(pieces)
+    first = next(pieces, None)
+    if first is None:
+        raise ExcitationError("there is no piece of an excitation")
+    simulations = [Simulation(rig, first, law, engine) for rig, law in cases]
+    advance, interpolator = _side_by_side(simulations), simulations[0].interpolator
+    watches, waiting = [_Watch(simulation) for simulation in simulations], round(settling * first.fs)
+    count = STEPS * interpolator.factor
+    for piece in itertools.chain([first], pieces, [None]):
+        fast = interpolator.flush() if piece is None else interpolator.push(piece.value)
+        for start in range(0, fast.size, count):
+            outputs = advance(fast[start : start + count])
+            blocks = [watch.see(output) for watch, output in zip(watches, outputs)]
+            size = blocks[0].depth.shape[1]
+            if waiting < size:
+                yield [Block(*(part[:, waiting:] for part in block)) for block in blocks]
+            waiting = max(0, waiting - size)
+
+
+def lanes_of(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine) -> list[list[int]]:
+    """Return which of some models can be marched side by side: planar ones of one step and size, on the modal engine.
+
+    Parameters
+    ----------
+    cases : sequence of (Rig, Law)
+        Models.
+    noise : Excitation
+        Of the rate and kind under which they are marched.
+    engine : Engine
+        Such as ``Modal()``.
+    """
+    together: dict[object, list[int]] = {}
+    for i, (rig, law) in enumerate(cases):
+        run = Simulation(rig, noise, law, engine).run
+        together.setdefault(run.alike() if isinstance(run, ModalRun) else i, []).append(i)
+    most = LANES[-1]
+    return [found[i : i + most] for found in together.values() for i in range(0, len(found), most)]
+
+
+def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], np.ndarray]:
+    """What advances all of them by a block of steps, (n,), to their outputs (n_models, n, columns)."""
+    runs = [simulation.run for simulation in simulations]
+    if len(runs) == 1:
+        return lambda block: runs[0].advance(block)[None]
+    if not all(isinstance(run, ModalRun) for run in runs):
+        raise ClearanceError("models side by side are planar ones on the modal engine; march others one by one")
+    planar = cast(list[ModalRun], runs)
+    if len({run.alike() for run in planar}) > 1:
+        raise ClearanceError("models side by side need one time step and as many modes, sensors and clearances")
+    lanes = next(count for count in LANES if count >= len(planar))
+    return SideBySide(planar + planar[-1:] * (lanes - len(planar))).advance
+
+
+class _Watch:
+    """Reduces the outputs of a simulation's steps to the largest values of each sample."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.rig, self.factor = simulation.rig, simulation.interpolator.factor
+        self.touched = np.zeros((1, len(self.rig.bushings)), bool)
+        self.decimator = Decimator(len(self.rig.sensors), self.factor)
+
+    def see(self, outputs: np.ndarray) -> Block:
+        """Reduce steps, (n, columns), a whole number of samples."""
+        n, each, n_sensors = len(self.rig.bushings), self.rig.n_coordinates, len(self.rig.sensors)
+        ends = n_sensors + n * each * np.arange(4)
+        acceleration, moved, contact, _, told = np.split(outputs, ends, axis=1)
+        force = np.linalg.norm(contact.reshape(-1, n, each), axis=2)
+        touches = told[:, :n] > 0.5 if told.shape[1] >= n else force > 0
+        begins = touches & ~np.concatenate((self.touched, touches[:-1]))
+        self.touched = touches[-1:]
+        at = moved.reshape(-1, n, each)
+        depth = np.stack([_depth(bushing, at[:, j]) for j, bushing in enumerate(self.rig.bushings)], axis=1)
+        per_sample = -1, self.factor, n
+        return Block(
+            depth.reshape(per_sample).max(axis=1).T,
+            force.reshape(per_sample).max(axis=1).T,
+            np.abs(self.decimator.push(acceleration)).T,
+            begins.reshape(per_sample).sum(axis=1).T,
+        )
+
+
+def _depth(bushing: Bushing, moved: np.ndarray) -> np.ndarray:
+    """Penetration (n,), m, of relative displacements (n, 1), or (n, 2) along y and z; negative in the gap."""
+    if moved.shape[1] == 2:
+        return np.hypot(moved[:, 0] + bushing.offset_y, moved[:, 1] + bushing.offset) - bushing.gap
+    lower, upper = bushing.walls
+    return np.maximum(moved[:, 0] - upper, lower - moved[:, 0])

@@ -1,0 +1,14 @@
+"""Wear: how the gaps of a machine grow while it runs, how long it lasts, and what its history says of that."""
+
+from .harmonic import Sine
+from .history import GapHistory
+from .life import Jump, Life, gap_limits, predict_life
+from .lives import Lives, predict_lives
+from .marched import Marched
+from .operation import Operation, Vibration
+from .remaining import Remaining, predict_remaining
+
+__all__ = [
+    "GapHistory", "Jump", "Life", "Lives", "Marched", "Operation", "Remaining", "Sine", "Vibration", "gap_limits",
+    "predict_life", "predict_lives", "predict_remaining",
+]  # fmt: skip

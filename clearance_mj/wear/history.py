@@ -1,0 +1,167 @@
+"""Histories of gaps: what a twin, or a gauge, has found of a machine's clearances at times of its life."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..core.errors import RecordError
+from ..identify import Twin
+from ..signals.arrays import ArrayData, read_only
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["GapHistory"]
+
+COLUMNS = ("hours", "bushing", "gap_m", "std_m")
+LEAST = 3  # points of a bushing
+SHRINKS = 3.0  # standard errors below 0 of a straight line's slope from which on a gap is said to shrink
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GapHistory(ArrayData):
+    """Gaps at times of a machine's life, with their standard deviations; nan where a bushing's is not known.
+
+    Raises
+    ------
+    RecordError
+        If times do not rise, a value is impossible, a bushing has one or two points, or its gap shrinks.
+    """
+
+    hours: np.ndarray
+    """(n,) h in operation"""
+    gap: np.ndarray
+    """(n, n_bushings) m"""
+    std: np.ndarray
+    """(n, n_bushings) standard deviation of each, m"""
+
+    def __post_init__(self) -> None:
+        for name in ("hours", "gap", "std"):
+            self._set(**{name: read_only(getattr(self, name))})
+        if self.hours.ndim != 1 or self.gap.ndim != 2 or not len(self.hours) == len(self.gap) == len(self.std):
+            raise RecordError("a history is hours (n,) with gap and std (n, n_bushings)")
+        if self.gap.shape != self.std.shape:
+            raise RecordError(f"gap {self.gap.shape} and std {self.std.shape} of a history must have one shape")
+        if not (np.isfinite(self.hours).all() and np.all(np.diff(self.hours) > 0)):
+            raise RecordError("hours of a history must be finite and rise from point to point")
+        for j in range(self.gap.shape[1]):
+            self._check(j)
+
+    def _check(self, j: int) -> None:
+        hours, gap, std = self.of(j)
+        if not hours.size:
+            return
+        if hours.size < LEAST:
+            raise RecordError(f"the history of bushings[{j}] has {hours.size} points; give {LEAST} or more")
+        if not np.all(gap > 0):
+            raise RecordError(f"the history of bushings[{j}] has a gap of {np.min(gap):g} m; gaps are above 0")
+        if not np.all(std > 0):
+            raise RecordError(f"the history of bushings[{j}] has a standard deviation of 0 m; no gap is known exactly")
+        weight = 1 / std**2
+        middle = np.average(hours, weights=weight)
+        spread = np.sum(weight * (hours - middle) ** 2)
+        slope = np.sum(weight * (hours - middle) * gap) / spread
+        if slope < -SHRINKS / np.sqrt(spread):
+            raise RecordError(
+                f"the history of bushings[{j}] shrinks by {-1e6 * slope:.3g} µm/h, beyond its errors, and "
+                "what wears grows; was the machine repaired? begin the history there"
+            )
+
+    @property
+    def known(self) -> tuple[int, ...]:
+        """Numbers of the bushings that have a history."""
+        return tuple(j for j in range(self.gap.shape[1]) if self.of(j)[0].size)
+
+    def of(self, bushing: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return hours, gaps, m, and standard deviations, m, (m,) each, of a bushing where they are known.
+
+        Parameters
+        ----------
+        bushing : int
+            Its number.
+        """
+        here = np.isfinite(self.gap[:, bushing]) & np.isfinite(self.std[:, bushing])
+        return self.hours[here], self.gap[here, bushing], self.std[here, bushing]
+
+    def until(self, hours: float) -> GapHistory:
+        """Return the part up to a time.
+
+        Parameters
+        ----------
+        hours : float
+            h.
+        """
+        keep = self.hours <= hours
+        return GapHistory(self.hours[keep], self.gap[keep], self.std[keep])
+
+    @classmethod
+    def from_twins(cls, hours: Sequence[float], twins: Sequence[Twin]) -> GapHistory:
+        """Return the history of the gaps that a twin found at the end of each of several records.
+
+        Parameters
+        ----------
+        hours : sequence of float
+            h in operation at which each record was taken.
+        twins : sequence of Twin
+            What `identify.twin` returned of each.
+
+        Raises
+        ------
+        RecordError
+            If the numbers of hours and twins differ, or the history is impossible.
+        """
+        if len(hours) != len(twins):
+            raise RecordError(f"give one time for each of {len(twins)} twins, got {len(hours)}")
+        gap = np.array([twin.value("gap")[-1] for twin in twins])
+        return cls(np.array(hours, dtype=float), gap, gap * np.array([twin.std[0, -1] for twin in twins]))
+
+    @classmethod
+    def load(cls, path: str | Path, n_bushings: int) -> GapHistory:
+        """Read a CSV file with a row for each time and bushing: hours, bushing, gap_m, std_m.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        n_bushings : int
+            Number of bushings of the rig.
+
+        Raises
+        ------
+        RecordError
+            If the file or a column is missing, a value is no number, or the history is impossible.
+        """
+        import pandas as pd
+
+        try:
+            table = pd.read_csv(path)
+        except (OSError, ValueError) as error:  # an empty or torn table is a ValueError
+            raise RecordError(f"{path}: cannot be read as CSV ({error})") from None
+        try:
+            return cls._of_table(table, n_bushings)
+        except RecordError as error:
+            raise RecordError(f"{path}: {error}") from None
+
+    @classmethod
+    def _of_table(cls, table: pd.DataFrame, n_bushings: int) -> GapHistory:
+        import pandas as pd
+
+        if missing := [name for name in COLUMNS if name not in table.columns]:
+            raise RecordError(f"has no column {', '.join(missing)}; a history has {', '.join(COLUMNS)}")
+        try:
+            rows = np.column_stack([pd.to_numeric(table[name]).to_numpy(float) for name in COLUMNS])
+        except (ValueError, TypeError) as error:
+            raise RecordError(f"holds what is no number ({error})") from None
+        bushings = rows[:, 1]
+        if not np.all(np.isin(bushings, np.arange(n_bushings))):
+            wrong = bushings[~np.isin(bushings, np.arange(n_bushings))][0]
+            raise RecordError(f"has a bushing {wrong:g}; the rig's are 0 to {n_bushings - 1}")
+        hours, row = np.unique(rows[:, 0], return_inverse=True)
+        gap, std = np.full((2, hours.size, n_bushings), np.nan)
+        gap[row, bushings.astype(int)], std[row, bushings.astype(int)] = rows[:, 2], rows[:, 3]
+        return cls(hours, gap, std)

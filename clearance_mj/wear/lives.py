@@ -1,0 +1,165 @@
+"""Lives of many machines that could be the one at hand: quantiles over what is not known of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.cache import ResultCache
+from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
+from ..core.tasks import run_tasks
+from ..model import Model
+from ..signals.arrays import ArrayData, read_only
+from .coefficients import drawn_models
+from .growth import clearances_of
+from .life import ACCURACY, LONGEST, Life, gap_limits, predict_life
+from .operation import Operation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Lives", "predict_lives"]
+
+GRID = 201  # times at which gaps are kept
+MAX_DRAWS = 10_000
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Lives(ArrayData):
+    """Lives over draws of what is not known: coefficients of wear, gaps, or a posterior."""
+
+    nominal: Life
+    """of the model as it is"""
+    life: np.ndarray
+    """(n,) h to the first gap that reaches its limit; infinite where none does"""
+    hours: np.ndarray
+    """(m,) h"""
+    gap: np.ndarray
+    """(n, m, n_bushings) m; a machine keeps its gaps once its life has ended"""
+
+    def __post_init__(self) -> None:
+        for name in ("life", "hours", "gap"):
+            self._set(**{name: read_only(getattr(self, name))})
+
+    def quantile(self, share: float) -> float:
+        """Return the hours after which a share of the machines has reached a limit; infinite if less ever does.
+
+        Parameters
+        ----------
+        share : float
+            From 0 to 1.
+        """
+        return float(np.quantile(self.life, share, method="nearest"))
+
+    def words(self) -> list[str]:
+        """Say in lines what the nominal machine does, and how lives scatter."""
+        low, middle, high = (self.quantile(share) for share in (0.05, 0.5, 0.95))
+        never = float(np.mean(np.isinf(self.life)))
+        line = f"of {self.life.size} drawn machines half last {middle:.4g} h, 90 % from {low:.4g} to {high:.4g} h"
+        return [*self.nominal.words(), line + (f"; {100 * never:.3g} % reach no limit" if never else "")]
+
+    def plot(self) -> Figure:
+        """Draw gaps over hours with the 90 % band of the draws, limits and jumps."""
+        from ..core.drawing import COLOURS, canvas
+
+        figure = canvas(3.4)
+        axes = figure.subplots()
+        low, high = 1e3 * np.quantile(self.gap, [0.05, 0.95], axis=0)
+        for j in range(self.gap.shape[2]):
+            colour = COLOURS[j % len(COLOURS)]
+            axes.fill_between(self.hours, low[:, j], high[:, j], color=colour, alpha=0.2, lw=0)
+        self.nominal.draw_on(axes)
+        return figure
+
+
+@checks_kinds
+def predict_lives(
+    model: Model, operation: Operation, limit: float | str | Mapping[str, float | str], n: int = 50, seed: int = 0,
+    hours: float = LONGEST, accuracy: float = ACCURACY, workers: int | None = None, cache: str | Path | None = None,
+    progress: bool = False,
+) -> Lives:  # fmt: skip
+    """Predict the lives of machines that a model could stand for.
+
+    Drawn are coefficients of wear within their tolerances, and the model's posterior or, without one, gaps within
+    theirs. What has no tolerance is taken for exact.
+
+    Parameters
+    ----------
+    model : Model
+        Rig with tolerances, and law.
+    operation : Operation
+        How the machine runs.
+    limit : float, str or mapping
+        Gap at which life ends, as for `predict_life`: that of the model holds for all draws.
+    n : int
+        Number of draws.
+    seed : int
+        Seed of the draws.
+    hours, accuracy : float
+        As for `predict_life`.
+    workers : int, optional
+        Number of processes; None: one for each core; 1: this one.
+    cache : str or Path, optional
+        Folder in which each life is kept once it is found, so that an interrupted prediction goes on.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Lives
+
+    Raises
+    ------
+    ClearanceError
+        As `predict_life`, or for impossible numbers of draws.
+    """
+    if not 2 <= n <= MAX_DRAWS:
+        raise ClearanceError(f"n must be 2 to {MAX_DRAWS} draws, got {n!r}")
+    nominal = predict_life(model, operation, limit, hours, accuracy, progress)
+    limits, drawn = gap_limits(model, limit), drawn_models(model, n, seed)
+    one = partial(_drawn, models=drawn, operation=operation, limits=limits, hours=hours, accuracy=accuracy, cache=cache)
+    found = dict(run_tasks(one, range(n), workers, processes=workers != 1, progress="lives" if progress else ""))
+    ends = [float(found[i]["life"]) for i in range(n)]
+    last = max([float(nominal.hours[-1]), *(end for end in ends if np.isfinite(end))])
+    grid = np.linspace(0.0, last, GRID)
+    gaps = [np.transpose([np.interp(grid, found[i]["hours"], row) for row in found[i]["gap"].T]) for i in range(n)]
+    return Lives(nominal, np.array(ends), grid, np.array(gaps))
+
+
+def _drawn(
+    i: int, models: list[Model], operation: Operation, limits: np.ndarray, hours: float, accuracy: float,
+    cache: str | Path | None,
+) -> dict[str, Any]:  # fmt: skip
+    """Life, hours and gaps of one drawn machine."""
+    model = models[i]
+    if cache is None:
+        return _found(model, operation, limits, hours, accuracy)
+    inputs = model.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
+
+    def save(found: dict[str, Any], path: Path) -> None:
+        with path.open("wb") as file:
+            np.savez(file, **found)
+
+    def load(path: Path) -> dict[str, Any]:
+        with np.load(path) as file:
+            return dict(file)
+
+    def compute() -> dict[str, Any]:
+        return _found(model, operation, limits, hours, accuracy)
+
+    return ResultCache(Path(cache)).get("life", inputs, compute, save, load, ".npz")
+
+
+def _found(model: Model, operation: Operation, limits: np.ndarray, hours: float, accuracy: float) -> dict[str, Any]:
+    gaps = clearances_of(model.rig)[:, 0]
+    if np.any(gaps >= limits):
+        return {"life": 0.0, "hours": np.zeros(1), "gap": gaps[None]}
+    wanted = {f"bushings[{j}]": float(limit) for j, limit in enumerate(limits) if np.isfinite(limit)}
+    life = predict_life(model, operation, wanted, hours, accuracy)
+    return {"life": life.life, "hours": np.array(life.hours), "gap": np.array(life.gap)}

@@ -1,0 +1,117 @@
+"""How hard a vibration rubs: the mean of normal force times slip speed at both ends of every bushing.
+
+Archard (J. Appl. Phys. 24, 1953, 981): the volume worn off is V = K ∫ N |v_slip| dt, whatever the pressure. What a
+vibration adds to it in a second is K times the mean of N |v_slip|, its rubbing, W.
+
+The shaft's surface slips at radius R. In the plane it tilts only: |v| = R |dθ/dt|, with θ the slope of the shaft within
+the bushing, (x_b - x_a)/L between its ends. In space it also slips around: v_t = ṙ·t + R Ω with t = x × n, and along
+the shaft with the tilt towards the place where it touches, v_x = R n·dθ/dt.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..core.errors import RigError
+from ..rig import Rig
+from ..rig.dimensions import shaft_radius
+
+__all__ = ["MOMENTS", "footprints", "planar_rubbing", "round_rubbing"]
+
+MOMENTS = 6
+"""Means of N|v| times 1, n_y, n_z, n_y², n_z² and n_y n_z, with n the direction in which the shaft touches"""
+
+
+def footprints(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+    """Return radius and length (n_bushings,) on which each bushing's shaft rubs, m; nan where nothing is said to wear.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+
+    Raises
+    ------
+    RigError
+        If no bushing has a coefficient of wear, or one that has is not told a length or a radius.
+    """
+    if not any(bushing.wear for bushing in rig.bushings):
+        raise RigError(
+            f"rig {rig.name!r}: no bushing has a coefficient of wear above 0; give bushings[0].wear in m²/N, such as "
+            "1e-15 (1e-6 mm³/(N m))"
+        )
+    radius, length = np.full((2, len(rig.bushings)), math.nan)
+    for j, bushing in enumerate(rig.bushings):
+        if not bushing.wear:
+            continue
+        radius[j], length[j] = shaft_radius(rig, j), bushing.length
+        if not length[j]:
+            raise RigError(f"bushings[{j}] ({bushing.where}): wear needs the bushing's length, over which it spreads")
+        if not radius[j]:
+            raise RigError(f"bushings[{j}] ({bushing.where}): wear needs bushings[{j}].radius, where the shaft slips")
+    return radius, length
+
+
+def planar_rubbing(rig: Rig, place: np.ndarray, speed: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Return the rubbing (n_bushings, 2, `MOMENTS`) of both ends in the plane, W: N m/s.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    place, speed : ndarray, shape (2 n_bushings, n)
+        Displacement from rest, m, and velocity, m/s, of both ends of every bushing, evenly sampled.
+    force : ndarray, shape (2 n_bushings, n)
+        Contact force of each, positive against positive displacement, N.
+    """
+    radius, length = footprints(rig)
+    found = np.zeros((len(rig.bushings), 2, MOMENTS))
+    for j, bushing in enumerate(rig.bushings):
+        ends = slice(2 * j, 2 * j + 2)
+        if not bushing.wear or not force[ends].any():
+            continue
+        slip = radius[j] / length[j] * np.abs(speed[2 * j + 1] - speed[2 * j])
+        side = np.where(place[ends] + bushing.offset > 0, 1.0, -1.0)
+        rubs = np.maximum(side * force[ends], 0.0) * slip
+        above, below = (np.mean(np.where(side == s, rubs, 0.0), axis=1) for s in (1.0, -1.0))
+        nothing = np.zeros(2)
+        found[j] = np.transpose([above + below, nothing, above - below, nothing, above + below, nothing])
+    return found
+
+
+def round_rubbing(
+    rig: Rig, place: np.ndarray, speed: np.ndarray, normal: np.ndarray, spin: np.ndarray | float
+) -> np.ndarray:
+    """Return the rubbing (n_bushings, 2, `MOMENTS`) of both ends in space, W: N m/s.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    place, speed : ndarray, shape (2 n_bushings, 2, n)
+        Displacement along y and z from the unloaded place, m, and velocity, m/s, of both ends of every bushing, evenly
+        sampled.
+    normal : ndarray, shape (2 n_bushings, n)
+        Normal force of each, N.
+    spin : ndarray, shape (n,), or float
+        Of the shaft, rad/s.
+    """
+    radius, length = footprints(rig)
+    found = np.zeros((len(rig.bushings), 2, MOMENTS))
+    for j, bushing in enumerate(rig.bushings):
+        if not bushing.wear:
+            continue
+        tilting = (speed[2 * j + 1] - speed[2 * j]) / length[j]
+        middle = np.array([[bushing.offset_y], [bushing.offset]])
+        for end in range(2):
+            at = 2 * j + end
+            if not normal[at].any():
+                continue
+            r = place[at] + middle
+            y, z = r / np.maximum(np.hypot(*r), 1e-300)
+            around = y * speed[at, 1] - z * speed[at, 0] + radius[j] * spin
+            rubs = np.maximum(normal[at], 0.0) * np.hypot(around, radius[j] * (y * tilting[0] + z * tilting[1]))
+            found[j, end] = np.mean(rubs * np.array([np.ones_like(y), y, z, y * y, z * z, y * z]), axis=1)
+    return found

@@ -1,0 +1,1 @@
+"""Virtual machines that wear, whose physics is not the model's."""

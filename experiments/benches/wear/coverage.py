@@ -1,0 +1,83 @@
+"""How often intervals of the remaining life hold, of virtual machines that wear (docs/wear.md). Synthetic.
+
+    python -m experiments.benches.wear.coverage --first 100 --count 20 --out results/wear
+
+From the first third of each machine's life; a row for each machine and bushing, and a summary.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from clearance_mj.core.errors import ClearanceError
+from clearance_mj.report.tables import write_csv
+from clearance_mj.wear import predict_remaining
+from clearance_mj.wear.remaining import DRIFT
+from experiments.benches.wear.machine import COEFFICIENT, Machine, make_machine
+
+LEVEL = 0.9
+
+
+def rows_of(machine: Machine, drift: float) -> list[dict]:
+    """A row for each bushing that wears: true and predicted remaining life, and whether the interval holds it."""
+    history = machine.history()
+    limits = {f"bushings[{j}]": float(limit) for j, limit in enumerate(machine.limit) if np.isfinite(limit)}
+    start = time.process_time()
+    try:
+        found = predict_remaining(machine.model, machine.operation, history, limits, drift, machine.seed)
+    except ClearanceError as error:
+        return [{"seed": machine.seed, "bushing": -1, "error": str(error)}]
+    took = time.process_time() - start
+    low, high = found.interval(LEVEL)
+    rows = []
+    for j in history.known:
+        true = float(machine.life[j] - history.hours[-1])
+        rows.append({
+            "seed": machine.seed, "operation": machine.operation.to_dict()["operation"], "bushing": j,
+            "growth_%": 100 * (machine.limit[j] / machine.gap[0, j] - 1), "true_h": true, "median_h": found.median[j],
+            "low_h": low[j], "high_h": high[j], "inside": bool(low[j] <= true <= high[j]),
+            "rank": float(np.mean(found.hours[j] < true)), "drift": found.drift[j], "misfit": found.misfit[j],
+            "coefficient": float(np.median(found.coefficient[j])) / COEFFICIENT, "cpu_s": took,
+        })  # fmt: skip
+    return rows
+
+
+def summary(table: pd.DataFrame) -> str:
+    """How often the intervals hold, how far medians are off and how wide intervals are."""
+    told = table[table["bushing"] >= 0]
+    error = np.abs(np.log(told["median_h"] / told["true_h"]))
+    width = np.log(told["high_h"] / told["low_h"])
+    failed = len(table) - len(told)
+    return (
+        f"{told['inside'].mean():.1%} of {len(told)} (machines x bushings) inside {LEVEL:.0%} intervals, "
+        f"median |error| {100 * np.expm1(error.median()):.1f} %, intervals a factor {np.exp(width.median()):.2f} wide, "
+        f"{told['seed'].nunique()} machines, {failed} refused, {told['cpu_s'].median():.1f} s each"
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the table, and print its summary."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("results/wear"))
+    parser.add_argument("--first", type=int, default=0, help="seed (default: %(default)s)")
+    parser.add_argument("--count", type=int, default=20, help="machines (default: %(default)s)")
+    parser.add_argument("--drift", type=float, default=DRIFT, help="prior of the walk of log K (default: %(default)s)")
+    options = parser.parse_args(arguments)
+    rows: list[dict] = []
+    for seed in tqdm(range(options.first, options.first + options.count), desc="machines"):
+        machine = make_machine(seed)
+        rows += [] if machine is None or np.isnan(machine.life).all() else rows_of(machine, options.drift)
+        write_csv(options.out / f"remaining_{options.first}.csv", rows)
+    print(summary(pd.DataFrame(rows)))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

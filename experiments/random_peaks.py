@@ -1,0 +1,129 @@
+"""Peaks over an hour of random excitation, predicted from 60 s, against ten hours that are marched.
+
+``python -m experiments.random_peaks march`` marches the hours (about 15 minutes of one core) and keeps their counts and
+largest values; ``python -m experiments.random_peaks compare`` predicts from records of 60 s and compares. Both the
+hours' seeds and the records' are other ones than those on which the method was chosen, and so are level and spectrum.
+
+Contact and grease of the Table 1 rig are linear, so its response at level L is L times that at level 1 of the rig whose
+gaps are L times as narrow: all levels are marched side by side under one noise. The records of 60 s are marched at
+their own level.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+import clearance_mj as cm
+from clearance_mj.clearance.modelled import rig_and_law
+from clearance_mj.core.files import replacing
+from clearance_mj.signals.psd import PSD
+from clearance_mj.tolerance.impacts import march
+from clearance_mj.tolerance.peaks import noise_of, peaks_of_record
+
+ROOT = Path(__file__).resolve().parents[1]
+RIG = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
+SPECTRUM = PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])  # breakpoints; scaled to each level
+LEVELS = (0.5, 2.0, 4.0, 6.0)  # m/s² RMS: rare contact of one bushing to hard rattling of both
+HOURS = range(101, 111)  # seeds
+RECORDS = range(201, 221)
+HOUR, RECORD, SETTLING, FS = 3600.0, 60.0, 5.0, 2048.0
+QUANTITIES = {"penetration": "depth", "contact_force": "contact_force", "acceleration": "acceleration"}
+"""quantities, and what blocks call them"""
+
+
+def marched_hour(seed: int) -> pd.DataFrame:
+    """Return impacts and largest values of an hour: a row per level, quantity and bushing or sensor."""
+    cases = [rig_and_law(RIG.with_gap(RIG.bushings[0].gap / level)) for level in LEVELS]
+    noise = cm.excitation.from_psd_blocks(SPECTRUM.scaled(1.0), HOUR + SETTLING, FS, seed)
+    found: dict[tuple[int, str], np.ndarray] = {}
+    for blocks in march(cases, noise, cm.Modal(), SETTLING):
+        for lane, block in enumerate(blocks):
+            for name, kept in QUANTITIES.items():
+                largest = getattr(block, kept).max(axis=1, initial=-np.inf)
+                found[lane, name] = np.maximum(found.get((lane, name), -np.inf), largest)
+            found[lane, "impacts"] = found.get((lane, "impacts"), 0) + block.impacts.sum(axis=1)
+    rows = []
+    for (lane, name), values in found.items():
+        scale = 1.0 if name == "impacts" else LEVELS[lane]
+        rows += [(seed, LEVELS[lane], name, i, scale * float(v)) for i, v in enumerate(values)]
+    return pd.DataFrame(rows, columns=["seed", "level", "quantity", "row", "value"])
+
+
+def march_hours(path: Path) -> None:
+    """March the hours that a file does not hold yet, and add each to it."""
+    known = pd.read_csv(path) if path.exists() else pd.DataFrame({"seed": []})
+    for seed in HOURS:
+        if seed in set(known["seed"]):
+            continue
+        started = time.process_time()
+        known = pd.concat([known, marched_hour(seed)], ignore_index=True)
+        with replacing(path) as temporary:
+            known.to_csv(temporary, index=False)
+        print(f"hour of seed {seed}: {time.process_time() - started:.0f} s of one core", flush=True)
+
+
+def predicted() -> pd.DataFrame:
+    """Return what records of 60 s say of an hour: a row per seed, level, quantity and bushing or sensor."""
+    rig, law = rig_and_law(RIG)
+    rows = []
+    for seed, level in itertools.product(RECORDS, LEVELS):
+        noise = noise_of(SPECTRUM.scaled(level), RECORD + SETTLING, seed)
+        blocks = [block for (block,) in march([(rig, law)], [noise], cm.Modal(), SETTLING)]
+        for name in QUANTITIES:
+            found = peaks_of_record(rig, law, blocks, noise, name, 1.0)
+            fits = zip(found.median, *found.interval.T)
+            rows += [(seed, level, name, i, *fit) for i, fit in enumerate(fits)]
+        rows += [(seed, level, "impacts", i, r.value, r.low, r.high) for i, r in enumerate(found.impacts)]
+    return pd.DataFrame(rows, columns=["seed", "level", "quantity", "row", "median", "low", "high"])
+
+
+def compared(hours: pd.DataFrame, records: pd.DataFrame) -> pd.DataFrame:
+    """Return, for each level, quantity and row, how often intervals hold the hours, and medians lie in their range."""
+    keys, rows = ["level", "quantity", "row"], []
+    marched = dict(list(hours.groupby(keys)["value"]))
+    for place, each in records.groupby(keys):
+        value = np.maximum(marched[place].to_numpy(), 0.0) / (HOUR if place[1] == "impacts" else 1.0)
+        value = np.array([value.mean()]) if place[1] == "impacts" else value  # an interval of the rate itself
+        fitted = each.dropna()
+        low, high, median = (fitted[name].to_numpy()[:, None] for name in ("low", "high", "median"))
+        rows.append({
+            **dict(zip(keys, place)), "records": len(fitted), "of": len(each),
+            "hours_least": value.min(), "hours_median": np.median(value), "hours_largest": value.max(),
+            "median": np.median(median) if len(fitted) else np.nan,
+            "low": np.median(low) if len(fitted) else np.nan, "high": np.median(high) if len(fitted) else np.nan,
+            "inside": np.mean((low <= value) & (value <= high)), "hour_below": np.mean(value < low),
+            "hour_above": np.mean(value > high),
+            "medians_in_range": np.mean((value.min() <= median) & (median <= value.max())),
+            "hours_below_median": np.mean(value <= median),
+        })  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def summary(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the table with the sensors of an acceleration taken together, shares weighted by records."""
+    shares = ["inside", "hour_below", "hour_above", "medians_in_range", "hours_below_median"]
+    sensors = table[table["quantity"] == "acceleration"]
+    return sensors.groupby("level")[shares].mean().round(3)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=("march", "compare"))
+    parser.add_argument("--out", type=Path, default=ROOT / "results" / "random_peaks")
+    options = parser.parse_args()
+    if options.what == "march":
+        march_hours(options.out / "hours.csv")
+    else:
+        records = predicted()
+        table = compared(pd.read_csv(options.out / "hours.csv"), records)
+        for name, frame in (("records", records), ("compared", table)):
+            with replacing(options.out / f"{name}.csv") as temporary:
+                frame.to_csv(temporary, index=False)
+        shown = table[table["quantity"] != "acceleration"]
+        print(shown.to_string(index=False, float_format="{:.3g}".format), summary(table), sep="\n\n")

@@ -1,0 +1,102 @@
+"""clearance-mj listen: files at one full scale, numbers as the Python calls find them, bad input in one line."""
+
+import csv
+import importlib.util
+import json
+
+import numpy as np
+import pytest
+import tomli_w
+
+from clearance_mj.model import Model
+from clearance_mj.rig import Plate, Rig
+from clearance_mj.signals.excitation import random
+from clearance_mj.sound import loudness_over_level, radiate, read_wav
+
+from ..conftest import ROOT
+from ..rig.rig_changes import TABLES
+
+RIG = ROOT / "models" / "table1_rig.toml"
+QUICK = ["--duration", 1.5, "--fs", 4096, "--workers", 1, "--quiet"]
+OF_PLATE = ["--sensor", 8, "--area", 0.1, "--distance", 1]
+PLATE = Plate(sensor=8, area=0.1, distance=1.0)
+
+
+def noise(level):
+    return random(1.5, 4096.0, band=(5, 220), rms=level, seed=0)
+
+
+def test_two_designs_have_one_full_scale(tmp_path, answer):
+    pytest.importorskip("mosqito")
+    out = tmp_path / "out"
+    given = [*QUICK, *OF_PLATE, "--levels", "1,4", "--against-gap", "x0.5", "--method", "stationary", "--out", out]
+    printed = answer("listen", RIG, *given)
+    stored = json.loads((out / "loudness.json").read_text(encoding="utf-8"))
+    assert printed == stored | {"out": str(out)}
+    names = ["A_1.wav", "A_4.wav", "B_1.wav", "B_4.wav"]
+    assert [file.rpartition("/")[2] for file in stored["files"]] == names
+    wavs = [read_wav(out / name) for name in names]
+    assert {(wav.unit, wav.full_scale) for wav in wavs} == {("Pa", wavs[0].full_scale)}
+    assert 0.5 < max(np.abs(wav.value).max() for wav in wavs) / wavs[0].full_scale <= 1
+    model = Model(Rig.load(RIG))
+    for name, design in (("A", model), ("B", model.with_gap("x0.5"))):
+        found = loudness_over_level(design, noise(1.0), (1, 4), PLATE, method="stationary")
+        rows = [row for row in stored["loudness"] if row["design"] == name]
+        assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(found.n5, rel=1e-9)
+        assert [row["sound_pressure_level_db"] for row in rows] == pytest.approx(found.pressure_level, abs=1e-6)
+    with (out / "loudness.csv").open(newline="", encoding="utf-8") as file:
+        assert [row["level"] for row in csv.DictReader(file)] == ["1.0", "4.0", "1.0", "4.0"]
+    assert (out / "loudness.png").stat().st_size > 10_000
+
+
+def test_a_rig_with_a_plate_needs_no_options_and_another_file_is_b(tmp_path, answer):
+    files = [tmp_path / "a.toml", tmp_path / "b.toml"]
+    for file, area in zip(files, (0.1, 0.4)):
+        file.write_text(tomli_w.dumps(TABLES | {"plate": {"sensor": 8, "area": area, "distance": 1.0}}))
+    given = [*QUICK, "--levels", 0.01, "--method", "none", "--full-scale", 1, "--out", tmp_path / "out"]
+    found = answer("listen", files[0], "--against", files[1], *given)
+    assert "loudness" not in found
+    a, b = (read_wav(file).value for file in found["files"])
+    assert b == pytest.approx(2 * a, abs=2**-22)  # four times the area is twice the pressure
+
+
+def test_accelerations_and_records(tmp_path, answer, small_dataset):
+    """A record of a dataset in the place of a simulation; its accelerations come back in m/s²."""
+    record = small_dataset / "level_4_1.uff"
+    given = [*OF_PLATE, "--record", record, "--record", record, "--method", "none", "--quiet"]
+    found = answer("listen", RIG, *given, "--what", "acceleration", "--out", tmp_path / "a")
+    assert [file.rpartition("/")[2] for file in found["files"]] == ["A_level_4_1.wav", "A_level_4_1_2.wav"]
+    wav = read_wav(found["files"][0])
+    assert wav.unit == "m/s2" and wav.name == "acceleration 8:+Z"
+    from clearance_mj.io.formats import read_record
+
+    response = read_record(record, Rig.load(RIG), "validate").response()
+    assert wav.value.std() == pytest.approx(response.acceleration[7].std(), rel=0.01)
+    found = answer("listen", RIG, *given, "--out", tmp_path / "s")
+    heard = radiate(response, Rig.load(RIG), PLATE).pressure
+    assert read_wav(found["files"][0]).value.std() == pytest.approx(heard.std(), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], 'rig "table1" has no [plate]: give --sensor, --area and --distance'),
+        ([*OF_PLATE, "--sensor", 99], "plate.sensor 99 is no sensor's node"),
+        ([*OF_PLATE, "--area", 0], "area must be > 0, got 0"),
+        ([*OF_PLATE, "--duration", 0.5], "--duration 0.5: must be at least 1 s"),
+        ([*OF_PLATE, "--full-scale", 0], "full_scale must be > 0, got 0"),
+        ([*OF_PLATE, "--full-scale", 1e-3], "beyond the full scale of 0.001 Pa; give full_scale="),
+        ([*OF_PLATE, "--against", "none.toml"], "none.toml"),
+        ([*OF_PLATE, "--record", "x.uff", "--against-gap", "x0.5"], "--record is measured: give no --against"),
+    ],
+)
+def test_refusals(tmp_path, refused, arguments, words):
+    out = tmp_path / "out"
+    assert words in refused("listen", RIG, *QUICK, "--levels", 1, "--method", "none", "--out", out, *arguments)
+    assert not out.exists()
+
+
+def test_without_mosqito_it_says_what_to_install(tmp_path, refused, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *_: None)
+    words = refused("listen", RIG, *QUICK, *OF_PLATE, "--out", tmp_path / "out")
+    assert 'pip install "clearance-mj[sound]"; or give --method none' in words

@@ -1,0 +1,85 @@
+"""Impacts per second and the largest value of an hour, predicted from a record."""
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
+
+RIG = cm.Rig.load("models/table1_rig.toml")
+SHAPE = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])
+
+
+def test_without_contact_it_is_rices_largest_value():
+    """A linear rig: its acceleration is Gaussian, and crosses a level u > 0 upwards ν exp(-u²/2σ²) times a second.
+
+    σ² and ν are moments of its spectrum |H|² S (S. O. Rice, 1945). With crossings both ways that are independent, the
+    largest of T has the median σ √(2 ln(2νT/ln 2)); clusters of a narrow band make it a little less.
+    """
+    rig, psd, step = RIG.with_gap(0.1), SHAPE.scaled(1.0), 0.01
+    frequency = np.arange(5.0, 220.0, step)
+    density = np.abs(cm.beam.linear_frf(rig, frequency)) ** 2 * psd.at(frequency)
+    spread = np.sqrt(density.sum(axis=1) * step)
+    rate = np.sqrt((density * frequency**2).sum(axis=1) * step) / spread
+    rice = spread * np.sqrt(2 * np.log(2 * rate * 3600 / np.log(2)))
+    found = [peaks_over_an_hour(rig, psd, seed=seed, quantity="acceleration") for seed in range(5)]
+    inside = np.mean([(each.interval[:, 0] <= rice) & (rice <= each.interval[:, 1]) for each in found])
+    assert inside >= 0.9
+    ratio = np.mean([each.median for each in found], axis=0) / rice
+    assert ratio[:7] == pytest.approx(np.ones(7), abs=0.1)
+    assert ratio[7] == pytest.approx(1.0, abs=0.2)  # the tip, whose lowest mode has a damping ratio of 1.6 %
+    assert not found[0].impacts_per_second.any() and found[0].impact_probability.max() < 1e-6
+
+
+def test_force_and_penetration_of_a_rattling_rig_fit_each_other():
+    """Contact of 7800 N/m: in the slow motion of this rig the damper adds less than a third to the spring's force."""
+    psd = SHAPE.scaled(4.0)
+    force = peaks_over_an_hour(RIG, psd, duration=20.0, seed=1, limit=1.0)
+    depth = peaks_over_an_hour(RIG, psd, duration=20.0, seed=1, quantity="penetration")
+    ratio = force.observed / (7.8e3 * depth.observed)
+    assert (ratio > 0.95).all() and (ratio < 1.35).all()
+    assert force.duration == depth.duration == 20.0 and force.impacts == depth.impacts
+    assert force.rows == force.clearances == ("6:+Z", "7:+Z") and force.unit == "N"
+    assert (force.impact_probability > 0.999).all() and (force.exceeded > 0.9).all()
+    assert (force.observed < force.median).all()  # an hour is 180 such records
+
+
+def test_an_excitation_that_is_given_is_the_noise_of_its_psd():
+    psd = SHAPE.scaled(2.0)
+    noise = noise_of(psd, 8.0, 4)
+    assert noise.fs == 2048.0 and noise_of(cm.PSD([5, 900], [1, 1]), 1.0, 0).fs == 4096.0
+    a, b = peaks_over_an_hour(RIG, psd, duration=3.0, seed=4), peaks_over_an_hour(RIG, noise)
+    assert a == b
+    assert "impacts per second" in str(a) and "7:+Z" in str(a)
+
+
+def test_few_impacts_are_said_to_be_too_few():
+    found = peaks_over_an_hour(RIG, SHAPE.scaled(0.3), duration=5.0, limit=1.0)
+    assert np.isnan(found.median[0]) and np.isnan(found.exceeded[0]) and found.largest[0].peaks == 0
+    assert found.impact_probability[0] < 0.1
+    texts = [text.get_text() for ax in found.plot().axes for text in ax.texts]
+    assert "0 peaks: too few" in texts
+
+
+def test_figure_shows_every_row_and_the_limit():
+    found = peaks_over_an_hour(RIG, SHAPE.scaled(4.0), duration=5.0, limit=2.0)
+    figure = found.plot()
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["6:+Z", "7:+Z"]
+    assert {ax.get_xlabel() for ax in figure.axes} == {"Contact force (N)"}
+    assert all([2.0, 2.0] in [list(line.get_xdata()) for line in ax.lines] for ax in figure.axes)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"quantity": "noise"}, 'quantity "noise" is unknown; use contact_force, penetration, acceleration'),
+        ({"hours": 0.0}, "hours 0.0: must be > 0"),
+        ({"limit": -1.0}, "limit -1.0: must be >= 0 N"),
+        ({"duration": 0.5}, "less than a second of the excitation is left after settling"),
+        ({"seed": -1}, "seed -1: must be a whole number >= 0"),
+    ],
+)
+def test_refuses_in_one_line(changed, words):
+    with pytest.raises(cm.ClearanceError) as error:
+        peaks_over_an_hour(RIG, SHAPE, **{"duration": 2.0, "settling": 0.0} | changed)
+    assert words in str(error.value) and "\n" not in str(error.value)

@@ -1,0 +1,95 @@
+"""Random excitation over a production of designs."""
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import clearance_mj as cm
+from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
+from clearance_mj.tolerance.random_production import DesignPeaks, peaks_of_designs, peaks_over_production
+
+RIG = cm.Rig.load("models/table1_rig.toml")
+PSD = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])
+DESIGNS = [RIG.with_gap(gap) for gap in np.linspace(2.5e-4, 3.5e-4, 10)]
+ASKED = {"duration": 3.0, "settling": 1.0, "seed": 7, "limit": 2.0}
+
+
+def in_order(found):
+    return sorted(found, key=lambda each: (each.level, each.design))
+
+
+def design(number, level=1.0, touch=0.0, exceeded=0.0, median=1.0, rate=0.0):
+    return DesignPeaks(number, level, (rate,), (touch,), (median,), (median,), (median,), (exceeded,))
+
+
+def test_a_design_is_as_it_is_alone_under_the_noise_of_its_eight():
+    found = in_order(peaks_of_designs(DESIGNS, PSD, [2.0, 4.0], workers=1, **ASKED))
+    assert [(each.level, each.design) for each in found] == [(level, i) for level in (2.0, 4.0) for i in range(10)]
+    for i, eight in ((3, 0), (9, 1)):
+        noise = noise_of(PSD.scaled(4.0), 4.0, [7, eight])
+        alone = peaks_over_an_hour(DESIGNS[i], noise, settling=1.0, limit=2.0)
+        assert found[10 + i].median == pytest.approx(alone.median.tolist(), rel=1e-6, nan_ok=True)
+        assert found[10 + i].exceeded == pytest.approx(alone.exceeded.tolist(), rel=1e-6, nan_ok=True)
+        assert found[10 + i].impacts_per_second == tuple(alone.impacts_per_second)
+
+
+def test_goes_on_where_it_was_interrupted():
+    whole = in_order(peaks_of_designs(DESIGNS, PSD, [4.0], workers=1, **ASKED))
+    rest = list(peaks_of_designs(DESIGNS, PSD, [4.0], workers=1, known={(i, 4.0) for i in (*range(8), 9)}, **ASKED))
+    assert [each.design for each in rest] == [8]
+    assert repr(rest[0]) == repr(whole[8])
+    assert repr(DesignPeaks(**rest[0].to_dict()).to_dict()) == repr(rest[0].to_dict())
+
+
+@pytest.mark.slow
+def test_the_number_of_workers_changes_nothing():
+    one, two = (list(peaks_of_designs(DESIGNS, PSD, [4.0], workers=n, **ASKED)) for n in (1, 2))
+    assert repr(in_order(one)) == repr(in_order(two))
+
+
+def test_share_of_independent_designs_has_jeffreys_interval():
+    """Quantiles of Beta(np + 1/2, n(1 - p) + 1/2); one level of three groups, too few to see a scatter of groups."""
+    (found,) = peaks_over_production([design(i, touch=float(i < 6)) for i in range(24)])
+    law = scipy.stats.beta(6.5, 18.5)
+    assert found.touches[0] == pytest.approx([0.25, law.ppf(0.05), law.ppf(0.95)])
+    (none,) = peaks_over_production([design(i) for i in range(24)])
+    assert none.touches[0] == pytest.approx([0.0, 0.0, scipy.stats.beta(0.5, 24.5).ppf(0.95)])
+
+
+def test_designs_that_share_their_fate_count_as_one():
+    """Groups of eight that all touch or none does: as many designs as groups, less one for the mean."""
+    groups = 10
+    (found,) = peaks_over_production([design(i, touch=float(i // 8 < 4)) for i in range(8 * groups)])
+    law = scipy.stats.beta(0.4 * (groups - 1) + 0.5, 0.6 * (groups - 1) + 0.5)
+    assert found.touches[0] == pytest.approx([0.4, law.ppf(0.05), law.ppf(0.95)])
+
+
+def test_levels_and_quantiles_over_designs():
+    found = peaks_over_production(
+        [design(i, level, median=float(i), rate=2.0 * i) for level in (3, 1) for i in range(21)]
+    )
+    assert [(each.level, each.designs) for each in found] == [(1, 21), (3, 21)]
+    assert found[0].largest[0] == pytest.approx([1.0, 10.0, 19.0])
+    assert found[0].impacts_per_second[0] == pytest.approx([2.0, 20.0, 38.0])
+
+
+def test_designs_with_too_few_peaks_widen_the_interval():
+    """Ten designs exceed the limit surely, ten touch surely and have too few peaks: from below 1/2 to above 1."""
+    few = [design(i, touch=1.0, exceeded=np.nan, median=np.nan) for i in range(10, 20)]
+    (found,) = peaks_over_production([design(i, touch=1.0, exceeded=1.0) for i in range(10)] + few)
+    value, low, high = found.exceeds[0]
+    assert (value, low, high) == (0.5, pytest.approx(scipy.stats.beta(10.5, 10.5).ppf(0.05)), 1.0)
+    assert found.too_few.tolist() == [0.5]
+    (no_limit,) = peaks_over_production([design(0, exceeded=np.nan)])
+    assert np.isnan(no_limit.exceeds).all()
+
+
+@pytest.mark.parametrize(
+    ("models", "levels", "words"),
+    [([], [1.0], "one model or more"), ([RIG], [], "one level or more"), ([RIG], [0.0], "rms 0.0: must be > 0")],
+)
+def test_refuses(models, levels, words):
+    with pytest.raises(cm.ClearanceError, match=words):
+        list(peaks_of_designs(models, PSD, levels))
+    with pytest.raises(cm.ClearanceError, match="no design"):
+        peaks_over_production([])

@@ -1,0 +1,111 @@
+"""Two times against a march with an accelerated wear, and jumps on the way."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clearance_mj import ExcitationError, Model, RigError, beam
+from clearance_mj.engines import Modal
+from clearance_mj.engines.base import step_factor
+from clearance_mj.periodic import follow_folds, follow_response
+from clearance_mj.signals.excitation import random
+from clearance_mj.wear import Marched, Sine, predict_life
+from clearance_mj.wear.growth import HOUR, clearances_of, growth, with_clearances
+from clearance_mj.wear.marching import start_march
+
+from ..conftest import TABLE1
+
+K = 1e-12
+
+
+def worn_model(count: int = 2, coefficient: float = K) -> Model:
+    bushings = tuple(dataclasses.replace(b, wear=coefficient) for b in TABLE1.bushings[:count])
+    return Model(TABLE1.replace(bushings=bushings))
+
+
+def whole_march(sine: Sine, doubling: float, coefficient: float, periods: int = 4) -> float:
+    """Hours times K until the gap has doubled, marched with a wear so quick that it doubles in as many periods."""
+    model = worn_model(2, coefficient)
+    engine, samples = Modal(modes=sine.n_modes), 256
+    factor = step_factor(samples * sine.frequency, engine.largest_step(model.rig, model.law))
+    steps = samples * factor
+    period = sine.amplitude * np.cos(2 * np.pi * np.arange(steps) / steps)
+    march = start_march(model, engine, "base", 1 / (sine.frequency * steps), None)
+    for _ in range(200):
+        march.advance(period)
+    clearances, hours = clearances_of(model.rig), 0.0
+    while np.all(clearances[:, 0] < doubling * (1 - 1e-9)):
+        march = start_march(with_clearances(model, clearances), engine, "base", march.step, march.state)
+        rubbing = np.mean([march.advance(period).rubbing for _ in range(periods)], axis=0)
+        step = periods / sine.frequency / HOUR
+        grown = step * growth(model.rig, rubbing)
+        share = min(1.0, float(np.min((doubling - clearances[:, 0]) / np.maximum(grown[:, 0], 1e-300))))
+        clearances, hours = clearances + share * grown, hours + share * step
+    return hours * coefficient
+
+
+@pytest.mark.parametrize(
+    "sine, coefficient",
+    [(Sine(9.25, 2.0), 2e-6), pytest.param(Sine(39.0, 5.0), 2e-5, marks=pytest.mark.slow)],
+)
+def test_two_times_agree_with_a_march_of_accelerated_wear(sine, coefficient):
+    """Over a doubling of the gap; the march knows neither harmonic balance nor the pair of orders 2 and 3."""
+    life = predict_life(worn_model(), sine, "0.6 mm")
+    assert life.ended == "limit"
+    assert life.life * K == pytest.approx(whole_march(sine, 6e-4, coefficient), rel=5e-3)
+
+
+@pytest.mark.slow
+def test_the_accuracy_does_not_decide():
+    coarse, fine = (predict_life(worn_model(), Sine(9.25, 2.0), "0.6 mm", accuracy=a) for a in (1e-2, 1e-5))
+    assert coarse.life == pytest.approx(fine.life, rel=2e-3)
+    assert fine.hours.size > coarse.hours.size
+
+
+def test_life_goes_with_one_over_the_coefficient():
+    lives = [predict_life(worn_model(2, k), Sine(9.25, 2.0), "0.6 mm").life * k for k in (1e-12, 3e-10)]
+    assert lives[0] == pytest.approx(lives[1], rel=1e-6)
+
+
+def test_what_does_not_touch_does_not_wear():
+    life = predict_life(worn_model(), Sine(42.0, 0.1), "x2")
+    assert life.ended == "no rubbing" and life.life == np.inf and life.hours.size == 1
+    assert "does not wear further" in life.words()[-1]
+
+
+@pytest.mark.slow
+def test_a_branch_that_folds_on_the_way_is_found_where_folds_over_the_gap_are():
+    """The contacting branch of mode 2 ends as the gap grows; the shaft then vibrates in its gap and wears no more."""
+    model, frequency, level = worn_model(1), 42.0, 4.0
+    second = beam.natural_frequencies(model.rig, 2)[1]
+    life = predict_life(model, Sine(frequency, level, swept_from=0.9 * second), "0.6 mm")
+    assert life.ended == "no rubbing" and life.jumps[-1].after == (0.0,) and life.jumps[-1].before[0] > 1e-4
+    branch = follow_response(model, level, (0.9 * second, 1.5 * second))
+    fold = max((point for point in branch.special if point.kind == "fold"), key=lambda point: point.frequency)
+    curve = follow_folds(branch, fold, 4e-4, over="gap")
+    order = np.argsort(curve.frequency)
+    gap = np.interp(frequency, curve.frequency[order], curve.value[order])
+    assert life.jumps[-1].gap[0] == pytest.approx(gap, rel=2e-3)
+
+
+def test_random_vibration_wears_as_long_as_its_error_says():
+    model = worn_model()
+    lives = [
+        predict_life(model, Marched(random(2.0, 2048.0, rms=8.0, seed=seed)), "0.33 mm", hours=1e5, accuracy=0.05)
+        for seed in (0, 1)
+    ]
+    rates = np.array([life.rubbing[0].max() for life in lives])
+    errors = np.array([life.error[0].max() for life in lives])
+    assert abs(np.diff(rates)) < 4 * np.hypot(*errors)
+    assert all(life.gap[-1].max() > 3e-4 for life in lives)
+
+
+def test_a_force_needs_a_place():
+    with pytest.raises(ExcitationError, match=r"shaker\.position"):
+        predict_life(worn_model(), Sine(39.0, 5.0, kind="force"), "x2")
+
+
+def test_nothing_wears_without_a_coefficient():
+    with pytest.raises(RigError, match=r"bushings\[0\].wear"):
+        predict_life(Model(TABLE1), Sine(39.0, 5.0), "x2")

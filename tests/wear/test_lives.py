@@ -1,0 +1,96 @@
+"""Lives over draws, their cache, and the command."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from clearance_mj import ClearanceError, Model
+from clearance_mj.cli import main
+from clearance_mj.rig import Tolerance
+from clearance_mj.wear import Sine, predict_lives
+
+from ..conftest import TABLE1
+
+SINE = Sine(9.25, 2.0, n_harmonics=11)
+
+
+def uncertain(**changes) -> Model:
+    """The second bushing alone wears, by a coefficient that is known within 30 %."""
+    second = dataclasses.replace(TABLE1.bushings[1], wear=1e-12)
+    return Model(TABLE1.replace(bushings=(TABLE1.bushings[0], second),
+                                tolerances=(Tolerance("bushings[1].wear", "30 %"),)).replace(**changes))  # fmt: skip
+
+
+def test_lives_scatter_as_the_coefficient_does(tmp_path):
+    """A life goes with 1/K, so the logarithms of lives have the spread of those of K; kept lives are not found anew."""
+    folder = tmp_path / "draws"
+    found = predict_lives(uncertain(), SINE, "0.45 mm", n=4, workers=1, cache=folder, accuracy=0.02)
+    kept = sorted(path.stat().st_mtime_ns for path in folder.glob("life_*.npz"))
+    again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, workers=1, cache=folder, accuracy=0.02)
+    assert again == found and sorted(path.stat().st_mtime_ns for path in folder.glob("life_*.npz")) == kept
+    rng = np.random.default_rng(0).standard_normal((4, 2))[:, 1]
+    np.testing.assert_allclose(found.life, found.nominal.life * np.exp(-math.log(1.3) * rng), rtol=2e-3)
+    assert np.all(np.diff(found.gap, axis=1) >= 0)
+
+
+@pytest.mark.slow
+def test_a_wide_gap_drawn_has_no_life():
+    rig = uncertain(tolerances=(Tolerance("bushings[1].gap", "30 %"),))
+    found = predict_lives(rig, SINE, "0.301 mm", n=4, workers=1, accuracy=0.05)
+    assert np.any(found.life == 0.0) and np.any(found.life > 0.0)
+
+
+def test_one_draw_is_refused():
+    with pytest.raises(ClearanceError, match="n must be 2"):
+        predict_lives(uncertain(), SINE, "x2", n=1)
+
+
+@pytest.fixture
+def rig_file(tmp_path):
+    path = tmp_path / "rig.toml"
+    uncertain().rig.save(path)
+    return path
+
+
+def test_the_command_writes_table_figure_and_data(rig_file, tmp_path, capsys):
+    out = tmp_path / "out"
+    command = ["life", str(rig_file), "--gap-limit", "7:+Z=0.4mm", "--level", "2", "--frequency", "9.25", "--quiet"]
+    assert main([*command, "--out", str(out)]) == 0
+    assert "life" in capsys.readouterr().out
+    data = json.loads((out / "life.json").read_text())
+    table = pd.read_csv(out / "life.csv")
+    assert data["ended"] == "limit" and data["life_h"] == pytest.approx(table["hours"].max())
+    assert table[table["bushing"] == 1]["gap_m"].max() == pytest.approx(4e-4, rel=2e-6)
+    assert (out / "life.png").is_file()
+
+
+def test_the_command_predicts_what_is_left(rig_file, tmp_path, capsys):
+    history = tmp_path / "history.csv"
+    rows = [f"{h},1,{3e-4 + 1.1e-8 * h},1e-6" for h in np.linspace(0, 4000, 8)]
+    history.write_text("\n".join(["hours,bushing,gap_m,std_m", *rows]))
+    command = ["life", str(rig_file), "--gap-limit", "7:+Z=0.4mm", "--level", "2", "--frequency", "9.25", "--quiet"]
+    assert main([*command, "--history", str(history), "--out", str(tmp_path / "out")]) == 0
+    assert "remaining life" in capsys.readouterr().out
+    (left,) = json.loads((tmp_path / "out" / "life.json").read_text())["remaining"]
+    assert left["low_90_h"] < left["median_h"] < left["high_90_h"]
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (["--gap-limit", "0.1mm", "--level", "2", "--frequency", "9.25"], "must be above its gap"),
+        (["--gap-limit", "x2", "--level", "2", "--swept-from", "5"], "give its --frequency"),
+        (["--gap-limit", "9:+Z=x2", "--level", "2", "--frequency", "9.25"], "no one bushing has this name"),
+        (["--gap-limit", "x2", "--level", "2", "--frequency", "9.25", "--history", "h.csv", "--draws", "3"], "--draws"),
+        (["--gap-limit", "x2", "--level", "2", "--frequency", "9.25", "--history", "none.csv"], "cannot be read"),
+        (["--gap-limit", "x2", "--level", "-1", "--frequency", "9.25"], "amplitude must be > 0"),
+    ],
+)
+def test_bad_input_is_one_line(rig_file, tmp_path, capsys, options, words):
+    assert main(["life", str(rig_file), *options, "--quiet", "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert words in said and said.count("\n") == 1
