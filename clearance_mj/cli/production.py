@@ -83,23 +83,23 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     frequencies = np.linspace(options.start, options.stop, options.steps)
     kept = options.out / ".clearance-mj" / "designs" if options.out else None
     shared: dict[str, Any] = {
-        "limit": options.limit, "kind": options.kind, "workers": options.workers, "progress": not options.quiet,
+        "kind": options.kind, "workers": options.workers, "progress": not options.quiet,
         "kept": kept, "seed": options.seed,
     }  # fmt: skip
     found = production(
-        model, options.levels, frequencies, scatter, designs=options.designs, scheduler=options.scheduler,
+        model, scatter, options.limit, options.levels, frequencies, options.designs, scheduler=options.scheduler,
         **shared, **periodic_settings(options),
     )  # fmt: skip
     sensitivity = tightening = None
     numbers_of = scatter if isinstance(scatter, Scatter) else None
     if options.sobol:
         sensitivity = rattle_sensitivity(
-            model, max(options.levels), frequencies, numbers_of, samples=options.sobol, **shared
+            model, numbers_of, options.limit, max(options.levels), frequencies, options.sobol, **shared
         )
     if options.allowed is not None:
         at = max(options.levels) if options.at is None else options.at
         tightening = tighten(
-            model, at, frequencies, numbers_of, allowed=options.allowed, designs=min(options.designs, 500), **shared
+            model, numbers_of, options.limit, at, frequencies, options.allowed, min(options.designs, 500), **shared
         )
     result = write_production(found, options.new, provenance(options), sensitivity, tightening)
     print("\n  ".join(words(found)))

@@ -27,18 +27,18 @@ BATCH = 8  # designs of one task
 
 
 def settings_of(
-    model: Model, amplitudes: ArrayLike, frequencies: ArrayLike, limit: Limit | str | None, kind: str | None,
+    model: Model, levels: ArrayLike, frequencies: ArrayLike, limit: Limit | str | None, kind: str | None,
     n_harmonics: int = HARMONICS, n_samples: int | None = None, n_modes: int = 8,
 ) -> Settings:  # fmt: skip
     """Return what designs are looked at with, or refuse what cannot be; see `production`."""
-    levels, frequency = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 1)
+    level, frequency = increasing(levels, "levels", 1), increasing(frequencies, "frequencies", 1)
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     kind = excited_by(model.rig, kind)
     limit = Limit.parse(limit) if isinstance(limit, str) else limit
     if limit:
         limit.row(model.rig)
     solver_at(model, kind, 1.0, 2 * np.pi * float(frequency[-1]), harmonics, counts[0], n_modes)
-    return Settings(kind, levels, frequency, limit, harmonics, counts, n_modes)
+    return Settings(kind, level, frequency, limit, harmonics, counts, n_modes)
 
 
 def total_of(

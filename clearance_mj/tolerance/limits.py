@@ -30,9 +30,12 @@ class Limit:
         For an unknown quantity, or a value that is not > 0.
     """
 
-    quantity: str  #: "contact_force", "penetration", "displacement" (of the clearances) or "acceleration"
-    value: float  #: N, m or m/s²
-    at: str | None = None  #: name of the clearance or sensor; None: the largest of all
+    quantity: str
+    """ "contact_force", "penetration", "displacement" (of the clearances) or "acceleration" """
+    value: float
+    """N, m or m/s²"""
+    at: str | None = None
+    """name of the clearance or sensor; None: the largest of all"""
 
     def __post_init__(self) -> None:
         if self.quantity not in LIMITED:

@@ -155,8 +155,11 @@ class Scatter:
     """
 
     numbers: tuple[Scattered, ...]
+    """what scatters"""
     correlations: tuple[Correlation, ...] = ()
-    left_out: tuple[str, ...] = ()  #: of the rig's tolerances, which a production does not scatter by
+    """between pairs of numbers"""
+    left_out: tuple[str, ...] = ()
+    """those of the rig's tolerances that a production does not scatter by"""
 
     def __post_init__(self) -> None:
         if not self.numbers:

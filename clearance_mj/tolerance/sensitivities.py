@@ -32,11 +32,11 @@ CONTACT = "level of first contact (dB)"
 @checks_kinds
 def rattle_sensitivity(
     model: Model,
-    amplitude: float,
+    scatter: Scatter | None,
+    limit: Limit | str | None,
+    level: float,
     frequencies: ArrayLike,
-    scatter: Scatter | None = None,
-    limit: Limit | str | None = None,
-    samples: int = 128,
+    n_samples: int = 128,
     seed: int = 0,
     kind: str | None = None,
     workers: int | None = None,
@@ -50,16 +50,16 @@ def rattle_sensitivity(
     ----------
     model : Model
         As `production` takes it.
-    amplitude : float
+    scatter : Scatter or None
+        How the production scatters; None: by the rig file's own tolerances.
+    limit : Limit or str or None
+        What must not be exceeded, such as "contact_force > 20 N".
+    level : float
         Largest amplitude of the excitation, m/s², N or a factor of the unbalances.
     frequencies : array_like
         (n,) Hz, increasing.
-    scatter : Scatter, optional
-        How the production scatters; None: by the rig file's own tolerances.
-    limit : Limit or str, optional
-        What must not be exceeded, such as "contact_force > 20 N".
-    samples : int
-        A power of 2; samples times (numbers + 2) designs are computed.
+    n_samples : int
+        A power of 2; so many times (numbers + 2) designs are computed.
     seed : int
         Of scrambled Sobol' points.
     kind : str, optional
@@ -76,26 +76,26 @@ def rattle_sensitivity(
     Returns
     -------
     Sensitivity
-        Levels in dB; with the largest value of what is limited, up to the amplitude, in its unit.
+        Levels in dB; with the largest value of what is limited, up to the level, in its unit.
 
     Raises
     ------
     ClearanceError
-        If samples are no power of 2, or designs do not touch or reach the limit up to the amplitude.
+        If n_samples is no power of 2, or designs do not touch or reach the limit up to the level.
     """
-    if samples < 2 or samples & (samples - 1):
-        raise ClearanceError(f"samples must be a power of 2, which Sobol' points need, got {samples}")
+    if n_samples < 2 or n_samples & (n_samples - 1):
+        raise ClearanceError(f"n_samples must be a power of 2, which Sobol' points need, got {n_samples}")
     scatter = scatter or Scatter.of_rig(model.rig)
     rule = DrawingRule(scatter.numbers, scatter.correlations, model)
     groups = _groups(rule.names, scatter.correlations)
     d = len(rule.names)
-    a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(samples), 2, axis=1)
+    a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(n_samples), 2, axis=1)
     mixed = [np.where(np.isin(np.arange(d), group), b, a) for group in groups]
-    settings = settings_of(model, [amplitude], frequencies, limit, kind)
+    settings = settings_of(model, [level], frequencies, limit, kind)
     words = "sensitivities" if progress else ""
     designs = rule.designs(np.concatenate((a, b, *mixed)))
     found = total_of(settings, designs, workers, None, executor, words, kept)
-    results = _results(found, settings.limit, amplitude)
+    results = _results(found, settings.limit, level)
     named = tuple(", ".join(rule.names[i] for i in group) for group in groups)
     indices = sobol_indices(np.stack(list(results.values()), axis=1), len(groups), seed)
     return Sensitivity(tuple(results), named, *indices)
@@ -110,7 +110,7 @@ def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[l
     return [[i for i, each in enumerate(group) if each == first] for first in sorted({*group})]
 
 
-def _results(found: Rattling, limit: Limit | None, amplitude: float) -> dict[str, np.ndarray]:
+def _results(found: Rattling, limit: Limit | None, level: float) -> dict[str, np.ndarray]:
     results = {CONTACT: found.first_contact}
     if limit:
         results[f"level at {limit.words} (dB)"] = found.first_exceeding
@@ -119,8 +119,8 @@ def _results(found: Rattling, limit: Limit | None, amplitude: float) -> dict[str
         if silent := int(np.sum(~np.isfinite(values))):
             if name == CONTACT or silent == values.size:
                 raise ClearanceError(
-                    f"{name}: {silent} of {values.size} designs do not come to it up to {amplitude:g}; give a higher "
-                    "amplitude" + ("" if name == CONTACT else " or a lower limit")
+                    f"{name}: {silent} of {values.size} designs do not come to it up to {level:g}; give a higher "
+                    "level" + ("" if name == CONTACT else " or a lower limit")
                 )
             continue
         levels[name] = 20 * np.log10(values)

@@ -149,11 +149,11 @@ def share_interval(share: ArrayLike, n: int, confidence: float = 0.95) -> np.nda
 @checks_kinds
 def production(
     model: Model,
-    amplitudes: ArrayLike,
+    scatter: Scatter | str | None,
+    limit: Limit | str | None,
+    levels: ArrayLike,
     frequencies: ArrayLike,
-    scatter: Scatter | str | None = None,
-    limit: Limit | str | None = None,
-    designs: int = 1000,
+    n_designs: int = 1000,
     seed: int = 0,
     kind: str | None = None,
     n_harmonics: int = HARMONICS,
@@ -173,18 +173,18 @@ def production(
     ----------
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
-    amplitudes : array_like
+    scatter : Scatter or str or None
+        How the production scatters about the model; "posterior": as the records that the model was identified from
+        leave it open; None: by the rig file's own tolerances.
+    limit : Limit or str or None
+        What must not be exceeded, such as "contact_force > 20 N"; None: only contact counts.
+    levels : array_like
         Amplitudes (n_levels,) of the excitation, m/s² or N, increasing; of kind "unbalance" what the rig's unbalances
         are multiplied by.
     frequencies : array_like
         Frequencies (n_frequencies,) of the excitation, Hz, increasing.
-    scatter : Scatter or str, optional
-        How the production scatters about the model; "posterior": as the records that the model was identified from
-        leave it open; None: by the rig file's own tolerances.
-    limit : Limit or str, optional
-        What must not be exceeded, such as "contact_force > 20 N".
-    designs : int
-        How many are drawn.
+    n_designs : int
+        Number of designs that are drawn.
     seed : int
         Of the draws.
     kind : str, optional
@@ -228,8 +228,8 @@ def production(
     -----
     Processes start by importing the calling script: start a production below ``if __name__ == "__main__"``.
     """
-    settings = settings_of(model, amplitudes, frequencies, limit, kind, n_harmonics, n_samples, n_modes)
-    drawn = _drawn(model, scatter, designs, seed)
+    settings = settings_of(model, levels, frequencies, limit, kind, n_harmonics, n_samples, n_modes)
+    drawn = _drawn(model, scatter, n_designs, seed)
     total = total_of(settings, drawn, workers, scheduler, executor, "production" if progress else "", kept)
     known = np.maximum(total.known, 1)
     return Production(

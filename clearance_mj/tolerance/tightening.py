@@ -27,9 +27,9 @@ from .batches import settings_of, total_of
 from .designs import DrawingRule
 from .learnt import Learnt, learn
 from .limits import Limit
-from .shares import share_interval
 from .rattling import Settings
 from .scatter import Scatter
+from .shares import share_interval
 
 __all__ = ["Tightening", "tighten"]
 
@@ -89,12 +89,12 @@ class Tightening:
 @checks_kinds
 def tighten(
     model: Model,
-    amplitude: float,
+    scatter: Scatter | None,
+    limit: Limit | str | None,
+    level: float,
     frequencies: ArrayLike,
-    scatter: Scatter | None = None,
-    limit: Limit | str | None = None,
     allowed: float = 0.01,
-    designs: int = 500,
+    n_designs: int = 500,
     seed: int = 0,
     kind: str | None = None,
     workers: int | None = None,
@@ -108,19 +108,19 @@ def tighten(
     ----------
     model : Model
         As `production` takes it.
-    amplitude : float
-        Amplitude of the excitation, m/s², N or a factor of the unbalances, up to which they must not.
-    frequencies : array_like
-        (n,) Hz, increasing; at none of them.
-    scatter : Scatter, optional
+    scatter : Scatter or None
         How the production scatters; None: by the rig file's own tolerances. Numbers with a price take part in the
         cheapest set, each at its price times 1/width - 1 (the reciprocal cost of a tolerance, Chase and Greenwood,
         Manufacturing Review 1, 1988).
-    limit : Limit or str, optional
+    limit : Limit or str or None
         What must not be exceeded; None: no contact at all.
+    level : float
+        Amplitude of the excitation, m/s², N or a factor of the unbalances, up to which they must not.
+    frequencies : array_like
+        (n,) Hz, increasing; at none of them.
     allowed : float
         Share of the designs that may.
-    designs : int
+    n_designs : int
         How many are computed, of the scatter as it stands and of the cheapest one each.
     seed : int
         Of the draws.
@@ -147,34 +147,41 @@ def tighten(
     if not 0 < allowed < 1:
         raise ClearanceError(f"allowed must be a share between 0 and 1, got {allowed!r}")
     scatter = scatter or Scatter.of_rig(model.rig)
-    settings = settings_of(model, [LOOKED_AHEAD * amplitude], frequencies, limit, kind)
+    settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind)
     what = settings.limit.words if settings.limit else "contact"
     rule = DrawingRule(scatter.numbers, scatter.correlations, model)
     compute = functools.partial(
-        _first_levels, settings, n=designs, seed=seed, workers=workers, executor=executor, progress=progress, kept=kept
+        _first_levels,
+        settings,
+        n=n_designs,
+        seed=seed,
+        workers=workers,
+        executor=executor,
+        progress=progress,
+        kept=kept,
     )
     first, deviation = compute(rule)
     if not np.any(np.isfinite(first)):
         raise ClearanceError(
-            f"{what}: none of {designs} designs comes to it up to {LOOKED_AHEAD:g} times the amplitude {amplitude:g}; "
-            "give a lower limit or a higher amplitude"
+            f"{what}: none of {n_designs} designs comes to it up to {LOOKED_AHEAD:g} times the level {level:g}; "
+            "give a lower limit or a higher level"
         )
-    learnt = learn(deviation, np.log(np.minimum(first, LOOKED_AHEAD * amplitude)))
+    learnt = learn(deviation, np.log(np.minimum(first, LOOKED_AHEAD * level)))
     dense = rule.deviations(rule.designs(qmc.Sobol(len(rule.names), rng=np.random.default_rng(seed)).random(POINTS)))
-    alone = _Shares(learnt, dense, math.log(amplitude), rule.owner)
+    alone = _Shares(learnt, dense, math.log(level), rule.owner)
     widths, without = zip(*(_alone(alone, i, allowed) for i in range(len(scatter.numbers))))
     names = tuple(number.of for number in scatter.numbers)
     cheapest = _cheapest(alone, scatter, allowed) if alone.share() > allowed else {}
     prices = {number.of: number.price for number in scatter.numbers if number.price}
     tightened = scatter.narrowed(cheapest) if cheapest else scatter
-    share = float(np.mean(first <= amplitude))
+    share = float(np.mean(first <= level))
     new_share, limits = math.nan, (math.nan, math.nan)
     if cheapest:
         again, _ = compute(DrawingRule(tightened.numbers, tightened.correlations, model))
-        new_share = float(np.mean(again <= amplitude))
-        limits = _limits(new_share, designs)
+        new_share = float(np.mean(again <= level))
+        limits = _limits(new_share, n_designs)
     return Tightening(
-        amplitude, what, allowed, names, share, _limits(share, designs), np.array(widths), np.array(without), cheapest,
+        level, what, allowed, names, share, _limits(share, n_designs), np.array(widths), np.array(without), cheapest,
         sum(prices[name] * (1 / width - 1) for name, width in cheapest.items()) if cheapest else math.nan, tightened,
         new_share, limits, 20 / math.log(10) * learnt.error, deviation, first,
     )  # fmt: skip

@@ -34,7 +34,7 @@ def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
     """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
-    found = production(oscillator(), levels, [LOW], scatter, designs=512, workers=1)
+    found = production(oscillator(), scatter, None, levels, [LOW], 512, workers=1)
     known = norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD))
     assert_allclose(found.contact[:, 0], known, atol=2 / 512)
     assert_allclose(found.over_level("contact"), found.contact[:, 0])
@@ -73,7 +73,7 @@ def test_designs_do_what_their_rattle_maps_say(measured):
          Scattered("beam.young_modulus", std="2 %"))
     )  # fmt: skip
     model = cm.Model(TABLE1)
-    found = production(model, levels, frequencies, scatter, f"contact_force > {limit} N", designs=2, workers=1)
+    found = production(model, scatter, f"contact_force > {limit} N", levels, frequencies, 2, workers=1)
     drawn = scatter.draw(model, 2)
     counts = np.zeros((3, levels.size, frequencies.size))
     for i in range(2):
@@ -96,7 +96,7 @@ def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
     model = cm.Model(unbalanced(jeffcott()))
     speeds = np.array([0.7, 0.9])
     scatter = Scatter((Scattered("bushings.gap", within="10 %", distribution="uniform"),))
-    found = production(model, [1.0, 4.0], speeds * FREQUENCY / (2 * np.pi), scatter, designs=4, workers=1)
+    found = production(model, scatter, None, [1.0, 4.0], speeds * FREQUENCY / (2 * np.pi), 4, workers=1)
     free = 0.2 * speeds**2 / np.hypot(1 - speeds**2, 0.1 * speeds)
     gaps = found.values[:, 0] / 1e-4
     assert_allclose(found.first_contact, gaps / free.max(), rtol=1e-4)
@@ -105,23 +105,23 @@ def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
 
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
     scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    settings = ([5.0, 9.0, 12.0], [LOW, 14.0], scatter, "contact_force > 5 N")
-    alone = production(oscillator(), *settings, designs=20, workers=1, kept=tmp_path)
+    settings = (scatter, "contact_force > 5 N", [5.0, 9.0, 12.0], [LOW, 14.0])
+    alone = production(oscillator(), *settings, n_designs=20, workers=1, kept=tmp_path)
     with ThreadPoolExecutor(2) as pool:
-        assert production(oscillator(), *settings, designs=20, executor=pool) == alone
+        assert production(oscillator(), *settings, n_designs=20, executor=pool) == alone
     kept = sorted(tmp_path.glob("*.npz"))
     assert len(kept) == 3  # batches of eight
     kept[0].unlink()
     written = {path: path.stat().st_mtime_ns for path in kept[1:]}
-    assert production(oscillator(), *settings, designs=20, workers=1, kept=tmp_path) == alone
+    assert production(oscillator(), *settings, n_designs=20, workers=1, kept=tmp_path) == alone
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
-    more = production(oscillator(), *settings, designs=24, workers=1)
+    more = production(oscillator(), *settings, n_designs=24, workers=1)
     assert_array_equal(more.first_contact[:20], alone.first_contact)
 
 
 def test_scatter_is_by_default_the_rig_files_own():
     model = oscillator(tolerances=(Tolerance("bushings[0].gap", "3 %"), Tolerance("sensors.gain", "1 %")))
-    found = production(model, [9.0], [LOW], designs=256, workers=1)
+    found = production(model, None, None, [9.0], [LOW], 256, workers=1)
     assert found.names == ("bushings[0].gap",)
     assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
 
@@ -129,10 +129,10 @@ def test_scatter_is_by_default_the_rig_files_own():
 def test_a_posterior_is_a_scatter_too():
     gaps = GAP * np.array([0.8, 0.9, 1.0, 1.1])
     model = dataclasses.replace(oscillator(), posterior=lambda n, seed: [oscillator().with_gap(g) for g in gaps[:n]])
-    found = production(model, [needed(LOW, 0.95e-3)], [LOW], "posterior", designs=4, workers=1)
+    found = production(model, "posterior", None, [needed(LOW, 0.95e-3)], [LOW], 4, workers=1)
     assert found.contact[0, 0] == 0.5 and found.names == ()
     with pytest.raises(LawError, match="no posterior"):
-        production(oscillator(), [9.0], [LOW], "posterior", workers=1)
+        production(oscillator(), "posterior", None, [9.0], [LOW], workers=1)
 
 
 def test_wilsons_interval_is_that_of_the_published_example():
@@ -152,10 +152,10 @@ def test_what_cannot_be_is_one_line():
         (lambda: Scatter((gap, gap)).draw(model, 4), "scatters twice"),
         (lambda: Scatter((gap,), (Correlation(("bushings[0].gap", "bushings[1].gap"), 0.5),)).draw(model, 4),
          "does not"),
-        (lambda: production(model, [1.0], [LOW], Scatter((gap,)), "force > 3 N"), "unknown"),
-        (lambda: production(model, [1.0], [LOW], Scatter((gap,)), "acceleration@7:+Z > 3 g"), "the rig has"),
-        (lambda: production(model, [1.0], [LOW], Scatter((gap,)), designs=0), "designs must be"),
-        (lambda: production(model, [1.0], [LOW]), "has no tolerances"),
+        (lambda: production(model, Scatter((gap,)), "force > 3 N", [1.0], [LOW]), "unknown"),
+        (lambda: production(model, Scatter((gap,)), "acceleration@7:+Z > 3 g", [1.0], [LOW]), "the rig has"),
+        (lambda: production(model, Scatter((gap,)), None, [1.0], [LOW], 0), "designs must be"),
+        (lambda: production(model, None, None, [1.0], [LOW]), "has no tolerances"),
         (lambda: Limit("penetration", -1.0), "must be > 0"),
     ):  # fmt: skip
         with pytest.raises((ClearanceError, RigError), match=words):
@@ -180,5 +180,5 @@ def test_drawn_numbers_have_the_correlation_that_was_asked():
 
 def test_a_limit_that_no_design_reaches_is_said():
     scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    found = production(oscillator(), [9.0, 12.0], [LOW], scatter, "contact_force > 1 kN", designs=8, workers=1)
+    found = production(oscillator(), scatter, "contact_force > 1 kN", [9.0, 12.0], [LOW], 8, workers=1)
     assert len(found.notes) == 1 and "no design reaches that up to 12 N; the largest is" in found.notes[0]

@@ -46,7 +46,7 @@ def scattered() -> Scatter:
 
 
 def test_sobol_indices_are_shares_of_the_variance(measured):
-    found = rattle_sensitivity(spring(), 3 * FORCE, [SLOW], scattered(), samples=256, workers=1)
+    found = rattle_sensitivity(spring(), scattered(), None, 3 * FORCE, [SLOW], 256, workers=1)
     known = np.square(list(SIZES.values()))
     known /= known.sum()
     assert found.quantity == ("level of first contact (dB)",) and found.parameter == tuple(SIZES)
@@ -72,8 +72,8 @@ def test_correlated_numbers_have_one_index():
     pair = Correlation(tuple(SIZES), 0.5)
     scatter = dataclasses.replace(scattered(), correlations=(pair,))
     with pytest.raises(ClearanceError, match="power of 2"):
-        rattle_sensitivity(spring(), 3 * FORCE, [SLOW], scatter, samples=12)
-    found = rattle_sensitivity(spring(), 3 * FORCE, [SLOW], scatter, samples=64, workers=1)
+        rattle_sensitivity(spring(), scatter, None, 3 * FORCE, [SLOW], 12)
+    found = rattle_sensitivity(spring(), scatter, None, 3 * FORCE, [SLOW], 64, workers=1)
     assert found.parameter == (", ".join(SIZES),)
     assert_allclose(found.total, 1.0, atol=0.05)
 
@@ -85,7 +85,7 @@ def needed() -> float:
 
 @pytest.fixture(scope="module")
 def tightened():
-    return tighten(spring(), FORCE * np.exp(-BELOW), [SLOW], scattered(), allowed=ALLOWED, designs=512, workers=1)
+    return tighten(spring(), scattered(), None, FORCE * np.exp(-BELOW), [SLOW], ALLOWED, 512, workers=1)
 
 
 def test_a_tolerance_alone_is_as_wide_as_the_share_allows(tightened, measured):
@@ -109,7 +109,7 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured):
     best = minimize_scalar(cost, bounds=(0.05, min(1.0, needed() / s1)), method="bounded").fun
     measured.below("price of the cheapest set of two tolerances", abs(tightened.cost / best - 1), 0.05, "closed form")
     again = production(
-        spring(), [FORCE * np.exp(-BELOW)], [SLOW], tightened.scatter, designs=1024, seed=7, workers=1
+        spring(), tightened.scatter, None, [FORCE * np.exp(-BELOW)], [SLOW], 1024, seed=7, workers=1
     ).contact[0, 0]
     measured.below(
         "share that touches of the tightened production, beside 5 %", abs(again - ALLOWED), 0.01, "brute force"
@@ -118,14 +118,14 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured):
 
 
 def test_what_cannot_be_tightened_is_one_line():
-    with pytest.raises(ClearanceError, match=r"none of 64 designs comes to it up to 3 times the amplitude 0\.01"):
-        tighten(spring(), 0.01, [SLOW], scattered(), designs=64, workers=1)
+    with pytest.raises(ClearanceError, match=r"none of 64 designs comes to it up to 3 times the level 0\.01"):
+        tighten(spring(), scattered(), None, 0.01, [SLOW], n_designs=64, workers=1)
     with pytest.raises(ClearanceError, match="share between 0 and 1"):
-        tighten(spring(), FORCE, [SLOW], scattered(), allowed=1.0)
+        tighten(spring(), scattered(), None, FORCE, [SLOW], 1.0)
     with pytest.raises(ClearanceError, match="too few for 2 numbers"):
-        tighten(spring(), FORCE, [SLOW], scattered(), designs=8, workers=1)
+        tighten(spring(), scattered(), None, FORCE, [SLOW], n_designs=8, workers=1)
 
 
 def test_where_enough_designs_do_nothing_is_tightened():
-    found = tighten(spring(), FORCE * np.exp(-0.5), [SLOW], scattered(), allowed=ALLOWED, designs=64, workers=1)
+    found = tighten(spring(), scattered(), None, FORCE * np.exp(-0.5), [SLOW], ALLOWED, 64, workers=1)
     assert found.share == 0 and np.all(found.width == 1) and not found.cheapest and np.isnan(found.cost)
