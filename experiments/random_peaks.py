@@ -18,9 +18,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 import clearance_mj as cm
 from clearance_mj.clearance.modelled import rig_and_law
+from clearance_mj.core.drawing import COLOURS, REPEAT, canvas, key, of_curves, tidy
 from clearance_mj.core.files import replacing
 from clearance_mj.signals.psd import PSD
 from clearance_mj.tolerance.impacts import march
@@ -97,12 +99,17 @@ def compared(hours: pd.DataFrame, records: pd.DataFrame) -> pd.DataFrame:
             "hours_least": value.min(), "hours_median": np.median(value), "hours_largest": value.max(),
             "median": np.median(median) if len(fitted) else np.nan,
             "low": np.median(low) if len(fitted) else np.nan, "high": np.median(high) if len(fitted) else np.nan,
-            "inside": np.mean((low <= value) & (value <= high)), "hour_below": np.mean(value < low),
-            "hour_above": np.mean(value > high),
-            "medians_in_range": np.mean((value.min() <= median) & (median <= value.max())),
-            "hours_below_median": np.mean(value <= median),
+            "inside": share((low <= value) & (value <= high)), "hour_below": share(value < low),
+            "hour_above": share(value > high),
+            "medians_in_range": share((value.min() <= median) & (median <= value.max())),
+            "hours_below_median": share(value <= median),
         })  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def share(true: np.ndarray) -> float:
+    """Return which share of an array is true; nan of an empty one."""
+    return float(true.mean()) if true.size else np.nan
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:
@@ -110,6 +117,29 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
     shares = ["inside", "hour_below", "hour_above", "medians_in_range", "hours_below_median"]
     sensors = table[table["quantity"] == "acceleration"]
     return sensors.groupby("level")[shares].mean().round(3)
+
+
+def drawn(hours: pd.DataFrame, records: pd.DataFrame) -> Figure:
+    """Draw the hours' largest contact forces of the second bushing beside what each record predicts, by level."""
+    figure = canvas(2.6)
+    for i, (ax, level) in enumerate(zip(figure.subplots(1, len(LEVELS)), LEVELS)):
+        of_level = {"level": level, "quantity": "contact_force", "row": 1}
+        marched, found = (
+            frame[np.all([frame[name] == value for name, value in of_level.items()], axis=0)]
+            for frame in (hours, records)
+        )
+        ax.hlines(marched["value"], 0.5, len(found) + 0.5, color=REPEAT, lw=0.8)
+        place = np.arange(1, len(found) + 1)
+        ax.vlines(place, found["low"], found["high"], color=COLOURS[0], lw=1.2)
+        ax.plot(place, found["median"], "o", ms=3, color=COLOURS[0])
+        tidy(ax, f"{level:g} m/s²", "" if i else "Largest contact force of an hour (N)", "Record of 60 s")
+        ax.set_ylim(0)
+    looks = {
+        "ten hours, marched": {"color": REPEAT, "lw": 0.8},
+        "predicted, 5 to 95 %": {"color": COLOURS[0], "lw": 1.2, "marker": "o", "ms": 3},
+    }
+    key(figure, of_curves(looks))
+    return figure
 
 
 if __name__ == "__main__":
@@ -120,8 +150,9 @@ if __name__ == "__main__":
     if options.what == "march":
         march_hours(options.out / "hours.csv")
     else:
-        records = predicted()
-        table = compared(pd.read_csv(options.out / "hours.csv"), records)
+        hours, records = pd.read_csv(options.out / "hours.csv"), predicted()
+        table = compared(hours, records)
+        drawn(hours, records).savefig(ROOT / "docs" / "random_excitation.png", dpi=150)
         for name, frame in (("records", records), ("compared", table)):
             with replacing(options.out / f"{name}.csv") as temporary:
                 frame.to_csv(temporary, index=False)

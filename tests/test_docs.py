@@ -70,6 +70,14 @@ def test_drives(clone):
     assert "the model has no word of\n- the load's angle" in printed
 
 
+def test_random_excitation(clone):
+    """The page's table is what its code prints."""
+    out = run_python("random_excitation.md", clone)
+    page = (DOCS / "random_excitation.md").read_text(encoding="utf-8")
+    shown = re.search(r"prints a table like\n\n((?:    .+\n)+)", page)[1]
+    assert out.startswith(textwrap.dedent(shown))
+
+
 @pytest.mark.slow
 def test_readme(clone):
     """Its four scripts: what the bench's prints is better than its table's worst record, the others run.

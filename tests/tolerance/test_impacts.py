@@ -23,7 +23,7 @@ def test_what_is_kept_is_the_largest_of_the_response():
     """One step for each sample, so that nothing is filtered; bushings without length, which touch in their middle."""
     bushings = tuple(dataclasses.replace(b, length=0.0, offset=5e-5) for b in RIG.bushings)
     rig, fs = RIG.replace(bushings=bushings), 20480.0
-    noise = cm.excitation.random(3.0, fs, rms=5.0, seed=2)
+    noise = cm.excitation.random(1.5, fs, rms=5.0, seed=2)
     response = cm.simulate(rig, noise, engine="modal")
     assert response.provenance["step"] == 1 / fs
     ((depth, force, acceleration, impacts),) = whole([rig_and_law(rig)], [noise])
@@ -33,7 +33,7 @@ def test_what_is_kept_is_the_largest_of_the_response():
     assert acceleration == pytest.approx(np.abs(response.acceleration), abs=1e-9)
     outside = np.pad(moved > 0, ((0, 0), (1, 0)))
     assert impacts.sum(axis=1).tolist() == (np.diff(outside.astype(int), axis=1) == 1).sum(axis=1).tolist()
-    assert impacts.sum(axis=1).min() > 20
+    assert impacts.sum(axis=1).min() > 10
 
 
 def test_pieces_and_settling_change_nothing_of_what_is_left():

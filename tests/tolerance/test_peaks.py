@@ -44,6 +44,24 @@ def test_force_and_penetration_of_a_rattling_rig_fit_each_other():
     assert (force.observed < force.median).all()  # an hour is 180 such records
 
 
+def test_another_engine_finds_the_same_impacts():
+    """MuJoCo's flexible links against the compiled modes: as many contacts, forces within 1 %."""
+    given = {"duration": 2.0, "settling": 1.0}
+    links, modal = (peaks_over_an_hour(RIG, SHAPE.scaled(4.0), engine=name, **given) for name in ("links", "modal"))
+    assert links.impacts_per_second.tolist() == modal.impacts_per_second.tolist()
+    assert links.observed == pytest.approx(modal.observed, rel=0.01)
+
+
+def test_a_rotor_in_a_round_clearance_is_as_its_response():
+    rig = cm.Rig.load("models/rotor.toml")
+    noise = noise_of(SHAPE.scaled(20.0), 2.0, 1)
+    found = peaks_over_an_hour(rig, noise, quantity="penetration", settling=0.0)
+    response = cm.simulate(rig, noise, engine="modal")
+    bushing, (y, z) = rig.bushings[0], response.displacement
+    depth = np.hypot(y, z + bushing.offset) - bushing.gap
+    assert found.observed[0] == pytest.approx(depth.max(), rel=0.01)  # of the steps, and of the filtered response
+
+
 def test_an_excitation_that_is_given_is_the_noise_of_its_psd():
     psd = SHAPE.scaled(2.0)
     noise = noise_of(psd, 8.0, 4)
