@@ -15,7 +15,8 @@ from ..clearance.pointers import STRICT, kernel_loop
 from .forces import Laws, Slopes, equal, fill_forces
 
 __all__ = [
-    "Grid", "Linear", "add_jacobian", "add_products", "add_to", "balance", "blocks", "motion_over_period", "projected",
+    "Grid", "Linear", "add_jacobian", "add_products", "add_to", "balance", "balanced", "blocks", "motion_over_period",
+    "projected",
     "real_harmonics", "receptances", "reduced", "times",
 ]  # fmt: skip
 
@@ -307,6 +308,32 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
 
 
 @kernel_loop(**STRICT)
+def balanced(
+    linear: Linear, compliance: np.ndarray, driven: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes, omega: float,
+    z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Return what z leaves of the balance with the receptances and driven displacements (n_points, K) of a frequency.
+
+    With it forces and the displacements beside B z, and places, speeds and forces at samples. If wanted, the corner of
+    ``jacobian`` is filled with the derivative by z.
+    """
+    x = np.dot(linear.basis, z)
+    add_to(y, x)
+    place, speed = motion_over_period(grid, omega, x)
+    samples = np.empty_like(place)
+    fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
+    force = projected(grid, samples)
+    found = driven.copy()
+    times(-1.0, compliance, force, found)
+    own = np.dot(linear.basis.T, found)
+    beside = found - np.dot(linear.basis, own)
+    if want:
+        by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
+        add_jacobian(reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
+    return z - own, force, beside, place, speed, samples
+
+
+@kernel_loop(**STRICT)
 def balance(
     linear: Linear, grid: Grid, laws: Laws, slopes: Slopes, omega: float, z: np.ndarray, y: np.ndarray, want: bool,
     jacobian: np.ndarray,
@@ -322,19 +349,10 @@ def balance(
     by_omega = np.empty_like(compliance)
     driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
     receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
-    x = np.dot(linear.basis, z)
-    add_to(y, x)
-    place, speed = motion_over_period(grid, omega, x)
-    samples = np.empty_like(place)
-    fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
-    force = projected(grid, samples)
-    found = real_harmonics(driven)
-    times(-1.0, compliance, force, found)
-    own = np.dot(linear.basis.T, found)
-    beside = found - np.dot(linear.basis, own)
+    left, force, beside, place, speed, samples = balanced(
+        linear, compliance, real_harmonics(driven), grid, laws, slopes, omega, z, y, want, jacobian
+    )
     if want:
-        by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
-        add_jacobian(reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
         changed = real_harmonics(driven_by)
         times(-1.0, by_omega, force, changed)
         if np.any(slopes.v != 0.0) or np.any(slopes.remembers):  # else forces know nothing of time
@@ -348,4 +366,4 @@ def balance(
         for a in range(r):
             for k in range(harmonics):
                 jacobian[a * harmonics + k, r * harmonics] = -column[a, k]
-    return z - own, force, beside, place
+    return left, force, beside, place

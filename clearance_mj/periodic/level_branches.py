@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from .arcs import Vibrations, hermite
+from .at_one_frequency import LevelSolver
 from .cells import acting, moved
 from .continuation import Motion, NoConvergence, Solver, difference
 from .following import expanded
@@ -28,7 +29,7 @@ __all__ = ["LIMITED", "LevelBranch", "level_branches"]
 LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
 """Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
 FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
-TOLERANCE = 1e-6  # of the motion: what the balance may leave
+TOLERANCE = 1e-5  # of the motion: what the balance may leave
 BENT, LONGEST, FIRST_STEP = 0.02, 0.1, 5e-3  # steps along branches, see `continuation`
 BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.02  # of the gap: no branch is left before it went so deep
@@ -115,6 +116,8 @@ def level_branches(
     rows : sequence of int or None
         Which clearance or sensor each quantity is of; None, or nothing given: the largest of all.
     """
+    if isinstance(solver, Solver):
+        solver = LevelSolver(solver.system, solver.harmonics, solver.samples)
     solver.tolerance, solver.bent, solver.longest = TOLERANCE, BENT, LONGEST
     level = level_of_contact(solver, omega) if linear_in_gap(solver) else np.zeros(omega.size)
     chosen = [*rows, *([None] * (len(quantities) - len(rows)))]
