@@ -33,6 +33,9 @@ PASSES = 2  # predicted ways: the second one with the coefficients that the firs
 LONGER = 4.0  # times the hours that are likely, for which the last way is predicted
 COARSE = 0.02  # accuracy of a predicted way
 SAMPLES = 2000
+NOISE = 4.5
+"""Variance that a walk must have, per squared relative error of a marched rate and number of them on the way: rates of
+the third that is known and of the rest, whose means are 3 and 1.5 times as uncertain as that of all, differ so"""
 FLOOR = 1e-3  # of a bushing's quickest rate: slower is as good as not at all
 
 
@@ -267,8 +270,9 @@ def _pace(model: Model, life: Life, history: GapHistory, j: int, drift: float, r
     prior = float(np.log(rough / own)), float(spreads(model.rig)[j])
     gap_of, slope_of = _way(life, j)
     start = _hour_at(life, j, float(np.polyval(np.polyfit(hours - hours[0], gap, 1, w=1 / std), 0.0)))
-    noise = np.mean((life.error[:, j] / np.maximum(life.rubbing[:, j], 1e-300))[life.rubbing[:, j] > 0] ** 2)
-    drift = float(np.sqrt(drift**2 + noise))  # the random error of marched rates looks like a walk, too
+    rubs = life.rubbing[:, j] > 0
+    noise = NOISE * np.mean((life.error[rubs, j] / life.rubbing[rubs, j]) ** 2) / np.sum(rubs)
+    drift = float(np.sqrt(drift**2 + noise))
     return find_pace(hours, gap, std, gap_of, slope_of, start, prior, drift, SAMPLES, rng)
 
 

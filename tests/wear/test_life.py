@@ -1,18 +1,13 @@
 """Two times against a march with an accelerated wear, and jumps on the way."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from clearance_mj import ExcitationError, Model, RigError, beam
-from clearance_mj.engines import Modal
-from clearance_mj.engines.base import step_factor
 from clearance_mj.periodic import follow_folds, follow_response
 from clearance_mj.signals.excitation import random
 from clearance_mj.wear import Marched, Sine, predict_life
-from clearance_mj.wear.growth import HOUR, clearances_of, growth, with_clearances
-from clearance_mj.wear.marching import start_march
+from experiments.benches.wear import accelerated
 
 from ..conftest import TABLE1
 
@@ -20,29 +15,7 @@ K = 1e-12
 
 
 def worn_model(count: int = 2, coefficient: float = K) -> Model:
-    bushings = tuple(dataclasses.replace(b, wear=coefficient) for b in TABLE1.bushings[:count])
-    return Model(TABLE1.replace(bushings=bushings))
-
-
-def whole_march(sine: Sine, doubling: float, coefficient: float, periods: int = 4) -> float:
-    """Hours times K until the gap has doubled, marched with a wear so quick that it doubles in as many periods."""
-    model = worn_model(2, coefficient)
-    engine, samples = Modal(modes=sine.n_modes), 256
-    factor = step_factor(samples * sine.frequency, engine.largest_step(model.rig, model.law))
-    steps = samples * factor
-    period = sine.amplitude * np.cos(2 * np.pi * np.arange(steps) / steps)
-    march = start_march(model, engine, "base", 1 / (sine.frequency * steps), None)
-    for _ in range(200):
-        march.advance(period)
-    clearances, hours = clearances_of(model.rig), 0.0
-    while np.all(clearances[:, 0] < doubling * (1 - 1e-9)):
-        march = start_march(with_clearances(model, clearances), engine, "base", march.step, march.state)
-        rubbing = np.mean([march.advance(period).rubbing for _ in range(periods)], axis=0)
-        step = periods / sine.frequency / HOUR
-        grown = step * growth(model.rig, rubbing)
-        share = min(1.0, float(np.min((doubling - clearances[:, 0]) / np.maximum(grown[:, 0], 1e-300))))
-        clearances, hours = clearances + share * grown, hours + share * step
-    return hours * coefficient
+    return accelerated.worn_model(TABLE1.replace(bushings=TABLE1.bushings[:count]), coefficient)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +26,7 @@ def test_two_times_agree_with_a_march_of_accelerated_wear(sine, coefficient):
     """Over a doubling of the gap; the march knows neither harmonic balance nor the pair of orders 2 and 3."""
     life = predict_life(worn_model(), sine, "0.6 mm")
     assert life.ended == "limit"
-    assert life.life * K == pytest.approx(whole_march(sine, 6e-4, coefficient), rel=5e-3)
+    assert life.life * K == pytest.approx(accelerated.whole_march(TABLE1, sine, coefficient), rel=5e-3)
 
 
 @pytest.mark.slow

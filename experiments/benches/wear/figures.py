@@ -1,0 +1,50 @@
+"""Draw the figures of docs/wear.md: two lives under a sine, and what is left of a virtual machine.
+
+    python -m experiments.benches.wear.figures --out docs
+
+The first life reaches its limit, the second one jumps on the way.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from clearance_mj import Rig, beam
+from clearance_mj.core.drawing import canvas
+from clearance_mj.wear import Sine, predict_life, predict_remaining
+from experiments.benches.wear.accelerated import LIMIT, RIG, worn_model
+from experiments.benches.wear.machine import make_machine
+
+COEFFICIENT = 1e-12  # m²/N
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write both figures, and print what they say."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("docs"))
+    options = parser.parse_args(arguments)
+    rig = Rig.load(RIG)
+    one = rig.replace(bushings=rig.bushings[:1])
+    swept = 0.9 * float(beam.natural_frequencies(one, 2)[1])
+    figure = canvas(3.2)
+    left, right = figure.subplots(1, 2)
+    for axes, of, sine in ((left, rig, Sine(39.0, 5.0)), (right, one, Sine(42.0, 4.0, swept_from=swept))):
+        life = predict_life(worn_model(of, COEFFICIENT), sine, LIMIT)
+        print(*life.words(), sep="\n")
+        life.draw_on(axes)
+    figure.savefig(options.out / "wear.png", dpi=150)
+    machine = make_machine(0)
+    assert machine is not None
+    limits = {f"bushings[{j}]": float(limit) for j, limit in enumerate(machine.limit) if np.isfinite(limit)}
+    found = predict_remaining(machine.model, machine.operation, machine.history(), limits)
+    print(*found.words(), sep="\n")
+    found.plot().savefig(options.out / "wear_remaining.png", dpi=150)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
