@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..io.channel_map import ChannelMap
     from ..model import Model
     from ..signals.excitation import Excitation
+    from ..signals.psd import PSD
 
 __all__ = [
     "add_columns",
@@ -26,6 +27,7 @@ __all__ = [
     "add_periodic",
     "add_periodic_kind",
     "add_plugin",
+    "add_psd",
     "add_rig",
     "add_simulation",
     "add_units",
@@ -37,6 +39,7 @@ __all__ = [
     "numbers",
     "parse_columns",
     "pressure",
+    "psd_of",
     "settings",
     "spin",
 ]  # fmt: skip
@@ -270,3 +273,33 @@ def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation
     if options.sine is not None:
         return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
     return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)
+
+
+def add_psd(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name a power spectral density, see `psd_of`."""
+    option = parser.add_argument
+    option("--psd", type=Path, metavar="FILE", help="CSV with columns frequency (Hz) and psd, (m/s²)²/Hz or N²/Hz")
+    option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
+    option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
+    option(
+        "--on",
+        choices=("hub", "body"),
+        default="hub",
+        help="what of the car the rig is fixed to (default: %(default)s)",
+    )
+
+
+def psd_of(options: argparse.Namespace, kind: str) -> PSD | None:
+    """Return the excitation that the options of `add_psd` name: a file, whose kind is given, or a road; or None."""
+    from ..signals.psd import PSD
+    from ..signals.road import road_psd
+
+    if options.psd is not None and options.road is not None:
+        raise ClearanceError("give --psd FILE or --road CLASS, one of them")
+    if options.psd:
+        return PSD.load(options.psd, kind)
+    if options.road is None:
+        return None
+    if options.speed is None:
+        raise ClearanceError("--road needs --speed, km/h")
+    return road_psd(options.road, options.speed / 3.6, at=options.at)

@@ -4,24 +4,18 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_plugin, add_rig, load_model, load_plugin, settings
-
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..signals.psd import PSD
+from .options import add_plugin, add_psd, add_rig, load_model, load_plugin, psd_of, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_rig(parser)
-    option("--psd", type=Path, metavar="FILE", help="CSV with columns frequency (Hz) and psd, (m/s²)²/Hz or N²/Hz")
-    option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
-    option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
-    option("--at", choices=("hub", "body"), default="hub", help="what the rig is fixed to (default: %(default)s)")
+    add_psd(parser)
     option("--rms", type=float, help="m/s² or N to which the PSD is scaled (default: as it is)")
     option("--kind", choices=("base", "force"), help="what a PSD file excites (default: as the rig's shaker)")
     option(
@@ -48,7 +42,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     load_plugin(options.plugin)
     model = load_model(options)
-    psd = _psd(options, model.rig.shaker.kind)
+    psd = psd_of(options, options.kind or model.rig.shaker.kind)
+    if psd is None:
+        raise ClearanceError("give --psd FILE or --road CLASS, one of them")
+    psd = psd if options.rms is None else psd.scaled(options.rms)
     found = peaks_over_an_hour(
         model, psd, options.duration, options.seed, options.quantity, options.hours, options.limit,
         engine=options.engine,
@@ -62,19 +59,3 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     print("\n".join(words(found)))
     print(f"peaks: {options.out / 'peaks.png'}")
     return result | {"out": str(options.out)}
-
-
-def _psd(options: argparse.Namespace, kind: str) -> PSD:
-    """The excitation that the options name: a file, or a road."""
-    from ..signals.psd import PSD
-    from ..signals.road import road_psd
-
-    if (options.psd is None) == (options.road is None):
-        raise ClearanceError("give --psd FILE or --road CLASS, one of them")
-    if options.psd:
-        found = PSD.load(options.psd, options.kind or kind)
-    elif options.speed is None:
-        raise ClearanceError("--road needs --speed, km/h")
-    else:
-        found = road_psd(options.road, options.speed / 3.6, at=options.at)
-    return found if options.rms is None else found.scaled(options.rms)

@@ -15,6 +15,7 @@ from ..periodic.axes import level_axis
 from ..sweep.sensitivity import Sensitivity
 from ..tolerance import Production, Tightening
 from . import html
+from .random_production import Hours
 from .style import COLOURS, FONT, WIDE, Drawing, canvas, frequency_axis, tidy
 from .sweep import draw_sensitivity
 from .tables import Column, Table, write_csv
@@ -103,14 +104,14 @@ def words(found: Production) -> list[str]:
         for what, label in (("contact", "touch"), *((("exceeding", found.limit.words),) if found.limit else ())):
             share = float(found.over_level(what)[i])
             low, high = found.interval(share)
-            parts.append(f"{100 * share:.3g} % {label} ({100 * low:.2g} to {100 * high:.2g} %)")
+            parts.append(f"{100 * share:.3g} % {label} ({100 * low:.3g} to {100 * high:.3g} %)")
         said.append(f"at {found.level[i]:g} {unit}: {', '.join(parts)}")
     return [*said, *(f"note: {note}" for note in found.notes)]
 
 
 def write_production(
     found: Production, folder: Path, made_from: dict[str, Any], sensitivity: Sensitivity | None = None,
-    tightening: Tightening | None = None,
+    tightening: Tightening | None = None, hours: Hours | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Write ``index.html``, figures, ``production.csv`` and ``production.json``; return what the last one holds.
 
@@ -126,6 +127,8 @@ def write_production(
         Of the level at which designs rattle.
     tightening : Tightening, optional
         What each tolerance may be.
+    hours : Hours, optional
+        What random excitation does.
     """
     write_csv(folder / "production.csv", rows(found))
     result: dict[str, Any] = {
@@ -146,6 +149,10 @@ def write_production(
             body + writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found)),
         )
     ]  # fmt: skip
+    if hours:
+        result["random"] = hours.rows()
+        said = "".join(html.paragraph(html.formula(each)) for each in hours.words())
+        sections.append(html.Section("random", "Under random excitation", said + writer.figure(hours.draw())))
     if sensitivity:
         result["sensitivity"] = sensitivity.rows()
         sections.append(html.Section("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity))))

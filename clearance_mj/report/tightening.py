@@ -58,8 +58,8 @@ def tightening_words(found: Tightening) -> list[str]:
     """Say in whole sentences which tolerances to tighten, and how far."""
     low, high = found.share_limits
     said = [
-        f"{found.what} up to {found.level:g}: {100 * found.share:.3g} % of the designs ({100 * low:.2g} to "
-        f"{100 * high:.2g} %), {100 * found.allowed:g} % are allowed."
+        f"{found.what} up to {found.level:g}: {100 * found.share:.3g} % of the designs ({100 * low:.3g} to "
+        f"{100 * high:.3g} %), {100 * found.allowed:g} % are allowed."
     ]
     if found.share <= found.allowed:
         return [*said, "The tolerances do as they are."]
@@ -74,7 +74,7 @@ def tightening_words(found: Tightening) -> list[str]:
         low, high = found.cheapest_limits
         said.append(
             f"The cheapest set, at {found.cost:.4g}: {parts} of their tolerances; computed anew, "
-            f"{100 * found.cheapest_share:.3g} % of the designs ({100 * low:.2g} to {100 * high:.2g} %)."
+            f"{100 * found.cheapest_share:.3g} % of the designs ({100 * low:.3g} to {100 * high:.3g} %)."
         )
     elif not math.isnan(found.cost):
         said.append("No set of those with a price does.")

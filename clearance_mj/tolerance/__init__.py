@@ -6,14 +6,15 @@ from .extremes import Largest
 from .impacts import ImpactRate
 from .limits import Limit
 from .peaks import HourPeaks, peaks_over_an_hour
-from .random_production import DesignPeaks, LevelPeaks, peaks_of_designs, peaks_over_production
+from .random_production import DesignPeaks, LevelPeaks, peaks_of_designs, peaks_over_production, random_production
 from .scatter import Correlation, Scatter, Scattered
 from .sensitivities import rattle_sensitivity
-from .shares import Production, production, share_interval
+from .shares import Production, drawn, production, share_interval
 from .tightening import Tightening, tighten
 
 __all__ = [
     "Correlation", "DesignPeaks", "Designs", "HourPeaks", "ImpactRate", "Largest", "LevelPeaks", "Limit", "Production",
-    "Scatter", "Scattered", "Tightening", "draw_posterior", "peaks", "peaks_of_designs", "peaks_over_an_hour",
-    "peaks_over_production", "production", "rattle_sensitivity", "share_interval", "tighten",
+    "Scatter", "Scattered", "Tightening", "draw_posterior", "drawn", "peaks", "peaks_of_designs", "peaks_over_an_hour",
+    "peaks_over_production", "production", "random_production", "rattle_sensitivity",
+    "share_interval", "tighten",
 ]  # fmt: skip

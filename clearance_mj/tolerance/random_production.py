@@ -7,9 +7,12 @@ independent, therefore: intervals come from the scatter between groups of eight.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import json
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,18 +20,20 @@ import scipy.special
 
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
+from ..core.cache import code, digest
 from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks, workers_to_use
 from ..engines import Engine, get_engine
 from ..rig import Rig
 from ..signals.psd import PSD
+from .designs import Designs
 from .impacts import Block, lanes_of, march
 from .peaks import QUANTITIES, SETTLING, noise_of, peaks_of_record
 
 if TYPE_CHECKING:
     from .peaks import HourPeaks
 
-__all__ = ["DesignPeaks", "LevelPeaks", "peaks_of_designs", "peaks_over_production"]
+__all__ = ["DesignPeaks", "LevelPeaks", "peaks_of_designs", "peaks_over_production", "random_production"]
 
 TOGETHER = 8  # consecutive designs that share a noise
 LEAST_GROUPS = 5  # from which on their scatter is used
@@ -150,6 +155,64 @@ def peaks_of_designs(
     said = "designs, eight at a time" if progress else ""
     for _, found in run_tasks(_marched, tasks, workers if many else 1, processes=many, progress=said):
         yield from (each for each in found if (each.design, each.level) not in done)
+
+
+def random_production(
+    designs: Designs, psd: PSD, levels: Sequence[float], duration: float = 60.0, seed: int = 0,
+    quantity: str = "contact_force", hours: float = 1.0, limit: float | None = None, workers: int | None = None,
+    progress: bool = False, kept: Path | None = None,
+) -> list[LevelPeaks]:  # fmt: skip
+    """Find how many of a production touch, and exceed a limit, within a time of random excitation.
+
+    Parameters
+    ----------
+    designs : Designs
+        As `Scatter.draw` or `draw_posterior` draws them.
+    psd : PSD
+        Shape of the excitation's spectrum.
+    levels : sequence of float
+        RMS to which it is scaled, m/s² or N.
+    duration, seed, quantity, hours, limit, workers, progress
+        As in `peaks_of_designs`.
+    kept : Path, optional
+        Folder for what is done, so that an interrupted call goes on where it stopped; it is made if it is not there.
+
+    Returns
+    -------
+    list of LevelPeaks
+        One for each level, in rising order.
+
+    Raises
+    ------
+    ClearanceError
+        As `peaks_of_designs`.
+    """
+    models = [designs.model(i) for i in range(len(designs))]
+    shared = duration, seed, quantity, hours, limit
+    done: list[DesignPeaks] = []
+    path: Path | None = None
+    if kept:
+        kept.mkdir(parents=True, exist_ok=True)
+        path = kept / f"peaks_{digest(code(), [each.to_dict() for each in models], psd.to_dict(), shared)[:16]}.jsonl"
+        done = list(_known(path))
+    known = {(each.design, each.level) for each in done}
+    run = peaks_of_designs(models, psd, levels, *shared, known=known, workers=workers, progress=progress)
+    for each in run:
+        done.append(each)
+        if path:
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(each.to_dict()) + "\n")
+    wanted = {float(level) for level in levels}
+    return peaks_over_production(each for each in done if each.level in wanted)
+
+
+def _known(path: Path) -> Iterator[DesignPeaks]:
+    """What a run that was interrupted found; its last line may be torn."""
+    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
+        with contextlib.suppress(ValueError):
+            data: dict[str, Any] = json.loads(line)
+            values: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in data.items()}
+            yield DesignPeaks(**values)
 
 
 def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:

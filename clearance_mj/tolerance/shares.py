@@ -25,7 +25,7 @@ from .scatter import Scatter
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Production", "production", "share_interval"]
+__all__ = ["Production", "drawn", "production", "share_interval"]
 
 SHARES = ("contact", "exceeding", "several")
 
@@ -143,7 +143,7 @@ def share_interval(share: ArrayLike, n: int, confidence: float = 0.95) -> np.nda
     p, z = np.asarray(share, dtype=float), float(norm.ppf(0.5 + confidence / 2))
     middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
     half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    return np.stack((np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)))
+    return np.stack((np.where(p == 0, 0.0, middle - half), np.where(p == 1, 1.0, middle + half)))
 
 
 @checks_kinds
@@ -229,23 +229,43 @@ def production(
     Processes start by importing the calling script: start a production below ``if __name__ == "__main__"``.
     """
     settings = settings_of(model, levels, frequencies, limit, kind, n_harmonics, n_samples, n_modes)
-    drawn = _drawn(model, scatter, n_designs, seed)
-    total = total_of(settings, drawn, workers, scheduler, executor, "production" if progress else "", kept)
+    designs = drawn(model, scatter, n_designs, seed)
+    total = total_of(settings, designs, workers, scheduler, executor, "production" if progress else "", kept)
     known = np.maximum(total.known, 1)
     return Production(
         model, settings.kind, settings.limit, settings.levels, settings.frequencies, total.contact / known,
-        total.exceeding / known, total.several / known, 1 - total.known / len(drawn),
-        total.first_contact, total.first_exceeding, total.largest, drawn.names, drawn.values,
+        total.exceeding / known, total.several / known, 1 - total.known / len(designs),
+        total.first_contact, total.first_exceeding, total.largest, designs.names, designs.values,
     )  # fmt: skip
 
 
-def _drawn(model: Model, scatter: Scatter | str | None, designs: int, seed: int) -> Designs:
+def drawn(model: Model, scatter: Scatter | str | None, n_designs: int, seed: int = 0) -> Designs:
+    """Return designs of a production, as `production` draws them.
+
+    Parameters
+    ----------
+    model : Model
+        In the middle of the scatter.
+    scatter : Scatter or str or None
+        How the production scatters, "posterior", or None for the rig file's own tolerances.
+    n_designs : int
+        Number of designs.
+    seed : int
+        Of the draws.
+
+    Raises
+    ------
+    ClearanceError
+        For an impossible scatter.
+    RigError
+        If None is given of a rig without tolerances.
+    """
     if scatter == "posterior":
-        return draw_posterior(model, designs, seed)
+        return draw_posterior(model, n_designs, seed)
     if isinstance(scatter, str):
         raise ClearanceError(f'scatter must be a Scatter, "posterior" or None, got "{scatter}"')
     if scatter is None and not model.rig.tolerances:
         raise RigError(
             f"rig {model.rig.name!r} has no tolerances: give [[tolerances]] in the rig file, or a scatter of its own"
         )
-    return (Scatter.of_rig(model.rig) if scatter is None else scatter).draw(model, designs, seed)
+    return (Scatter.of_rig(model.rig) if scatter is None else scatter).draw(model, n_designs, seed)

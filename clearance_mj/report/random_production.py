@@ -1,0 +1,111 @@
+"""What random excitation does to a production within hours: figure, rows and words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..periodic.axes import level_axis
+from ..tolerance import LevelPeaks
+from ..tolerance.limits import KINDS, UNITS
+from .style import COLOURS, FONT, Drawing, canvas, tidy
+
+__all__ = ["Hours"]
+
+
+@dataclass(frozen=True, eq=False)
+class Hours:
+    """A production at several levels of random excitation."""
+
+    levels: tuple[LevelPeaks, ...]
+    """in rising order"""
+    quantity: str
+    """whose largest value it is about"""
+    limit: float | None
+    """of it, N, m or m/s²"""
+    hours: float
+    """that are predicted"""
+    kind: str
+    """ "base" or "force" """
+    clearances: tuple[str, ...]
+    """names of those that touch"""
+    places: tuple[str, ...]
+    """names of the clearances or sensors that the quantity is of"""
+
+    @property
+    def _unit(self) -> str:
+        return UNITS[KINDS[self.quantity]]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row of plain data for each level and place; three numbers are a value with its 5 and 95 % ends."""
+        found: list[dict[str, Any]] = []
+        for each in self.levels:
+            for i, name in enumerate(self.clearances):
+                found.append({
+                    "level": each.level, "place": name, "touches": each.touches[i].tolist(),
+                    "impacts_per_second": each.impacts_per_second[i].tolist(),
+                })  # fmt: skip
+            for i, name in enumerate(self.places):
+                found.append({
+                    "level": each.level, "place": name, f"largest_{self.quantity}": each.largest[i].tolist(),
+                    "too_few_peaks": float(each.too_few[i]),
+                } | ({"exceeds": each.exceeds[i].tolist()} if self.limit else {}))  # fmt: skip
+        return found
+
+    def words(self) -> list[str]:
+        """Say what happens at each level."""
+        said = []
+        unit = level_axis(self.kind).unit
+        for each in self.levels:
+            most = int(each.touches[:, 0].argmax())
+            share, low, high = 100 * each.touches[most]
+            few, middle, many = each.impacts_per_second[most]
+            words = (
+                f"at {each.level:.4g} {unit} RMS, in {self.hours:g} h: {self.clearances[most]} touches in {share:.3g} "
+                f"% of the designs ({low:.3g} to {high:.3g} %), {middle:.3g} times a second ({few:.2g} to {many:.2g})"
+            )
+            largest = int(each.largest[:, 1].argmax())
+            few, middle, many = each.largest[largest]
+            what = f"largest {self.quantity.replace('_', ' ')}"
+            words += (
+                f"; {what} at {self.places[largest]}: {middle:.4g} {self._unit} ({few:.3g} to {many:.3g})"
+                if middle
+                else f"; too few peaks for the {what} of most designs"
+            )
+            if self.limit:
+                share, low, high = 100 * each.exceeds[largest]
+                words += f", over {self.limit:g} {self._unit} in {share:.3g} % ({low:.3g} to {high:.3g} %)"
+            said.append(words)
+        return said
+
+    def draw(self) -> Drawing:
+        """Draw shares of designs, impacts per second and the largest value over the level."""
+        figure = canvas(2.5)
+        axes = figure.subplots(1, 3)
+        level = [each.level for each in self.levels]
+        panels = (
+            ("touches", self.clearances, 100.0, "touch (%)"),
+            ("impacts_per_second", self.clearances, 1.0, "impacts per second (1/s)"),
+            ("largest", self.places, 1.0, f"largest {self.quantity.replace('_', ' ')} ({self._unit})"),
+        )
+        for ax, (name, places, scale, title) in zip(axes, panels):
+            for i, (place, colour) in enumerate(zip(places, COLOURS)):
+                three = scale * _column(self.levels, name, i)
+                low, middle, high = three if name != "touches" else three[[1, 0, 2]]
+                ax.plot(level, middle, "o-", color=colour, lw=1.2, ms=3, label=place)
+                ax.vlines(level, low, high, color=colour, lw=0.9)
+            tidy(ax, title, "", f"RMS ({level_axis(self.kind).unit})")
+        axes[0].set_ylim(-2, 102)
+        axes[0].legend(fontsize=FONT - 1, frameon=False)
+        caption = (
+            f"Random excitation for {self.hours:g} h: share of the designs that touch, with its 5 to 95 % interval; "
+            "impacts per second and the largest value: median of the designs, lines from 5 to 95 % of them."
+        )
+        return Drawing("production_random", figure, caption, "Shares, impact rates and largest values over level.")
+
+
+def _column(levels: tuple[LevelPeaks, ...], name: str, row: int) -> np.ndarray:
+    """(3, n_levels) of one row."""
+    return np.array([getattr(each, name)[row] for each in levels]).T
