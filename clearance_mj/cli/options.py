@@ -160,11 +160,11 @@ def add_simulation(
 PERIODIC = ("harmonics", "samples", "modes")  # options that say how vibrations are found
 
 
-def add_periodic(parser: argparse.ArgumentParser) -> None:
+def add_periodic(parser: argparse.ArgumentParser, harmonics: int | None = 21) -> None:
     """Add the options of a command that finds periodic vibrations: a model, see `load_model`, and how."""
     add_rig(parser)
     option = parser.add_argument
-    option("--harmonics", type=int, default=21, help="of the motion (default: %(default)s)")
+    option("--harmonics", type=int, default=harmonics, help=f"of the motion (default: {harmonics or 'as modes need'})")
     option("--samples", type=int, help="of a period (default: the power of two from 12 for each harmonic on)")
     option("--modes", type=int, default=8, help="of the rig's Ritz basis (default: %(default)s)")
 

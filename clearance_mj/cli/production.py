@@ -29,9 +29,8 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    add_periodic(parser)
+    add_periodic(parser, None)
     add_periodic_kind(parser)
-    parser.set_defaults(harmonics=9)
     option(
         "--scatter", metavar="FILE", help="file (TOML) of what scatters, or \"posterior\" of an identified model "
         "(default: the rig file's tolerances)",

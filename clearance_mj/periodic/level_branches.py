@@ -30,10 +30,10 @@ LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
 """Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
 FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
 TOLERANCE = 1e-5  # of the motion: what the balance may leave
-BENT, LONGEST, FIRST_STEP = 0.02, 0.1, 5e-3  # steps along branches, see `continuation`
+BENT, LONGEST, FIRST_STEP = 0.03, 0.15, 5e-3  # steps along branches, see `continuation`
 BEYOND = 1.2  # of the largest level: a branch that rises above is left
-DEEP = 0.02  # of the gap: no branch is left before it went so deep
-FAR = 20.0  # times the largest level: where contact begins above that, no branch is looked at
+DEEP = 0.5  # of the gap: no branch is left before it went so deep
+FAR = 4.0  # times the largest level: where contact begins above that, no branch is looked at
 STEPS = 400  # of one branch
 CURVED = np.linspace(0.0, 1.0, 33)  # of the way between two motions: where a fold is looked for
 
@@ -148,7 +148,7 @@ def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Mot
 def _followed(solver: Solver | RoundSolver, start: Motion, largest: float) -> Iterator[Motion]:
     """Motions from a first one on until they rise above the largest level."""
     deep = DEEP * solver.system.size
-    step = FIRST_STEP if start.omega < largest else DEEP
+    step = FIRST_STEP if start.omega < largest else solver.longest
     for motion in solver.onwards(start, 0.0, np.inf, STEPS, step):
         yield motion
         if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -29,6 +30,8 @@ UNITS = {
     **dict.fromkeys(("t", "release", "duration", "period"), "s"),
     **{"mass": "kg", "young_modulus": "Pa", "density": "kg/m³", "restitution": "1", "elastic_ratio": "1", "seed": "1"},
 }  # of a field by its name; others are said to be in SI units
+TABLES = ("rig", "law", "excitation")  # of a plan, with which its paths begin
+LONGEST_TITLE = 26  # characters of a line
 MAX_ROWS = 8  # results that are drawn
 MAX_FRFS = 12  # cases whose FRFs are drawn, of the first `MAX_KEPT` sensors
 MAX_KEPT = 4
@@ -115,7 +118,8 @@ def _mark_ends(ax: Axes, values: Sequence[float]) -> None:
 
 def draw_sensitivity(found: Sensitivity) -> Drawing:
     """Draw Sobol indices, with their 95 % intervals."""
-    n, columns = len(found.quantity), 4
+    n = len(found.quantity)
+    columns = min(n, 4)
     rows = -(-n // columns)
     height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))
     figure = canvas(height)
@@ -128,7 +132,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
         _bars(ax, places + 0.19, found.total[i], found.total_interval[:, i], TOTAL, "total", hatch="////")
         ax.set_yticks(places, [_short(path) for path in found.parameter])
         last = i + columns >= n
-        tidy(ax, quantity, "", "Sobol index (1)" if last else "")
+        tidy(ax, textwrap.fill(quantity, LONGEST_TITLE), "", "Sobol index (1)" if last else "")
         ax.tick_params(labelbottom=last)
     axes[0, 0].invert_yaxis()
     axes[0, 0].set_xlim(-0.15, 1.15)
@@ -157,8 +161,11 @@ def _most_telling(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _short(path: str) -> str:
-    """A path without the table's name, its last name on a line of its own where it is long."""
-    head, dot, tail = path.partition(".")[2].rpartition(".")
+    """A path without the table's name, a long one on two lines; each of a group on one of its own."""
+    if ", " in path:
+        return "\n".join(path.split(", "))
+    table, _, rest = path.partition(".")
+    head, dot, tail = (rest if table in TABLES else path).rpartition(".")
     return f"{head}\n{tail}" if dot and len(head + tail) > 14 else head + dot + tail
 
 

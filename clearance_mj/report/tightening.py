@@ -20,11 +20,13 @@ def draw_tightening(found: Tightening) -> Drawing:
     figure = canvas(0.9 + 0.3 * order.size)
     left, right = figure.subplots(1, 2, sharey=True)
     left.barh(places, 100 * found.share_without[order], 0.6, color=COLOURS[0])
-    left.axvline(100 * found.share, color=REPEAT, lw=1.0)
-    left.axvline(100 * found.allowed, color=COLOURS[1], lw=1.2, ls="--")
+    left.axvline(100 * found.share, color=REPEAT, lw=1.0, label="as it stands")
+    left.axvline(100 * found.allowed, color=COLOURS[1], lw=1.2, ls="--", label="allowed")
+    left.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    left.set_xlim(left=0)
     left.set_yticks(places, [found.names[i] for i in order], fontsize=FONT - 1)
     left.invert_yaxis()
-    tidy(left, f"{found.what} without the number's scatter", "", "Share of the designs (%)")
+    tidy(left, f"{found.what}, without the scatter of", "", "Share of the designs (%)")
     width = np.where(np.isnan(found.width), 0.0, found.width)[order]
     right.barh(places - 0.17, 100 * width, 0.32, color=COLOURS[3], label="this tolerance alone")
     for place, i in zip(places, order):
@@ -35,7 +37,7 @@ def draw_tightening(found: Tightening) -> Drawing:
         right.barh(places + 0.17, of, 0.32, color=COLOURS[5], label="cheapest set")
     right.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     right.set_xlim(0, 105)
-    tidy(right, f"for at most {100 * found.allowed:g} %", "", "Share of its tolerance (%)")
+    tidy(right, f"tolerance for at most {100 * found.allowed:g} %", "", "Share of the tolerance as it is (%)")
     caption = (
         f"{found.what.capitalize()} at levels up to {found.level:g}. Left: share of the designs without the scatter of "
         "one number; grey line: of all of it; dashed: what is allowed. Right: what is left of its tolerance where it "

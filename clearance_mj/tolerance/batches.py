@@ -12,33 +12,36 @@ from numpy.typing import ArrayLike
 from ..core.cache import ResultCache
 from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
+from ..periodic.in_gap import resonances
 from ..periodic.map_rows import solver_at
 from ..periodic.rattle_maps import increasing
 from ..periodic.resolution import resolution
 from ..periodic.space.forced import excited_by
 from .designs import Designs
 from .limits import Limit
-from .rattling import Batch, Rattling, Settings, rattling_of
+from .rattling import HARMONICS, Batch, Rattling, Settings, rattling_of
 
-__all__ = ["HARMONICS", "settings_of", "total_of"]
+__all__ = ["settings_of", "total_of"]
 
-HARMONICS = 9  # of the motion: shares of a production change by less than a point with more
 BATCH = 8  # designs of one task
 
 
 def settings_of(
     model: Model, levels: ArrayLike, frequencies: ArrayLike, limit: Limit | str | None, kind: str | None,
-    n_harmonics: int = HARMONICS, n_samples: int | None = None, n_modes: int = 8,
+    n_harmonics: int | None = None, n_samples: int | None = None, n_modes: int = 8,
 ) -> Settings:  # fmt: skip
     """Return what designs are looked at with, or refuse what cannot be; see `production`."""
     level, frequency = increasing(levels, "levels", 1), increasing(frequencies, "frequencies", 1)
-    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     kind = excited_by(model.rig, kind)
     limit = Limit.parse(limit) if isinstance(limit, str) else limit
     if limit:
         limit.row(model.rig)
-    solver_at(model, kind, 1.0, 2 * np.pi * float(frequency[-1]), harmonics, counts[0], n_modes)
-    return Settings(kind, level, frequency, limit, harmonics, counts, n_modes)
+    most = HARMONICS[-1] if n_harmonics is None else n_harmonics
+    harmonics, counts = resolution(most, n_samples, 1, n_modes)
+    fastest = 2 * np.pi * float(frequency[-1])
+    poles = resonances(solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)).imag
+    reach = float(poles[poles <= fastest].max(initial=0.0)) / (2 * np.pi)
+    return Settings(kind, level, frequency, limit, n_harmonics, n_samples, n_modes, reach)
 
 
 def total_of(
@@ -74,7 +77,17 @@ def _inputs(settings: Settings, batch: Batch) -> object:
     models = [model.to_dict() for model in designs.drawn] or [designs.nominal.to_dict(), designs.values.tolist()]
     arrays = settings.levels.tolist(), settings.frequencies.tolist()
     limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
-    return models, designs.names, *arrays, limit, settings.kind, settings.harmonics, settings.samples, settings.modes
+    return (
+        models,
+        designs.names,
+        *arrays,
+        limit,
+        settings.kind,
+        settings.harmonics,
+        settings.samples,
+        settings.modes,
+        settings.reach,
+    )
 
 
 def _write(result: Rattling, path: Path) -> None:

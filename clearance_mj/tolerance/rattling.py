@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,10 +12,14 @@ from ..core.errors import ClearanceError
 from ..model import Model
 from ..periodic.level_branches import LevelBranch, level_branches
 from ..periodic.map_rows import solver_at
+from ..periodic.resolution import resolution
 from .designs import Designs
 from .limits import Limit
 
-__all__ = ["Batch", "Rattling", "Settings", "rattling_of"]
+__all__ = ["HARMONICS", "Batch", "Rattling", "Settings", "rattling_of"]
+
+HARMONICS = (9, 13, 21)
+"""Of the motion: with as many as reach the modes shares change by less than a point, see docs/production.md"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +30,10 @@ class Settings:
     levels: np.ndarray  #: (n_levels,) m/s², N, or factors of the unbalance
     frequencies: np.ndarray  #: (n_frequencies,) Hz
     limit: Limit | None
-    harmonics: int
-    samples: tuple[int, ...]  #: of a period, each for where those before do not do
+    harmonics: int | None  #: of the motion; None: the fewest of `HARMONICS` that reach `reach`
+    samples: int | None  #: of a period; None: as `periodic.resolution` takes them
     modes: int
+    reach: float  #: Hz, highest natural frequency in the gap within the range of frequencies
 
 
 class Batch(NamedTuple):
@@ -107,21 +113,37 @@ def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:
     model : Model
         The design.
     """
+    needed = harmonics_of(settings)
+    found: dict[int, LevelBranch] = {}
+    for harmonics in np.unique(needed).tolist():
+        left = np.flatnonzero(needed == harmonics).tolist()
+        for samples in resolution(harmonics, settings.samples, 1, settings.modes)[1]:
+            for i, branch in zip(left, _branches(settings, model, left, harmonics, samples)):
+                if i not in found or branch.complete or branch.level.max() > found[i].level.max():
+                    found[i] = branch
+            left = [i for i in left if not found[i].complete]
+            if not left:
+                break
+    return [found[i] for i in range(needed.size)]
+
+
+def harmonics_of(settings: Settings) -> np.ndarray:
+    """Return how many harmonics the motion has at each frequency, (n_frequencies,).
+
+    Parameters
+    ----------
+    settings : Settings
+        Frequencies, and how far harmonics reach.
+    """
+    if settings.harmonics is not None:
+        return np.full(settings.frequencies.size, settings.harmonics)
+    return np.select([each * settings.frequencies >= settings.reach for each in HARMONICS], HARMONICS, HARMONICS[-1])
+
+
+def _branches(
+    settings: Settings, model: Model, which: list[int], harmonics: int, samples: int
+) -> Iterator[LevelBranch]:  # fmt: skip
     limit, omega = settings.limit, 2 * np.pi * settings.frequencies
-    quantities = [limit.quantity] if limit else []
-    rows = [limit.row(model.rig)] if limit else []
-    found: list[LevelBranch] = []
-    for samples in settings.samples:
-        left = [i for i, branch in enumerate(found) if not branch.complete] if found else list(range(omega.size))
-        if not left:
-            break
-        fastest = float(omega[-1])
-        solver = solver_at(model, settings.kind, 1.0, fastest, settings.harmonics, samples, settings.modes)
-        again = list(level_branches(solver, omega[left], float(settings.levels[-1]), quantities, rows))
-        if not found:
-            found = again
-            continue
-        for i, branch in zip(left, again):
-            if branch.complete or branch.level.max() > found[i].level.max():
-                found[i] = branch
-    return found
+    solver = solver_at(model, settings.kind, 1.0, float(omega[-1]), harmonics, samples, settings.modes)
+    quantities, rows = ([limit.quantity], [limit.row(model.rig)]) if limit else ([], [])
+    return level_branches(solver, omega[which], float(settings.levels[-1]), quantities, rows)

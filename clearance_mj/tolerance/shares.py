@@ -17,7 +17,7 @@ from ..model import Model
 from ..periodic.axes import level_axis
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
-from .batches import HARMONICS, settings_of, total_of
+from .batches import settings_of, total_of
 from .designs import Designs, draw_posterior
 from .limits import Limit
 from .scatter import Scatter
@@ -156,7 +156,7 @@ def production(
     n_designs: int = 1000,
     seed: int = 0,
     kind: str | None = None,
-    n_harmonics: int = HARMONICS,
+    n_harmonics: int | None = None,
     n_samples: int | None = None,
     n_modes: int = 8,
     workers: int | None = None,
@@ -190,8 +190,9 @@ def production(
     kind : str, optional
         Kind of excitation, "base", "force" or, of a rig in space, "unbalance"; None: unbalance of a rig that has some,
         else that of its shaker.
-    n_harmonics : int
-        Number of harmonics of the motion, H.
+    n_harmonics : int, optional
+        Number of harmonics of the motion, H; None: 9, 13 or 21, the fewest that reach the highest natural frequency
+        within the range of frequencies. Accelerations over a limit ask for more.
     n_samples : int, optional
         Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
         where vibrations end early with them.
