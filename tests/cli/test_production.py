@@ -1,0 +1,75 @@
+"""clearance-mj production: what the Python calls find, as files and a page; bad input."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.tolerance import Scatter, production
+
+from ..conftest import ROOT
+
+RIG, SCATTER = ROOT / "models" / "table1_rig.toml", ROOT / "models" / "table1_scatter.toml"
+BAND = ("--levels", "1.4,2", "--from", 36, "--to", 44, "--steps", 5, "--workers", 1)
+
+
+def test_files_hold_what_the_calls_find(tmp_path, answer):
+    out = tmp_path / "out"
+    given = ("--scatter", SCATTER, "--limit", "contact_force > 0.5 N", "--designs", 24, *BAND)
+    printed = answer("production", RIG, *given, "--sobol", 2, "--allowed", 0.2, "--out", out)
+    stored = json.loads((out / "production.json").read_text(encoding="utf-8"))
+    assert printed == {key: value for key, value in stored.items() if key != "provenance"} | {"out": str(out)}
+    found = production(
+        cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER), "contact_force > 0.5 N", [1.4, 2.0], np.linspace(36, 44, 5),
+        24, workers=1,
+    )  # fmt: skip
+    assert stored["over_level"] == found.over_level("contact").tolist()
+    assert stored["exceeding_over_level"] == found.over_level("exceeding").tolist()
+    assert 0 < found.over_level("contact")[0] < 1
+    with (out / "production.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["share_contact"]) for row in rows] == pytest.approx(found.contact.ravel().tolist())
+    assert {row["number"] for row in stored["tightening"]["numbers"]} >= {"bushings.gap", "beam.young_modulus"}
+    assert {row["parameter"] for row in stored["sensitivity"]} >= {"bushings[0].gap, bushings[1].gap"}
+    page = (out / "index.html").read_text(encoding="utf-8")
+    for heading in ("How many rattle", "What it depends on", "Which tolerance to tighten", "What scatters"):
+        assert heading in page
+    assert {path.stem for path in (out / "figures").iterdir()} == {
+        "production", "production_over_level", "sensitivity", "tightening",
+    }  # fmt: skip
+
+
+def test_random_excitation_is_a_part_of_the_page(tmp_path, answer):
+    psd = tmp_path / "engine.csv"
+    psd.write_text("frequency,psd\n5,0.02\n220,0.02\n", encoding="utf-8")
+    given = ("--scatter", SCATTER, "--designs", 3, *BAND, "--psd", psd, "--rms", "1,2", "--duration", 10)
+    stored = answer("production", RIG, *given, "--out", tmp_path / "out")
+    touches = {(row["level"], row["place"]): row["touches"] for row in stored["random"] if "touches" in row}
+    assert sorted(touches) == [(1.0, "6:+Z"), (1.0, "7:+Z"), (2.0, "6:+Z"), (2.0, "7:+Z")]
+    assert touches[2.0, "7:+Z"][0] > 0.9
+    assert "Under random excitation" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+
+
+BAD = '[[scatter]]\nof = "bushings.gap"\nwithin = "0.4 mm"\n'
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ([], "has no tolerances"),
+        (["--scatter", "none.toml"], "cannot be read"),
+        (["--scatter", "bad.toml"], "scatter of bushings[0].gap reaches from -0.0001"),
+        (["--scatter", SCATTER, "--limit", "noise > 3"], 'limit of "noise" is unknown'),
+        (["--scatter", SCATTER, "--limit", "penetration > 3 kg"], 'unit "kg"'),
+        (["--scatter", SCATTER, "--up-to", 3], "--up-to is the level of --allowed"),
+        (["--scatter", SCATTER, "--sobol", 3], "power of 2"),
+        (["--scatter", "posterior"], "no posterior"),
+        (["--scatter", SCATTER, "--road", "C"], "--road needs --speed"),
+    ],
+)
+def test_bad_input_is_one_line(given, words, tmp_path, refused, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.toml").write_text(BAD, encoding="utf-8")
+    assert words in refused("production", RIG, *given, "--designs", 2, *BAND, "--out", tmp_path / "out")
