@@ -40,6 +40,8 @@ class PaceSamples:
     """h, the history's length"""
     misfit: float
     """RMS of what the history misses, over its errors"""
+    log_evidence: float
+    """logarithm of the evidence of the history for the predicted way, but for what all ways have in common"""
 
     def hours_to(self, worn: float, rng: np.random.Generator) -> np.ndarray:
         """Return the hours (m,) until so much is worn, while the pace goes on walking; infinite beyond the horizon.
@@ -104,12 +106,12 @@ def find_pace(
     free = max(gap.size - 2, 1)
     wider = max(1.0, float(np.sqrt(np.sum(best[2].fun[: gap.size] ** 2) / free)))
     log_weights = np.array([_evidence(s, wider) - 0.5 * (sigma / drift) ** 2 for sigma, _, s in found])
-    spacing = np.gradient(drift * DRIFTS)
-    weights = np.exp(log_weights - log_weights.max()) * spacing
+    weights = np.exp(log_weights - log_weights.max()) * np.gradient(drift * DRIFTS)
+    evidence = float(log_weights.max() + np.log(weights.sum()) - gap.size * np.log(wider))
     counts = rng.multinomial(n, weights / weights.sum())
     parts = [problem.samples(s, wider, count, rng) for (_, problem, s), count in zip(found, counts)]
     worn, pace = np.concatenate(parts, axis=1)
-    return PaceSamples(worn, pace, np.repeat(drift * DRIFTS, counts), span, missed)
+    return PaceSamples(worn, pace, np.repeat(drift * DRIFTS, counts), span, missed, evidence)
 
 
 def _fewer(*columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -140,7 +140,7 @@ def _drawn(
     model = models[i]
     if cache is None:
         return _found(model, operation, limits, hours, accuracy)
-    inputs = model.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
+    inputs = model.rig.content(), model.law.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
 
     def save(found: dict[str, Any], path: Path) -> None:
         with path.open("wb") as file:

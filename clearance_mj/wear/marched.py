@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -50,6 +51,7 @@ class Marched(Operation):
         return {
             "operation": "marched", "kind": self.excitation.kind, "rms": float(np.sqrt(np.mean(value**2))), "fs": fs,
             "duration": value.size / fs, "settle": self.settle, "excitation": dict(self.excitation.description),
+            "samples": hashlib.sha256(value.tobytes()).hexdigest()[:16], "engine": vars(self.engine),
         }  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from tqdm import tqdm
 
 from ..core.errors import ClearanceError, RecordError
 from ..core.kinds import checks_kinds
@@ -29,10 +30,10 @@ __all__ = ["DRIFT", "Remaining", "predict_remaining"]
 DRIFT = 0.3
 """Of log K over a time as long as the history, scale of its prior: so much do wear tests scatter that are alike"""
 BEFORE = 4.0  # standard errors of the first gap by which the predicted way begins before it
-PASSES = 2  # predicted ways: the second one with the coefficients that the first one led to
 LONGER = 4.0  # times the hours that are likely, for which the last way is predicted
 COARSE = 0.02  # accuracy of a predicted way
 SAMPLES = 2000
+WAYS = 12  # drawn models, by default
 NOISE = 4.5
 """Variance that a walk must have, per squared relative error of a marched rate and number of them on the way: rates of
 the third that is known and of the rest, whose means are 3 and 1.5 times as uncertain as that of all, differ so"""
@@ -146,7 +147,7 @@ def _quantiles(samples: np.ndarray, at: list[float]) -> np.ndarray:
 @checks_kinds
 def predict_remaining(
     model: Model, operation: Operation, history: GapHistory, limit: float | str | Mapping[str, float | str],
-    drift: float = DRIFT, seed: int = 0, progress: bool = False,
+    drift: float = DRIFT, n_ways: int = WAYS, seed: int = 0, progress: bool = False,
 ) -> Remaining:  # fmt: skip
     """Predict what is left of a machine's life from the history of its gaps.
 
@@ -165,6 +166,9 @@ def predict_remaining(
         Gap at which life ends, as for `predict_life`.
     drift : float
         Scale of the prior of the walk: standard deviation of log K over a time as long as the history.
+    n_ways : int
+        Number of models drawn from the model's posterior, if it has one, of which each goes its own way from gap to
+        gap; the history weighs them. Where wear is about to stop, they decide.
     seed : int
         Seed of the random numbers.
     progress : bool
@@ -191,15 +195,24 @@ def predict_remaining(
         raise ClearanceError(f"drift must be > 0 and finite, got {drift!r}")
     limits, rng = gap_limits(model, limit), np.random.default_rng(seed)
     limited = {f"bushings[{j}]": float(limits[j]) for j in known}
-    way, hours = _begun(model, history, known, limits), LONGEST
-    for _ in range(PASSES):
-        life = predict_life(way, operation, limited, hours, COARSE, progress)
-        found = _Found(life, history, limits, {j: _pace(model, life, history, j, drift, rng) for j in known}, rng)
-        way = _with_wear(way, found.coefficients)
-        slowest = max(known, key=lambda j: float(np.median(found.hours[j])))
-        limited = {f"bushings[{slowest}]": float(limits[slowest])}
-        hours = min(LONGEST, LONGER * found.whole(slowest))
-    return found.result()
+
+    def found(way: Model, wanted: dict[str, float], hours: float) -> _Found:
+        life = predict_life(way, operation, wanted, hours, COARSE, progress)
+        paces = {j: _pace(model, life, history, j, drift, rng) for j in known}
+        return _Found(life, history, limits, paces, rng)
+
+    rough = found(_begun(model, history, known, limits), limited, LONGEST)
+    slowest = max(known, key=lambda j: float(np.median(rough.hours[j])))
+    wanted = {f"bushings[{slowest}]": float(limits[slowest])}
+    hours, ways = min(LONGEST, LONGER * rough.whole(slowest)), []
+    for each in tqdm([model, *model.drawn(n_ways)], desc="ways", disable=not (progress and model.posterior)):
+        way = _with_wear(_begun(each, history, known, limits), rough.coefficients)
+        try:
+            ways.append(found(way, wanted, hours))
+        except RecordError:
+            if each is model:
+                raise  # a drawn model may not rub at all
+    return _mixed(ways, rng)
 
 
 class _Found:
@@ -226,15 +239,27 @@ class _Found:
         likely = float(np.median(self.hours[j]))
         return float(self.paces[j].span) + (likely if np.isfinite(likely) else LONGEST)
 
-    def result(self) -> Remaining:
-        """Everything, in arrays with a row for each bushing."""
-        n = len(self.limits)
-        k, hours = np.full((2, n, SAMPLES), np.nan)
-        drift, misfit = np.full((2, n), np.nan)
-        for j, pace in self.paces.items():
-            k[j] = (self.life.model.rig.bushings[j].wear or 0.0) * np.exp(pace.log_pace)
-            hours[j], drift[j], misfit[j] = self.hours[j], np.median(pace.drift), pace.misfit
-        return Remaining(self.history, self.life, self.limits, k, hours, drift, misfit)
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the evidence of all histories."""
+        return sum(pace.log_evidence for pace in self.paces.values())
+
+
+def _mixed(ways: list[_Found], rng: np.random.Generator) -> Remaining:
+    """The samples of all ways, each as often as the history says; arrays with a row for each bushing."""
+    first = ways[0]
+    log_weights = np.array([way.log_evidence for way in ways])
+    weights = np.exp(log_weights - log_weights.max())
+    chosen = rng.choice(len(ways), SAMPLES, p=weights / weights.sum())
+    n, each = len(first.limits), np.arange(SAMPLES)
+    k, hours, drift = np.full((3, n, SAMPLES), np.nan)
+    for j in first.paces:
+        own = [way.life.model.rig.bushings[j].wear or 0.0 for way in ways]
+        k[j] = np.array([q * np.exp(way.paces[j].log_pace) for q, way in zip(own, ways)])[chosen, each]
+        hours[j] = np.array([way.hours[j] for way in ways])[chosen, each]
+        drift[j] = np.array([way.paces[j].drift for way in ways])[chosen, each]
+    misfit = np.array([first.paces[j].misfit if j in first.paces else np.nan for j in range(n)])
+    return Remaining(first.history, first.life, first.limits, k, hours, np.median(drift, axis=1), misfit)
 
 
 def _begun(model: Model, history: GapHistory, known: list[int], limits: np.ndarray) -> Model:

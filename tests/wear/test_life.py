@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj import ExcitationError, Model, RigError, beam
+from clearance_mj import ExcitationError, LawError, Model, RigError, TimeLaw, beam
 from clearance_mj.periodic import follow_folds, follow_response
 from clearance_mj.signals.excitation import random
 from clearance_mj.wear import Marched, Sine, predict_life
@@ -77,6 +77,13 @@ def test_random_vibration_wears_as_long_as_its_error_says():
 def test_a_force_needs_a_place():
     with pytest.raises(ExcitationError, match=r"shaker\.position"):
         predict_life(worn_model(), Sine(39.0, 5.0, kind="force"), "x2")
+
+
+@pytest.mark.parametrize("operation", [Sine(39.0, 5.0), Marched(random(0.5, 2048.0, rms=1.0))])
+def test_a_law_over_time_is_refused(operation):
+    law = TimeLaw(np.array([0.0, 1.0]), np.array([8e3, 7e3]), np.array([4.0, 4.0]))
+    with pytest.raises(LawError, match="law over time"):
+        predict_life(Model(worn_model().rig, law), operation, "x2")
 
 
 def test_nothing_wears_without_a_coefficient():

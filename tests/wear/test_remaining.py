@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import ClearanceError, Model, RecordError
+from clearance_mj.identify.structure.priors import priors
 from clearance_mj.rig import Tolerance
 from clearance_mj.wear import GapHistory, Sine, predict_life, predict_remaining
 from clearance_mj.wear.clock import find_pace
@@ -107,6 +108,12 @@ def test_tolerances_are_spreads_and_draws():
     logs = np.log([[b.wear for b in one.rig.bushings] for one in drawn]) - math.log(1e-12)
     np.testing.assert_allclose(logs.std(axis=0), spreads(rig), rtol=0.1)
     assert {b.gap for one in drawn for b in one.rig.bushings} == {3e-4}
+
+
+def test_identification_leaves_the_coefficient_alone():
+    rig = model_of(1e-12).rig
+    told = rig.replace(tolerances=(Tolerance("bushings.wear", "30 %"),))
+    assert priors(told) == priors(rig)
 
 
 def history(**changes) -> GapHistory:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -59,7 +60,8 @@ def make_machine(seed: int) -> Machine | None:
     operation, long = _operations(rng, seed)
     true = _true_model(nominal, gaps, rng)
     told = tuple(dataclasses.replace(b, gap=float(g), wear=COEFFICIENT) for b, g in zip(nominal.bushings, gaps))
-    model = Model(nominal.replace(bushings=told), _told_law(true.law, rng))
+    law = _told_law(true.law, rng)
+    model = Model(nominal.replace(bushings=told), law, partial(_drawn, nominal.replace(bushings=told), law))
     course = _course(true, long, rng)
     if course is None:
         return None
@@ -107,6 +109,25 @@ def _told_law(true: Law, rng: np.random.Generator) -> ConstantLaw:
     k = contact.stiffness * np.sqrt(DEPTH)
     c = contact.kappa * k * DEPTH / SPEED
     return ConstantLaw(float(k * np.exp(0.15 * rng.normal())), float(c * np.exp(0.3 * rng.normal())))
+
+
+def _drawn(rig: Rig, law: ConstantLaw, n: int, seed: int) -> list[Model]:
+    """Draws of a posterior that is as wide as what the model is off by, but knows nothing of the other contact."""
+    rng = np.random.default_rng((seed, 11))
+    return [Model(_off(rig, rng), ConstantLaw(law.k * np.exp(0.15 * rng.normal()), law.c * np.exp(0.3 * rng.normal())))
+            for _ in range(n)]  # fmt: skip
+
+
+def _off(rig: Rig, rng: np.random.Generator) -> Rig:
+    """A rig whose numbers are off by what an identification leaves."""
+    assert rig.beam
+    beam = dataclasses.replace(rig.beam, young_modulus=rig.beam.young_modulus * (1 + 0.01 * rng.normal()))
+    masses = tuple(dataclasses.replace(m, mass=m.mass * (1 + 0.02 * rng.normal())) for m in rig.masses)
+    bushings = tuple(
+        dataclasses.replace(b, grease=dataclasses.replace(b.grease, stiffness=b.grease.stiffness * float(factor)))
+        for b, factor in zip(rig.bushings, np.exp(0.1 * rng.normal(size=len(rig.bushings))))
+    )
+    return rig.replace(beam=beam, masses=masses, bushings=bushings)
 
 
 def _course(model: Model, operation: Operation, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray] | None:
