@@ -78,6 +78,15 @@ def test_random_excitation(clone):
     assert out.startswith(textwrap.dedent(shown))
 
 
+def test_productions(clone):
+    """Of the page's few designs some touch at 1.5 m/s², and the intervals hold the shares."""
+    shares, low, high = (
+        [float(value) for value in re.findall(r"[\d.]+(?:e-\d+)?", row)]
+        for row in re.findall(r"\[([\d. e-]+)\]", run_python("production.md", clone))
+    )
+    assert shares[0] < shares[1] < shares[2] and all(a <= b <= c for a, b, c in zip(low, shares, high))
+
+
 @pytest.mark.slow
 def test_readme(clone):
     """Its four scripts: what the bench's prints is better than its table's worst record, the others run.

@@ -6,7 +6,7 @@ from .extremes import Largest
 from .impacts import ImpactRate
 from .limits import Limit
 from .peaks import HourPeaks, peaks_over_an_hour
-from .random_production import DesignPeaks, LevelPeaks, peaks_of_designs, peaks_over_production, random_production
+from .random_designs import DesignPeaks, LevelPeaks, peaks_of_designs, peaks_over_production, random_production
 from .scatter import Correlation, Scatter, Scattered
 from .sensitivities import rattle_sensitivity
 from .shares import Production, drawn, production, share_interval

@@ -5,8 +5,9 @@ import pytest
 import scipy.stats
 
 import clearance_mj as cm
+from clearance_mj.tolerance import Scatter, Scattered, random_production
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
-from clearance_mj.tolerance.random_production import DesignPeaks, peaks_of_designs, peaks_over_production
+from clearance_mj.tolerance.random_designs import DesignPeaks, peaks_of_designs, peaks_over_production
 
 RIG = cm.Rig.load("models/table1_rig.toml")
 PSD = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])
@@ -93,3 +94,17 @@ def test_refuses(models, levels, words):
         list(peaks_of_designs(models, PSD, levels))
     with pytest.raises(cm.ClearanceError, match="no design"):
         peaks_over_production([])
+
+
+def test_a_production_goes_on_where_it_stopped(tmp_path):
+    """What is kept is not marched again; a torn last line is."""
+    designs = Scatter((Scattered("bushings.gap", within="0.05 mm"),)).draw(cm.Model(RIG), 9)
+    settings = (designs, PSD, (1.0, 3.0), 6.0)
+    found = random_production(*settings, workers=1, kept=tmp_path)
+    (path,) = tmp_path.glob("peaks_*.jsonl")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 18 and [each.designs for each in found] == [9, 9]
+    path.write_text("\n".join([*lines[:9], lines[9][:20]]) + "\n", encoding="utf-8")
+    again = random_production(*settings, workers=1, kept=tmp_path)
+    np.testing.assert_array_equal(again[1].touches, found[1].touches)
+    np.testing.assert_array_equal(again[0].largest, found[0].largest)
