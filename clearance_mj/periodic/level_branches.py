@@ -124,22 +124,31 @@ def level_branches(
     for each, contact in zip(omega.tolist(), level.tolist()):
         motions: list[Motion] = []
         try:
-            start = _at_contact(solver, each, contact) if contact > 0 else solver.growing(each)
-            for motion in [start] if contact > FAR * largest else _followed(solver, start, largest):
-                motions.append(motion)
+            if contact > FAR * largest:
+                motions.append(_in_gap(solver, each, FAR * largest))
+            else:
+                start = _at_contact(solver, each, contact) if contact > 0 else solver.growing(each)
+                for motion in _followed(solver, start, largest):
+                    motions.append(motion)
         except NoConvergence:
             pass
         yield _read(solver, motions, each, contact, largest, quantities, chosen)
 
 
-def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
-    """The motion that just fills a gap, its tangent towards larger ones, and the level the solver's parameter."""
+def _in_gap(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
+    """The motion without contact at a level, which is the solver's parameter from now on; its tangent is left open."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     z[:, 1:] *= level
     y[:, 1:] *= level
     solver.over_level(omega)
     scale = max(float(np.linalg.norm(z)), solver.least)
-    motion = solver.solve(level, z, y, np.append(np.zeros(solver.size), 1.0), scale)
+    return Motion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
+
+
+def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
+    """The motion that just fills a gap, with its tangent towards larger ones."""
+    guess = _in_gap(solver, omega, level)
+    motion = solver.solve(level, guess.z, guess.y, guess.tangent, guess.scale)
     if motion is None:
         raise NoConvergence(omega)
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)

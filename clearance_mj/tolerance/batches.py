@@ -19,7 +19,7 @@ from ..periodic.resolution import resolution
 from ..periodic.space.forced import excited_by
 from .designs import Designs
 from .limits import Limit
-from .rattling import HARMONICS, Batch, Rattling, Settings, rattling_of
+from .rattling import HARMONICS, REACH, Batch, Rattling, Settings, rattling_of
 
 __all__ = ["settings_of", "total_of"]
 
@@ -40,7 +40,7 @@ def settings_of(
     harmonics, counts = resolution(most, n_samples, 1, n_modes)
     fastest = 2 * np.pi * float(frequency[-1])
     poles = resonances(solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)).imag
-    reach = float(poles[poles <= fastest].max(initial=0.0)) / (2 * np.pi)
+    reach = REACH * float(poles[poles <= fastest].max(initial=0.0)) / (2 * np.pi)
     return Settings(kind, level, frequency, limit, n_harmonics, n_samples, n_modes, reach)
 
 

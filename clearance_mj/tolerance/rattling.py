@@ -16,10 +16,11 @@ from ..periodic.resolution import resolution
 from .designs import Designs
 from .limits import Limit
 
-__all__ = ["HARMONICS", "Batch", "Rattling", "Settings", "rattling_of"]
+__all__ = ["HARMONICS", "REACH", "Batch", "Rattling", "Settings", "rattling_of"]
 
 HARMONICS = (9, 13, 21)
-"""Of the motion: with as many as reach the modes shares change by less than a point, see docs/production.md"""
+"""Of the motion: as many as reach the modes; with more, shares of all but accelerations hardly change"""
+REACH = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class Settings:
     harmonics: int | None  #: of the motion; None: the fewest of `HARMONICS` that reach `reach`
     samples: int | None  #: of a period; None: as `periodic.resolution` takes them
     modes: int
-    reach: float  #: Hz, highest natural frequency in the gap within the range of frequencies
+    reach: float  #: Hz that harmonics reach: `REACH` of the highest natural frequency within the range of frequencies
 
 
 class Batch(NamedTuple):

@@ -191,8 +191,8 @@ def production(
         Kind of excitation, "base", "force" or, of a rig in space, "unbalance"; None: unbalance of a rig that has some,
         else that of its shaker.
     n_harmonics : int, optional
-        Number of harmonics of the motion, H; None: 9, 13 or 21, the fewest that reach the highest natural frequency
-        within the range of frequencies. Accelerations over a limit ask for more.
+        Number of harmonics of the motion, H; None: 9, 13 or 21, the fewest that reach 0.7 of the highest natural
+        frequency within the range of frequencies. Accelerations over a limit ask for more.
     n_samples : int, optional
         Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
         where vibrations end early with them.
