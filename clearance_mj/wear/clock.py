@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-__all__ = ["PaceSamples", "find_pace"]
+__all__ = ["HORIZON", "PaceSamples", "find_pace"]
 
 Curve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 

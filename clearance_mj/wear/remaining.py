@@ -14,11 +14,11 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..signals.arrays import ArrayData, read_only
-from .clock import PaceSamples, find_pace
+from .clock import HORIZON, PaceSamples, find_pace
 from .coefficients import spreads
 from .growth import clearances_of, with_clearances
 from .history import GapHistory
-from .life import LONGEST, Life, gap_limits, predict_life
+from .life import Life, gap_limits, predict_life
 from .operation import Operation
 from .rubbing import footprints
 
@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 
 __all__ = ["DRIFT", "Remaining", "predict_remaining"]
 
-DRIFT = 0.3
-"""Of log K over a time as long as the history, scale of its prior: so much do wear tests scatter that are alike"""
+DRIFT = 0.4
+"""Of log K over a time as long as the history, scale of its prior; chosen on virtual machines (docs/wear.md)"""
 BEFORE = 4.0  # standard errors of the first gap by which the predicted way begins before it
-LONGER = 4.0  # times the hours that are likely, for which the last way is predicted
+ALONG = 3  # ways along the history, each with the coefficients of the one before: bushings change each other's rates
+ENDLESS = 1e15  # h, for the way along the history, whose coefficient may be far off
 COARSE = 0.02  # accuracy of a predicted way
 SAMPLES = 2000
 WAYS = 12  # drawn models, by default
@@ -194,17 +195,20 @@ def predict_remaining(
     if not 0 < drift < np.inf:
         raise ClearanceError(f"drift must be > 0 and finite, got {drift!r}")
     limits, rng = gap_limits(model, limit), np.random.default_rng(seed)
-    limited = {f"bushings[{j}]": float(limits[j]) for j in known}
 
     def found(way: Model, wanted: dict[str, float], hours: float) -> _Found:
         life = predict_life(way, operation, wanted, hours, COARSE, progress)
         paces = {j: _pace(model, life, history, j, drift, rng) for j in known}
         return _Found(life, history, limits, paces, rng)
 
-    rough = found(_begun(model, history, known, limits), limited, LONGEST)
+    seen = {f"bushings[{j}]": float(np.max(history.of(j)[1])) for j in known}
+    way = _begun(model, history, known, limits)
+    for _ in range(ALONG):
+        rough = found(way, seen, ENDLESS)
+        way = _with_wear(way, rough.coefficients)
     slowest = max(known, key=lambda j: float(np.median(rough.hours[j])))
     wanted = {f"bushings[{slowest}]": float(limits[slowest])}
-    hours, ways = min(LONGEST, LONGER * rough.whole(slowest)), []
+    hours, ways = HORIZON * max(pace.span for pace in rough.paces.values()), []
     for each in tqdm([model, *model.drawn(n_ways)], desc="ways", disable=not (progress and model.posterior)):
         way = _with_wear(_begun(each, history, known, limits), rough.coefficients)
         try:
@@ -233,11 +237,6 @@ class _Found:
             (k or 0.0) * float(np.exp(np.median(self.paces[j].log_pace))) if j in self.paces else k
             for j, k in enumerate(own)
         ]
-
-    def whole(self, j: int) -> float:
-        """Hours that a bushing lasts in all, likely."""
-        likely = float(np.median(self.hours[j]))
-        return float(self.paces[j].span) + (likely if np.isfinite(likely) else LONGEST)
 
     @property
     def log_evidence(self) -> float:

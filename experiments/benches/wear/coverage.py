@@ -1,6 +1,6 @@
 """How often intervals of the remaining life hold, of virtual machines that wear (docs/wear.md). Synthetic.
 
-    python -m experiments.benches.wear.coverage --first 100 --count 20 --out results/wear
+    python -m experiments.benches.wear.coverage --first 300 --count 40 --only sine
 
 From the first third of each machine's life; a row for each machine and bushing, and a summary.
 """
@@ -77,9 +77,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=0, help="seed (default: %(default)s)")
     parser.add_argument("--count", type=int, default=20, help="machines (default: %(default)s)")
     parser.add_argument("--drift", type=float, default=DRIFT, help="prior of the walk of log K (default: %(default)s)")
+    parser.add_argument("--only", choices=("sine", "noise"), help="those of even seeds, or of odd ones")
     options = parser.parse_args(arguments)
     rows: list[dict] = []
-    for seed in tqdm(range(options.first, options.first + options.count), desc="machines"):
+    seeds = range(options.first, options.first + options.count)
+    wanted = [seed for seed in seeds if options.only in (None, "noise" if seed % 2 else "sine")]
+    for seed in tqdm(wanted, desc="machines"):
         machine = make_machine(seed)
         rows += [] if machine is None or np.isnan(machine.life).all() else rows_of(machine, options.drift)
         write_csv(options.out / f"remaining_{options.first}.csv", rows)
