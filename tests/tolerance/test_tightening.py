@@ -9,6 +9,7 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from SALib.analyze.sobol import analyze
 from scipy.optimize import minimize_scalar
 from scipy.stats import norm
 
@@ -16,6 +17,7 @@ import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.rig import Contact, Grease
 from clearance_mj.structure import Matrices
+from clearance_mj.sweep.sensitivity import sobol_indices
 from clearance_mj.tolerance import Correlation, Scatter, Scattered, production, rattle_sensitivity, tighten
 
 from .oscillator import GAP, STIFFNESS, oscillator
@@ -56,9 +58,6 @@ def test_sobol_indices_are_shares_of_the_variance(measured):
 
 def test_sobol_indices_are_those_of_salib():
     """The same designs in SALib's order: A_i, AB_i of each number, B_i."""
-    analyze = pytest.importorskip("SALib.analyze.sobol").analyze
-    from clearance_mj.sweep.sensitivity import sobol_indices
-
     values = np.random.default_rng(0).normal(size=(4 * 64, 1)) + np.linspace(0, 3, 256)[:, None]
     first, total, *_ = sobol_indices(values, 2)
     a, b, ab1, ab2 = values.reshape(4, 64)
