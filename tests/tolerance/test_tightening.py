@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from SALib.analyze.sobol import analyze
 from scipy.optimize import minimize_scalar
-from scipy.stats import norm
+from scipy.stats import norm, qmc
 
 import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
@@ -57,14 +57,20 @@ def test_sobol_indices_are_shares_of_the_variance(measured):
 
 
 def test_sobol_indices_are_those_of_salib():
-    """The same designs in SALib's order: A_i, AB_i of each number, B_i."""
-    values = np.random.default_rng(0).normal(size=(4 * 64, 1)) + np.linspace(0, 3, 256)[:, None]
-    first, total, *_ = sobol_indices(values, 2)
-    a, b, ab1, ab2 = values.reshape(4, 64)
-    problem = {"num_vars": 2, "names": ["x", "y"], "bounds": [[0, 1], [0, 1]]}
-    salib = analyze(problem, np.stack((a, ab1, ab2, b), axis=1).ravel(), calc_second_order=False, seed=0)
-    assert_allclose(total[0], salib["ST"], rtol=0.02)
-    assert_allclose(first[0], salib["S1"], atol=0.05)
+    """Of Ishigami's function of the same designs, in SALib's order: A_i, AB_i of each number, B_i."""
+    a, b = np.split(qmc.Sobol(6, rng=np.random.default_rng(0)).random(1024), 2, axis=1)
+    blocks = [a, b, *(np.where(np.arange(3) == i, b, a) for i in range(3))]
+    values = [
+        np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x) for x, y, z in (np.pi * (2 * c.T - 1) for c in blocks)
+    ]
+    first, total, *_ = sobol_indices(np.concatenate(values)[:, None], 3)
+    problem = {"num_vars": 3, "names": ["x", "y", "z"], "bounds": [[0, 1]] * 3}
+    whole = np.stack((values[0], *values[2:], values[1]), axis=1).ravel()
+    salib = analyze(problem, whole, calc_second_order=False, seed=0)
+    assert_allclose(total[0], salib["ST"], rtol=0.01)
+    assert_allclose(first[0], salib["S1"], atol=0.01)
+    assert_allclose(first[0], [0.3139, 0.4424, 0.0], atol=0.02)  # closed form
+    assert_allclose(total[0], [0.5576, 0.4424, 0.2437], atol=0.02)
 
 
 def test_correlated_numbers_have_one_index():
