@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import norm, qmc
 
 from ..calibrate.free import with_values
 from ..clearance.law_files import law_from_dict
@@ -97,6 +98,22 @@ class DrawingRule:
         """
         columns = zip(self.numbers, designs.values.T, self.values, self.gaps)
         return np.stack([number.deviation(column, value, gap) for number, column, value, gap in columns], axis=1)
+
+    def draw(self, n: int, seed: int = 0) -> Designs:
+        """Return designs of scrambled Sobol' points, of which the first ones stay the same if more are drawn.
+
+        Parameters
+        ----------
+        n : int
+            Number of designs.
+        seed : int
+            Of the points.
+        """
+        if n < 1:
+            raise ClearanceError(f"designs must be 1 or more, got {n}")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of numbers that are no power of two
+            return self.designs(qmc.Sobol(len(self.names), rng=np.random.default_rng(seed)).random(n))
 
     def designs(self, shares: np.ndarray) -> Designs:
         """Return the designs of shares (n, n_numbers) of a unit cube, before correlations.

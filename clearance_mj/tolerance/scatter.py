@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 import re
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.stats import norm, qmc
+from scipy.stats import norm
 
 from ..core.errors import ClearanceError
 from ..core.validation import Number, Text, checked, from_plain, read_plain, to_plain
@@ -236,13 +235,7 @@ class Scatter:
         ClearanceError
             If a path leads nowhere, correlations are none that numbers can have, or a design is impossible.
         """
-        if n < 1:
-            raise ClearanceError(f"designs must be 1 or more, got {n}")
-        rule = DrawingRule(self.numbers, self.correlations, model)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of numbers that are no power of two
-            shares = qmc.Sobol(len(rule.names), rng=np.random.default_rng(seed)).random(n)
-        return rule.designs(shares)
+        return DrawingRule(self.numbers, self.correlations, model).draw(n, seed)
 
 
 def _narrowed(number: Scattered, width: float) -> Scattered:

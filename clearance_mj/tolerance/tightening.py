@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize
-from scipy.stats import norm, qmc
+from scipy.stats import norm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
@@ -167,7 +167,7 @@ def tighten(
             "give a lower limit or a higher level"
         )
     learnt = learn(deviation, np.log(np.minimum(first, LOOKED_AHEAD * level)))
-    dense = rule.deviations(rule.designs(qmc.Sobol(len(rule.names), rng=np.random.default_rng(seed)).random(POINTS)))
+    dense = rule.deviations(rule.draw(POINTS, seed))
     alone = _Shares(learnt, dense, math.log(level), rule.owner)
     widths, without = zip(*(_alone(alone, i, allowed) for i in range(len(scatter.numbers))))
     names = tuple(number.of for number in scatter.numbers)
@@ -197,7 +197,7 @@ def _first_levels(
     progress: bool, kept: Path | None,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Lowest levels (n,) at which designs touch or exceed the limit, and their deviations (n, n_numbers)."""
-    drawn = rule.designs(qmc.Sobol(len(rule.names), rng=np.random.default_rng(seed)).random(n))
+    drawn = rule.draw(n, seed)
     found = total_of(settings, drawn, workers, None, executor, "designs" if progress else "", kept)
     return found.first_exceeding if settings.limit else found.first_contact, rule.deviations(drawn)
 
