@@ -32,7 +32,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 @command(
     "drive", "find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's", _options,
     out=Path("results/drive"), out_help="folder for index.html, its figures and drive.json (default: %(default)s)",
-    writes=("index.html", "drive.json", "figures"),
+    writes=("index.html", "drive.json"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.errors import ClearanceError

@@ -77,7 +77,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     "production", "how many of a production rattle, exceed a limit or may jump; which tolerance to tighten", _options,
     out=Path("results/production"),
     out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on (default: %(default)s)",
-    writes=("index.html", "production.csv", "production.json", "figures"),
+    writes=("index.html", "production.csv", "production.json"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np

@@ -49,6 +49,9 @@ def test_random_excitation_is_a_part_of_the_page(tmp_path, answer):
     touches = {(row["level"], row["place"]): row["touches"] for row in stored["random"] if "touches" in row}
     assert sorted(touches) == [(1.0, "6:+Z"), (1.0, "7:+Z"), (2.0, "6:+Z"), (2.0, "7:+Z")]
     assert touches[2.0, "7:+Z"][0] > 0.9
+    assert (
+        answer("production", RIG, *given, "--out", tmp_path / "out") == stored
+    )  # into the same folder, from what is kept
     assert "Under random excitation" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 
