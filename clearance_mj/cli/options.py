@@ -282,7 +282,7 @@ def add_psd(parser: argparse.ArgumentParser) -> None:
     option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
     option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
     option(
-        "--on",
+        "--at",
         choices=("hub", "body"),
         default="hub",
         help="what of the car the rig is fixed to (default: %(default)s)",

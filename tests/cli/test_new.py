@@ -89,7 +89,7 @@ def test_comments_hold_the_defaults(tmp_path):
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
         "of", "std", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
-        "moment", "phase", "plate",
+        "moment", "phase", "plate", "wear",
     }  # fmt: skip
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
     assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)

@@ -11,7 +11,7 @@ from clearance_mj.tolerance import Scatter, production
 
 from ..conftest import ROOT
 
-RIG, SCATTER = ROOT / "models" / "table1_rig.toml", ROOT / "models" / "table1_scatter.toml"
+RIG, SCATTER = ROOT / "models" / "table1_rig.toml", ROOT / "models" / "scatter" / "table1.toml"
 BAND = ("--levels", "1.4,2", "--from", 36, "--to", 44, "--steps", 5, "--workers", 1)
 
 
