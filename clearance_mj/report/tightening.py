@@ -78,7 +78,7 @@ def tightening_words(found: Tightening) -> list[str]:
             f"The cheapest set, at {found.cost:.4g}: {parts} of their tolerances; computed anew, "
             f"{100 * found.cheapest_share:.3g} % of the designs ({100 * low:.3g} to {100 * high:.3g} %)."
         )
-    elif not math.isnan(found.cost):
+    elif any(number.price for number in found.scatter.numbers):
         said.append("No set of those with a price does.")
     said.append(f"The level is learnt from the designs within {found.error:.2g} dB (RMS, cross-validated).")
     return said
