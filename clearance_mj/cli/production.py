@@ -19,12 +19,16 @@ from .options import (
     numbers,
     periodic_settings,
     psd_of,
+    settings,
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
     from ..report.random_production import Hours
-    from ..tolerance import Limit, Scatter
+    from ..signals.psd import PSD
+    from ..tolerance import Scatter
+
+MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -49,11 +53,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
     option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
     option(
-        "--sobol", type=int, metavar="SAMPLES",
+        "--sobol", type=_power_of_two, metavar="SAMPLES",
         help="Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs",
     )  # fmt: skip
     option(
-        "--allowed", type=float, metavar="SHARE",
+        "--allowed", type=_share, metavar="SHARE",
         help="say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds --limit) up "
         "to the level of --up-to",
     )  # fmt: skip
@@ -77,7 +81,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     "production", "how many of a production rattle, exceed a limit or may jump; which tolerance to tighten", _options,
     out=Path("results/production"),
     out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on (default: %(default)s)",
-    writes=("index.html", "production.csv", "production.json"),
+    writes=("index.html", "production.csv", "production.json", "tightened.toml"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
@@ -91,65 +95,94 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError(f"--steps must be between 1 and {MAX_NUMBERS}, got {options.steps}")
     if options.up_to is not None and options.allowed is None:
         raise ClearanceError("--up-to is the level of --allowed: give both")
-    model = load_model(options)
-    scatter = options.scatter if options.scatter in (None, "posterior") else Scatter.load(options.scatter)
-    if scatter == "posterior" and (options.sobol or options.allowed):
+    posterior = options.scatter == "posterior"
+    if posterior and (options.sobol or options.allowed):
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
+    model = load_model(options)
+    noise = _noise(options, model)
+    scatter = None
+    if not posterior:
+        scatter = Scatter.load(options.scatter) if options.scatter else Scatter.of_rig(model.rig)
     frequencies = np.linspace(options.start, options.stop, options.steps)
-    kept = options.out / ".clearance-mj" / "designs" if options.out else None
-    shared: dict[str, Any] = {
-        "kind": options.kind, "workers": options.workers, "progress": not options.quiet,
-        "kept": kept, "seed": options.seed,
-    }  # fmt: skip
+    kept = options.out / ".clearance-mj" / "designs"
+    shared: dict[str, Any] = {name: getattr(options, name) for name in ("seed", "kind", "workers", "scheduler")}
+    shared |= periodic_settings(options) | {"progress": not options.quiet}
     found = production(
-        model, scatter, options.limit, options.levels, frequencies, options.designs, scheduler=options.scheduler,
-        **shared, **periodic_settings(options),
+        model, scatter or "posterior", options.limit, options.levels, frequencies, options.designs,
+        kept=kept / "production", **shared,
     )  # fmt: skip
-    sensitivity = tightening = None
-    numbers_of = scatter if isinstance(scatter, Scatter) else None
+    sensitivity = tightening = hours = None
     if options.sobol:
         sensitivity = rattle_sensitivity(
-            model, numbers_of, options.limit, max(options.levels), frequencies, options.sobol, **shared
-        )
+            model, scatter, options.limit, max(options.levels), frequencies, options.sobol,
+            kept=kept / "sensitivities", **shared,
+        )  # fmt: skip
     if options.allowed is not None:
-        at = max(options.levels) if options.up_to is None else options.up_to
         tightening = tighten(
-            model, numbers_of, options.limit, at, frequencies, options.allowed, min(options.designs, 500), **shared
-        )
-    hours = _random(options, model, found.limit, scatter, kept)
-    result = write_production(found, options.new, provenance(options), sensitivity, tightening, hours)
+            model, scatter, options.limit, options.up_to or max(options.levels), frequencies, options.allowed,
+            min(options.designs, MOST_LEARNT_FROM), kept=kept / "tightening", **shared,
+        )  # fmt: skip
+    if noise:
+        hours = _hours(options, model, scatter, noise, kept / "random")
+    made_from = settings(model) | {
+        "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
+        "frequency": frequencies.tolist(), "provenance": provenance(options),
+    }  # fmt: skip
+    result = write_production(found, options.new, made_from, sensitivity, tightening, hours)
+    if tightening and tightening.cheapest:
+        tightening.scatter.save(options.new / "tightened.toml")
     print("\n  ".join(words(found)))
-    if isinstance(numbers_of, Scatter) or model.rig.tolerances:
-        for left in (numbers_of or Scatter.of_rig(model.rig)).left_out:
-            print(f"note: {left} is left out: a production does not scatter by it")
-    if hours:
-        print("\n".join(hours.words()))
-    if tightening:
-        print("\n".join(tightening_words(tightening)))
+    for left in scatter.left_out if scatter else ():
+        print(f"note: {left} is left out: a production does not scatter by it")
+    for said in (hours.words() if hours else (), tightening_words(tightening) if tightening else ()):
+        print("\n".join(said))
     print(f"production: {options.out / 'index.html'}")
     return result | {"out": str(options.out)}
 
 
-def _random(
-    options: argparse.Namespace, model: Model, limit: Limit | None, scatter: Scatter | str | None, kept: Path | None
-) -> Hours | None:
-    """What random excitation does, if some was given."""
-    from ..report.random_production import Hours
-    from ..tolerance import drawn, random_production
+def _noise(options: argparse.Namespace, model: Model) -> PSD | None:
+    """Random excitation, if some was given; refuses a limit that is none of it."""
+    from ..tolerance import Limit
     from ..tolerance.peaks import QUANTITIES
 
     psd = psd_of(options, options.kind or model.rig.shaker.kind)
-    if psd is None:
-        return None
-    if limit and (limit.quantity not in QUANTITIES or limit.at):
+    limit = Limit.parse(options.limit) if options.limit else None
+    if psd and limit and (limit.quantity not in QUANTITIES or limit.at):
         raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
+    return psd
+
+
+def _hours(options: argparse.Namespace, model: Model, scatter: Scatter | None, psd: PSD, kept: Path) -> Hours:
+    """What hours of random excitation do."""
+    from ..report.random_production import Hours
+    from ..tolerance import Limit, draw_designs, random_production
+
+    limit = Limit.parse(options.limit) if options.limit else None
     quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
-    levels = options.rms or (psd.rms,)
     found = random_production(
-        drawn(model, scatter, options.designs, options.seed), psd, levels, options.duration, options.seed, quantity,
-        options.hours, value, options.workers, not options.quiet, kept,
+        draw_designs(model, scatter or "posterior", options.designs, options.seed), psd, options.rms or (psd.rms,),
+        options.duration, options.seed, quantity, options.hours, value, options.workers, options.scheduler,
+        not options.quiet, kept,
     )  # fmt: skip
-    names = model.rig.sensor_labels if quantity == "acceleration" else model.rig.clearance_labels
+    rig = model.rig
+    places = rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels
     return Hours(
-        tuple(found), quantity, value, options.hours, psd.kind, tuple(model.rig.clearance_labels), tuple(names)
-    )
+        tuple(found), quantity, value, options.hours, psd.kind, tuple(rig.clearance_labels), tuple(places)
+    )  # fmt: skip
+
+
+def _power_of_two(text: str) -> int:
+    number = int(text) if text.isdecimal() else 0
+    if number < 2 or number & (number - 1):
+        raise argparse.ArgumentTypeError(f"{text!r} is no power of 2, such as 64, which Sobol' points need")
+    return number
+
+
+def _share(text: str) -> float:
+    try:
+        share = float(text)
+    except ValueError:
+        share = 0.0
+    if not 0 < share < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no share between 0 and 1, such as 0.01")
+    return share

@@ -80,19 +80,20 @@ class LevelSolver(Solver):
     """A solver whose parameter is the level, at one frequency after the other."""
 
     def over_level(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """Take a frequency, with its receptances; return what rest leaves, and what lies beside."""
+        """Take a frequency, with its receptances; return what rest leaves, and what lies beside, both of the drive."""
         linear, points = self.system.linear, self.rows
         shape = self.harmonics + 1, points
+        self.at = omega
         self._compliance, by_omega = np.empty((2, *shape, points), dtype=complex)
         driven, driven_by = np.empty((2, *shape), dtype=complex)
         receptances(linear, omega, False, self._compliance, by_omega, driven, driven_by)
         self._driven = real_harmonics(driven)
-        return super().over_level(omega)
+        own = linear.basis.T @ self._driven
+        return -own, self._driven - linear.basis @ own
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess on the plane across ``row`` through it, as `Follower.solve`."""
-        if self.at is None:
-            return super().solve(omega, z, y, row, scale)
+        assert self.at is not None
         found, level, z, y, force, ahead = _solved(
             self.system.linear, self._compliance, self._driven, self.grid, self.system.laws, self.slopes, self.at,
             float(omega), z, y, row, scale, self.tolerance, self.jacobian,

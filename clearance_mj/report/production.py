@@ -122,7 +122,7 @@ def write_production(
     folder : Path
         Gets the files.
     made_from : dict
-        Where all this comes from.
+        Where all this comes from, plain data that goes into ``production.json`` too.
     sensitivity : Sensitivity, optional
         Of the level at which designs rattle.
     tightening : Tightening, optional
@@ -164,7 +164,7 @@ def write_production(
         )
     sections.append(html.Section("numbers", "What scatters", _numbers(found)))
     writer.close()
-    write_text(folder / "production.json", to_json(result | {"provenance": made_from}))
+    write_text(folder / "production.json", to_json(result | made_from))
     write_text(folder / "index.html", html.page(f"Production of rig “{found.nominal.rig.name}”", sections))
     return result
 

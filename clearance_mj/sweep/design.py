@@ -14,7 +14,7 @@ from scipy.stats import qmc
 from ..core.errors import ClearanceError
 from ..core.validation import Number, Text, Whole, checked
 
-__all__ = ["Design", "Vary"]
+__all__ = ["Design", "Vary", "saltelli_shares"]
 
 Method = typing.Literal["grid", "latin-hypercube", "sobol", "saltelli"]
 METHODS = typing.get_args(Method)
@@ -148,9 +148,18 @@ class Design:
             return qmc.LatinHypercube(d, rng=rng).random(self.samples)
         if self.method == "sobol":
             return qmc.Sobol(d, rng=rng).random(self.samples)
-        a, b = np.split(qmc.Sobol(2 * d, rng=rng).random(self.samples), 2, axis=1)
-        mixed = [np.where(np.arange(d) == i, b, a) for i in range(d)]
-        return np.concatenate((a, b, *mixed))
+        return saltelli_shares([[i] for i in range(d)], self.samples, self.seed)
+
+
+def saltelli_shares(groups: Sequence[Sequence[int]], samples: int, seed: int) -> np.ndarray:
+    """Return the shares of the ranges in the cases of a "saltelli" design, (samples × (n_groups + 2), n_varied).
+
+    Two Sobol' samples A and B, then A with the parameters of one group after the other from B.
+    """
+    d = sum(map(len, groups))
+    a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(samples), 2, axis=1)
+    mixed = [np.where(np.isin(np.arange(d), group), b, a) for group in groups]
+    return np.concatenate((a, b, *mixed))
 
 
 def _require_few(n_cases: int, n_varied: int) -> None:

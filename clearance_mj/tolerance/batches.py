@@ -52,23 +52,30 @@ def total_of(
     workers = workers_to_use(workers)
     batches = [Batch(i, designs[i : i + BATCH]) for i in range(0, len(designs), BATCH)]
     cache = ResultCache(kept) if kept else None
-    keys = {batch.first: _inputs(settings, batch) for batch in batches} if cache else {}
-    found: dict[int, Rattling] = {}
+    counts = np.zeros((4, settings.levels.size, settings.frequencies.size), dtype=np.int64)
+    of_designs: dict[int, np.ndarray] = {}
+
+    def add(batch: Batch, found: Rattling) -> None:
+        nonlocal counts
+        counts += found.counts
+        of_designs[batch.first] = found.of_designs
+
     for batch in batches if cache else ():
-        assert cache
-        if (known := cache.find("batch", keys[batch.first], _read, ".npz")) is not None:
-            found[batch.first] = known
-    left = [batch for batch in batches if batch.first not in found]
+        if cache and (known := cache.find("batch", _inputs(settings, batch), _read, ".npz")) is not None:
+            add(batch, known)
+    left = [batch for batch in batches if batch.first not in of_designs]
     alone = workers == 1 and not scheduler and not executor
     run = run_tasks(
         functools.partial(rattling_of, settings), left, workers, processes=not alone, scheduler=scheduler,
-        executor=executor, progress=progress, done=len(found),
+        executor=executor, progress=progress, done=len(of_designs),
     )  # fmt: skip
-    for batch, result in run:
-        found[batch.first] = result
+    for batch, found in run:
+        add(batch, found)
         if cache:
-            cache.keep("batch", keys[batch.first], result, _write, ".npz")
-    return functools.reduce(Rattling.__add__, (found[batch.first] for batch in batches))
+            cache.keep("batch", _inputs(settings, batch), found, _write, ".npz")
+    if cache:
+        cache.drop_unused()
+    return Rattling(counts, np.concatenate([of_designs[batch.first] for batch in batches], axis=1))
 
 
 def _inputs(settings: Settings, batch: Batch) -> object:
@@ -77,24 +84,15 @@ def _inputs(settings: Settings, batch: Batch) -> object:
     models = [model.to_dict() for model in designs.drawn] or [designs.nominal.to_dict(), designs.values.tolist()]
     arrays = settings.levels.tolist(), settings.frequencies.tolist()
     limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
-    return (
-        models,
-        designs.names,
-        *arrays,
-        limit,
-        settings.kind,
-        settings.harmonics,
-        settings.samples,
-        settings.modes,
-        settings.reach,
-    )
+    how = settings.kind, settings.harmonics, settings.samples, settings.modes, settings.reach
+    return models, designs.names, *arrays, limit, *how
 
 
 def _write(result: Rattling, path: Path) -> None:
     with path.open("wb") as file:
-        np.savez(file, *result)
+        np.savez_compressed(file, counts=result.counts, of_designs=result.of_designs)
 
 
 def _read(path: Path) -> Rattling:
     with np.load(path) as found:
-        return Rattling(*(found[f"arr_{i}"] for i in range(len(Rattling._fields))))
+        return Rattling(found["counts"], found["of_designs"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm, qmc
@@ -17,43 +17,17 @@ from ..core.errors import ClearanceError
 from ..core.plain_numbers import Key, find_numbers, get_number, path_of, with_numbers
 from ..model import Model
 from ..rig.tolerance import unit_of
+from .scattered import LAW, Correlation, Scattered
 
-__all__ = ["LAW", "Designs", "DrawingRule", "draw_posterior"]
+__all__ = ["Designs", "DrawingRule"]
 
-LAW = "law."
 _UNIT_INTERVAL = 1e-12  # distance of a share from 0 and 1
-
-
-class Number(Protocol):
-    """What a rule asks of a number that scatters; see `scatter.Scattered`."""
-
-    @property
-    def of(self) -> str:
-        """Path."""
-
-    def quantile(self, share: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
-        """Return the values below which shares of a production lie."""
-
-    def deviation(self, values: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
-        """Return how far values are from the middle, over the distance of the limits."""
-
-
-class Pair(Protocol):
-    """What a rule asks of a correlation; see `scatter.Correlation`."""
-
-    @property
-    def of(self) -> tuple[str, str]:
-        """Paths of two numbers."""
-
-    @property
-    def value(self) -> float:
-        """Of their normal scores."""
 
 
 class DrawingRule:
     """From shares of a unit cube to designs: which numbers of a model scatter, and how they hang together."""
 
-    def __init__(self, numbers: Sequence[Number], correlations: Sequence[Pair], model: Model):
+    def __init__(self, numbers: Sequence[Scattered], correlations: Sequence[Correlation], model: Model):
         self.model = model
         data = _plain(model)
         found = [(each, key) for each in numbers for key in _keys(data, each.of)]
@@ -174,21 +148,6 @@ class Designs:
             raise ClearanceError(f"design {i} is impossible: {error} ({named})") from None
 
 
-def draw_posterior(model: Model, n: int, seed: int = 0) -> Designs:
-    """Return designs that are draws from an identified model's posterior; see `Model.draw`.
-
-    Parameters
-    ----------
-    model : Model
-        An identified one.
-    n : int
-        Number of designs.
-    seed : int
-        Of the draws.
-    """
-    return Designs(model, (), np.zeros((n, 0)), (), tuple(model.draw(n, seed)))
-
-
 def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model:
     """Return a model with other numbers by their keys in ``{"rig": ..., "law": ...}``.
 
@@ -243,7 +202,7 @@ def _gap(data: dict[str, Any], key: Key) -> float | None:
     return float(data["rig"]["bushings"][key[2]]["gap"]) if key[-1] in ("offset", "offset_y") else None
 
 
-def _mixing(correlations: Sequence[Pair], names: Sequence[str]) -> np.ndarray:
+def _mixing(correlations: Sequence[Correlation], names: Sequence[str]) -> np.ndarray:
     """The matrix (n, n) that makes correlated normal scores of independent ones."""
     matrix = np.eye(len(names))
     for pair in correlations:

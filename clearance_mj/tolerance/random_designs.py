@@ -110,7 +110,7 @@ def peaks_of_designs(
     models: Sequence[Rig | Modelled], psd: PSD, levels: Sequence[float], duration: float = 60.0, seed: int = 0,
     quantity: str = "contact_force", hours: float = 1.0, limit: float | None = None, engine: str | Engine = "modal",
     settling: float = SETTLING, known: Collection[tuple[int, float]] = (), workers: int | None = None,
-    progress: bool = False,
+    scheduler: str | None = None, progress: bool = False,
 ) -> Iterator[DesignPeaks]:  # fmt: skip
     """March every design at every level; yield what `peaks_over_an_hour` says of each, as it is found.
 
@@ -130,6 +130,8 @@ def peaks_of_designs(
         Designs and levels that are known from a run that was interrupted; they are left out, the rest is the same.
     workers : int, optional
         Processes. Default: one for each core.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose cluster then marches the designs.
     progress : bool
         Show a progress bar.
 
@@ -151,16 +153,17 @@ def peaks_of_designs(
                 _Task(first, float(level), group, psd.scaled(level), seed, duration, settling, quantity, hours, limit,
                       chosen)
             )  # fmt: skip
-    many = workers_to_use(workers) > 1 and len(tasks) > 1  # a process takes seconds to start
+    many = bool(scheduler) or (workers_to_use(workers) > 1 and len(tasks) > 1)  # a process takes seconds to start
     said = "designs, eight at a time" if progress else ""
-    for _, found in run_tasks(_marched, tasks, workers if many else 1, processes=many, progress=said):
+    run = run_tasks(_marched, tasks, workers if many else 1, processes=many, scheduler=scheduler, progress=said)
+    for _, found in run:
         yield from (each for each in found if (each.design, each.level) not in done)
 
 
 def random_production(
     designs: Designs, psd: PSD, levels: Sequence[float], duration: float = 60.0, seed: int = 0,
     quantity: str = "contact_force", hours: float = 1.0, limit: float | None = None, workers: int | None = None,
-    progress: bool = False, kept: Path | None = None,
+    scheduler: str | None = None, progress: bool = False, kept: Path | None = None,
 ) -> list[LevelPeaks]:  # fmt: skip
     """Find how many of a production touch, and exceed a limit, within a time of random excitation.
 
@@ -172,7 +175,7 @@ def random_production(
         Shape of the excitation's spectrum.
     levels : sequence of float
         RMS to which it is scaled, m/s² or N.
-    duration, seed, quantity, hours, limit, workers, progress
+    duration, seed, quantity, hours, limit, workers, scheduler, progress
         As in `peaks_of_designs`.
     kept : Path, optional
         Folder for what is done, so that an interrupted call goes on where it stopped; it is made if it is not there.
@@ -196,7 +199,9 @@ def random_production(
         path = kept / f"peaks_{digest(code(), [each.to_dict() for each in models], psd.to_dict(), shared)[:16]}.jsonl"
         done = list(_known(path))
     known = {(each.design, each.level) for each in done}
-    run = peaks_of_designs(models, psd, levels, *shared, known=known, workers=workers, progress=progress)
+    run = peaks_of_designs(
+        models, psd, levels, *shared, known=known, workers=workers, scheduler=scheduler, progress=progress
+    )
     for each in run:
         done.append(each)
         if path:

@@ -45,20 +45,29 @@ class Batch(NamedTuple):
 
 
 class Rattling(NamedTuple):
-    """What designs do; counts are over those whose vibrations are known at a level and frequency."""
+    """What designs do."""
 
-    known: np.ndarray  #: (n_levels, n_frequencies) of how many designs
-    contact: np.ndarray  #: likewise, how many touch a wall
-    exceeding: np.ndarray  #: likewise, how many exceed the limit; 0 without one
-    several: np.ndarray  #: likewise, how many have more than one vibration, so that they may jump
-    first_contact: np.ndarray  #: (n_designs,) lowest level at any frequency that touches, infinite if none does
-    first_exceeding: np.ndarray  #: (n_designs,) lowest level that exceeds the limit
-    largest: np.ndarray  #: (n_designs,) largest value of what is limited, up to the largest level; 0 without a limit
+    counts: np.ndarray
+    """(4, n_levels, n_frequencies) how many designs are known there; of these how many touch a wall, exceed the limit,
+    and have more than one vibration, so that they may jump"""
+    of_designs: np.ndarray
+    """(3, n_designs) lowest level at any frequency that touches, and that exceeds the limit, infinite if none does; the
+    largest value of what is limited, up to the largest level, 0 without a limit"""
 
-    def __add__(self, other: Rattling) -> Rattling:  # type: ignore[override]
-        """Return what both do, the designs of the other behind these."""
-        counts = (a + b for a, b in zip(self[:4], other[:4]))
-        return Rattling(*counts, *(np.concatenate(pair) for pair in zip(self[4:], other[4:])))
+    @property
+    def first_contact(self) -> np.ndarray:
+        """(n_designs,) lowest level that touches."""
+        return self.of_designs[0]
+
+    @property
+    def first_exceeding(self) -> np.ndarray:
+        """(n_designs,) lowest level that exceeds the limit."""
+        return self.of_designs[1]
+
+    @property
+    def largest(self) -> np.ndarray:
+        """(n_designs,) largest value of what is limited."""
+        return self.of_designs[2]
 
 
 def rattling_of(settings: Settings, batch: Batch) -> Rattling:
@@ -76,32 +85,30 @@ def rattling_of(settings: Settings, batch: Batch) -> Rattling:
     ClearanceError
         If a design cannot be computed; the message has its number.
     """
-    found: Rattling | None = None
+    counts = np.zeros((4, settings.levels.size, settings.frequencies.size), dtype=np.int64)
+    of_designs = np.empty((3, len(batch.designs)))
     for i in range(len(batch.designs)):
         try:
             one = _of_one(settings, batch.designs.model(i))
         except ClearanceError as error:
             raise ClearanceError(f"design {batch.first + i}: {error}") from None
-        found = one if found is None else found + one
-    assert found is not None
-    return found
+        counts += one.counts
+        of_designs[:, i : i + 1] = one.of_designs
+    return Rattling(counts, of_designs)
 
 
 def _of_one(settings: Settings, model: Model) -> Rattling:
     levels, limit = settings.levels, settings.limit
     branches = branches_of(settings, model)
     read = [branch.crossings(levels) for branch in branches]
-    counts = np.array([count for count, _, _ in read]).T
+    vibrations = np.array([count for count, _, _ in read]).T
     depth = np.array([deep for _, deep, _ in read]).T
-    nothing = np.zeros_like(depth)
-    values = np.array([each[0] for _, _, each in read]).T if limit else nothing
+    values = np.array([each[0] for _, _, each in read]).T if limit else np.zeros_like(depth)
+    beyond = values > limit.value if limit else np.zeros_like(depth, dtype=bool)
     touched = min(branch.first_level(branch.depth, 0.0) for branch in branches)
     exceeded = min(branch.first_level(branch.values[0], limit.value) for branch in branches) if limit else np.inf
-    return Rattling(
-        (counts > 0).astype(np.int64), (depth > 0).astype(np.int64),
-        (values > limit.value).astype(np.int64) if limit else nothing.astype(np.int64), (counts > 1).astype(np.int64),
-        np.array([touched]), np.array([exceeded]), np.array([values.max()]),
-    )  # fmt: skip
+    counts = np.array([vibrations > 0, depth > 0, beyond, vibrations > 1], dtype=np.int64)
+    return Rattling(counts, np.array([[touched], [exceeded], [values.max()]]))
 
 
 def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:

@@ -1,146 +1,28 @@
-"""How the numbers of a production scatter: distributions, limits of a drawing, correlations."""
+"""How a production scatters, as a file or a rig's own tolerances say it, and designs drawn from it."""
 
 from __future__ import annotations
 
-import functools
-import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import Field
-from scipy.stats import norm
+import tomli_w
 
 from ..core.errors import ClearanceError
-from ..core.validation import Number, Text, checked, from_plain, read_plain, to_plain
+from ..core.files import write_text
+from ..core.validation import from_plain, read_plain, to_plain
 from ..model import Model
 from ..rig import Rig
-from ..rig.tolerance import CLAMP_COMPLIANCES, Tolerance
-from .designs import LAW, Designs, DrawingRule
+from ..rig.tolerance import CLAMP_COMPLIANCES
+from .designs import Designs, DrawingRule
+from .scattered import Correlation, Scattered
 
-__all__ = ["Correlation", "Scatter", "Scattered"]
+__all__ = ["Scatter", "draw_designs"]
 
-SIGMAS = 3.0  # standard deviations from the middle to the limits of a drawing
-CUT = 4.0  # standard deviations beyond which no normal number lies that has a standard deviation alone
-INSTRUMENTS = ("gain", "delay", "probe_delay", "direction", "probe_angle")
-"""Fields of sensors and probes: a production does not scatter by them"""
-_SHARE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*")
-
-
-@checked(ClearanceError)
-class Scattered:
-    """How a number, or each of several, scatters about its value in the model."""
-
-    of: Text
-    """path to a number of the rig, such as "bushings[0].gap"; "bushings.gap": that of every bushing, each for
-    itself; or of the model's law, such as "law.k[0]" """
-    std: Text | None = None
-    """standard deviation with its unit, "0.02 mm", or "3 %" of the value (of an offset: of the gap)"""
-    within: Text | None = None
-    """in its place the limits of a drawing: 0.3 ± 0.05 mm has "0.05 mm"; three standard deviations of "normal" """
-    distribution: Literal["normal", "lognormal", "uniform", "triangular"] = "normal"
-    """ "normal" and "lognormal" end at the limits, or at four standard deviations; "uniform" and "triangular" have only
-    limits"""
-    price: Annotated[Number, Field(gt=0)] | None = None
-    """what half of the scatter costs more than all of it, in any currency: a narrower one costs by 1/width - 1"""
-
-    def __post_init__(self) -> None:
-        if (self.std is None) == (self.within is None):
-            raise ClearanceError(f"scatter of {self.of}: give either std or within")
-        if self.distribution in ("uniform", "triangular") and self.within is None:
-            raise ClearanceError(f'scatter of {self.of}: "{self.distribution}" has limits: give within, not std')
-        self._size  # noqa: B018 that refuses what is no size
-
-    @functools.cached_property
-    def _size(self) -> tuple[float, bool]:
-        """How wide, in SI units or as a share of the value, and which of the two."""
-        given = self.std if self.std is not None else self.within
-        assert given is not None
-        try:
-            if self.of.startswith(LAW):
-                match = _SHARE.fullmatch(given)
-                if not match:
-                    raise ValueError(f'"{given}" is no share of the value, such as "5 %"')
-                size, relative = float(match[1]) / 100, True
-            else:
-                tolerance = Tolerance(self.of, given)
-                size, relative = tolerance.size, tolerance.relative
-        except (ValueError, ClearanceError) as error:
-            raise ClearanceError(f"scatter of {self.of}: {error}") from None
-        if size == 0:
-            raise ClearanceError(f'scatter of {self.of}: "{given}" is none; leave it out')
-        return size, relative
-
-    def half_width(self, value: float, gap: float | None = None) -> tuple[float, float]:
-        """Return standard deviation and distance of the limits from the middle, in SI units.
-
-        Of "lognormal" both are of the logarithm.
-
-        Parameters
-        ----------
-        value : float
-            The number's value in the model.
-        gap : float, optional
-            The gap that an offset is measured by, m.
-        """
-        size, relative = self._size
-        if self.distribution == "lognormal":
-            if value <= 0:
-                raise ClearanceError(f'scatter of {self.of}: "lognormal" needs a value > 0, the model has {value:g}')
-            size = math.log1p(size if relative else size / value)
-        elif relative:
-            size *= gap if gap is not None else abs(value)
-        return (size, CUT * size) if self.within is None else (size / SIGMAS, size)
-
-    def deviation(self, values: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
-        """Return how far values (n,) are from the middle, over the distance of the limits.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n,)
-            Of the number.
-        value : float
-            The number's value in the model.
-        gap : float, optional
-            The gap that an offset is measured by, m.
-        """
-        _, limit = self.half_width(value, gap)
-        return (np.log(values / value) if self.distribution == "lognormal" else values - value) / limit
-
-    def quantile(self, share: np.ndarray, value: float, gap: float | None = None) -> np.ndarray:
-        """Return the values below which these shares (n,) of a production lie.
-
-        Parameters
-        ----------
-        share : ndarray, shape (n,)
-            Between 0 and 1.
-        value : float
-            The number's value in the model.
-        gap : float, optional
-            The gap that an offset is measured by, m.
-        """
-        std, limit = self.half_width(value, gap)
-        if self.distribution == "uniform":
-            return value + limit * (2 * share - 1)
-        if self.distribution == "triangular":
-            side = np.where(share < 0.5, -1.0, 1.0)
-            return value + side * limit * (1 - np.sqrt(1 - np.abs(2 * share - 1)))
-        tail = norm.cdf(-limit / std)
-        steps = std * norm.ppf(tail + share * (1 - 2 * tail))
-        return value * np.exp(steps) if self.distribution == "lognormal" else value + steps
-
-
-@checked(ClearanceError)
-class Correlation:
-    """How two numbers go together: the correlation of their normal scores (a Gaussian copula)."""
-
-    of: tuple[Text, Text]
-    """paths of single numbers, such as "bushings[0].gap" """
-    value: Annotated[Number, Field(ge=-1, le=1)]
-    """1: both are large together; -1: one is large where the other is small"""
+APART = ("gain", "delay", "probe_delay", "direction", "probe_angle", "wear")
+"""Fields by which a production does not scatter: those of sensors and probes, and what no vibration feels"""
 
 
 @dataclass(frozen=True)
@@ -171,14 +53,12 @@ class Scatter:
         Parameters
         ----------
         rig : Rig
-            With ``tolerances``; those of instruments and of the clamp's compliance, and exact numbers, are left out.
+            With ``tolerances``; those of instruments, of wear and of the clamp's compliance, and exact numbers, are
+            left out.
         """
-        kept: list[Tolerance] = []
-        left: list[Tolerance] = []
-        for each in rig.tolerances:
-            instrument = each.of.rpartition(".")[2] in INSTRUMENTS or each.of in CLAMP_COMPLIANCES
-            (left if instrument or each.size == 0 else kept).append(each)
-        return cls(tuple(Scattered(t.of, std=t.std) for t in kept), (), tuple(t.of for t in left))
+        left = [t.of for t in rig.tolerances if t.of.rpartition(".")[2] in APART or t.of in CLAMP_COMPLIANCES]
+        kept = [t for t in rig.tolerances if t.of not in left and t.size > 0]
+        return cls(tuple(Scattered(t.of, std=t.std) for t in kept), (), tuple(left))
 
     @classmethod
     def load(cls, path: str | Path) -> Scatter:
@@ -208,15 +88,25 @@ class Scatter:
         """Return plain data, as a scatter file holds it."""
         return {"scatter": to_plain(self.numbers), "correlations": to_plain(self.correlations)}
 
+    def save(self, path: str | Path) -> None:
+        """Write a scatter file, as `load` reads it.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file (TOML).
+        """
+        write_text(Path(path), tomli_w.dumps(self.to_dict()))
+
     def narrowed(self, widths: Mapping[str, float]) -> Scatter:
-        """Return a scatter of which some numbers have a share of their width.
+        """Return a scatter of which some numbers have a share of their tolerance.
 
         Parameters
         ----------
         widths : mapping of str to float
             Shares, > 0, by the paths in `numbers`.
         """
-        return replace(self, numbers=tuple(_narrowed(each, widths.get(each.of, 1.0)) for each in self.numbers))
+        return replace(self, numbers=tuple(each.narrowed(widths.get(each.of, 1.0)) for each in self.numbers))
 
     def draw(self, model: Model, n: int, seed: int = 0) -> Designs:
         """Draw designs, of which the first ones stay the same if more are drawn.
@@ -235,14 +125,48 @@ class Scatter:
         ClearanceError
             If a path leads nowhere, correlations are none that numbers can have, or a design is impossible.
         """
-        return DrawingRule(self.numbers, self.correlations, model).draw(n, seed)
+        return self.rule(model).draw(n, seed)
+
+    def rule(self, model: Model) -> DrawingRule:
+        """Return what makes designs of a model.
+
+        Parameters
+        ----------
+        model : Model
+            Its numbers are the middle.
+
+        Raises
+        ------
+        ClearanceError
+            As `draw`.
+        """
+        return DrawingRule(self.numbers, self.correlations, model)
 
 
-def _narrowed(number: Scattered, width: float) -> Scattered:
-    def scaled(text: str | None) -> str | None:
-        if text is None:
-            return None
-        size, unit = re.match(r"\s*([-+\d.eE]+)\s*(.*)", text).groups()  # type: ignore[union-attr]
-        return f"{float(size) * width:.12g} {unit}"
+def draw_designs(model: Model, scatter: Scatter | str | None, n_designs: int, seed: int = 0) -> Designs:
+    """Draw designs of a production.
 
-    return replace(number, std=scaled(number.std), within=scaled(number.within))
+    Parameters
+    ----------
+    model : Model
+        In the middle of the scatter.
+    scatter : Scatter or str or None
+        How the production scatters; "posterior": as the records that the model was identified from leave it open, see
+        `Model.draw`; None: by the rig file's own tolerances.
+    n_designs : int
+        Number of designs.
+    seed : int
+        Of the draws.
+
+    Raises
+    ------
+    ClearanceError
+        For an impossible scatter, or none.
+    LawError
+        If the model has no posterior.
+    """
+    if scatter == "posterior":
+        return Designs(model, (), np.zeros((n_designs, 0)), (), tuple(model.draw(n_designs, seed)))
+    if isinstance(scatter, str):
+        raise ClearanceError(f'scatter must be a Scatter, "posterior" or None, got "{scatter}"')
+    return (scatter or Scatter.of_rig(model.rig)).draw(model, n_designs, seed)

@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import qmc
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
+from ..sweep.design import saltelli_shares
 from ..sweep.sensitivity import Sensitivity, sobol_indices
 from .batches import settings_of, total_of
-from .designs import DrawingRule
 from .limits import Limit
 from .rattling import Rattling
-from .scatter import Correlation, Scatter
+from .scatter import Scatter
+from .scattered import Correlation
 
 __all__ = ["rattle_sensitivity"]
 
@@ -36,10 +36,14 @@ def rattle_sensitivity(
     limit: Limit | str | None,
     level: float,
     frequencies: ArrayLike,
-    n_samples: int = 128,
+    n_base: int = 128,
     seed: int = 0,
     kind: str | None = None,
+    n_harmonics: int | None = None,
+    n_samples: int | None = None,
+    n_modes: int = 8,
     workers: int | None = None,
+    scheduler: str | None = None,
     executor: Executor | None = None,
     progress: bool = False,
     kept: Path | None = None,
@@ -58,20 +62,16 @@ def rattle_sensitivity(
         Largest amplitude of the excitation, m/s², N or a factor of the unbalances.
     frequencies : array_like
         (n,) Hz, increasing.
-    n_samples : int
+    n_base : int
         A power of 2; so many times (numbers + 2) designs are computed.
     seed : int
         Of scrambled Sobol' points.
-    kind : str, optional
-        Kind of excitation, as `production` takes it.
-    workers : int, optional
-        Processes; default: one for each core.
-    executor : concurrent.futures.Executor, optional
-        What computes the designs instead.
+    kind, n_harmonics, n_samples, n_modes, workers, scheduler, executor
+        As `production` takes them.
     progress : bool
         Show a progress bar.
     kept : Path, optional
-        Folder for what is done, so that an interrupted call goes on where it stopped.
+        Folder, of this call alone, for what is done, so that an interrupted one goes on where it stopped.
 
     Returns
     -------
@@ -81,20 +81,17 @@ def rattle_sensitivity(
     Raises
     ------
     ClearanceError
-        If n_samples is no power of 2, or designs do not touch or reach the limit up to the level.
+        If n_base is no power of 2, or designs do not touch or reach the limit up to the level.
     """
-    if n_samples < 2 or n_samples & (n_samples - 1):
-        raise ClearanceError(f"n_samples must be a power of 2, which Sobol' points need, got {n_samples}")
+    if n_base < 2 or n_base & (n_base - 1):
+        raise ClearanceError(f"n_base must be a power of 2, which Sobol' points need, got {n_base}")
     scatter = scatter or Scatter.of_rig(model.rig)
-    rule = DrawingRule(scatter.numbers, scatter.correlations, model)
+    rule = scatter.rule(model)
     groups = _groups(rule.names, scatter.correlations)
-    d = len(rule.names)
-    a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(n_samples), 2, axis=1)
-    mixed = [np.where(np.isin(np.arange(d), group), b, a) for group in groups]
-    settings = settings_of(model, [level], frequencies, limit, kind)
+    settings = settings_of(model, [level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
     words = "sensitivities" if progress else ""
-    designs = rule.designs(np.concatenate((a, b, *mixed)))
-    found = total_of(settings, designs, workers, None, executor, words, kept)
+    designs = rule.designs(saltelli_shares(groups, n_base, seed))
+    found = total_of(settings, designs, workers, scheduler, executor, words, kept)
     results = _results(found, settings.limit, level)
     named = tuple(", ".join(rule.names[i] for i in group) for group in groups)
     indices = sobol_indices(np.stack(list(results.values()), axis=1), len(groups), seed)

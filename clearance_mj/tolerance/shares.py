@@ -11,21 +11,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import norm
 
-from ..core.errors import ClearanceError, RigError
+from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..periodic.axes import level_axis
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .batches import settings_of, total_of
-from .designs import Designs, draw_posterior
 from .limits import Limit
-from .scatter import Scatter
+from .scatter import Scatter, draw_designs
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Production", "drawn", "production", "share_interval"]
+__all__ = ["Production", "production", "share_interval"]
 
 SHARES = ("contact", "exceeding", "several")
 
@@ -53,7 +52,8 @@ class Production(ArrayData):
     unknown: np.ndarray
     """(n_levels, n_frequencies) share of the designs whose vibration was not found"""
     first_contact: np.ndarray
-    """(n_designs,) lowest level at which a design touches at any of the frequencies; infinite if it does at none"""
+    """(n_designs,) lowest level at which a design touches at any of the frequencies; infinite if it is not found up to
+    somewhat above the largest level"""
     first_exceeding: np.ndarray
     """(n_designs,) lowest level at which it exceeds the limit"""
     largest: np.ndarray
@@ -119,6 +119,8 @@ class Production(ArrayData):
         cells = ("level", "frequency")
         variables: dict[str, Any] = {name: (cells, getattr(self, name), "1") for name in (*SHARES, "unknown")}
         variables |= {name: ("design", getattr(self, name), unit) for name in ("first_contact", "first_exceeding")}
+        limited = self.limit.unit if self.limit else "1"
+        variables["largest"] = ("design", self.largest, limited.replace("/s²", " s-2"))
         variables["value"] = (("design", "number"), self.values, "SI")
         coordinates = {"level": self.level, "frequency": self.frequency, "number": list(self.names)}
         attributes = {"kind": self.kind, "limit": self.limit.words if self.limit else ""}
@@ -207,7 +209,8 @@ def production(
     progress : bool
         Show a progress bar with the time left.
     kept : Path, optional
-        Folder for what is done, so that an interrupted call goes on where it stopped; it is made if it is not there.
+        Folder, of this call alone, for what is done, so that an interrupted one goes on where it stopped; it is made if
+        it is not there.
 
     Returns
     -------
@@ -230,43 +233,12 @@ def production(
     Processes start by importing the calling script: start a production below ``if __name__ == "__main__"``.
     """
     settings = settings_of(model, levels, frequencies, limit, kind, n_harmonics, n_samples, n_modes)
-    designs = drawn(model, scatter, n_designs, seed)
+    designs = draw_designs(model, scatter, n_designs, seed)
     total = total_of(settings, designs, workers, scheduler, executor, "production" if progress else "", kept)
-    known = np.maximum(total.known, 1)
+    known, *counts = total.counts
+    contact, exceeding, several = counts / np.maximum(known, 1)
     return Production(
-        model, settings.kind, settings.limit, settings.levels, settings.frequencies, total.contact / known,
-        total.exceeding / known, total.several / known, 1 - total.known / len(designs),
-        total.first_contact, total.first_exceeding, total.largest, designs.names, designs.values,
+        model, settings.kind, settings.limit, settings.levels, settings.frequencies, contact, exceeding, several,
+        1 - known / len(designs), total.first_contact, total.first_exceeding, total.largest, designs.names,
+        designs.values,
     )  # fmt: skip
-
-
-def drawn(model: Model, scatter: Scatter | str | None, n_designs: int, seed: int = 0) -> Designs:
-    """Return designs of a production, as `production` draws them.
-
-    Parameters
-    ----------
-    model : Model
-        In the middle of the scatter.
-    scatter : Scatter or str or None
-        How the production scatters, "posterior", or None for the rig file's own tolerances.
-    n_designs : int
-        Number of designs.
-    seed : int
-        Of the draws.
-
-    Raises
-    ------
-    ClearanceError
-        For an impossible scatter.
-    RigError
-        If None is given of a rig without tolerances.
-    """
-    if scatter == "posterior":
-        return draw_posterior(model, n_designs, seed)
-    if isinstance(scatter, str):
-        raise ClearanceError(f'scatter must be a Scatter, "posterior" or None, got "{scatter}"')
-    if scatter is None and not model.rig.tolerances:
-        raise RigError(
-            f"rig {model.rig.name!r} has no tolerances: give [[tolerances]] in the rig file, or a scatter of its own"
-        )
-    return (Scatter.of_rig(model.rig) if scatter is None else scatter).draw(model, n_designs, seed)

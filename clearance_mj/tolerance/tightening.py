@@ -7,11 +7,10 @@ into every share. The answer is then computed anew with designs of the tightened
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,6 @@ from .batches import settings_of, total_of
 from .designs import DrawingRule
 from .learnt import Learnt, learn
 from .limits import Limit
-from .rattling import Settings
 from .scatter import Scatter
 from .shares import share_interval
 
@@ -72,10 +70,6 @@ class Tightening:
     """its 95 % interval"""
     error: float
     """of the learnt level, dB, RMS of cross-validation"""
-    deviation: np.ndarray = field(repr=False)
-    """(n_designs, n_numbers) of the designs from the middle, over the distance to the limits"""
-    first: np.ndarray = field(repr=False)
-    """(n_designs,) lowest level at which each does what it must not"""
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row of plain data for each number."""
@@ -97,7 +91,11 @@ def tighten(
     n_designs: int = 500,
     seed: int = 0,
     kind: str | None = None,
+    n_harmonics: int | None = None,
+    n_samples: int | None = None,
+    n_modes: int = 8,
     workers: int | None = None,
+    scheduler: str | None = None,
     executor: Executor | None = None,
     progress: bool = False,
     kept: Path | None = None,
@@ -124,16 +122,12 @@ def tighten(
         How many are computed, of the scatter as it stands and of the cheapest one each.
     seed : int
         Of the draws.
-    kind : str, optional
-        Kind of excitation, as `production` takes it.
-    workers : int, optional
-        Processes; default: one for each core.
-    executor : concurrent.futures.Executor, optional
-        What computes the designs instead.
+    kind, n_harmonics, n_samples, n_modes, workers, scheduler, executor
+        As `production` takes them.
     progress : bool
         Show progress bars.
     kept : Path, optional
-        Folder for what is done, so that an interrupted call goes on where it stopped.
+        Folder, of this call alone, for what is done, so that an interrupted one goes on where it stopped.
 
     Returns
     -------
@@ -147,20 +141,17 @@ def tighten(
     if not 0 < allowed < 1:
         raise ClearanceError(f"allowed must be a share between 0 and 1, got {allowed!r}")
     scatter = scatter or Scatter.of_rig(model.rig)
-    settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind)
+    settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
     what = settings.limit.words if settings.limit else "contact"
-    rule = DrawingRule(scatter.numbers, scatter.correlations, model)
-    compute = functools.partial(
-        _first_levels,
-        settings,
-        n=n_designs,
-        seed=seed,
-        workers=workers,
-        executor=executor,
-        progress=progress,
-        kept=kept,
-    )
-    first, deviation = compute(rule)
+    rule = scatter.rule(model)
+
+    def compute(rule: DrawingRule, kept: Path | None) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest levels (n_designs,) at which designs do what they must not, and their deviations."""
+        drawn = rule.draw(n_designs, seed)
+        found = total_of(settings, drawn, workers, scheduler, executor, "designs" if progress else "", kept)
+        return found.first_exceeding if settings.limit else found.first_contact, rule.deviations(drawn)
+
+    first, deviation = compute(rule, kept)
     if not np.any(np.isfinite(first)):
         raise ClearanceError(
             f"{what}: none of {n_designs} designs comes to it up to {LOOKED_AHEAD:g} times the level {level:g}; "
@@ -177,29 +168,19 @@ def tighten(
     share = float(np.mean(first <= level))
     new_share, limits = math.nan, (math.nan, math.nan)
     if cheapest:
-        again, _ = compute(DrawingRule(tightened.numbers, tightened.correlations, model))
+        again, _ = compute(tightened.rule(model), kept and kept / "tightened")
         new_share = float(np.mean(again <= level))
         limits = _limits(new_share, n_designs)
     return Tightening(
         level, what, allowed, names, share, _limits(share, n_designs), np.array(widths), np.array(without), cheapest,
         sum(prices[name] * (1 / width - 1) for name, width in cheapest.items()) if cheapest else math.nan, tightened,
-        new_share, limits, 20 / math.log(10) * learnt.error, deviation, first,
+        new_share, limits, 20 / math.log(10) * learnt.error,
     )  # fmt: skip
 
 
 def _limits(share: float, designs: int) -> tuple[float, float]:
     low, high = share_interval(share, designs)
     return float(low), float(high)
-
-
-def _first_levels(
-    settings: Settings, rule: DrawingRule, *, n: int, seed: int, workers: int | None, executor: Executor | None,
-    progress: bool, kept: Path | None,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Lowest levels (n,) at which designs touch or exceed the limit, and their deviations (n, n_numbers)."""
-    drawn = rule.draw(n, seed)
-    found = total_of(settings, drawn, workers, None, executor, "designs" if progress else "", kept)
-    return found.first_exceeding if settings.limit else found.first_contact, rule.deviations(drawn)
 
 
 class _Shares:
@@ -245,11 +226,14 @@ def _cheapest(shares: _Shares, scatter: Scatter, allowed: float) -> dict[str, fl
     lowest = np.full(len(priced), math.log(NARROWEST))
     if not priced or room(lowest) < 0:
         return {}
-    cost: Callable[[np.ndarray], float] = lambda x: float(np.sum(price * np.expm1(-x))) / float(price.sum())  # noqa: E731
-    starts = [float(brentq(lambda x: room(np.full(len(priced), x)), lowest[0], 0.0, xtol=1e-3))]
+
+    def cost(logarithms: np.ndarray) -> float:
+        return float(np.sum(price * np.expm1(-logarithms)) / price.sum())
+
+    start = np.full(len(priced), float(brentq(lambda x: room(np.full(len(priced), x)), lowest[0], 0.0, xtol=1e-3)))
     best = minimize(
-        cost, np.full(len(priced), starts[0]), method="SLSQP", bounds=[(lowest[0], 0.0)] * len(priced),
-        constraints={"type": "ineq", "fun": room}, options={"maxiter": 60, "ftol": 1e-6},
-    )  # fmt: skip
-    found = best.x if room(best.x) > -1e-2 else np.full(len(priced), starts[0])
+        cost, start, method="SLSQP", bounds=[(lowest[0], 0.0)] * len(priced), constraints={"type": "ineq", "fun": room},
+        options={"maxiter": 60, "ftol": 1e-6},
+    ).x  # fmt: skip
+    found = best if room(best) > -1e-2 else start
     return {scatter.numbers[i].of: float(math.exp(x)) for i, x in zip(priced, found) if x < -1e-3}

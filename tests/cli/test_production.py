@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.cli import main
 from clearance_mj.tolerance import Scatter, production
 
 from ..conftest import ROOT
@@ -20,7 +21,9 @@ def test_files_hold_what_the_calls_find(tmp_path, answer):
     given = ("--scatter", SCATTER, "--limit", "contact_force > 0.5 N", "--designs", 24, *BAND)
     printed = answer("production", RIG, *given, "--sobol", 2, "--allowed", 0.2, "--out", out)
     stored = json.loads((out / "production.json").read_text(encoding="utf-8"))
-    assert printed == {key: value for key, value in stored.items() if key != "provenance"} | {"out": str(out)}
+    made_from = {"version", "code", "rig", "law", "scatter", "seed", "frequency", "provenance"}
+    assert made_from <= stored.keys() and stored["scatter"] == Scatter.load(SCATTER).to_dict()
+    assert printed == {key: value for key, value in stored.items() if key not in made_from} | {"out": str(out)}
     found = production(
         cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER), "contact_force > 0.5 N", [1.4, 2.0], np.linspace(36, 44, 5),
         24, workers=1,
@@ -61,18 +64,31 @@ BAD = '[[scatter]]\nof = "bushings.gap"\nwithin = "0.4 mm"\n'
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ([], "has no tolerances"),
+        ([], "nothing scatters"),
         (["--scatter", "none.toml"], "cannot be read"),
         (["--scatter", "bad.toml"], "scatter of bushings[0].gap reaches from -0.0001"),
         (["--scatter", SCATTER, "--limit", "noise > 3"], 'limit of "noise" is unknown'),
         (["--scatter", SCATTER, "--limit", "penetration > 3 kg"], 'unit "kg"'),
         (["--scatter", SCATTER, "--up-to", 3], "--up-to is the level of --allowed"),
-        (["--scatter", SCATTER, "--sobol", 3], "power of 2"),
         (["--scatter", "posterior"], "no posterior"),
         (["--scatter", SCATTER, "--road", "C"], "--road needs --speed"),
+        (
+            ["--scatter", SCATTER, "--road", "C", "--speed", 80, "--limit", "displacement > 1 mm"],
+            "under random excitation",
+        ),
     ],
 )
 def test_bad_input_is_one_line(given, words, tmp_path, refused, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(BAD, encoding="utf-8")
     assert words in refused("production", RIG, *given, "--designs", 2, *BAND, "--out", tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"), [("--sobol=3", "no power of 2"), ("--allowed=2", "no share between 0 and 1")]
+)
+def test_values_that_an_option_cannot_have_are_one_line(given, words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["production", str(RIG), "--scatter", str(SCATTER), given])
+    said = capsys.readouterr().err
+    assert ended.value.code == 2 and words in said and said.count("\n") == 1

@@ -148,6 +148,7 @@ def test_what_cannot_be_is_one_line():
         (lambda: Scatter(()), "nothing scatters"),
         (lambda: Scattered("bushings[0].gap", std="0.1"), "has no unit"),
         (lambda: Scattered("bushings[0].gap"), "either std or within"),
+        (lambda: Scattered("bushings[0].gap", std="0.1 mm", distribution="lognormal"), "of a share of the value"),
         (lambda: Scatter((Scattered("bushings[0].gap", within="1.2 mm"),)).draw(model, 4), "reaches from -0.0002"),
         (lambda: Scatter((gap, gap)).draw(model, 4), "scatters twice"),
         (lambda: Scatter((gap,), (Correlation(("bushings[0].gap", "bushings[1].gap"), 0.5),)).draw(model, 4),
@@ -155,7 +156,7 @@ def test_what_cannot_be_is_one_line():
         (lambda: production(model, Scatter((gap,)), "force > 3 N", [1.0], [LOW]), "unknown"),
         (lambda: production(model, Scatter((gap,)), "acceleration@7:+Z > 3 g", [1.0], [LOW]), "the rig has"),
         (lambda: production(model, Scatter((gap,)), None, [1.0], [LOW], 0), "designs must be"),
-        (lambda: production(model, None, None, [1.0], [LOW]), "has no tolerances"),
+        (lambda: production(model, None, None, [1.0], [LOW]), "nothing scatters"),
         (lambda: Limit("penetration", -1.0), "must be > 0"),
     ):  # fmt: skip
         with pytest.raises((ClearanceError, RigError), match=words):

@@ -103,7 +103,7 @@ def test_a_tolerance_alone_is_as_wide_as_the_share_allows(tightened, measured):
     measured.below("tolerance of a spring's stiffness that leaves 5 %", abs(off), 0.02, "closed form")
 
 
-def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured):
+def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path):
     """Both at once: w_1² σ_1² + w_2² σ_2² = σ²; the price is that of a search over one of them."""
     (s1, s2), (p1, p2) = SIZES.values(), PRICES.values()
 
@@ -119,6 +119,9 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured):
     measured.below(
         "share that touches of the tightened production, beside 5 %", abs(again - ALLOWED), 0.01, "brute force"
     )
+    path = tmp_path / "tightened.toml"
+    tightened.scatter.save(path)
+    assert Scatter.load(path) == tightened.scatter
     assert tightened.cheapest_limits[0] <= ALLOWED <= tightened.cheapest_limits[1]
 
 
