@@ -26,7 +26,7 @@ QUANTITIES = {
 def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
     """Return harmonics (m, n_rows, K) of the places of all points, and how deep ends are: (m, n_bushings, N), in m.
 
-    Of the two ends of a bushing the deeper one counts, at each sample of a period.
+    Of the two ends of a bushing the deeper one counts, at each sample of a period; it is below 0 within the gap.
     """
     raise TypeError(f"no places of a {type(solver).__name__}")
 
@@ -46,7 +46,7 @@ def _planar_moved(solver: Solver, vibrations: Vibrations) -> tuple[np.ndarray, n
     x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
     place = (x @ solver.grid.basis.T)[:, count:]
     lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
-    depth = np.maximum(np.maximum(place - upper, lower - place), 0.0)
+    depth = np.maximum(place - upper, lower - place)
     return x, depth.reshape(len(depth), count, 2, solver.samples).max(axis=2)
 
 
@@ -68,7 +68,7 @@ def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str
     x, depth = moved(solver, vibrations)
     force, most, nonlinear = np.zeros_like(x), np.zeros(depth.shape[:2]), not linear_in_gap(solver)
     for i, cell in enumerate(vibrations.cell):
-        if nonlinear or depth[i].any():
+        if nonlinear or np.any(depth[i] > 0):
             samples, most[i] = acting(solver, float(omega[cell]), x[i])
             force[i] = samples @ solver.grid.project.T
     still = np.zeros(0)
@@ -78,6 +78,6 @@ def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str
     ]
     branch = expanded(solver, points, "")
     return {
-        "contact_share": np.mean(depth > 0, axis=-1), "penetration": depth.max(axis=-1), "contact_force": most,
-        "displacement": branch.excursion(), "acceleration": branch.amplitude("acceleration"),
+        "contact_share": np.mean(depth > 0, axis=-1), "penetration": np.maximum(depth.max(axis=-1), 0.0),
+        "contact_force": most, "displacement": branch.excursion(), "acceleration": branch.amplitude("acceleration"),
     }  # fmt: skip

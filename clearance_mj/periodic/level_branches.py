@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
-from .arcs import Vibrations, hermite
+from .arcs import PARTS, Vibrations, along
 from .at_one_frequency import LevelSolver
 from .cells import acting, moved
-from .continuation import Motion, NoConvergence, Solver, difference
+from .continuation import Motion, NoConvergence, Solver
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
 from .space.solver import RoundSolver
@@ -35,7 +35,6 @@ BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.5  # of the gap: no branch is left before it went so deep
 FAR = 4.0  # times the largest level: where contact begins above that, no branch is looked at
 STEPS = 400  # of one branch
-CURVED = np.linspace(0.0, 1.0, 33)  # of the way between two motions: where a fold is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +44,7 @@ class LevelBranch:
     level: np.ndarray
     """(m,) share of the excitation's level; the first is 0, at rest"""
     depth: np.ndarray
-    """(m,) largest penetration of any wall in a period, m; 0 without contact"""
+    """(m,) how deep the deepest end is in a period, m; below 0 without contact"""
     values: np.ndarray
     """(n_quantities, m) what was asked for, the largest over the clearances or sensors"""
     complete: bool
@@ -64,7 +63,7 @@ class LevelBranch:
         count : ndarray of int, shape (n,)
             How many vibrations there are, stable or not; 0 where none is known.
         depth : ndarray, shape (n,)
-            The deepest one's penetration, m.
+            The deepest one's penetration, m; 0 without contact.
         values : ndarray, shape (n_quantities, n)
             The largest of each quantity.
         """
@@ -130,7 +129,7 @@ def level_branches(
                 start = _at_contact(solver, each, contact) if contact > 0 else solver.growing(each)
                 for motion in _followed(solver, start, largest):
                     motions.append(motion)
-        except NoConvergence:
+        except NoConvergence:  # the branch is known as far as it was followed
             pass
         yield _read(solver, motions, each, contact, largest, quantities, chosen)
 
@@ -175,26 +174,32 @@ def _read(
     solver: Solver | RoundSolver, motions: list[Motion], omega: float, contact: float, largest: float,
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
-    """The branch of motions, rest before them and where the level turns between them."""
+    """The branch of motions, and rest before them."""
     if not motions:
-        return LevelBranch(np.zeros(1), np.zeros(1), np.zeros((len(quantities), 1)), False)
+        return LevelBranch(np.zeros(1), -np.ones(1), np.zeros((len(quantities), 1)), False)
     x, depth = moved(solver, _vibrations(motions))
     deepest = depth.max(axis=(1, 2))
+    if 0 < contact <= FAR * largest:
+        deepest[0] = 0.0  # it just fills the gap, if not at any of the samples
     values = np.array([_values(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
     values = values.reshape(len(quantities), len(motions))
-    level, folds = np.array([motion.omega for motion in motions]), list(_folds(motions))
-    where = [i + 1 for i, _, _ in folds]
-    level = np.insert(level, where, [found for _, _, found in folds])
-    rows_of = [
-        np.insert(row, where, [row[i] + share * (row[i + 1] - row[i]) for i, share, _ in folds])
-        for row in (deepest, *values)
-    ]
+    level, rows_of = _finer(motions, np.array([deepest, *values]))
     # At rest nothing moves, but a weight may press against a wall.
-    pressed = [deepest[0] if contact == 0 else 0.0]
+    pressed = [deepest[0] if contact == 0 else -solver.system.size]
     pressed += [row[0] if deepest[0] > 0 and name in FORCES else 0.0 for name, row in zip(quantities, values)]
-    deepest, *whole = (np.append(first, row) for first, row in zip(pressed, rows_of))
+    deepest, *whole = np.column_stack((pressed, rows_of))
     found = np.array(whole).reshape(len(whole), level.size + 1)
     return LevelBranch(np.append(0.0, level), deepest, found, bool(level[-1] >= largest))
+
+
+def _finer(motions: list[Motion], values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Levels (n,) and values (n_rows, n) of motions (n_rows, m) and between them, so that folds are where they are."""
+    if len(motions) < 2:
+        return np.array([motion.omega for motion in motions]), values
+    (length, _), level = along(motions)
+    way = np.append(0.0, np.cumsum(length))
+    places = np.append((way[:-1, None] + length[:, None] * np.arange(PARTS) / PARTS).ravel(), way[-1])
+    return level, PchipInterpolator(way, values, axis=1)(places)
 
 
 def _values(
@@ -210,19 +215,3 @@ def _values(
         branch = expanded(solver, [Located(motion, None) for motion in motions], "")
         of_rows = branch.excursion() if name == "displacement" else branch.amplitude(name)
     return np.asarray(of_rows.max(axis=1) if row is None else of_rows[:, row])
-
-
-def _folds(motions: Sequence[Motion]) -> Iterator[tuple[int, float, float]]:
-    """Where the level turns: after which motion, at which share of the way to the next one, and the level there.
-
-    Between two motions goes the cubic parabola along their tangents (Hermite).
-    """
-    for i, (a, b) in enumerate(pairwise(motions)):
-        if (a.tangent[-1] > 0) == (b.tangent[-1] > 0):
-            continue
-        length = float(np.linalg.norm(difference(a, b)))
-        in_units_of_a = np.append(b.tangent[:-1] * b.scale / a.scale, b.tangent[-1] * b.omega / a.omega)
-        steps = length * a.tangent[-1] * a.omega, length * b.tangent[-1] * b.omega / np.linalg.norm(in_units_of_a)
-        level = hermite(a.omega, b.omega, *steps, CURVED)
-        at = int(level.argmax() if a.tangent[-1] > 0 else level.argmin())
-        yield i, float(CURVED[at]), float(level[at])

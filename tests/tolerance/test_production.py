@@ -13,8 +13,11 @@ from clearance_mj import periodic
 from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.periodic.level_branches import level_branches
 from clearance_mj.periodic.map_rows import solver_at
+from clearance_mj.rig import Grease
 from clearance_mj.rig.tolerance import Tolerance
 from clearance_mj.tolerance import Correlation, Limit, Scatter, Scattered, production, share_interval
+from clearance_mj.tolerance.batches import settings_of
+from clearance_mj.tolerance.rattling import branches_of
 
 from ..conftest import TABLE1
 from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
@@ -101,6 +104,29 @@ def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
     gaps = found.values[:, 0] / 1e-4
     assert_allclose(found.first_contact, gaps / free.max(), rtol=1e-4)
     assert_array_equal(found.contact[1], [np.mean(gaps / each < 4.0) for each in free])
+
+
+SLIDES = Grease(STIFFNESS / 2, 5.0, elastic_ratio=0.6, beta=1e6, gamma=1e6)  # it yields at 0.7 of the gap
+SAGS = jeffcott(damping=0.2, gravity=(0.0, 0.0, -9.81 * 0.02))
+
+
+@pytest.mark.parametrize(
+    "model, levels",
+    [(oscillator(bushings=(dataclasses.replace(oscillator().rig.bushings[0], grease=SLIDES),)), (2.0, 4.0, 8.0, 12.0)),
+     (cm.Model(SAGS), (0.1, 0.2, 0.4, 0.8))],
+    ids=["grease that slides", "shaft that sags"],
+)  # fmt: skip
+def test_vibrations_that_begin_at_rest_are_those_of_the_rattle_map(model, levels):
+    """Where the way to the wall is not known in closed form, or rest is off the middle."""
+    frequencies = np.linspace(7.0, 20.0, 14)
+    of_map = periodic.map_rattle(model, levels, frequencies, n_harmonics=9, workers=1)
+    settings = settings_of(model, levels, frequencies, "penetration > 1 um", None, n_harmonics=9)
+    cells = [branch.crossings(np.array(levels)) for branch in branches_of(settings, model)]
+    count, depth = (np.array([each[i] for each in cells]).T for i in (0, 1))
+    assert_array_equal(count > 1, of_map.vibrations[0] > 1)
+    assert_array_equal(depth > 0, of_map.rattles[0])
+    assert of_map.rattles.any() and not of_map.rattles.all()
+    assert_allclose(depth, np.nanmax(of_map.penetration, axis=(0, 1, -1)), rtol=0.02, atol=2e-3 * depth.max())
 
 
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):

@@ -39,7 +39,7 @@ def _round_moved(solver: RoundSolver, vibrations: Vibrations) -> tuple[np.ndarra
     x = np.einsum("pr,nrk->npk", system.basis, vibrations.z) + vibrations.y
     place = (x @ solver.grid.basis.T).reshape(len(x), -1, 2, solver.samples)[:, count:]
     offset, gap = ends_of(system.rig)
-    depth = np.maximum(np.linalg.norm(place + offset[..., None], axis=2) - gap[:, None], 0.0)
+    depth = np.linalg.norm(place + offset[..., None], axis=2) - gap[:, None]
     return x, depth.reshape(len(x), count, 2, solver.samples).max(axis=2)
 
 

@@ -1,0 +1,170 @@
+"""Shares of a production by `tolerance.production`'s way, beside brute force: rattle maps of every design, and marches.
+
+``python -m experiments.productions maps`` computes whole rattle maps, 20 to 100 s of a core each, and keeps them;
+``march`` marches six cells of each design that has a map; ``compare`` sets the shares beside both. Only designs that
+have a map count: ``--designs 200`` says up to which.
+
+The production is of the Table 1 rig, synthetic: 15 numbers scatter, normally. Maps have 21 harmonics, and not more
+samples where a branch ends early; cells that they lose do not count.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import norm, qmc
+
+import clearance_mj as cm
+from clearance_mj.core.files import replacing
+from clearance_mj.core.plain_numbers import find_numbers, get_number
+from clearance_mj.core.tasks import run_tasks
+from clearance_mj.periodic import map_rattle
+from clearance_mj.periodic.level_branches import level_branches
+from clearance_mj.periodic.map_rows import solver_at
+from clearance_mj.periodic.resolution import resolution
+from clearance_mj.tolerance.batches import settings_of
+from clearance_mj.tolerance.designs import Designs
+from clearance_mj.tolerance.rattling import harmonics_of
+
+ROOT = Path(__file__).resolve().parents[1]
+OUT = ROOT / "results" / "productions"
+MODEL = cm.Model(cm.Rig.load(ROOT / "models" / "table1_rig.toml"))
+SCATTER = {
+    "gap": 2e-5, "offset": 1.5e-5, "contact.stiffness": 780.0, "contact.damping": 0.8, "grease.stiffness": 437.0,
+    "grease.damping": 0.5, "position": 2e-3,
+}  # fmt: skip
+"""Standard deviations of each bushing's numbers, SI units; that of Young's modulus is 2 %"""
+SEED, MOST = 2026, 1024
+LEVELS, FREQUENCIES = np.linspace(0.4, 10.0, 25), np.linspace(5.0, 220.0, 400)  # m/s², Hz
+HARMONICS, SAMPLES = 21, 256  # of the maps
+FORCES, ACCELERATIONS = (0.5, 1.0, 3.0, 6.0), (10.0, 20.0, 50.0)  # N, m/s²
+CELLS, HIGHEST, LOW = 3, 62.0, 10.0  # marched cells of each design below 10 Hz, and above it up to 62 Hz
+STEADY, COUNTED, LEAST, RATE = 60.0, 20.0, 8.0, 8192.0  # periods before and while is looked; s at least; Hz
+
+
+def designs() -> Designs:
+    """Return the designs."""
+    stds = {f"bushings[{j}].{name}": std for name, std in SCATTER.items() for j in range(2)}
+    stds["beam.young_modulus"] = 0.02 * MODEL.rig.beam.young_modulus
+    data = MODEL.rig.to_dict()
+    keys = [find_numbers(data, name)[0] for name in stds]
+    middle = np.array([get_number(data, key) or 0.0 for key in keys])
+    shares = qmc.Sobol(len(keys), rng=np.random.default_rng(SEED)).random(MOST)
+    values = middle + np.array([*stds.values()]) * norm.ppf(np.clip(shares, 1e-6, 1 - 1e-6))
+    return Designs(MODEL, tuple(stds), values, tuple(("rig", *key) for key in keys))
+
+
+def write_map(number: int) -> None:
+    """Write the rattle map of a design, unless it is there."""
+    path = OUT / "maps" / f"{number:04d}.npz"
+    if path.exists():
+        return
+    found = map_rattle(
+        designs().model(number), LEVELS, FREQUENCIES, n_harmonics=HARMONICS, n_samples=SAMPLES, workers=1
+    )
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(
+            file, touches=found.rattles[0], vibrations=found.vibrations[0],
+            contact_force=np.nanmax(found.contact_force[:, 0], axis=(0, -1)).astype(np.float32),
+            acceleration=np.nanmax(found.acceleration[:, 0], axis=(0, -1)).astype(np.float32),
+        )  # fmt: skip
+
+
+def over_level(number: int) -> dict[str, np.ndarray]:
+    """Return the same of a design by branches over the level, (n_levels, n_frequencies)."""
+    settings = settings_of(MODEL, LEVELS, FREQUENCIES, None, None)
+    model, omega, needed = designs().model(number), 2 * np.pi * FREQUENCIES, harmonics_of(settings)
+    cells = np.empty((4, LEVELS.size, FREQUENCIES.size))
+    for harmonics in np.unique(needed).tolist():
+        which = np.flatnonzero(needed == harmonics)
+        samples = resolution(harmonics, None, 1, settings.modes)[1][0]
+        solver = solver_at(model, settings.kind, 1.0, float(omega[-1]), harmonics, samples, settings.modes)
+        quantities = ("contact_force", "acceleration")
+        for i, branch in zip(which, level_branches(solver, omega[which], float(LEVELS[-1]), quantities)):
+            count, depth, values = branch.crossings(LEVELS)
+            cells[:, :, i] = count, depth, *values
+    names = ("vibrations", "touches", "contact_force", "acceleration")
+    return dict(zip(names, (cells[0], cells[1] > 0, *cells[2:])))
+
+
+def known() -> list[int]:
+    """Return the numbers of the designs that have a map."""
+    return sorted(int(path.stem) for path in (OUT / "maps").glob("*.npz"))
+
+
+def compare(workers: int | None) -> None:
+    """Print how far shares by branches over the level are from those by maps, and what marches say."""
+    numbers = known()
+    asked = {"touch a wall": ("touches", 0.5), "have several vibrations": ("vibrations", 1.5)}
+    asked |= {f"contact force > {limit:g} N": ("contact_force", limit) for limit in FORCES}
+    asked |= {f"acceleration > {limit:g} m/s²": ("acceleration", limit) for limit in ACCELERATIONS}
+    totals = {name: np.zeros((3, LEVELS.size, FREQUENCIES.size)) for name in asked}
+    run = run_tasks(over_level, numbers, workers, processes=True, progress="branches over the level")
+    marched = np.load(OUT / "marched.npz") if (OUT / "marched.npz").exists() else None
+    rows = []
+    for number, ours in run:
+        maps = np.load(OUT / "maps" / f"{number:04d}.npz")
+        both = (maps["vibrations"] > 0) & (ours["vibrations"] > 0)
+        for name, (key, limit) in asked.items():
+            totals[name] += np.array([both & (maps[key] > limit), both & (ours[key] > limit), both])
+        for row in marched["cells"][marched["cells"]["design"] == number] if marched is not None else ():
+            at = row["level"], row["frequency"]
+            rows.append((row, *(each[name][at] for name in ("vibrations", "touches", "contact_force")
+                                for each in (maps, ours))))  # fmt: skip
+    print(f"{len(numbers)} designs, {LEVELS.size} levels, {FREQUENCIES.size} frequencies; one design is "
+          f"{100 / len(numbers):.2f} points")  # fmt: skip
+    for name, (by_maps, by_ours, count) in totals.items():
+        p, off = by_maps / count, 100 * np.abs(by_ours - by_maps) / count
+        between = (p > 0.005) & (p < 0.995)
+        beyond = int(np.sum(off[between] > 1.01 * 100 / len(numbers)))
+        print(f"{name}: {off[between].max():.2f} points at most, RMS {np.sqrt(np.mean(off[between] ** 2)):.2f}, more "
+              f"than one design in {beyond} of {between.sum()} cells")  # fmt: skip
+    if rows:
+        one = [each for each in rows if each[1] == each[2] == 1]
+        alike = sum(bool(row["contact_force"] > 0) == bool(a) == bool(b) for row, _, _, a, b, *_ in one)
+        off = [abs(ours / row["contact_force"] - 1) for row, *_, ours in one if row["contact_force"] > 0 and ours > 0]
+        print(f"marched: {len(rows)} cells, {len(one)} with one vibration, of which {alike} touch or not as both say")
+        print(f"contact forces: {100 * np.median(off):.2g} % off (median), {100 * np.quantile(off, 0.9):.2g} % (90 %)")
+
+
+def march(number: int) -> np.ndarray:
+    """March a design under sines at some levels and frequencies; return the largest contact force once it is steady."""
+    rng, model = np.random.default_rng([SEED, number]), designs().model(number)
+    low, high = FREQUENCIES < LOW, (FREQUENCIES >= LOW) & (FREQUENCIES < HIGHEST)
+    columns = [("design", int), ("level", int), ("frequency", int), ("contact_force", float)]
+    found = np.empty(2 * CELLS, dtype=columns)
+    chosen = [i for band in (low, high) for i in rng.choice(np.flatnonzero(band), CELLS)]
+    for cell, i in enumerate(chosen):
+        level, frequency = int(rng.integers(LEVELS.size)), float(FREQUENCIES[i])
+        duration = max(STEADY / frequency, LEAST) + COUNTED / frequency
+        sine = cm.excitation.stepped_sine(duration, RATE, frequency, float(LEVELS[level]))
+        force = cm.simulate(model, sine, engine="modal").contact_force[:, -int(COUNTED / frequency * RATE) :]
+        found[cell] = number, level, i, np.abs(force).max()
+    return found
+
+
+def main() -> None:
+    """Run a part."""
+    parser = argparse.ArgumentParser(prog="python -m experiments.productions", description=__doc__)
+    parser.add_argument("part", choices=("maps", "march", "compare"))
+    parser.add_argument("--designs", type=int, default=200, help="up to which maps are made (default: %(default)s)")
+    parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
+    given = parser.parse_args()
+    (OUT / "maps").mkdir(parents=True, exist_ok=True)
+    warnings.filterwarnings("ignore", "All-NaN")  # of cells that a map loses
+    if given.part == "compare":
+        compare(given.workers)
+    elif given.part == "maps":
+        for _ in run_tasks(write_map, range(given.designs), given.workers, processes=True, progress="rattle maps"):
+            pass
+    else:
+        cells = [found for _, found in run_tasks(march, known(), given.workers, processes=True, progress="marches")]
+        with replacing(OUT / "marched.npz") as temporary, temporary.open("wb") as file:
+            np.savez_compressed(file, cells=np.concatenate(cells))
+
+
+if __name__ == "__main__":
+    main()
