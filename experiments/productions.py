@@ -1,7 +1,8 @@
 """Shares of a production by `tolerance.production`'s way, beside brute force: rattle maps of every design, and marches.
 
 ``python -m experiments.productions maps`` computes whole rattle maps, 20 to 100 s of a core each, and keeps them;
-``march`` marches six cells of each design that has a map; ``compare`` sets the shares beside both. Only designs that
+``march`` marches six cells of each design that has a map; ``compare`` sets the shares beside both; ``judge`` marches
+cells with one vibration by one way and several by the other, swept to from all sides. Only designs that
 have a map count: ``--designs 200`` says up to which.
 
 The production is of the Table 1 rig, synthetic: 15 numbers scatter, normally. Maps have 21 harmonics, and not more
@@ -22,12 +23,10 @@ from clearance_mj.core.files import replacing
 from clearance_mj.core.plain_numbers import find_numbers, get_number
 from clearance_mj.core.tasks import run_tasks
 from clearance_mj.periodic import map_rattle
-from clearance_mj.periodic.level_branches import level_branches
-from clearance_mj.periodic.map_rows import solver_at
-from clearance_mj.periodic.resolution import resolution
 from clearance_mj.tolerance.batches import settings_of
 from clearance_mj.tolerance.designs import Designs
-from clearance_mj.tolerance.rattling import harmonics_of
+from clearance_mj.tolerance.limits import Limit
+from clearance_mj.tolerance.rattling import branches_of
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "results" / "productions"
@@ -42,6 +41,9 @@ LEVELS, FREQUENCIES = np.linspace(0.4, 10.0, 25), np.linspace(5.0, 220.0, 400)  
 HARMONICS, SAMPLES = 21, 256  # of the maps
 FORCES, ACCELERATIONS = (0.5, 1.0, 3.0, 6.0), (10.0, 20.0, 50.0)  # N, m/s²
 CELLS, HIGHEST, LOW = 3, 62.0, 10.0  # marched cells of each design below 10 Hz, and above it up to 62 Hz
+JUDGED, JUDGED_PERIODS = 80, 40  # cells of each kind, and periods of a sweep's half and after it
+SWEEPS = ((1.0, 0.0), (0.8, 1.0), (0.93, 1.0), (1.07, 1.0), (1.25, 1.0), (1.0, 3.0), (0.93, 2.0), (1.07, 2.0))
+"""From which share of frequency and level a sweep comes"""
 STEADY, COUNTED, LEAST, RATE = 60.0, 20.0, 8.0, 8192.0  # periods before and while is looked; s at least; Hz
 
 
@@ -75,19 +77,15 @@ def write_map(number: int) -> None:
 
 def over_level(number: int) -> dict[str, np.ndarray]:
     """Return the same of a design by branches over the level, (n_levels, n_frequencies)."""
-    settings = settings_of(MODEL, LEVELS, FREQUENCIES, None, None)
-    model, omega, needed = designs().model(number), 2 * np.pi * FREQUENCIES, harmonics_of(settings)
-    cells = np.empty((4, LEVELS.size, FREQUENCIES.size))
-    for harmonics in np.unique(needed).tolist():
-        which = np.flatnonzero(needed == harmonics)
-        samples = resolution(harmonics, None, 1, settings.modes)[1][0]
-        solver = solver_at(model, settings.kind, 1.0, float(omega[-1]), harmonics, samples, settings.modes)
-        quantities = ("contact_force", "acceleration")
-        for i, branch in zip(which, level_branches(solver, omega[which], float(LEVELS[-1]), quantities)):
-            count, depth, values = branch.crossings(LEVELS)
-            cells[:, :, i] = count, depth, *values
-    names = ("vibrations", "touches", "contact_force", "acceleration")
-    return dict(zip(names, (cells[0], cells[1] > 0, *cells[2:])))
+    model, found = designs().model(number), {}
+    for name in ("contact_force", "acceleration"):
+        settings = settings_of(MODEL, LEVELS, FREQUENCIES, Limit(name, 1.0), None)
+        cells = [branch.crossings(LEVELS) for branch in branches_of(settings, model)]
+        found[name] = np.array([values for _, _, (values,) in cells]).T
+        if name == "contact_force":
+            found["vibrations"] = np.array([count for count, _, _ in cells]).T
+            found["touches"] = np.array([depth > 0 for _, depth, _ in cells]).T
+    return found
 
 
 def known() -> list[int]:
@@ -104,10 +102,11 @@ def compare(workers: int | None) -> None:
     totals = {name: np.zeros((3, LEVELS.size, FREQUENCIES.size)) for name in asked}
     run = run_tasks(over_level, numbers, workers, processes=True, progress="branches over the level")
     marched = np.load(OUT / "marched.npz") if (OUT / "marched.npz").exists() else None
-    rows = []
+    rows, counts = [], []
     for number, ours in run:
         maps = np.load(OUT / "maps" / f"{number:04d}.npz")
         both = (maps["vibrations"] > 0) & (ours["vibrations"] > 0)
+        counts.append((number, np.where(both, maps["vibrations"], 0), np.where(both, ours["vibrations"], 0)))
         for name, (key, limit) in asked.items():
             totals[name] += np.array([both & (maps[key] > limit), both & (ours[key] > limit), both])
         for row in marched["cells"][marched["cells"]["design"] == number] if marched is not None else ():
@@ -125,9 +124,47 @@ def compare(workers: int | None) -> None:
     if rows:
         one = [each for each in rows if each[1] == each[2] == 1]
         alike = sum(bool(row["contact_force"] > 0) == bool(a) == bool(b) for row, _, _, a, b, *_ in one)
-        off = [abs(ours / row["contact_force"] - 1) for row, *_, ours in one if row["contact_force"] > 0 and ours > 0]
         print(f"marched: {len(rows)} cells, {len(one)} with one vibration, of which {alike} touch or not as both say")
-        print(f"contact forces: {100 * np.median(off):.2g} % off (median), {100 * np.quantile(off, 0.9):.2g} % (90 %)")
+        for i, name in ((5, "maps"), (6, "branches over the level")):
+            off = [
+                abs(each[i] / each[0]["contact_force"] - 1) for each in one if each[0]["contact_force"] > 0 < each[i]
+            ]
+            print(f"contact forces by {name}: {100 * np.median(off):.2g} % off (median), "
+                  f"{100 * np.quantile(off, 0.9):.2g} % (90 %)")  # fmt: skip
+    with replacing(OUT / "vibrations.npz") as temporary, temporary.open("wb") as file:
+        number, by_maps, by_ours = (np.array(each) for each in zip(*sorted(counts, key=lambda each: each[0])))
+        np.savez_compressed(file, number=number, maps=by_maps, ours=by_ours)
+
+
+def judge(workers: int | None) -> None:
+    """Print in how many cells where the two disagree on whether there are several vibrations a march finds several."""
+    kept, rng = np.load(OUT / "vibrations.npz"), np.random.default_rng(SEED)
+    maps, ours, known = kept["maps"], kept["ours"], (kept["maps"] > 0) & (kept["ours"] > 0)
+    for name, cells in {
+        "both several": known & (maps > 1) & (ours > 1), "maps alone": known & (maps > 1) & (ours == 1),
+        "branches over the level alone": known & (maps == 1) & (ours > 1),
+    }.items():  # fmt: skip
+        where = np.argwhere(cells)
+        chosen = where[rng.permutation(len(where))[:JUDGED]]
+        tasks = [(int(kept["number"][i]), int(level), int(frequency)) for i, level, frequency in chosen]
+        several = sum(found for _, found in run_tasks(differ, tasks, workers, processes=True, progress=name))
+        print(f"several vibrations by {name}: {len(where)} cells; marches find several in {several} of {len(chosen)}")
+
+
+def differ(cell: tuple[int, int, int]) -> bool:
+    """Return whether the steady motions of one cell differ that sweeps of frequency or level end in."""
+    number, level, i = cell
+    model, frequency = designs().model(number), float(FREQUENCIES[i])
+    sweep, counted = 2 * JUDGED_PERIODS / frequency, COUNTED / frequency
+    t = np.arange(int((sweep + max(JUDGED_PERIODS / frequency, LEAST) + counted) * RATE)) / RATE
+    forces = []
+    for of_frequency, of_level in SWEEPS:
+        share = np.minimum(t / sweep, 1.0)
+        phase = 2 * np.pi * np.cumsum(frequency * (of_frequency + (1 - of_frequency) * share)) / RATE
+        value = LEVELS[level] * (of_level + (1 - of_level) * share) * np.sin(phase)
+        found = cm.simulate(model, cm.Excitation(value, RATE), engine="modal").contact_force
+        forces.append(np.abs(found[:, -int(counted * RATE) :]).max(axis=1))
+    return bool(np.ptp(forces, axis=0).max() > 0.02 * np.max(forces))
 
 
 def march(number: int) -> np.ndarray:
@@ -149,14 +186,14 @@ def march(number: int) -> np.ndarray:
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(prog="python -m experiments.productions", description=__doc__)
-    parser.add_argument("part", choices=("maps", "march", "compare"))
+    parser.add_argument("part", choices=("maps", "march", "compare", "judge"))
     parser.add_argument("--designs", type=int, default=200, help="up to which maps are made (default: %(default)s)")
     parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
     given = parser.parse_args()
     (OUT / "maps").mkdir(parents=True, exist_ok=True)
     warnings.filterwarnings("ignore", "All-NaN")  # of cells that a map loses
-    if given.part == "compare":
-        compare(given.workers)
+    if given.part in ("compare", "judge"):
+        {"compare": compare, "judge": judge}[given.part](given.workers)
     elif given.part == "maps":
         for _ in run_tasks(write_map, range(given.designs), given.workers, processes=True, progress="rattle maps"):
             pass

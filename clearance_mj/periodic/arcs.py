@@ -18,7 +18,7 @@ from .continuation import Motion, NoConvergence, Solver, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
 from .space.solver import RoundSolver
 
-__all__ = ["PARTS", "Curve", "Vibrations", "along", "curve"]
+__all__ = ["Curve", "Vibrations", "curve"]
 
 LOW, HIGH, BROKEN = -1, -2, -3
 """Kinds of end of an arc that does not end where the gap is filled: at the range's lowest or highest frequency, or
@@ -233,9 +233,17 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
         beside = (0, *np.shape(motions[0].y)) if motions else (0, 0, 0)
         return _Link(ends, Vibrations(np.zeros(0, dtype=int), np.zeros(shape), np.zeros(beside)))
     z, y = np.array([motion.z for motion in motions]), np.array([motion.y for motion in motions])
-    scale, direction = np.array([motion.scale for motion in motions]), np.array([motion.tangent for motion in motions])
-    of_z = direction[:, :-1].reshape(z.shape) * scale[:, None, None]
-    bends, fine = along(motions)
+    w, scale = np.array([(motion.omega, motion.scale) for motion in motions]).T
+    direction = np.array([motion.tangent for motion in motions])
+    of_z, of_w = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
+    length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
+    # A tangent is of length 1 in the units of its own motion; what is passed is measured in those of the first.
+    later = np.sqrt(np.sum(of_z[1:] ** 2, axis=(1, 2)) / scale[:-1] ** 2 + (of_w[1:] / w[:-1]) ** 2)
+    bends = np.stack((length, length / later))
+    s = np.arange(PARTS) / PARTS
+    fine = np.append(
+        _hermite(w[:-1, None], w[1:, None], (bends[0] * of_w[:-1])[:, None], (bends[1] * of_w[1:])[:, None], s), w[-1]
+    )
     low, high = np.minimum(fine[:-1], fine[1:]), np.maximum(fine[:-1], fine[1:])
     first, last = np.searchsorted(omega, low), np.searchsorted(omega, high)
     part = np.repeat(np.arange(low.size), last - first)
@@ -246,23 +254,6 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
     found = _hermite(z[i], z[i + 1], bent[0] * of_z[i], bent[1] * of_z[i + 1], share)
     vibrations = Vibrations(cell.astype(int), found, y[i] + share * (y[i + 1] - y[i]))
     return _Link(ends, vibrations, tuple(_folds(fine)))
-
-
-def along(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far it is from each motion to the next, by the tangents of the former and of the latter (2, m - 1).
-
-    With it the parameter of the branch at `PARTS` places from each motion on, and at the last one.
-    """
-    w, scale = np.array([(motion.omega, motion.scale) for motion in motions]).T
-    direction = np.array([motion.tangent for motion in motions])
-    of_z, of_w = direction[:, :-1] * scale[:, None], direction[:, -1] * w
-    length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
-    # A tangent is of length 1 in the units of its own motion; what is passed is measured in those of the first.
-    later = np.sqrt(np.sum(of_z[1:] ** 2, axis=1) / scale[:-1] ** 2 + (of_w[1:] / w[:-1]) ** 2)
-    bends = np.stack((length, length / later))
-    s = np.arange(PARTS) / PARTS
-    between = _hermite(w[:-1, None], w[1:, None], (bends[0] * of_w[:-1])[:, None], (bends[1] * of_w[1:])[:, None], s)
-    return bends, np.append(between, w[-1])
 
 
 def _hermite(a: ArrayLike, b: ArrayLike, at_a: ArrayLike, at_b: ArrayLike, s: np.ndarray) -> np.ndarray:

@@ -1,15 +1,44 @@
-"""Motions over the level at one frequency: Newton's method with the frequency's receptances, compiled whole."""
+"""Motions over the level at one frequency: Newton's method with its receptances and continuation, compiled whole."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from ..clearance.pointers import STRICT, kernel_loop
-from .continuation import ITERATIONS, SLOW, SMALLEST_DAMPING, Motion, Solver
+from .condensed import Condensed
+from .continuation import (
+    CORNERS,
+    ITERATIONS,
+    SHARP_CORNER,
+    SHARPEST,
+    SHORTEST,
+    SLOW,
+    SMALLEST_DAMPING,
+    Motion,
+    Motions,
+    Solver,
+)  # fmt: skip
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear, balanced, real_harmonics, receptances
 
 __all__ = ["LevelSolver"]
+
+
+class _Balance(NamedTuple):
+    """The harmonic balance at one frequency."""
+
+    linear: Linear
+    compliance: np.ndarray  # (H + 1, n_points, n_points) receptances
+    driven: np.ndarray  # (n_points, K) displacements by the excitation of level 1
+    grid: Grid
+    laws: Laws
+    slopes: Slopes
+    omega: float  # 1/s
+    tolerance: float  # of the motion: what the balance may leave
+    least: float  # m: smaller motions are measured by it
+    jacobian: np.ndarray  # (r K + 1, r K + 1) room for its derivatives
 
 
 @kernel_loop(**STRICT)
@@ -36,25 +65,38 @@ def _inverse(jacobian: np.ndarray, driven: np.ndarray, row: np.ndarray, scale: f
 
 
 @kernel_loop(**STRICT)
+def _left(
+    balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, want: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What z leaves of the balance, forces, displacements beside B z, and places (n_points, N) at samples."""
+    left, force, beside, place, _, _ = balanced(
+        balance.linear, balance.compliance, level * balance.driven, balance.grid, balance.laws, balance.slopes,
+        balance.omega, z, y, want, balance.jacobian,
+    )  # fmt: skip
+    return left, force, beside, place
+
+
+@kernel_loop(**STRICT)
 def _solved(
-    linear: Linear, compliance: np.ndarray, driven: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes, omega: float,
-    level: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float, tolerance: float, jacobian: np.ndarray,
-) -> tuple[bool, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """What `Follower.solve` does: whether a motion was found, its level, z, y and forces, and the way ahead."""
+    balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float
+) -> tuple[bool, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
+    """What `Follower.solve` does: whether a motion was found, the motion, and its places at samples."""
     n, pace, old = row.size - 1, level, np.inf
-    by_level = np.dot(linear.basis.T, driven).ravel()
+    by_level = np.dot(balance.linear.basis.T, balance.driven).ravel()
     right = np.zeros(n + 1)
-    left, force, beside, _, _, _ = balanced(
-        linear, compliance, level * driven, grid, laws, slopes, omega, z, y, True, jacobian
-    )
-    inverse = _inverse(jacobian, by_level, row, scale, pace)
+    left, force, beside, place = _left(balance, level, z, y, True)
+    inverse = _inverse(balance.jacobian, by_level, row, scale, pace)
     for _ in range(ITERATIONS):
         now = _distance(left, beside, y, scale)
-        if now < tolerance:
-            return True, level, z, y, force, inverse[:, n].copy()
+        if now < balance.tolerance:
+            own = max(np.sqrt(np.sum(z * z)), balance.least)
+            tangent = inverse[:, n].copy()
+            tangent[:n] *= scale / own
+            tangent[n] *= pace / level
+            return True, level, z, y, force, tangent / np.sqrt(np.sum(tangent * tangent)), own, place
         if now > SLOW * old and old < np.inf:
-            balanced(linear, compliance, level * driven, grid, laws, slopes, omega, z, y, True, jacobian)
-            inverse = _inverse(jacobian, by_level, row, scale, pace)
+            _left(balance, level, z, y, True)
+            inverse = _inverse(balance.jacobian, by_level, row, scale, pace)
         right[:n] = left.ravel()
         step = np.dot(inverse, right) / -scale
         share = 1.0
@@ -62,45 +104,133 @@ def _solved(
             ahead = level + share * step[n] * pace
             moved = z + share * scale * step[:n].copy().reshape(z.shape)
             if ahead > 0.0:
-                left, force, further, _, _, _ = balanced(
-                    linear, compliance, ahead * driven, grid, laws, slopes, omega, moved, beside, False, jacobian
-                )
+                left, force, further, place = _left(balance, ahead, moved, beside, False)
                 then = _distance(left, further, beside, scale)
-                if then < (1.0 - share / 4.0) * now or then < tolerance:
+                if then < (1.0 - share / 4.0) * now or then < balance.tolerance:
                     break
             share /= 2.0
             if share < SMALLEST_DAMPING:
-                return False, level, z, y, force, right
+                return False, level, z, y, force, right, scale, place
         level, z, y, old = ahead, moved, beside, now
         beside = further
-    return False, level, z, y, force, right
+    return False, level, z, y, force, right, scale, place
+
+
+@kernel_loop(**STRICT)
+def _ahead(
+    balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, scale: float, direction: np.ndarray, step: float
+) -> tuple[bool, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray, np.ndarray]:
+    """What `Follower.ahead` does: what `_solved` returns, and the way to there in the units of the motion before."""
+    n, longer = direction.size - 1, 1.0 + step * direction[-1]
+    row = direction.copy()
+    row[n] *= longer
+    guess = z + step * scale * direction[:n].copy().reshape(z.shape)
+    if longer <= 0.0:
+        return False, level, z, y, y, row, scale, y, row
+    found, at, there, beside, force, tangent, own, place = _solved(balance, level * longer, guess, y, row, scale)
+    way = np.empty(n + 1)
+    way[:n] = (there - z).ravel() / scale
+    way[n] = at / level - 1.0
+    if np.dot(tangent, way) * step < 0.0:
+        tangent = -tangent
+    return found, at, there, beside, force, tangent, own, place, way
+
+
+@kernel_loop(**STRICT)
+def _followed(
+    balance: _Balance, level: np.ndarray, z: np.ndarray, y: np.ndarray, force: np.ndarray, tangent: np.ndarray,
+    scale: np.ndarray, step: float, bent: float, longest: float, beyond: float, walls: np.ndarray, deep: float,
+) -> int:  # fmt: skip
+    """What `Follower.onwards` does: fill motions after the first ones of all arrays; return how many there are.
+
+    They end where one beyond a level rises and is deeper than ``deep`` beyond walls (n_points, 2), lower and upper.
+    """
+    count, n = 1, tangent.shape[1] - 1
+    for _ in range(level.size - 1):
+        i = count - 1
+        found, at, there, beside, acting, onwards, own, place, way = _ahead(
+            balance, level[i], z[i], y[i], scale[i], tangent[i], step
+        )
+        if not found and step < SHARP_CORNER:
+            direction = tangent[i].copy()
+            direction[n] = 0.0
+            length = np.sqrt(np.sum(direction * direction))
+            for corner in CORNERS:
+                if not found and length > 0.0:
+                    found, at, there, beside, acting, onwards, own, place, way = _ahead(
+                        balance, level[i], z[i], y[i], scale[i], direction / length, corner
+                    )
+        if not found or not (np.dot(onwards, tangent[i]) > SHARPEST or step < SHARP_CORNER):
+            step /= 2.0
+            if step < SHORTEST:
+                break
+            continue
+        level[count], z[count], y[count], force[count] = at, there, beside, acting
+        tangent[count], scale[count] = onwards, own
+        count += 1
+        if at > beyond and onwards[n] > 0.0:
+            depth = -np.inf
+            for p in range(place.shape[0]):
+                for k in range(place.shape[1]):
+                    depth = max(depth, place[p, k] - walls[p, 1], walls[p, 0] - place[p, k])
+            if depth > deep:
+                break
+        off = way - step * tangent[i]
+        apart = np.sqrt(np.sum(off * off))
+        step = min(step * min(max(np.sqrt(bent / max(apart, 1e-12)), 0.3), 2.0), longest)
+    return count
 
 
 class LevelSolver(Solver):
     """A solver whose parameter is the level, at one frequency after the other."""
+
+    def __init__(self, system: Condensed, harmonics: int, samples: int):
+        super().__init__(system, harmonics, samples)
+        self._walls = np.full((self.rows, 2), (-np.inf, np.inf))
+        self._walls[len(system.rig.bushings) :] = np.repeat(
+            [bushing.walls for bushing in system.rig.bushings], 2, axis=0
+        )
 
     def over_level(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Take a frequency, with its receptances; return what rest leaves, and what lies beside, both of the drive."""
         linear, points = self.system.linear, self.rows
         shape = self.harmonics + 1, points
         self.at = omega
-        self._compliance, by_omega = np.empty((2, *shape, points), dtype=complex)
-        driven, driven_by = np.empty((2, *shape), dtype=complex)
-        receptances(linear, omega, False, self._compliance, by_omega, driven, driven_by)
-        self._driven = real_harmonics(driven)
-        own = linear.basis.T @ self._driven
-        return -own, self._driven - linear.basis @ own
+        compliance, by_omega = np.empty((2, *shape, points), dtype=complex)
+        amplitudes, by_omega_too = np.empty((2, *shape), dtype=complex)
+        receptances(linear, omega, False, compliance, by_omega, amplitudes, by_omega_too)
+        driven = real_harmonics(amplitudes)
+        self._balance = _Balance(
+            linear, compliance, driven, self.grid, self.system.laws, self.slopes, omega, self.tolerance, self.least,
+            self.jacobian,
+        )  # fmt: skip
+        own = linear.basis.T @ driven
+        return -own, driven - linear.basis @ own
 
     def solve(self, omega: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Motion | None:
         """Return the motion near a guess on the plane across ``row`` through it, as `Follower.solve`."""
-        assert self.at is not None
-        found, level, z, y, force, ahead = _solved(
-            self.system.linear, self._compliance, self._driven, self.grid, self.system.laws, self.slopes, self.at,
-            float(omega), z, y, row, scale, self.tolerance, self.jacobian,
-        )  # fmt: skip
-        if not found:
-            return None
-        own = max(float(np.linalg.norm(z)), self.least)
-        ahead[:-1] *= scale / own
-        ahead[-1] *= omega / level
-        return Motion(level, z, y, force, ahead / np.linalg.norm(ahead), own)
+        found, *motion, _ = _solved(self._balance, float(omega), z, y, row, scale)
+        return Motion(*motion) if found else None
+
+    def followed(self, start: Motion, most: int, step: float, beyond: float, deep: float) -> Motions:
+        """Return a motion and those after it, until one beyond a level rises and is deep in a wall, in m.
+
+        Parameters
+        ----------
+        start : Motion
+            The first motion, whose tangent says where the branch goes.
+        most : int
+            How many steps are tried.
+        step : float
+            The first one, as a share of level and motion.
+        beyond : float
+            The level.
+        deep : float
+            How deep, m.
+        """
+        first = start.omega, start.z, start.y, start.force, start.tangent, start.scale
+        motions = Motions(*(np.empty((most + 1, *np.shape(each))) for each in first))
+        for all_of_them, each in zip(motions, first):
+            all_of_them[0] = each
+        count = _followed(self._balance, *motions, step, self.bent, self.longest, beyond, self._walls, deep)
+        return Motions(*(each[:count] for each in motions))

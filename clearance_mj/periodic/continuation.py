@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
@@ -17,7 +18,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from .condensed import Condensed, grid, slopes
 from .harmonic_balance import balance
 
-__all__ = ["CameBack", "Follower", "Motion", "NoConvergence", "Solver", "difference"]
+__all__ = ["CameBack", "Follower", "Motion", "Motions", "NoConvergence", "Solver", "difference"]
 
 TOLERANCE = 1e-9  # of Newton's method: what the balance may leave, over the size of the motion
 ITERATIONS = 25  # of Newton's method
@@ -51,6 +52,26 @@ class Motion:
     force: np.ndarray  #: (n_points, K) of the clearances' forces beyond the linear grease's, N
     tangent: np.ndarray  #: (r K + 1,) direction of the branch, in metres over `scale` and 1/s over ω
     scale: float  #: m
+
+
+class Motions(NamedTuple):
+    """Motions of a branch, one after the other; each part as in `Motion`, with all motions along its first axis."""
+
+    omega: np.ndarray
+    z: np.ndarray
+    y: np.ndarray
+    force: np.ndarray
+    tangent: np.ndarray
+    scale: np.ndarray
+
+    @classmethod
+    def of(cls, motions: Sequence[Motion]) -> Self:
+        """Return some motions."""
+        return cls(*(np.array([getattr(motion, name) for motion in motions]) for name in cls._fields))
+
+    def one(self, i: int) -> Motion:
+        """Return one of them."""
+        return Motion(float(self.omega[i]), self.z[i], self.y[i], self.force[i], self.tangent[i], float(self.scale[i]))
 
 
 class Follower(ABC):

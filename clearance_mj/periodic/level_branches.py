@@ -9,16 +9,17 @@ vibrations.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from .arcs import PARTS, Vibrations, along
+from .arcs import Vibrations
 from .at_one_frequency import LevelSolver
 from .cells import acting, moved
-from .continuation import Motion, NoConvergence, Solver
+from .continuation import Motion, Motions, NoConvergence, Solver
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
 from .space.solver import RoundSolver
@@ -35,6 +36,7 @@ BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.5  # of the gap: no branch is left before it went so deep
 FAR = 4.0  # times the largest level: where contact begins above that, no branch is looked at
 STEPS = 400  # of one branch
+PARTS = 8  # places between two motions at which a branch is read
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,20 +123,19 @@ def level_branches(
     level = level_of_contact(solver, omega) if linear_in_gap(solver) else np.zeros(omega.size)
     chosen = [*rows, *([None] * (len(quantities) - len(rows)))]
     for each, contact in zip(omega.tolist(), level.tolist()):
-        motions: list[Motion] = []
         try:
             if contact > FAR * largest:
-                motions.append(_in_gap(solver, each, FAR * largest))
+                motions = Motions.of([_in_gap(solver, each, FAR * largest)])
             else:
                 start = _at_contact(solver, each, contact) if contact > 0 else solver.growing(each)
-                for motion in _followed(solver, start, largest):
-                    motions.append(motion)
-        except NoConvergence:  # the branch is known as far as it was followed
-            pass
-        yield _read(solver, motions, each, contact, largest, quantities, chosen)
+                motions = _followed(solver, start, largest)
+        except NoConvergence:
+            yield LevelBranch(np.zeros(1), -np.ones(1), np.zeros((len(quantities), 1)), False)
+        else:
+            yield _read(solver, motions, each, contact, largest, quantities, chosen)
 
 
-def _in_gap(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
+def _in_gap(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Motion:
     """The motion without contact at a level, which is the solver's parameter from now on; its tangent is left open."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     z[:, 1:] *= level
@@ -144,7 +145,7 @@ def _in_gap(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
     return Motion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
 
 
-def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Motion:
+def _at_contact(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Motion:
     """The motion that just fills a gap, with its tangent towards larger ones."""
     guess = _in_gap(solver, omega, level)
     motion = solver.solve(level, guess.z, guess.y, guess.tangent, guess.scale)
@@ -153,36 +154,32 @@ def _at_contact(solver: Solver | RoundSolver, omega: float, level: float) -> Mot
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
 
 
-def _followed(solver: Solver | RoundSolver, start: Motion, largest: float) -> Iterator[Motion]:
-    """Motions from a first one on until they rise above the largest level."""
-    deep = DEEP * solver.system.size
-    step = FIRST_STEP if start.omega < largest else solver.longest
-    for motion in solver.onwards(start, 0.0, np.inf, STEPS, step):
-        yield motion
-        if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:
-            _, depth = moved(solver, _vibrations([motion]))
-            if depth.max() > deep:
-                return
-
-
-def _vibrations(motions: Sequence[Motion]) -> Vibrations:
-    z, y = np.array([motion.z for motion in motions]), np.array([motion.y for motion in motions])
-    return Vibrations(np.zeros(len(motions), dtype=int), z, y)
+def _followed(solver: LevelSolver | RoundSolver, start: Motion, largest: float) -> Motions:
+    """The motions from a first one on, until they rise above the largest level or no next one is found."""
+    deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
+    if isinstance(solver, LevelSolver):
+        return solver.followed(start, STEPS, step, BEYOND * largest, deep)
+    motions: list[Motion] = []
+    with contextlib.suppress(NoConvergence):
+        for motion in solver.onwards(start, 0.0, np.inf, STEPS, step):
+            motions.append(motion)
+            if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:
+                if solver.depth(motion.z, motion.y) > deep:
+                    break
+    return Motions.of(motions)
 
 
 def _read(
-    solver: Solver | RoundSolver, motions: list[Motion], omega: float, contact: float, largest: float,
+    solver: LevelSolver | RoundSolver, motions: Motions, omega: float, contact: float, largest: float,
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
     """The branch of motions, and rest before them."""
-    if not motions:
-        return LevelBranch(np.zeros(1), -np.ones(1), np.zeros((len(quantities), 1)), False)
-    x, depth = moved(solver, _vibrations(motions))
+    x, depth = moved(solver, Vibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
     deepest = depth.max(axis=(1, 2))
     if 0 < contact <= FAR * largest:
         deepest[0] = 0.0  # it just fills the gap, if not at any of the samples
     values = np.array([_values(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
-    values = values.reshape(len(quantities), len(motions))
+    values = values.reshape(len(quantities), motions.omega.size)
     level, rows_of = _finer(motions, np.array([deepest, *values]))
     # At rest nothing moves, but a weight may press against a wall.
     pressed = [deepest[0] if contact == 0 else -solver.system.size]
@@ -192,18 +189,24 @@ def _read(
     return LevelBranch(np.append(0.0, level), deepest, found, bool(level[-1] >= largest))
 
 
-def _finer(motions: list[Motion], values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _finer(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Levels (n,) and values (n_rows, n) of motions (n_rows, m) and between them, so that folds are where they are."""
-    if len(motions) < 2:
-        return np.array([motion.omega for motion in motions]), values
-    (length, _), level = along(motions)
-    way = np.append(0.0, np.cumsum(length))
-    places = np.append((way[:-1, None] + length[:, None] * np.arange(PARTS) / PARTS).ravel(), way[-1])
+    if motions.omega.size < 2:
+        return motions.omega, values
+    # In units that do not change along the branch, else what is smooth over the way has corners at the motions.
+    count, size, most = motions.omega.size, motions.scale.max(), motions.omega.max()
+    of_z, of_level = motions.z.reshape(count, -1) / size, motions.omega / most
+    way = np.append(0.0, np.cumsum(np.sqrt(np.sum(np.diff(of_z, axis=0) ** 2, axis=1) + np.diff(of_level) ** 2)))
+    ahead = motions.tangent * (motions.scale / size)[:, None]
+    ahead[:, -1] = motions.tangent[:, -1] * of_level
+    places = np.interp(np.arange(PARTS * (count - 1) + 1) / PARTS, np.arange(count), way)
+    slope = most * ahead[:, -1] / np.linalg.norm(ahead, axis=1)
+    level = CubicHermiteSpline(way, motions.omega, slope)(places)
     return level, PchipInterpolator(way, values, axis=1)(places)
 
 
 def _values(
-    solver: Solver | RoundSolver, name: str, row: int | None, motions: Sequence[Motion], omega: float, x: np.ndarray,
+    solver: LevelSolver | RoundSolver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
     depth: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """A quantity (m,) of motions with places x and depths as `cells.moved` returns them."""
@@ -212,6 +215,6 @@ def _values(
     elif name == "contact_force":
         of_rows = np.array([acting(solver, omega, each)[1] for each in x])
     else:
-        branch = expanded(solver, [Located(motion, None) for motion in motions], "")
+        branch = expanded(solver, [Located(motions.one(i), None) for i in range(len(x))], "")
         of_rows = branch.excursion() if name == "displacement" else branch.amplitude(name)
     return np.asarray(of_rows.max(axis=1) if row is None else of_rows[:, row])

@@ -19,7 +19,8 @@ from .limits import Limit
 __all__ = ["HARMONICS", "REACH", "Batch", "Rattling", "Settings", "rattling_of"]
 
 HARMONICS = (9, 13, 21)
-"""Of the motion: as many as reach the modes; with more, shares of all but accelerations hardly change"""
+"""Of the motion: as many as reach the modes; with more, shares of all but accelerations, which have the most of them
+always, hardly change"""
 REACH = 0.7
 
 
@@ -31,7 +32,7 @@ class Settings:
     levels: np.ndarray  #: (n_levels,) m/s², N, or factors of the unbalance
     frequencies: np.ndarray  #: (n_frequencies,) Hz
     limit: Limit | None
-    harmonics: int | None  #: of the motion; None: the fewest of `HARMONICS` that reach `reach`
+    harmonics: int | None  #: of the motion; None: the fewest of `HARMONICS` that reach `reach`, all for accelerations
     samples: int | None  #: of a period; None: as `periodic.resolution` takes them
     modes: int
     reach: float  #: Hz that harmonics reach: `REACH` of the highest natural frequency within the range of frequencies
@@ -143,8 +144,11 @@ def harmonics_of(settings: Settings) -> np.ndarray:
     settings : Settings
         Frequencies, and how far harmonics reach.
     """
-    if settings.harmonics is not None:
-        return np.full(settings.frequencies.size, settings.harmonics)
+    harmonics = settings.harmonics
+    if harmonics is None and settings.limit and settings.limit.quantity == "acceleration":
+        harmonics = HARMONICS[-1]
+    if harmonics is not None:
+        return np.full(settings.frequencies.size, harmonics)
     return np.select([each * settings.frequencies >= settings.reach for each in HARMONICS], HARMONICS, HARMONICS[-1])
 
 
