@@ -25,6 +25,8 @@ from .harmonic_balance import Grid, Linear, balanced, real_harmonics, receptance
 
 __all__ = ["LevelSolver"]
 
+LONGER = 2.0  # times as long are steps beyond the level up to which motions are wanted
+
 
 class _Balance(NamedTuple):
     """The harmonic balance at one frequency."""
@@ -139,11 +141,13 @@ def _ahead(
 @kernel_loop(**STRICT)
 def _followed(
     balance: _Balance, level: np.ndarray, z: np.ndarray, y: np.ndarray, force: np.ndarray, tangent: np.ndarray,
-    scale: np.ndarray, step: float, bent: float, longest: float, beyond: float, walls: np.ndarray, deep: float,
+    scale: np.ndarray, step: float, bent: float, longest: float, lowest: float, beyond: float, walls: np.ndarray,
+    deep: float,
 ) -> int:  # fmt: skip
     """What `Follower.onwards` does: fill motions after the first ones of all arrays; return how many there are.
 
-    They end where one beyond a level rises and is deeper than ``deep`` beyond walls (n_points, 2), lower and upper.
+    They end below the lowest level, and where one beyond a level rises and is deeper than ``deep`` beyond walls
+    (n_points, 2), lower and upper.
     """
     count, n = 1, tangent.shape[1] - 1
     for _ in range(level.size - 1):
@@ -168,6 +172,8 @@ def _followed(
         level[count], z[count], y[count], force[count] = at, there, beside, acting
         tangent[count], scale[count] = onwards, own
         count += 1
+        if at < lowest:
+            break
         if at > beyond and onwards[n] > 0.0:
             depth = -np.inf
             for p in range(place.shape[0]):
@@ -177,7 +183,8 @@ def _followed(
                 break
         off = way - step * tangent[i]
         apart = np.sqrt(np.sum(off * off))
-        step = min(step * min(max(np.sqrt(bent / max(apart, 1e-12)), 0.3), 2.0), longest)
+        longer = LONGER if at > beyond else 1.0
+        step = min(step * min(max(longer * np.sqrt(bent / max(apart, 1e-12)), 0.3), 2.0), longer * longest)
     return count
 
 
@@ -212,8 +219,10 @@ class LevelSolver(Solver):
         found, *motion, _ = _solved(self._balance, float(omega), z, y, row, scale)
         return Motion(*motion) if found else None
 
-    def followed(self, start: Motion, most: int, step: float, beyond: float, deep: float) -> Motions:
-        """Return a motion and those after it, until one beyond a level rises and is deep in a wall, in m.
+    def followed(
+        self, start: Motion, most: int, step: float, lowest: float, beyond: float, deep: float
+    ) -> Motions:  # fmt: skip
+        """Return a motion and those after it, until one beyond a level rises and is deep in a wall.
 
         Parameters
         ----------
@@ -223,6 +232,8 @@ class LevelSolver(Solver):
             How many steps are tried.
         step : float
             The first one, as a share of level and motion.
+        lowest : float
+            Level below which they end too.
         beyond : float
             The level.
         deep : float
@@ -232,5 +243,5 @@ class LevelSolver(Solver):
         motions = Motions(*(np.empty((most + 1, *np.shape(each))) for each in first))
         for all_of_them, each in zip(motions, first):
             all_of_them[0] = each
-        count = _followed(self._balance, *motions, step, self.bent, self.longest, beyond, self._walls, deep)
+        count = _followed(self._balance, *motions, step, self.bent, self.longest, lowest, beyond, self._walls, deep)
         return Motions(*(each[:count] for each in motions))

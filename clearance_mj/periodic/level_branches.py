@@ -32,6 +32,8 @@ LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
 FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
 TOLERANCE = 1e-5  # of the motion: what the balance may leave
 BENT, LONGEST, FIRST_STEP = 0.03, 0.15, 5e-3  # steps along branches, see `continuation`
+SHARES = (1.0, 0.25)  # of these steps that are tried
+BACK = 1e-2  # of the first motion's level: below it a branch is lost
 BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.5  # of the gap: no branch is left before it went so deep
 FAR = 4.0  # times the largest level: where contact begins above that, no branch is looked at
@@ -119,7 +121,7 @@ def level_branches(
     """
     if isinstance(solver, Solver):
         solver = LevelSolver(solver.system, solver.harmonics, solver.samples)
-    solver.tolerance, solver.bent, solver.longest = TOLERANCE, BENT, LONGEST
+    solver.tolerance = TOLERANCE
     level = level_of_contact(solver, omega) if linear_in_gap(solver) else np.zeros(omega.size)
     chosen = [*rows, *([None] * (len(quantities) - len(rows)))]
     for each, contact in zip(omega.tolist(), level.tolist()):
@@ -155,13 +157,28 @@ def _at_contact(solver: LevelSolver | RoundSolver, omega: float, level: float) -
 
 
 def _followed(solver: LevelSolver | RoundSolver, start: Motion, largest: float) -> Motions:
-    """The motions from a first one on, until they rise above the largest level or no next one is found."""
+    """The motions from a first one on, until they rise above the largest level or no next one is found.
+
+    Raises
+    ------
+    NoConvergence
+        If they come back to rest, as those do that jump to the branch that they came along, even with short steps.
+    """
+    for share in SHARES:
+        solver.bent, solver.longest = share**2 * BENT, share * LONGEST
+        motions = _onwards(solver, start, largest)
+        if motions.omega[-1] > BACK * start.omega:
+            return motions
+    raise NoConvergence(start.omega)
+
+
+def _onwards(solver: LevelSolver | RoundSolver, start: Motion, largest: float) -> Motions:
     deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
     if isinstance(solver, LevelSolver):
-        return solver.followed(start, STEPS, step, BEYOND * largest, deep)
+        return solver.followed(start, STEPS, step, BACK * start.omega, BEYOND * largest, deep)
     motions: list[Motion] = []
     with contextlib.suppress(NoConvergence):
-        for motion in solver.onwards(start, 0.0, np.inf, STEPS, step):
+        for motion in solver.onwards(start, BACK * start.omega, np.inf, STEPS, step):
             motions.append(motion)
             if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:
                 if solver.depth(motion.z, motion.y) > deep:

@@ -19,7 +19,7 @@ from clearance_mj.tolerance import Correlation, Limit, Scatter, Scattered, produ
 from clearance_mj.tolerance.batches import settings_of
 from clearance_mj.tolerance.rattling import branches_of
 
-from ..conftest import TABLE1
+from ..conftest import ROOT, TABLE1
 from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
 from .oscillator import DAMPING, GAP, STIFFNESS, oscillator
 
@@ -127,6 +127,20 @@ def test_vibrations_that_begin_at_rest_are_those_of_the_rattle_map(model, levels
     assert_array_equal(depth > 0, of_map.rattles[0])
     assert of_map.rattles.any() and not of_map.rattles.all()
     assert_allclose(depth, np.nanmax(of_map.penetration, axis=(0, 1, -1)), rtol=0.02, atol=2e-3 * depth.max())
+
+
+def test_a_branch_that_long_steps_lose_is_followed_with_shorter_ones(monkeypatch):
+    """Design 588 of the example's thousand: at 5 Hz steps of 0.15 leave the fold at 1.77 m/s² back towards rest."""
+    levels, model = np.linspace(0.2, 10.0, 50), cm.Model(TABLE1)
+    settings = settings_of(model, levels, [5.0, 220.0], "contact_force > 3 N", None)
+    design = Scatter.load(ROOT / "models" / "scatter" / "table1.toml").draw(model, 1000).model(588)
+    found, _ = branches_of(settings, design)
+    for name, value in {"SHARES": (1.0,), "BENT": 0.002, "LONGEST": 0.02}.items():
+        monkeypatch.setattr(f"clearance_mj.periodic.level_branches.{name}", value)
+    known, _ = branches_of(settings, design)
+    assert found.complete and known.complete
+    assert_array_equal(found.crossings(levels)[0], known.crossings(levels)[0])
+    assert found.first_level(found.values[0], 3.0) == pytest.approx(known.first_level(known.values[0], 3.0), rel=1e-3)
 
 
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
