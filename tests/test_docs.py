@@ -147,6 +147,14 @@ def test_rotors(clone):
     assert float(radius) > 4 * 200  # the gap is 200 µm
 
 
+@pytest.mark.slow
+def test_wear(clone):
+    """A life in words, then quantiles of lives whose coefficients scatter; what is left is asserted on the page."""
+    *words, last = run_python("wear.md", clone).splitlines()
+    early, middle = (float(each) for each in re.findall(r"[\d.e+]+", last))
+    assert any("h" in each for each in words) and 0 < early < middle
+
+
 def test_sound(clone):
     """Its script runs, at 1 m/s² as loud as the page's command says within 10 %, and its plate is one of a rig's."""
     pytest.importorskip("mosqito")
