@@ -19,9 +19,9 @@ def main():
         _put(RESULTS, {"study": tables.study(json.loads((STUDY / "summary.json").read_text()))})
         shutil.copyfile(STUDY / "figures" / "frf_bushings_level_2.png", "docs/frf_bushings.png")
     blocks = {"bench": tables.speed(bench["speed"])} if "speed" in bench else {}
-    for part in ("alternatives", "scaling", "options", "memory", "periodic", "softener", "drives", "rotors", "space"):
-        if part in bench:
-            blocks |= getattr(tables, part)(bench[part])
+    for part in bench.keys() - {"speed"}:
+        if table := getattr(tables, part, None):
+            blocks |= table(bench[part])
     _put(PAGE, blocks)
     if "alternatives" in bench:
         _save(figures.alternatives(bench["alternatives"]), "alternatives")

@@ -42,6 +42,10 @@ def drives(found):
     return {"drives": _rows(found)}
 
 
+def productions(found):
+    return {"productions": _rows(found)}
+
+
 def _rows(found):
     cells = [
         (r["name"], f"{r['median']:.3g} {r['unit']}", f"{r['low']:.3g} to {r['high']:.3g}", r["target"])

@@ -19,7 +19,7 @@ from .continuation import (
     Motion,
     Motions,
     Solver,
-)  # fmt: skip
+)
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear, balanced, real_harmonics, receptances
 
@@ -66,7 +66,7 @@ def _inverse(jacobian: np.ndarray, driven: np.ndarray, row: np.ndarray, scale: f
     return np.linalg.inv(matrix)
 
 
-@kernel_loop(**STRICT)
+@kernel_loop(inline="always", **STRICT)
 def _left(
     balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, want: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -118,7 +118,7 @@ def _solved(
     return False, level, z, y, force, right, scale, place
 
 
-@kernel_loop(**STRICT)
+@kernel_loop(inline="always", **STRICT)
 def _ahead(
     balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, scale: float, direction: np.ndarray, step: float
 ) -> tuple[bool, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray, np.ndarray]:

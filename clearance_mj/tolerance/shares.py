@@ -194,7 +194,7 @@ def production(
         else that of its shaker.
     n_harmonics : int, optional
         Number of harmonics of the motion, H; None: 9, 13 or 21, the fewest that reach 0.7 of the highest natural
-        frequency within the range of frequencies. Accelerations over a limit ask for more.
+        frequency within the range of frequencies; 21 with a limit on an acceleration.
     n_samples : int, optional
         Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
         where vibrations end early with them.
