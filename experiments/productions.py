@@ -152,7 +152,7 @@ def judge(workers: int | None) -> None:
 
 
 def differ(cell: tuple[int, int, int]) -> bool:
-    """Return whether the steady motions of one cell differ that sweeps of frequency or level end in."""
+    """Return whether the motions of one cell differ that sweeps of frequency or level end in, steady or not."""
     number, level, i = cell
     model, frequency = designs().model(number), float(FREQUENCIES[i])
     sweep, counted = 2 * JUDGED_PERIODS / frequency, COUNTED / frequency

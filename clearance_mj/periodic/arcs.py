@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .continuation import Motion, NoConvergence, Solver, difference
+from .continuation import Motion, Motions, NoConvergence, Solver, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
 from .space.solver import RoundSolver
 
@@ -232,9 +232,7 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
         shape = (0, *np.shape(motions[0].z)) if motions else (0, 0, 0)
         beside = (0, *np.shape(motions[0].y)) if motions else (0, 0, 0)
         return _Link(ends, Vibrations(np.zeros(0, dtype=int), np.zeros(shape), np.zeros(beside)))
-    z, y = np.array([motion.z for motion in motions]), np.array([motion.y for motion in motions])
-    w, scale = np.array([(motion.omega, motion.scale) for motion in motions]).T
-    direction = np.array([motion.tangent for motion in motions])
+    w, z, y, _, direction, scale = Motions.of(motions)
     of_z, of_w = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
     length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])
     # A tangent is of length 1 in the units of its own motion; what is passed is measured in those of the first.

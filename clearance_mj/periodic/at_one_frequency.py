@@ -203,9 +203,9 @@ class LevelSolver(Solver):
         linear, points = self.system.linear, self.rows
         shape = self.harmonics + 1, points
         self.at = omega
-        compliance, by_omega = np.empty((2, *shape, points), dtype=complex)
-        amplitudes, by_omega_too = np.empty((2, *shape), dtype=complex)
-        receptances(linear, omega, False, compliance, by_omega, amplitudes, by_omega_too)
+        compliance, amplitudes = np.empty((*shape, points), dtype=complex), np.empty(shape, dtype=complex)
+        by_omega = np.empty_like(compliance), np.empty_like(amplitudes)  # not wanted
+        receptances(linear, omega, False, compliance, by_omega[0], amplitudes, by_omega[1])
         driven = real_harmonics(amplitudes)
         self._balance = _Balance(
             linear, compliance, driven, self.grid, self.system.laws, self.slopes, omega, self.tolerance, self.least,
