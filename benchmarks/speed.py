@@ -6,10 +6,10 @@ import statistics
 from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
-import numba
 from tqdm import tqdm
 
 import clearance_mj as cm
+from clearance_mj.core.jit import jit
 from clearance_mj.engines import links, modal_mj, mujoco_loop
 from clearance_mj.engines.base import get_engine, step_factor
 from clearance_mj.signals.sampling import interpolate
@@ -104,7 +104,7 @@ def driven_loop(rig, law, engine, excitation):
     return run
 
 
-@numba.njit(nogil=True)
+@jit
 def _drive(model, data, gravity, drive):
     for a in drive:
         gravity[2] = -a

@@ -15,6 +15,7 @@ from clearance_mj.io.uff import Channel
 from clearance_mj.rig import Grease, Rig
 from clearance_mj.signals.excitation import level_ramp, random
 
+from . import timing
 from .processes import LONGEST, heed_interrupts, limited
 from .verification.page import Measured, Row, page
 
@@ -118,11 +119,14 @@ ROWS = pytest.StashKey[dict[str, list[Row]]]()
 
 def pytest_addoption(parser):
     parser.addoption("--verification", metavar="FILE", help="run the tests that measure; write a page of their figures")
+    parser.addoption("--timings", metavar="FILE", help="write a page of where the seconds go")
 
 
 def pytest_configure(config):
     config.stash[ROWS] = {}
     heed_interrupts()
+    if path := config.getoption("timings"):
+        config.pluginmanager.register(timing.Recorder(None if hasattr(config, "workerinput") else path))
 
 
 @pytest.hookimpl(wrapper=True)

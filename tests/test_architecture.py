@@ -106,6 +106,24 @@ def test_only_the_helper_with_a_limit_starts_processes():
     assert [path.name for path in files] == ["processes.py"]
 
 
+def test_one_decorator_compiles():
+    """`core.jit` alone knows what machine code on disk is made from; the ufuncs of the walls call nothing."""
+    root = PACKAGE.parent
+    found = {
+        (path.relative_to(root).as_posix(), node.attr)
+        for top in ("clearance_mj", "experiments", "tests")
+        for path in (root / top).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and node.attr in ("njit", "jit", "vectorize", "guvectorize", "cfunc")
+        if isinstance(node.value, ast.Name) and node.value.id == "numba"
+    }
+    assert found == {
+        ("clearance_mj/core/jit.py", "njit"),
+        ("clearance_mj/clearance/walls.py", "vectorize"),
+        ("clearance_mj/engines/mujoco_step.py", "cfunc"),
+    }
+
+
 def test_no_circles():
     try:
         TopologicalSorter(imports()).prepare()

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.jit import jit
 from .contact import ContactModel
 from .follower import contact_force
 from .kernel import Clearance, WithBushings, WithTable, clearance_records, contact_step, follow_law, grease_step
-from .pointers import kernel_loop
 
 __all__ = ["cycle_force", "equivalent_contact", "fill_forces"]
 
@@ -19,7 +19,7 @@ PHASES = 2000  # instants of a cycle
 CYCLES = 3  # after which the first one is forgotten
 
 
-@kernel_loop()
+@jit
 def fill_forces(x: np.ndarray, v: np.ndarray, clearance: Clearance, out: np.ndarray) -> None:
     """Fill (n_bushings, n_t) forces along the motion x, v (n_bushings, 3, n_t) of the middles and the two ends."""
     bushings, states, numbers = clearance

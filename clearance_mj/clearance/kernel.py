@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, Protocol, get_type_hints
 
-import numba
 import numpy as np
 
 from ..core.errors import LawError
+from ..core.jit import jit
 from ..rig import Bushing as OfRig
 from ..rig import Grease
 from .follower import end_values, impact_speed, lasting, signed_penetration
@@ -160,7 +160,7 @@ def joined(
     return bushings, states, numbers
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -> tuple[float, float]:
     """Move the grease of a bushing to x, m; return its elastic force above that at rest, N, and its damping, N s/m.
 
@@ -173,7 +173,7 @@ def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -
     return out[0] - bushing.preload, out[1]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, time: float) -> None:
     """Find the contact's parameters at a time, s: linear between the law's rows, the ends hold beyond."""
     last = bushing.rows - 1
@@ -199,7 +199,7 @@ def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, ti
             values[i] += share * (table[bushing.width + i] - table[i])
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def contact_step(
     bushing: Bushing, state: State, numbers: np.ndarray, end: int, x: float, speed: float, in_gap: bool
 ) -> tuple[float, float, float]:

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from ..core.jit import jit
 from .contact import ContactModel
 from .follower import end_values, impact_speed, signed_penetration
 from .kernel import Clearance
@@ -51,7 +51,7 @@ def lane_contacts(kinds: Sequence[Sequence[type[ContactModel]]], parts: Sequence
     return LaneContacts(law, first, np.concatenate(numbers))
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def penetration_in_lanes(
     contacts: LaneContacts, j: int, end: int, x: np.ndarray, p: int, lanes: tuple[int, ...], depth: np.ndarray
 ) -> bool:
@@ -66,7 +66,7 @@ def penetration_in_lanes(
     return False
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def contact_in_lanes(
     contacts: LaneContacts, j: int, end: int, depth: np.ndarray, speed: np.ndarray, p: int, lanes: tuple[int, ...],
     elastic: np.ndarray, viscous: np.ndarray, side: np.ndarray,

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba.core.errors import NumbaError
 
+from ..core.jit import jit
 from .grease import GreaseModel
 from .lanes import load, register_law, rows, store
 from .pointers import address, call_law
@@ -72,7 +72,7 @@ _BY_LANE: set[tuple[Callable[..., None], Any]] = set()
 """laws, and signatures of registers, that are called lane by lane"""
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def grease_in_lanes(
     greases: LaneGreases,
     j: int,

@@ -5,66 +5,14 @@ An address is a number in a record, so that one compiled loop, cached on disk, r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
-import numba
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-"""How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN.
-
-What they call is `inlined`, else the last bits of a result would depend on what else the process has compiled: a
-function that several compiled ones call has a copy in each, of which the one that was loaded first is taken.
-"""
-STRICT: dict[str, Any] = {"error_model": "numpy"}
-"""How loops are compiled whose functions call each other: all copies of one round alike"""
-
-_SHARED = [
-    *(f"clearance/{part}.py" for part in ("follower", "lanes", "pointers", "kernel", "lane_contacts", "lane_greases")),
-    *(f"clearance/{part}.py" for part in ("reynolds", "round_kernel")),
-    *(f"engines/{part}.py" for part in ("decimating", "lane_modes", "round_loop", "round_points", "round_scheme")),
-    *(f"periodic/{part}.py" for part in ("forces", "harmonic_balance", "space/elements", "space/forces")),
-    *(f"physical/{part}.py" for part in ("drive_loop", "drives", "library", "memory")),
-]  # Files with what compiled functions of other files call or read
-
-
-def _stamp(paths: Iterable[Path]) -> tuple[tuple[float, int], ...]:
-    return tuple((path.stat().st_mtime, path.stat().st_size) for path in paths)
-
-
-_KERNEL = _stamp(Path(__file__).parents[1] / name for name in _SHARED)
-
-
-def _kept_with_the_kernel(made: Any) -> Any:
-    """Let what is kept of a compiled function on disk count until its own file or one of the shared files changes.
-
-    numba compares the version before it reads the rest, which may name modules that are there no more.
-    """
-    if kept := getattr(getattr(made, "_cache", None), "_cache_file", None):
-        kept._version = (kept._version, _KERNEL)
-    return made
-
-
-def kernel_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a loop that calls the kernel; what is kept of it on disk counts until the loop or the kernel changes.
-
-    numba itself looks at the loop's own file only, and a loop of another kernel would read records of another layout.
-    """
-
-    def compiled(function: Callable[..., Any]) -> Any:
-        return _kept_with_the_kernel(numba.njit(**{"cache": True, "nogil": True, **options})(function))
-
-    return compiled
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function, once, that goes whole into every loop that calls it."""
-    return kernel_loop(**OPTIONS, forceinline=True)(function)
-
+from ..core.jit import OPTIONS, jit
 
 _NUMBER, _NUMBERS = types.float64, types.CPointer(types.float64)
 CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
@@ -80,10 +28,7 @@ _COMPILED: dict[tuple[Callable[..., Any], Any], tuple[int, Any]] = {}
 def address(function: Callable[..., Any], signature: Any) -> int:
     """Address of a function, compiled at its first use; from then on kept on disk, if it stands in a file."""
     if (function, signature) not in _COMPILED:
-        try:
-            compiled = _kept_with_the_kernel(numba.njit(cache=True, nogil=True, **OPTIONS)(function))
-        except RuntimeError:  # it stands in no file, so nothing can be kept for it
-            compiled = numba.njit(nogil=True, **OPTIONS)(function)
+        compiled = jit(function, **OPTIONS)
         compiled.compile(signature)
         found = compiled.overloads[signature.args]
         where = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)

@@ -24,9 +24,10 @@ import functools
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numba.extending import register_jitable
+
+from ..core.jit import jit
 
 __all__ = ["DIRECTIONS", "RATIOS", "STEP", "THINNEST", "film_force", "film_table", "turning_share"]
 
@@ -39,7 +40,7 @@ LEAST_WAVES, MOST_WAVES = 4, 48  # cosines along the bearing; finer ones are tho
 FINE = 6.0  # q_k D/L times the length of the thin film in the finest of them
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit(error_model="numpy")
 def _solve_ring(diagonal, beside, right, held, solution, work):  # type: ignore[no-untyped-def]
     """Solve a symmetric cyclic tridiagonal system where nodes are not held; ``beside[i]`` joins i and i + 1.
 
@@ -75,7 +76,7 @@ def _solve_ring(diagonal, beside, right, held, solution, work):  # type: ignore[
         solution[i] -= factor * work[1, i]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit(error_model="numpy")
 def _fill_forces(angle, cell, cube, between, rates, weights, rest, psi, cavitated, found):  # type: ignore[no-untyped-def]
     """Fill found (n_psi, 2) with forces outwards and along rising θ at one eccentricity.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .pointers import OPTIONS, kernel_loop
+from ..core.jit import OPTIONS, jit
 from .round_kernel import BRISTLES, END_MEMORY, RoundClearance, friction_limit, round_contact, round_filling
 
 __all__ = ["fill_round_forces"]
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def fill_round_forces(
     x: np.ndarray, v: np.ndarray, spin: np.ndarray, lever: float, out_of_round: np.ndarray, clearance: RoundClearance,
     out: np.ndarray,

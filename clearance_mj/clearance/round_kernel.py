@@ -17,6 +17,7 @@ from typing import NamedTuple, get_type_hints
 import numpy as np
 
 from ..core.errors import LawError
+from ..core.jit import inlined
 from ..rig import Grease, Rig
 from ..rig.dimensions import shaft_radius
 from .follower import SLOWEST_IMPACT, end_values
@@ -24,7 +25,7 @@ from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .greases.oil_film import film_bearing
 from .kernel import WithTable, joined
-from .pointers import at, call_law, inlined
+from .pointers import at, call_law
 
 __all__ = [
     "BRISTLES", "END_MEMORY", "RoundClearance", "fillings_of", "friction_limit", "keep_step", "round_contact",

@@ -7,13 +7,14 @@ bounds are Euler's and Eytelwein's capstan, T e^{-μφ} and T e^{μφ}.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from ..core.jit import jit
 
 __all__ = ["carried", "entering", "presliding"]
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def presliding(x: np.ndarray, width: float) -> np.ndarray:
     """Return the share (n,) of its friction that an element has in a motion x (n,): 1 where it slides forward.
 
@@ -35,7 +36,7 @@ def presliding(x: np.ndarray, width: float) -> np.ndarray:
     return share
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
     """Return the torque (n,), N m, that comes out of a transmission into which a torque (n,) goes.
 
@@ -69,7 +70,7 @@ def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float)
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
     """Return the torque (n,), N m, that the motor's side feels of a load whose torque (n,) goes to and fro.
 

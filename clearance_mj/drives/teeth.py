@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from ..core.jit import jit
 
 __all__ = ["NUMBERS", "predicted"]
 
@@ -15,7 +16,7 @@ NUMBERS = (
 """What `predicted` takes, in this order"""
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit(error_model="numpy")
 def predicted(
     angle: np.ndarray, torque: np.ndarray, step: float, values: np.ndarray, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:

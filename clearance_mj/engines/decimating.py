@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from ..clearance.lanes import load, spread, store
+from ..core.jit import jit
 
 __all__ = ["BLOCK_SAMPLES", "decimate", "padded_taps"]
 
@@ -13,7 +13,7 @@ DECIMATED = 4  # samples that are found together, from one pass over the steps
 BLOCK_SAMPLES = 64  # that are simulated between two decimations: their steps stay in the processor's cache
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def padded_taps(taps: np.ndarray, factor: int) -> np.ndarray:
     """Return a filter with zeros on both sides, so that it may stand at several samples at once."""
     padded = np.zeros(taps.size + 2 * (DECIMATED - 1) * factor)
@@ -21,7 +21,7 @@ def padded_taps(taps: np.ndarray, factor: int) -> np.ndarray:
     return padded
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def decimate(
     steps: np.ndarray, filled: int, padded: np.ndarray, taps: int, factor: int, lanes: tuple[int, ...],
     out: np.ndarray, samples: int,
@@ -43,7 +43,7 @@ def decimate(
     return ready
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _decimate(
     steps: np.ndarray, row: int, padded: np.ndarray, factor: int, lanes: tuple[int, ...], out: np.ndarray
 ) -> None:

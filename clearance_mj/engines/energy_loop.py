@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from ..clearance.follower import contact_force, signed_penetration
 from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
-from ..clearance.pointers import at, call_contact_energy, call_grease_energy, kernel_loop
+from ..clearance.pointers import at, call_contact_energy, call_grease_energy
+from ..core.jit import jit
 
 SIDE, BEGIN, V_IN, PEAK, IMPULSE, LOST = range(6)
 
@@ -27,7 +27,7 @@ class BushingEnergies(NamedTuple):
     loss: np.ndarray  # (m, 2 n_bushings) lost by it in a step
 
 
-@kernel_loop()
+@jit
 def bushing_energies(
     steps: int, x: np.ndarray, speed: np.ndarray, impact: np.ndarray, clearance: Clearance, found: BushingEnergies
 ) -> None:
@@ -66,7 +66,7 @@ def bushing_energies(
                 contact_loss[i, j] += loss
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def follow_impacts(
     steps: int, h: float, x: np.ndarray, found: BushingEnergies, walls: np.ndarray, visits: np.ndarray, rows: np.ndarray
 ) -> int:

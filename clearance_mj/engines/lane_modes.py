@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from ..clearance.lanes import load, store
+from ..core.jit import jit
 
 __all__ = ["move_modes"]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def move_modes(
     h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, coupling: np.ndarray, q: np.ndarray,
     v: np.ndarray, q_before: np.ndarray, total: np.ndarray, middle: np.ndarray, acceleration: np.ndarray,

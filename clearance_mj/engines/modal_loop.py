@@ -14,7 +14,7 @@ from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
 from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetration_in_lanes
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 from ..clearance.lanes import all_below, larger, load, spread, store, where_above
-from ..clearance.pointers import OPTIONS, kernel_loop
+from ..core.jit import OPTIONS, jit
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
 from .lane_modes import move_modes
 
@@ -43,7 +43,7 @@ class Motion(NamedTuple):
     q_before: np.ndarray  # (n,) a step ago
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
     clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray, first: int,
@@ -185,7 +185,7 @@ def advance(
     return -1, -1
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft,
     motion: Motion, clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,

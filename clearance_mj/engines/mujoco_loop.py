@@ -11,14 +11,13 @@ import copy
 from typing import NamedTuple
 
 import mujoco
-import numba
 import numpy as np
 
 from ..clearance.follower import contact_force
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..clearance.pointers import OPTIONS, kernel_loop
 from ..core.errors import LawError
+from ..core.jit import OPTIONS, jit
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged
@@ -116,7 +115,7 @@ class MujocoRun(Run):
         return self.data.qpos, self.clearance.numbers[: 2 * len(self.rig.bushings)]
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, base: bool, vertical: float, views: _Views, maps: Maps, clearance: Clearance,
     per_unit: float, out: np.ndarray,
@@ -186,7 +185,7 @@ def _advance(
     return -1, -1
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _point(at_points: np.ndarray, p: int, qpos: np.ndarray, qvel: np.ndarray) -> tuple[float, float]:
     x, speed = 0.0, 0.0
     for m in range(qpos.size):

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..clearance.kernel import follow_law
-from ..clearance.pointers import OPTIONS, at, inlined, kernel_loop
+from ..clearance.pointers import at
 from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, round_contact, round_filling
+from ..core.jit import OPTIONS, inlined, jit
 from .links_plant import ChainMaps
 from .mujoco_step import mj_step
 from .round_points import fill, rub, speed_of
@@ -49,7 +50,7 @@ class Foresight(NamedTuple):
     contact: np.ndarray  # (n_bushings, 2, nv) contact forces of the bushings per the constraint's; (0, 2, nv): unknown
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def advance_links(
     steps: int, excitation: np.ndarray, h: float, base: np.ndarray, weight: np.ndarray, lighter: float,
     views: RoundViews, maps: ChainMaps, foresight: Foresight, coupling: np.ndarray, drive: np.ndarray,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from ..clearance.pointers import at, call_contact_energy, call_round_energy
 from ..clearance.round_kernel import BRISTLES, END_MEMORY
+from ..core.jit import jit
 from .round_scheme import RoundForces, RoundMotion, RoundShaft, dot
 
 __all__ = ["OF_BUSHING", "OF_END", "OF_RIG", "step_energies"]
@@ -26,7 +26,7 @@ OF_END = ("depth", "push", "loss", "n_y", "n_z")
 """m, < 0 in the gap; N; J lost in a step; the direction in which it touches"""
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def step_energies(
     row: np.ndarray, a: float, cos: float, sin: float, spin: float, h: float, shaft: RoundShaft, motion: RoundMotion,
     total: np.ndarray, travel: np.ndarray, bushings: np.ndarray, states: np.ndarray, numbers: np.ndarray,
@@ -73,7 +73,7 @@ def step_energies(
             _touch(row, own, of_end, j, end, h, spin, shaft, travel, bushings, states, numbers, forces)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _fill(own, j, shaft, travel, bushings, states, numbers, forces):  # type: ignore[no-untyped-def]
     """Energies of what fills a bushing."""
     bushing, state, n = bushings[j], states[j], travel.size
@@ -93,7 +93,7 @@ def _fill(own, j, shaft, travel, bushings, states, numbers, forces):  # type: ig
     own[1] = out[1]
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _touch(row, own, of_end, j, end, h, spin, shaft, travel, bushings, states, numbers, forces):  # type: ignore[no-untyped-def]
     """Energies of one end in contact: its spring and bristles hold them, its damper and sliding lose them."""
     bushing, state, n = bushings[j], states[j], travel.size

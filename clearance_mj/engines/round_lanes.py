@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..clearance.lanes import load, spread, store
-from ..clearance.pointers import OPTIONS, inlined, kernel_loop
 from ..clearance.round_kernel import RoundClearance
+from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
 from .lane_modes import move_modes
 from .round_loop import interact, touch
@@ -20,7 +20,7 @@ from .round_scheme import ANGLE, SPIN, RoundMotion, RoundShaft
 __all__ = ["advance_lanes"]
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def _advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: RoundShaft, coupling: np.ndarray,
     drive: np.ndarray, motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, first: int,
@@ -139,7 +139,7 @@ def _at_points(
         store(out, row, value, lanes)
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def advance_lanes(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], shaft: RoundShaft,
     coupling: np.ndarray, drive: np.ndarray, motion: RoundMotion, clearance: RoundClearance, before: np.ndarray,

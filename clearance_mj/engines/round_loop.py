@@ -6,7 +6,7 @@ import numpy as np
 
 from ..clearance.kernel import follow_law
 from ..clearance.lanes import load, spread, store
-from ..clearance.pointers import OPTIONS, at, inlined, kernel_loop
+from ..clearance.pointers import at
 from ..clearance.round_kernel import (
     BRISTLES,
     END_MEMORY,
@@ -16,6 +16,7 @@ from ..clearance.round_kernel import (
     round_contact,
     round_filling,
 )
+from ..core.jit import OPTIONS, inlined, jit
 from .lane_modes import move_modes
 from .round_energies import step_energies
 from .round_points import fill, gives, push, rub
@@ -24,7 +25,7 @@ from .round_scheme import ANGLE, FOUR, SPIN, RoundForces, RoundMotion, RoundShaf
 __all__ = ["advance_round", "interact", "touch"]
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def advance_round(
     steps: int, excitation: np.ndarray, h: float, shaft: RoundShaft, coupling: np.ndarray, drive: np.ndarray,
     motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, first: int, works: np.ndarray,
@@ -127,7 +128,7 @@ def advance_round(
     return -1, -1
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def _modes_by_fours(rows: np.ndarray) -> np.ndarray:
     """Return rows (n_rows, n) as (n_rows, n/4, 4); modes that are added have no mass, no stiffness and no shape."""
     count, n = rows.shape
@@ -138,7 +139,7 @@ def _modes_by_fours(rows: np.ndarray) -> np.ndarray:
     return found
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def _rows_by_fours(rows: np.ndarray) -> np.ndarray:
     """Return rows (n_rows, n) as (n_rows/4, n, 4), with zeros where no row is left."""
     found = np.zeros(((rows.shape[0] + 3) // 4, rows.shape[1], 4))

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..clearance.lanes import load, store
-from ..clearance.pointers import inlined
 from ..clearance.round_kernel import RoundBushing, friction_limit
+from ..core.jit import inlined
 from .round_scheme import FOUR, dot
 
 __all__ = ["fill", "gives", "push", "rub", "speed_of"]

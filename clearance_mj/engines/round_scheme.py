@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.pointers import at, inlined
+from ..clearance.pointers import at
+from ..core.jit import inlined
 
 __all__ = ["ANGLE", "FOUR", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from ..clearance.greases.bouc_wen import bouc_wen_step
 from ..clearance.walls import gap as penetration
+from ..core.jit import jit
 
 __all__: list[str] = []
 
 FINE = 0.05  # largest step of the displacement, as a share of the yield displacement
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def loop_force(
     x: np.ndarray, k: float, ratio: float, z_ult: float, shape: float, exponent: float, d: float, offset: float,
     reopening: bool,
@@ -50,7 +50,7 @@ def loop_force(
     return force
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _advance(z: float, travel: float, beta: float, gamma: float, exponent: float) -> float:
     steps = min(int(abs(travel) / FINE) + 1, 1000)
     for _ in range(steps):
@@ -58,7 +58,7 @@ def _advance(z: float, travel: float, beta: float, gamma: float, exponent: float
     return z
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _until_zero(z: float, travel: float, beta: float, gamma: float, exponent: float) -> tuple[float, float]:
     """Advance z towards 0; the travel that is left when it gets there, and z."""
     steps = min(int(abs(travel) / FINE) + 1, 1000)

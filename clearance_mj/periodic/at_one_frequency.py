@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.pointers import STRICT, kernel_loop
+from ..core.jit import STRICT, jit
 from .condensed import Condensed
 from .continuation import (
     CORNERS,
@@ -43,7 +43,7 @@ class _Balance(NamedTuple):
     jacobian: np.ndarray  # (r K + 1, r K + 1) room for its derivatives
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _distance(left: np.ndarray, beside: np.ndarray, y: np.ndarray, scale: float) -> float:
     total = 0.0
     for a in range(left.shape[0]):
@@ -55,7 +55,7 @@ def _distance(left: np.ndarray, beside: np.ndarray, y: np.ndarray, scale: float)
     return np.sqrt(total) / scale
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _inverse(jacobian: np.ndarray, driven: np.ndarray, row: np.ndarray, scale: float, pace: float) -> np.ndarray:
     """Inverse (n + 1, n + 1) of the derivatives by unknowns over scale and level over pace, bordered by a row."""
     n = driven.size
@@ -66,7 +66,7 @@ def _inverse(jacobian: np.ndarray, driven: np.ndarray, row: np.ndarray, scale: f
     return np.linalg.inv(matrix)
 
 
-@kernel_loop(inline="always", **STRICT)
+@jit(inline="always", **STRICT)
 def _left(
     balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, want: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -78,7 +78,7 @@ def _left(
     return left, force, beside, place
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _solved(
     balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float
 ) -> tuple[bool, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
@@ -118,7 +118,7 @@ def _solved(
     return False, level, z, y, force, right, scale, place
 
 
-@kernel_loop(inline="always", **STRICT)
+@jit(inline="always", **STRICT)
 def _ahead(
     balance: _Balance, level: float, z: np.ndarray, y: np.ndarray, scale: float, direction: np.ndarray, step: float
 ) -> tuple[bool, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, np.ndarray, np.ndarray]:
@@ -138,7 +138,7 @@ def _ahead(
     return found, at, there, beside, force, tangent, own, place, way
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _followed(
     balance: _Balance, level: np.ndarray, z: np.ndarray, y: np.ndarray, force: np.ndarray, tangent: np.ndarray,
     scale: np.ndarray, step: float, bent: float, longest: float, lowest: float, beyond: float, walls: np.ndarray,

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.pointers import STRICT, kernel_loop
+from ..core.jit import STRICT, jit
 from .forces import Slopes
 
 __all__ = ["monodromy"]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _solve(matrix: np.ndarray, right: np.ndarray) -> None:
     """Solve a small system of equations in place by Gauss's elimination; rows of points without damping are of 1."""
     n = matrix.shape[0]
@@ -31,7 +31,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> None:
             right[k, c] /= matrix[k, k]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.ndarray, slopes: Slopes) -> np.ndarray:
     """Return the derivative of the state after a period by that before.
 

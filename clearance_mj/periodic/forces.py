@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from ..clearance.follower import end_values, impact_speed, lasting, pushing, signed_penetration
 from ..clearance.lanes import signed
-from ..clearance.pointers import STRICT, at, call_law, kernel_loop
+from ..clearance.pointers import at, call_law
+from ..core.jit import STRICT, jit
 
 __all__ = ["Laws", "Slopes", "equal", "fill_forces"]
 
@@ -55,14 +55,14 @@ class Slopes(NamedTuple):
     remembers: np.ndarray  # (n_points,) whether the latter is not zero
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _contact(law: int, parameters: Any, out: Any, depth: float, speed: float, begun: float, pulls: bool) -> float:
     """Force of one end of a bushing against its penetration, N."""
     k, c = end_values(law, parameters, out, depth, speed, begun)
     return pushing(k * depth + c * speed, pulls)
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _contact_over_period(
     laws: Laws, j: int, p: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray,
     project: np.ndarray, want: bool, force: np.ndarray, slopes: Slopes,
@@ -159,7 +159,7 @@ def _contact_over_period(
         slopes.remembers[p] = True
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _add_event(sums: np.ndarray, row: np.ndarray, out: np.ndarray) -> None:
     """Add to (K, K) what the speed at which a contact began does to the harmonics of its force."""
     for k in range(sums.size):
@@ -167,13 +167,13 @@ def _add_event(sums: np.ndarray, row: np.ndarray, out: np.ndarray) -> None:
             out[k, r] += sums[k] * row[r]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _copy(numbers: np.ndarray, to: np.ndarray) -> None:
     for k in range(numbers.size):
         to[k] = numbers[k]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _grease_over_period(
     laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: Slopes,
@@ -255,7 +255,7 @@ def _grease_over_period(
         slopes.remembers[j] = True
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def equal(values: np.ndarray, p: int, q: int) -> bool:
     """Return whether two rows are equal."""
     for k in range(values.shape[1]):
@@ -264,7 +264,7 @@ def equal(values: np.ndarray, p: int, q: int) -> bool:
     return True
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
     """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
     p = source + 1
@@ -278,7 +278,7 @@ def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
     slopes.remembers[p] = slopes.remembers[source]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def fill_forces(
     laws: Laws, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: Slopes,

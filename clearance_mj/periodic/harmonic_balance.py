@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.pointers import STRICT, kernel_loop
+from ..core.jit import STRICT, jit
 from .forces import Laws, Slopes, equal, fill_forces
 
 __all__ = [
@@ -43,7 +43,7 @@ class Grid(NamedTuple):
     moments: np.ndarray  # (N, 4 H + 1) the functions of twice as many harmonics over N: means of products
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def receptances(
     linear: Linear, omega: float, want: bool, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray,
     driven_by: np.ndarray,
@@ -72,7 +72,7 @@ def receptances(
                     driven_by[h, p] += of_drive[j, p] * change * excitation[h]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Bᵀ M B of matrices (H + 1, n_points, n_points)."""
     points, r = basis.shape
@@ -88,7 +88,7 @@ def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return found
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def add_to(numbers: np.ndarray, to: np.ndarray) -> None:
     """Add a matrix to another one, in place."""
     for a in range(to.shape[0]):
@@ -96,7 +96,7 @@ def add_to(numbers: np.ndarray, to: np.ndarray) -> None:
             to[a, k] += numbers[a, k]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndarray) -> None:
     """Add a factor times complex matrices (H + 1, n, m) times harmonics (m, K) to out (n, K)."""
     for a in range(out.shape[0]):
@@ -109,7 +109,7 @@ def times(factor: float, matrices: np.ndarray, values: np.ndarray, out: np.ndarr
                 out[a, 2 * h] += re * s - im * c
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def real_harmonics(complex_: np.ndarray) -> np.ndarray:
     """Harmonics (n, K) of complex amplitudes (H + 1, n), of which the real part is meant."""
     highest = complex_.shape[0] - 1
@@ -121,7 +121,7 @@ def real_harmonics(complex_: np.ndarray) -> np.ndarray:
     return found
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
     """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates, 0 between those of two owners.
 
@@ -158,7 +158,7 @@ def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slope
     return found
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
     """Add the harmonics of f_x(θ) x + f_v(θ) ẋ by those of x to (K, K), from the means of f times cos and sin mθ."""
     highest = block.shape[0] // 2
@@ -194,7 +194,7 @@ def add_products(means: np.ndarray, omega: float, block: np.ndarray) -> None:
                 block[2 * k, 2 * l] += ss_x + pace * sc_v
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def add_jacobian(compliance: np.ndarray, blocks: np.ndarray, owner: np.ndarray, out: np.ndarray) -> None:
     """Fill the (r K, r K) corner of out with 1 + R D."""
     r, harmonics = blocks.shape[0], blocks.shape[2]
@@ -221,7 +221,7 @@ def add_jacobian(compliance: np.ndarray, blocks: np.ndarray, owner: np.ndarray, 
                         sine[c * harmonics + l] += re * of_sine[l] - im * of_cosine[l]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _first_equal(values: np.ndarray, p: int) -> int:
     """Return the first row that is equal to row p: a bushing without length has its ends in its middle."""
     for q in range(p):
@@ -230,7 +230,7 @@ def _first_equal(values: np.ndarray, p: int) -> int:
     return p
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return displacements and speeds (n_points, N) of harmonics (n_points, K)."""
     points, n, half = x.shape[0], grid.basis.shape[0], grid.even.shape[1]
@@ -267,7 +267,7 @@ def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndar
     return place, speed
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     """Return harmonics (n_points, K) of forces (n_points, N), of which some are zero or equal."""
     points, n = samples.shape
@@ -307,7 +307,7 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     return found
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def balanced(
     linear: Linear, compliance: np.ndarray, driven: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes, omega: float,
     z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,
@@ -333,7 +333,7 @@ def balanced(
     return z - own, force, beside, place, speed, samples
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def balance(
     linear: Linear, grid: Grid, laws: Laws, slopes: Slopes, omega: float, z: np.ndarray, y: np.ndarray, want: bool,
     jacobian: np.ndarray,

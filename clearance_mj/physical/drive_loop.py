@@ -12,7 +12,7 @@ import mujoco
 import numba
 import numpy as np
 
-from ..clearance.pointers import OPTIONS, STRICT
+from ..core.jit import OPTIONS, STRICT, jit
 from . import library
 from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
 from .memory import doubles, field, integers, pointer
@@ -39,7 +39,7 @@ PLACES = {
 _CLAMP_OFF = int(mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def turn(head: Any, model: int, data: int, place: Any) -> None:
     """Write the derivative of a drive's activation, last of it such that the actuator exerts the teeth's torque."""
     h = doubles(model + head.m_timestep, 1)[0]
@@ -97,7 +97,7 @@ def turn(head: Any, model: int, data: int, place: Any) -> None:
     rates[place.size - 1] = (torque * per_gear - act[place.size - 1]) * per_second
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _input(head: Any, model: int, data: int, place: Any, drive: Any, h: float, before: float) -> tuple[float, float]:
     """Return what the motor's gain is multiplied with, and the derivative of the actuator's former activation."""
     control = doubles(field(data + head.d_ctrl) + 8 * place.control, 1)[0]
@@ -119,7 +119,7 @@ def _input(head: Any, model: int, data: int, place: Any, drive: Any, h: float, b
     return before + h * rate if drive.early else before, rate
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _motor(
     head: Any, model: int, place: Any, entered: float, length: float, velocity: float
 ) -> tuple[float, float]:  # fmt: skip
@@ -135,7 +135,7 @@ def _motor(
     return force, max(-(gain[2] * entered + bias[2]), 0.0)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[float, float]:
     """Return the friction at which the rotor slips forward, and backward; see `DriveFriction`."""
     load = -torque
@@ -155,7 +155,7 @@ def _slipping(drive: Any, speed: float, motor: float, torque: float) -> tuple[fl
     return limit + driving, -limit - driven
 
 
-@numba.njit(**STRICT)
+@jit(**STRICT)
 def advance(head: Any, model: int, data: int, place: Any) -> None:
     """Let a drive turn in the own loop of a user, whom MuJoCo's call to `turn` does not serve."""
     turn(head, model, data, place)

@@ -10,7 +10,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..clearance.pointers import OPTIONS
+from ..core.jit import OPTIONS, jit
 
 __all__ = ["doubles", "field", "integers", "pointer"]
 
@@ -28,19 +28,19 @@ def _to_pointer(_: Any, place: Any) -> Any:
 pointer: Any = _to_pointer  # Address as a pointer, for compiled code
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def doubles(place: int, n: int) -> np.ndarray:
     """Numbers of 8 bytes at an address."""
     return numba.carray(pointer(place), n, np.float64)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def integers(place: int, n: int) -> np.ndarray:
     """Integers of 4 bytes at an address."""
     return numba.carray(pointer(place), n, np.int32)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def field(place: int) -> int:
     """A pointer that a structure holds."""
     return numba.carray(pointer(place), 1, np.int64)[0]

@@ -16,7 +16,8 @@ from numba.extending import intrinsic
 
 from ..clearance.follower import contact_force
 from ..clearance.kernel import BUSHING, STATE, contact_step, follow_law, grease_step
-from ..clearance.pointers import OPTIONS, STRICT, caller, kernel_loop
+from ..clearance.pointers import caller
+from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
 from .library import external
 from .memory import doubles, field, integers, pointer
@@ -157,7 +158,7 @@ def soften(where: int, model: int, data: int) -> None:
             _rub(head, model, data, friction, numbers, bristles, here + 8 * start, step)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _follow(
     head: Any, model: int, data: int, here: int, e: int, element: Any, kept: Any, begins: bool, time: float,
     step: float, n_rows: int, n_contacts: int,
@@ -216,14 +217,14 @@ def _follow(
             wanted[kept.row] = softness[kept.row] * force
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _press(bushing: Any, state: Any, numbers: np.ndarray, x: float, speed: float) -> float:
     """Follow a contact, and return its force."""
     g, k, c = contact_step(bushing, state, numbers, 0, x, speed, False)
     return contact_force(2.0 * k, 2.0 * c, abs(g), np.sign(g) * speed, False)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _used(model: int) -> Any:
     """Address of the HEAD in use that is a model's, 0 for none."""
     for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
@@ -236,7 +237,7 @@ def _used(model: int) -> Any:
     return 0
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def control(model: int, data: int) -> None:
     """Call `soften` with the HEAD in use that is the model's; MuJoCo's control callback."""
     where = _used(model)
@@ -246,7 +247,7 @@ def control(model: int, data: int) -> None:
             call_soften(head.soften, where, model, data)
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def dynamics(model: int, data: int, actuator: int) -> float:
     """Let the drive inside an actuator turn; MuJoCo's callback for the dynamics of actuators."""
     where = _used(model)
@@ -259,7 +260,7 @@ def dynamics(model: int, data: int, actuator: int) -> float:
     return 0.0
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def turn_at(places: int) -> None:
     """Let all drives of a model turn in a user's own loop, unless `dynamics` does; places are those of `soften_at`."""
     given = numba.carray(pointer(places), 3, np.int64)
@@ -271,7 +272,7 @@ def turn_at(places: int) -> None:
         drive_loop.advance(head, given[1], given[2], drives[i])
 
 
-@kernel_loop(nogil=False, **OPTIONS)  # to let go of the interpreter's lock would take longer than the call
+@jit(nogil=False, **OPTIONS)  # to let go of the interpreter's lock would take longer than the call
 def soften_at(places: int) -> None:
     """Call `soften` with the three places at an address; one argument is passed faster than three."""
     given = numba.carray(pointer(places), 3, np.int64)
@@ -289,12 +290,12 @@ def as_c(function: Any, *more: Any, result: Any = types.void) -> Any:
     return ctypes.CFUNCTYPE(kinds.get(result), *(kinds[kind] for kind in signature))(address)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _between(geoms: np.ndarray, geom1: int, geom2: int) -> bool:
     return (geoms[0] == geom1 and geoms[1] == geom2) or (geoms[0] == geom2 and geoms[1] == geom1)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _pull(head: Any, model: int, data: int, first: int, size: int, force: float, passive: np.ndarray) -> None:
     """Let a force resist a tendon's lengthening."""
     row = doubles(field(data + head.d_ten_J) + 8 * first, size)
@@ -303,7 +304,7 @@ def _pull(head: Any, model: int, data: int, first: int, size: int, force: float,
         passive[columns[i]] -= row[i] * force
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _bend(numbers: np.ndarray, bristles: np.ndarray, step: float, speed: float) -> float:
     """Bend the bristles of a coordinate and return their force: elastic up to the largest, where they slip."""
     largest, k, c = numbers[0], numbers[1], numbers[2]
@@ -312,7 +313,7 @@ def _bend(numbers: np.ndarray, bristles: np.ndarray, step: float, speed: float) 
     return min(max(k * bristles[0] + c * speed, -largest), largest)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _rub(
     head: Any, model: int, data: int, friction: Any, numbers: np.ndarray, bristles: np.ndarray, here: int, step: float
 ) -> None:
@@ -363,7 +364,7 @@ def _rub(
             _apply_force(model, data, here + 24, here + 48, here + 72, body, passive)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def _velocity(head: Any, model: int, data: int, body: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Velocity of a body's point, m/s."""
     root = integers(field(model + head.m_body_rootid) + 4 * body, 1)[0]

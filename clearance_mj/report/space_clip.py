@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import scipy.linalg
 
 from ..core.errors import ClearanceError, RecordError
+from ..core.jit import jit
 from ..rig import Rig
 from ..rotors.spatial import SpatialModel, spatial_model
 from ..rotors.whirling import Whirl, whirl
@@ -106,7 +106,7 @@ def _modal_motion(model: SpatialModel, steady: np.ndarray, seen: Whirl, step: fl
     return motion / scale
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Fill the first half (n_t, n) of the states, and return the one after the last."""
     for i in range(len(driven)):

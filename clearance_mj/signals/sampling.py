@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import functools
 
-import numba
 import numpy as np
 import scipy.signal
+
+from ..core.jit import jit
 
 __all__ = ["Decimator", "Interpolator", "decimate", "interpolate", "lowpass"]
 
@@ -102,7 +103,7 @@ def decimate(value: np.ndarray, factor: int) -> np.ndarray:
     return out[: -(-value.shape[0] // factor)]
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@jit(fastmath=True)
 def _filter(held: np.ndarray, taps: np.ndarray, first: int, factor: int, out: np.ndarray) -> None:
     for i in range(out.shape[0]):
         start = first + i * factor

@@ -16,13 +16,13 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 import vehiclemodels.vehicle_dynamics_mb as multi_body_module
 import vehiclemodels.vehicle_dynamics_std as drift_module
 from vehiclemodels.utils.vehicle_dynamics_ks_cog import vehicle_dynamics_ks_cog
 from vehiclemodels.vehicle_parameters import VehicleParameters, setup_vehicle_parameters
 
+from ..core.jit import STRICT, jit
 from . import magic_formula
 
 __all__ = ["GRAVITY", "SHIFT_PARAMETERS", "multi_body", "parameters", "single_track_drift"]
@@ -63,9 +63,8 @@ def _compiled(function: types.FunctionType, **callees: object) -> Callable[..., 
     names = {**function.__globals__, **callees}
     copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     copy.__module__ = function.__module__
-    copy.__qualname__ = f"{function.__name__}_of_records"  # in the compiler's cache, beside those of other versions
     # NumPy's error model: a wheel without load divides by zero, which shows as a motion that is not finite.
-    return numba.njit(copy, cache=True, nogil=True, error_model="numpy")
+    return jit(copy, **STRICT)
 
 
 _LIMITS = {

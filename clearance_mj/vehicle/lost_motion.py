@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
+from ..core.jit import jit
 
 __all__ = ["LostMotion", "lost_motion_step"]
 
@@ -30,14 +30,14 @@ class LostMotion(NamedTuple):
     friction: float = 0.0  # T_f, N m
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _resistance(d: float, before: float, h: float, p: LostMotion) -> float:
     """Torque with which the shaft resists a lost motion d after one step."""
     beyond = max(d - p.half_gap, 0.0) + min(d + p.half_gap, 0.0)
     return p.damping / h * (d - before) + p.shaft_stiffness * d + p.stiffness * beyond
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _balanced(moment: float, before: float, h: float, p: LostMotion) -> float:
     """Lost motion at which the shaft resists just ``-moment`` after one step."""
     slope = p.damping / h + p.shaft_stiffness
@@ -49,7 +49,7 @@ def _balanced(moment: float, before: float, h: float, p: LostMotion) -> float:
     return push / slope if slope > 0.0 else before
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def lost_motion_step(d: float, turn: float, moment: float, h: float, p: LostMotion) -> tuple[float, int]:
     """Return d after one step, and σ: 1 where the shaft pushes the wheel to the left, -1 to the right, 0 in the play.
 

@@ -9,20 +9,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
+from ..core.jit import STRICT, jit
 
 __all__ = ["formula_lateral", "formula_lateral_comb", "formula_longitudinal", "formula_longitudinal_comb"]
 
-_compiled = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-
-@_compiled
+@jit(**STRICT)
 def _turn(slip: float, B: float, C: float, E: float) -> float:
     z = B * slip
     return C * math.atan(z - E * (z - math.atan(z)))
 
 
-@_compiled
+@jit(**STRICT)
 def formula_longitudinal(kappa: float, gamma: float, F_z: float, p: Any) -> float:
     """Return the longitudinal force at pure slip, N."""
     largest = p.p_dx1 * (1 - p.p_dx3 * gamma**2) * F_z
@@ -30,7 +28,7 @@ def formula_longitudinal(kappa: float, gamma: float, F_z: float, p: Any) -> floa
     return largest * math.sin(_turn(p.p_hx1 - kappa, B, p.p_cx1, p.p_ex1) + F_z * p.p_vx1)
 
 
-@_compiled
+@jit(**STRICT)
 def formula_lateral(alpha: float, gamma: float, F_z: float, p: Any) -> tuple[float, float]:
     """Return the lateral force at pure slip, N, and the coefficient of friction."""
     side = 1.0 if gamma > 0 else -1.0 if gamma < 0 else 0.0
@@ -40,14 +38,14 @@ def formula_lateral(alpha: float, gamma: float, F_z: float, p: Any) -> tuple[flo
     return friction * F_z * math.sin(turn) + side * F_z * (p.p_vy1 + p.p_vy3 * abs(gamma)), friction
 
 
-@_compiled
+@jit(**STRICT)
 def formula_longitudinal_comb(kappa: float, alpha: float, F0: float, p: Any) -> float:
     """Return the longitudinal force at combined slip, N, from that at pure slip."""
     B, C, E, shift = p.r_bx1 / math.sqrt(1 + (p.r_bx2 * kappa) ** 2), p.r_cx1, p.r_ex1, p.r_hx1
     return F0 * math.cos(_turn(alpha + shift, B, C, E)) / math.cos(_turn(shift, B, C, E))
 
 
-@_compiled
+@jit(**STRICT)
 def formula_lateral_comb(kappa: float, alpha: float, gamma: float, mu: float, F_z: float, F0: float, p: Any) -> float:
     """Return the lateral force at combined slip, N, from force and coefficient of friction at pure slip."""
     B, C, E, shift = p.r_by1 / math.sqrt(1 + (p.r_by2 * (alpha - p.r_by3)) ** 2), p.r_cy1, p.r_ey1, p.r_hy1

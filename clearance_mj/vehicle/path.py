@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ManoeuvreError
+from ..core.jit import jit
 
 __all__ = ["Path", "PathPoint", "Piece", "curvature_ahead"]
 
@@ -102,7 +102,7 @@ class Path:
         return self.largest_curvature * speed**2
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _hermite(table: Table, row: int, s: float) -> float:
     """Hermite polynomial of one row of the table; straight beyond the ends."""
     node, value = table
@@ -120,7 +120,7 @@ def _hermite(table: Table, row: int, s: float) -> float:
     return v0 + u * u * (3.0 - 2.0 * u) * (v1 - v0) + h * u * (1.0 - u) * ((1.0 - u) * d0 - u * d1)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _hermites(table: Table, row: int, s: np.ndarray) -> np.ndarray:
     out = np.empty(s.size)
     for i in range(s.size):
@@ -128,7 +128,7 @@ def _hermites(table: Table, row: int, s: np.ndarray) -> np.ndarray:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def curvature_ahead(table: Table, s: float, speed: float, times: np.ndarray, longest: float) -> np.ndarray:
     """Curvature, 1/m, where a vehicle at s, m, is at times from now, s, at a speed, m/s; after ``longest`` it stays."""
     out = np.empty(times.size)
@@ -137,7 +137,7 @@ def curvature_ahead(table: Table, s: float, speed: float, times: np.ndarray, lon
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _foot_point(table: Table, x: float, y: float, guess: float) -> tuple[float, float, float, float]:
     """Foot point by Newton's method from the guess, or from the nearest point of the whole table."""
     for attempt in range(2):

@@ -18,13 +18,13 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike
 from vehiclemodels.init_mb import init_mb
 from vehiclemodels.init_std import init_std
 
 from ..core.errors import ManoeuvreError, SimulationError
+from ..core.jit import jit
 from .commonroad import compiled_parameters, multi_body, parameters, single_track_drift
 
 __all__ = ["STEP", "Measurement", "MultiBody", "Plant", "SingleTrackDrift", "Spread"]
@@ -146,7 +146,7 @@ class SingleTrackDrift(Plant):
         return init_std(core, self.parameters)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit(error_model="numpy")
 def _rates(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarray) -> None:
     """Rates of the library's states under the cruise control; the wheel angle and the set speed stand still."""
     n = x.size - 1
@@ -165,7 +165,7 @@ def _rates(x: np.ndarray, p: Any, u: np.ndarray, load: np.ndarray, out: np.ndarr
         out[6] += acceleration * math.cos(x[6]) / x[3]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit(error_model="numpy")
 def _runge_kutta(
     x: np.ndarray, wheel_angle: np.ndarray, loads: np.ndarray, h: float, records: np.ndarray
 ) -> np.ndarray:
@@ -189,7 +189,7 @@ def _runge_kutta(
     return x
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@jit(error_model="numpy")
 def _read_sensors(x: np.ndarray, side_force: float, trail: float, records: np.ndarray) -> tuple[float, ...]:
     """Fields of `Measurement`."""
     rate, p = np.empty(x.size), records[0]

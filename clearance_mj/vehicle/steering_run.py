@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
-import numba
 import numpy as np
 
 from ..clearance.law import Law
 from ..core.errors import ManoeuvreError
+from ..core.jit import jit
 from ..engines import Engine
 from ..engines.base import step_factor
 from ..rig import Rig
@@ -45,7 +45,7 @@ class ServoStep(NamedTuple):
         return cls(flow, float(rate_limit), Motor(*map(float, motor)))
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _serve(
     state: np.ndarray, command: float, servo: ServoStep, load: np.ndarray, in_contact: bool
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,7 @@ def _serve(
     return out, turns
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _held_back(wanted: float, before: float, load: float, in_contact: bool, motor: Motor) -> float:
     """Speed after a step, rad/s: the wanted one, or what the motor's torque allows against damping and load."""
     friction = motor.friction if in_contact else 0.0
@@ -102,7 +102,7 @@ class QuasiStaticShaft:
         return _lost_motion(self._lost, turn, moment, self._model)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _lost_motion(lost: np.ndarray, turn: np.ndarray, moment: np.ndarray, p: LostMotion) -> Lost:
     out, contact = np.empty(turn.size), np.empty(turn.size, dtype=np.int8)
     for i in range(turn.size):

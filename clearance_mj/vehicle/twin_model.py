@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from ..core.jit import jit
 from .commonroad import GRAVITY
 from .lost_motion import LostMotion, lost_motion_step
 
@@ -40,12 +40,12 @@ class Known(NamedTuple):
     period: float  # s, of the samples
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _axle(slip: float, stiffness: float, largest: float, shape: float) -> float:
     return largest * math.sin(shape * math.atan(stiffness / (shape * largest) * slip))
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def simulate(points: np.ndarray, servo: np.ndarray, speed: np.ndarray, known: Known) -> np.ndarray:
     """Yaw rate, lateral acceleration as read, lateral speed, yaw rate, lost motion, aligning moment (n_points, 6, n).
 

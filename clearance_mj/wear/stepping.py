@@ -7,8 +7,8 @@ import numpy as np
 from ..clearance.kernel import Clearance
 from ..clearance.lane_contacts import LaneContacts
 from ..clearance.lane_greases import LaneGreases
-from ..clearance.pointers import OPTIONS, kernel_loop
 from ..clearance.round_kernel import RoundClearance
+from ..core.jit import OPTIONS, jit
 from ..engines.modal_loop import Motion, Shaft, advance
 from ..engines.round_loop import advance_round
 from ..engines.round_scheme import SPIN, RoundMotion, RoundShaft
@@ -16,7 +16,7 @@ from ..engines.round_scheme import SPIN, RoundMotion, RoundShaft
 __all__ = ["march_planar", "march_round"]
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def march_planar(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
     clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray, q: np.ndarray,
@@ -39,7 +39,7 @@ def march_planar(
     return -1
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def march_round(
     steps: int, excitation: np.ndarray, h: float, shaft: RoundShaft, coupling: np.ndarray, drive: np.ndarray,
     motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, works: np.ndarray, q: np.ndarray, spin: np.ndarray,

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import scipy.linalg
+
+from clearance_mj.core.jit import jit
 
 from . import physics
 from .bench import Bench
@@ -122,7 +123,7 @@ def at_rest(scheme: Scheme, bushings: Bushings) -> tuple[State, Bushings]:
     return state, bushings._replace(rest=place[:n].copy())
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+@jit(fastmath={"contract", "reassoc", "nsz"})
 def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, out: np.ndarray) -> int:
     """Advance over the base's accelerations (n_steps, 2), straight and angular.
 
@@ -176,7 +177,7 @@ def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, ou
     return base.shape[0]
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _solve(
     scheme: Scheme, state: State, bushings: Bushings, free: np.ndarray, speed: np.ndarray, pull: np.ndarray
 ) -> bool:
@@ -220,7 +221,7 @@ def _solve(
     return False
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _grease(
     bushings: Bushings, state: State, j: int, x: float, v: float, time_step: float
 ) -> tuple[float, float, float]:
@@ -241,7 +242,7 @@ def _grease(
     return force + sliders, by_place + tangent, by_speed
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
     """Solve in place; rows of points without contact are those of the identity, and come last."""
     n = right.size

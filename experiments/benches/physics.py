@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
+
+from clearance_mj.core.jit import jit
 
 JOURNAL, THINNING = 0, 1
 """Kinds of film: Sommerfeld's long journal c/(1-ε²)^1.5, and c/max(1-ε, limit)²; ε = eccentricity over film height"""
@@ -34,7 +35,7 @@ class Bushings(NamedTuple):
     stribeck: np.ndarray  # (n, 2) s, v_s: elements yield at (1 + s exp(-(v/v_s)²)) of it
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def contact(depth: float, speed: float, p: np.ndarray, j: int) -> tuple[float, float, float]:
     """Return force and its derivatives with depth and speed, for half of bushing j."""
     if depth <= 0.0:
@@ -52,7 +53,7 @@ def contact(depth: float, speed: float, p: np.ndarray, j: int) -> tuple[float, f
     return 0.5 * force, 0.5 * slope, 0.5 * (p[j, 3] * (first + third) + p[j, 4] * share)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def film(x: float, v: float, p: np.ndarray, j: int) -> tuple[float, float, float]:
     """Return force and its derivatives with x, the eccentricity, and v."""
     c, height = p[j, 1], p[j, 2]
@@ -69,7 +70,7 @@ def film(x: float, v: float, p: np.ndarray, j: int) -> tuple[float, float, float
     return factor * v, slope * v, factor
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def bouc_wen(step: float, z: float, beta: float, gamma: float, exponent: float) -> tuple[float, float]:
     """Return z after a step of displacement, by Heun's rule, and the slope at its end."""
     first = _slope(step, z, beta, gamma, exponent)
@@ -77,13 +78,13 @@ def bouc_wen(step: float, z: float, beta: float, gamma: float, exponent: float) 
     return z + 0.5 * step * (first + last), last
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _slope(step: float, z: float, beta: float, gamma: float, exponent: float) -> float:
     size = z * z if exponent == 2.0 else abs(z) ** exponent
     return 1.0 - ((beta if step * z > 0.0 else -beta) + gamma) * size
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def slip(
     step: float, speed: float, before: np.ndarray, elements: np.ndarray, stribeck: np.ndarray, after: np.ndarray, j: int
 ) -> tuple[float, float]:

@@ -16,11 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numba
 import numpy as np
 import pandas as pd
 
 from clearance_mj.core.files import replacing
+from clearance_mj.core.jit import jit
 from clearance_mj.drives import DriveRecord, fit_drive, fit_motor_side
 
 FS, FINE = 500.0, 40  # Hz, and steps of the integration between samples
@@ -76,7 +76,7 @@ class Gear:
         return DriveRecord(name, FS, *(found + noise).T)
 
 
-@numba.njit(cache=True)
+@jit
 def _march(wanted, step, fine, n, play, k, eta, load, spring, f_m, f_l, w_m, w_l, d_m, d_l, j_m, j_l):  # type: ignore[no-untyped-def]
     """Motor's angle and torque, load's angle and torque (n_t, 4), semi-implicit Euler."""
     out = np.empty((wanted.size // fine, 4))

@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numba
 import numpy as np
 import scipy.signal
 from matplotlib.figure import Figure
 
 from clearance_mj import physical
+from clearance_mj.core.jit import jit
 from clearance_mj.physical.identification import ModelFit, ModelRecord, fit_model
 
 FS = 1000.0  # Hz, of the record
@@ -49,7 +49,7 @@ LAG = 3e-3  # s, of the motors
 SLIP = 1e-3  # rad/s, at which friction is fully there
 
 
-@numba.njit(cache=True)
+@jit
 def _rate(x, t1, t2, arm, values):
     """Of shoulder, elbow and elbow drive: positions, then velocities; angles from hanging, the elbow's relative."""
     a, b, e, armature, drive, g1, g2 = arm
@@ -72,14 +72,14 @@ def _rate(x, t1, t2, arm, values):
     return v1, v2, vd, (b * f1 - m12 * f2) / det, (m11 * f2 - m12 * f1) / det, fd / drive
 
 
-@numba.njit(cache=True)
+@jit
 def _moved(x, k, h):
     return (
         x[0] + h * k[0], x[1] + h * k[1], x[2] + h * k[2], x[3] + h * k[3], x[4] + h * k[4], x[5] + h * k[5]
     )  # fmt: skip
 
 
-@numba.njit(cache=True)
+@jit
 def _march(torque, fine, arm, values):
     """Positions and velocities (n, 6) at torques (n, 2) every `GRID` seconds, linear between."""
     steps = int(round(GRID / fine))

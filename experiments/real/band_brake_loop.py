@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from clearance_mj.core.jit import jit
 
 __all__: list[str] = []
 
@@ -12,7 +13,7 @@ NEWTON = 40  # steps, at most, that the slip between two samples takes
 CLOSE = 1e-9  # excess of the spring's force over the capacity, as a share of the slide force, that is taken as none
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def band_brake_force(
     x: np.ndarray, speed: np.ndarray, first: float, pull: np.ndarray, push: np.ndarray, rest: np.ndarray
 ) -> np.ndarray:
@@ -45,13 +46,13 @@ def band_brake_force(
     return force
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _spring(u: float, gap: float, soft: float, side: np.ndarray) -> float:
     """Force at a deflection u >= 0."""
     return soft * u + (side[0] * ((u - gap) / side[3]) ** side[4] if u > gap else 0.0)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _deflection(f: float, gap: float, soft: float, side: np.ndarray) -> float:
     """Deflection >= 0 at a force f >= 0; where there is none the least one."""
     low, high = 0.0, gap + side[3] * (f / side[0]) ** (1.0 / side[4])
@@ -64,7 +65,7 @@ def _deflection(f: float, gap: float, soft: float, side: np.ndarray) -> float:
     return high if f > 0.0 else 0.0
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _slip(u: float, charge: float, gap: float, soft: float, travel: float, side: np.ndarray) -> float:
     """Travel that the band slips at a deflection u until the spring carries no more than its capacity."""
     slide, start, rise, elastic, exponent = side
@@ -81,7 +82,7 @@ def _slip(u: float, charge: float, gap: float, soft: float, travel: float, side:
     return slip
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def reversal_travel(x: np.ndarray, least: float) -> np.ndarray:
     """Distance (n,) from the last reversal of a motion x (n,); a reversal counts once it is left by ``least``."""
     travel = np.empty(x.size)

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from clearance_mj.core.jit import jit
 from experiments.testrig import physics
 from experiments.testrig.fem import FiniteElements, Points
 
@@ -114,7 +114,7 @@ def at_rest(
     return Motion(zeros(n), zeros(n), acceleration, zeros(count), zeros(count), hysteresis, zeros(n + 6))
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def step(scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases, excitation: float) -> bool:
     """Advance ``motion`` by one step to the excitation at its end; return whether Newton's method converged."""
     _move_freely(scheme, motion, excitation)
@@ -123,7 +123,7 @@ def step(scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases, e
     return converged
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def march(
     scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases, excitation: np.ndarray, follows: float,
     start: np.ndarray, weight: np.ndarray, out: np.ndarray, touching: np.ndarray,
@@ -151,7 +151,7 @@ def march(
     return excitation.size
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _move_freely(scheme: Scheme, motion: Motion, excitation: float) -> None:
     """Leave Newmark's predictors of displacement and velocity, and the acceleration without point forces."""
     u, v, a, w = motion.displacement, motion.velocity, motion.acceleration, motion.work
@@ -181,7 +181,7 @@ def _move_freely(scheme: Scheme, motion: Motion, excitation: float) -> None:
     w[0] = w[1] = w[2] = 0.0
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _solve_points(scheme: Scheme, motion: Motion, contacts: Contacts, greases: Greases) -> bool:
     """Find the forces at the points by Newton's method on the change y of the points' accelerations, y = G F(y)."""
     h, n_points, n_contacts = scheme.step, scheme.start.size, contacts.gap.size
@@ -225,7 +225,7 @@ def _solve_points(scheme: Scheme, motion: Motion, contacts: Contacts, greases: G
     return False
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _grease(
     greases: Greases, motion: Motion, point: int, j: int, x: float, v: float, time_step: float, state: np.ndarray
 ) -> tuple[float, float, float]:
@@ -250,7 +250,7 @@ def _grease(
     return force, elastic + slipping * dz + film_dx, film_dv + bristle_dv
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _apply_forces(scheme: Scheme, motion: Motion) -> None:
     """Spread the point forces and finish Newmark's step."""
     u, v, a, force = motion.displacement, motion.velocity, motion.acceleration, motion.force
@@ -264,7 +264,7 @@ def _apply_forces(scheme: Scheme, motion: Motion) -> None:
         v[i] += to_speed * a[i]
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _at(start: np.ndarray, weight: np.ndarray, p: int, vector: np.ndarray) -> float:
     first = start[p]
     return (
@@ -275,7 +275,7 @@ def _at(start: np.ndarray, weight: np.ndarray, p: int, vector: np.ndarray) -> fl
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
     """Solve in place, without pivoting: the leading minors of I + G S are positive for G positive definite, S >= 0."""
     n = right.size
@@ -292,7 +292,7 @@ def _eliminate(matrix: np.ndarray, right: np.ndarray) -> None:
         right[k] /= matrix[k, k]
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _factorise(band: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return L (as rows and as columns) and 1 / D of L D Lᵀ, the Cholesky factors of a (4, n) lower band."""
     n = band.shape[1]
@@ -311,7 +311,7 @@ def _factorise(band: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return lower, upper, pivot
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _solve(lower: np.ndarray, upper: np.ndarray, pivot: np.ndarray, right: np.ndarray) -> np.ndarray:
     n = right.size
     x = np.empty(n)

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
+
+from clearance_mj.core.jit import jit
 
 BOUC_WEN, IWAN, LUGRE = range(3)  # Kinds of hysteresis
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def contact(
     x: float, v: float, gap: float, stiffness: float, exponent: float, dissipation: float
 ) -> tuple[float, float, float]:
@@ -39,7 +40,7 @@ def contact(
     return side * force * damped, exponent * force * damped / depth, 1.5 * dissipation * force
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def bouc_wen(step: float, z: float, amplitude: float, beta: float, gamma: float, exponent: int) -> tuple[float, float]:
     """Advance the hysteretic displacement by one step of the true displacement (Eq. 9 of the article).
 
@@ -52,7 +53,7 @@ def bouc_wen(step: float, z: float, amplitude: float, beta: float, gamma: float,
     return z + 0.5 * step * (slope + ahead), ahead
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _slope(step: float, z: float, amplitude: float, beta: float, gamma: float, exponent: int) -> float:
     power = 1.0
     for _ in range(exponent):
@@ -60,7 +61,7 @@ def _slope(step: float, z: float, amplitude: float, beta: float, gamma: float, e
     return amplitude - (beta + gamma if step * z > 0.0 else gamma - beta) * power
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def iwan(step: float, before: np.ndarray, yields: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     """Move parallel Jenkins elements of equal stiffness: springs in series with Coulomb sliders.
 
@@ -82,7 +83,7 @@ def iwan(step: float, before: np.ndarray, yields: np.ndarray, after: np.ndarray)
     return total / yields.size, sticking / yields.size
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def lugre(
     step: float, time_step: float, v: float, z: float, coulomb: float, static: float, stribeck_speed: float
 ) -> tuple[float, float, float, float]:
@@ -102,13 +103,13 @@ def lugre(
     return after, -side * left / limit, v * slope, slope
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _stribeck(v: float, coulomb: float, static: float, stribeck_speed: float) -> float:
     ratio = v / stribeck_speed
     return coulomb + (static - coulomb) * math.exp(-ratio * ratio)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def squeeze_film(x: float, v: float, damping: float, height: float, limit: float) -> tuple[float, float, float]:
     """Force of a viscous film that thins as the shaft comes near the wall: c v / max(1 - |x|/h, limit)².
 

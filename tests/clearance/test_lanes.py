@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 
@@ -34,7 +33,7 @@ from clearance_mj.clearance.lanes import (
     where_above,
     whole,
 )
-from clearance_mj.clearance.pointers import OPTIONS
+from clearance_mj.core.jit import OPTIONS, jit
 from clearance_mj.rig import Grease
 
 from ..conftest import TABLE1
@@ -43,7 +42,7 @@ LANES = (0, 1, 2, 3)
 FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.9, 8e-4, 0.3)
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def arithmetic(a, b, out, lanes):
     x, y = load(a, 0, lanes), load(b, 0, lanes)
     store(out, 0, power(abs(x), y), lanes)
@@ -72,7 +71,7 @@ def test_arithmetic(rng):
     assert not arithmetic(np.array([[np.nan, 0.0, 0.0, 0.0]]), np.ones((1, 4)), out, LANES)[1]
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def in_lanes(greases, x, step, lanes, out):
     elastic, viscous = np.zeros((1, len(lanes))), np.zeros((1, len(lanes)))
     for i in range(len(x)):
@@ -80,7 +79,7 @@ def in_lanes(greases, x, step, lanes, out):
         out[i, 0], out[i, 1] = elastic[0], viscous[0]
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def alone(clearance, x, out):
     bushings, states, numbers = clearance
     for i in range(len(x)):
@@ -135,7 +134,7 @@ def test_greases_that_are_called_lane_by_lane(models):
     assert not lane_greases([[model] for model in models], np.zeros((len(models), 1))).law[0]
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def contact_alone(clearance, x, v, out):
     bushings, states, numbers = clearance
     for i in range(len(x)):
@@ -143,7 +142,7 @@ def contact_alone(clearance, x, v, out):
         out[i] = k * g, c, 1.0 if g > 0.0 else -1.0
 
 
-@numba.njit(**OPTIONS)
+@jit(**OPTIONS)
 def contacts_together(contacts, x, v, lanes, out):
     elastic, viscous, side, depth = np.zeros((4, 1, len(lanes)))
     for i in range(len(x)):

@@ -24,6 +24,7 @@ from clearance_mj.clearance import (
 from clearance_mj.clearance.kernel import clearance_records, follow_law
 from clearance_mj.clearance.law_files import law_from_dict, law_schema
 from clearance_mj.core.errors import LawError
+from clearance_mj.core.jit import jit
 from clearance_mj.rig import Bushing, Contact, Grease
 
 from ..conftest import TABLE1
@@ -44,7 +45,7 @@ def values(law, n, at):
     return np.transpose([numbers[s["contact"] :][: b["width"]] for b, s in zip(bushings, states)])
 
 
-@numba.njit
+@jit
 def _follow(bushings, states, numbers, at):
     for j in range(bushings.size):
         follow_law(bushings[j], states[j], numbers, at, at)

@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 import scipy.integrate
@@ -21,6 +20,7 @@ from clearance_mj.clearance import (
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
 from clearance_mj.core.errors import LawError
+from clearance_mj.core.jit import jit
 from clearance_mj.rig import Bushing, Contact, Grease
 from experiments.testrig import physics
 
@@ -42,7 +42,7 @@ def loop(law, x, v, grease=None, step=1e-4, **place):
     return out
 
 
-@numba.njit
+@jit
 def _loop(x, v, clearance, out):
     bushings, states, numbers = clearance
     for i in range(x.size):

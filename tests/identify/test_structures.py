@@ -3,12 +3,12 @@ Runge-Kutta march written here (the chain of masses) or by the modal engine."""
 
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import RecordError
+from clearance_mj.core.jit import jit
 from clearance_mj.engines import Modal, simulate
 from clearance_mj.identify.forces.restoring import restoring_force
 from clearance_mj.identify.methods.amplitude import amplitude_law
@@ -35,7 +35,7 @@ FINER = 8
 JOINED = np.array([[-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # of the chain: mass 2 against mass 1, mass 3 against the base
 
 
-@numba.njit
+@jit
 def _rates(state, a, m, c, k, gaps, law):
     """Velocities and accelerations of the three masses relative to the base."""
     rates, force = np.empty(6), np.zeros(3)
@@ -56,7 +56,7 @@ def _rates(state, a, m, c, k, gaps, law):
     return rates
 
 
-@numba.njit
+@jit
 def _march(base, h, m, c, k, gaps, law):
     """Runge-Kutta steps of 2 h over base accelerations a half step apart; states (n, 6), accelerations (n, 3)."""
     n = base.size // 2

@@ -2,12 +2,12 @@
 
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 
 import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
+from clearance_mj.core.jit import jit
 from clearance_mj.identify import fit_jointed_structure
 from clearance_mj.signals.correlation import mac
 from clearance_mj.signals.excitation import Excitation
@@ -23,7 +23,7 @@ LEVELS = 2.0, 6.0, 18.0
 LABELS = ("1:+Z", "2:+Z", "3:+Z")
 
 
-@numba.njit
+@jit
 def slope(y, force, omega, ratios, shapes, joint):
     n = omega.size
     eta = joint @ y[n : 2 * n]
@@ -36,7 +36,7 @@ def slope(y, force, omega, ratios, shapes, joint):
     return out
 
 
-@numba.njit
+@jit
 def march(force, step, omega, ratios, shapes, joint):
     """Accelerations by the classical Runge-Kutta method, the force linear between samples."""
     y = np.zeros(2 * omega.size + 1)

@@ -3,15 +3,15 @@
 The compiled step is the one that the engines' grease runs through.
 """
 
-import numba
 import numpy as np
 import pytest
 import scipy.integrate
 
 from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step
+from clearance_mj.core.jit import jit
 
 
-@numba.njit
+@jit
 def loop(step, reversal, cycles, steps, a, beta, gamma, exponent):
     """Steady loop between ± reversal by a compiled step: z at the last reversal and energy of the last cycle."""
     z, energy, dx = 0.0, 0.0, reversal / steps

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numba
-
+from ...core.jit import jit
 from ...rig import Bushing, Grease
 from ..contact import Numbers
 from ..family import DECADE, FamilyParameter, FillingFamily, positive_parameter, register_family
@@ -31,20 +30,20 @@ __all__ = [
 ]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def bouc_wen_step(z: float, dx: float, a: float, beta: float, gamma: float, exponent: float) -> float:
     """Advance the state z over the displacement dx, m, by the midpoint rule (second order in dx); β and γ in 1/mⁿ."""
     half = z + 0.5 * dx * _slope(z, dx, a, beta, gamma, exponent)
     return z + dx * _slope(half, dx, a, beta, gamma, exponent)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def _slope(z: float, dx: float, a: float, beta: float, gamma: float, exponent: float) -> float:
     """dz/dx = A - |z|ⁿ (γ + β sign(dx z))."""
     return a - power(abs(z), exponent) * (gamma + signed(beta, dx * z))
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def film_damping(x: float, damping: float, inverse_film: float, limit: float) -> float:
     """Return the squeeze-film damping c / max(1 - |x|/h, ε)², N s/m, at a displacement x, m; 1/h is 0 without film."""
     thin = larger(1.0 - abs(x) * inverse_film, limit)
@@ -129,7 +128,7 @@ class BoucWen(GreaseModel):
         out[1] = spring * size ** p[5] * (p[4] * along + p[3] * abs(along))
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@jit(inline="always")
 def round_slope(
     y: float, z: float, dy: float, dz: float, a: float, beta: float, gamma: float, exponent: float
 ) -> tuple[float, float]:

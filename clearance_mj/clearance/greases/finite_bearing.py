@@ -19,10 +19,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numba.extending import register_jitable
 
+from ...core.jit import jit
 from ..contact import Numbers
 from ..grease import register
 from ..oil_bearing import OilBearing
-from ..pointers import kernel_loop
 from ..reynolds import DIRECTIONS, RATIOS, STEP, THINNEST, film_table, turning_share
 
 __all__ = ["FiniteBearing"]
@@ -95,7 +95,7 @@ def _resistance(
     return yy, yz, zz, -turn * n_z, turn * n_y
 
 
-@kernel_loop()
+@jit
 def _fill_forces(p: Any, r: np.ndarray, v: np.ndarray, spin: float, out: np.ndarray) -> None:
     """Fill out (n, 2) with forces on the journal at r moving with v, (n, 2) each."""
     for i in range(len(r)):

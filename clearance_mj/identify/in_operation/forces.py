@@ -187,6 +187,7 @@ class ForceMaker:
             by = DIFFERENCE * std * (1.0 if p.transform == "linear" else values[p.name])
             if p.transform == "log":
                 by = min(by, 0.1 * values[p.name])
+            by = -by if values[p.name] + by > p.high else by
             moved = {**values, p.name: values[p.name] + by}
             shown[:, :, k] = (self.shown(moved, window, own) - here) / by
             other = self.gains(moved, window.mean_speed)

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from ...clearance.walls import penetration
 from ...core.errors import RecordError
+from ...core.jit import jit
 from ...rig import Grease
 from ..forces.restoring import RestoringForce
 from .grease import grease_force, grease_parameters
@@ -186,7 +186,7 @@ def _hann(cells: np.ndarray) -> np.ndarray:
     return np.column_stack([np.convolve(column, HANN, "same") for column in flat.T]).reshape(cells.shape)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def envelope(x: np.ndarray, fs: float, release: float = 0.03) -> np.ndarray:
     """(n_t,) peak-hold with exponential release, A ← max(|x|, A e^(-dt/release)), as `AmplitudeLaw` defines it."""
     out = np.empty(x.size)

@@ -15,7 +15,7 @@ from ...clearance.kernel import clearance_records, greases_of
 from ...clearance.lane_contacts import LaneContacts, contact_in_lanes, lane_contacts, penetration_in_lanes
 from ...clearance.lane_greases import LaneGreases, grease_in_lanes, lane_greases
 from ...clearance.lanes import larger, load, spread, store
-from ...clearance.pointers import OPTIONS, kernel_loop
+from ...core.jit import OPTIONS, jit
 from ...rig import Bushing, Rig
 
 __all__ = ["LANES", "Path", "law_forces"]
@@ -110,7 +110,7 @@ def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: Co
     return np.concatenate(found)
 
 
-@kernel_loop(**OPTIONS)
+@jit(**OPTIONS)
 def _fill(
     x: np.ndarray, v: np.ndarray, levers: np.ndarray, step: float, slow: np.ndarray, taps: np.ndarray, factor: int,
     lanes: tuple[int, ...], greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,

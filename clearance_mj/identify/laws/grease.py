@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numba
 import numpy as np
 
 from ...clearance.greases.bouc_wen import bouc_wen_step, film_damping
 from ...clearance.walls import penetration
 from ...core.errors import RecordError
+from ...core.jit import jit
 from ...estimate import Estimates, Parameter, Problem, Stop, one_by_one, sandwich, solve
 from ...rig import Grease
 from ..forces.restoring import RestoringForce
@@ -114,6 +114,8 @@ class _InGap:
 
         def left(p: np.ndarray) -> np.ndarray:
             columns = self.columns(shape(p), sliding)
+            if not np.isfinite(columns).all():  # the march of Bouc-Wen's state has left its range: no model here
+                return np.full(self.target.size, np.inf)
             return self.target - columns @ non_negative(columns, self.target)
 
         found = self._search(left, sliding, film)
@@ -154,14 +156,19 @@ class _InGap:
         return solve(problem, starts, stop=Stop(decrease=1e-6, move=1e-5)).values
 
     def _jacobian(self, value: np.ndarray, varied: list[int], sliding: bool) -> np.ndarray:
-        def model(p: np.ndarray) -> np.ndarray:
-            k = (p[K] * p[RATIO], p[K] * (1 - p[RATIO])) if sliding else (p[K],)
-            return self.columns((p[YIELD], p[SHAPE], p[FILM]), sliding) @ np.array([*k, p[DAMPING]])
+        def force(p: np.ndarray) -> np.ndarray:
+            full = value.copy()
+            full[varied] = p
+            k = (full[K] * full[RATIO], full[K] * (1 - full[RATIO])) if sliding else (full[K],)
+            return self.columns((full[YIELD], full[SHAPE], full[FILM]), sliding) @ np.array([*k, full[DAMPING]])
 
-        size = np.array([1.0, 1.0, self.gap, 1.0, 1.0, 1.0])[varied]
-        steps = 1e-4 * np.maximum(np.abs(value[varied]), 1e-3 * size)
-        changes = [step * np.eye(6)[i] for i, step in zip(varied, steps)]
-        return np.column_stack([(model(value + d) - model(value - d)) / (2 * s) for d, s in zip(changes, steps)])
+        units = list(NAMES.items())
+        low = (0.0, 0.0, SLIDING[0].low * self.gap, SLIDING[1].low, 0.0, FILM_SHARE.low)
+        high = (np.inf, 1.0, SLIDING[0].high * self.gap, SLIDING[1].high, np.inf, FILM_SHARE.high)
+        parameters = [Parameter(*units[i], value[i], low[i], high[i], transform="linear") for i in varied]
+        steps = 1e-4 * np.maximum(np.abs(value), 1e-3 * np.array([1.0, 1.0, self.gap, 1.0, 1.0, 1.0]))[varied]
+        problem = Problem(parameters, one_by_one(force), step=steps, central=True, lanes=False)
+        return problem.linearised(np.zeros(len(varied))).jacobian
 
 
 def _columns(force: RestoringForce, bushing: int, yield_: float, ratio: float, film: float) -> np.ndarray:
@@ -182,7 +189,7 @@ def grease_force(force: RestoringForce, bushing: int, grease: Grease) -> np.ndar
     return elastic + grease.damping * v * film
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _bouc_wen(x: np.ndarray, a: float, beta: float, gamma: float, exponent: float, longest: float) -> np.ndarray:
     """(n_t,) state z of Eq. 9 along a motion that starts at rest, in steps of at most ``longest`` m."""
     out = np.empty(x.size)
@@ -196,7 +203,7 @@ def _bouc_wen(x: np.ndarray, a: float, beta: float, gamma: float, exponent: floa
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _film(x: np.ndarray, inverse_film: float, limit: float) -> np.ndarray:
     """(n_t,) growth of the squeeze film's damping."""
     out = np.empty(x.size)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...clearance.pointers import STRICT, kernel_loop
+from ...core.jit import STRICT, jit
 from ..harmonic_balance import (
     Grid,
     add_jacobian,
@@ -26,7 +26,7 @@ from .forces import RoundSlopes, Sampled, fill_round_forces
 __all__ = ["round_balance"]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: RoundSlopes) -> np.ndarray:
     """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates of one owner."""
     r = basis.shape[1]
@@ -52,7 +52,7 @@ def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slop
     return found
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndarray, block: np.ndarray) -> None:
     """Add derivatives of the force along coordinate a (2 n_points,) by coordinate b, at samples and by harmonics."""
     harmonics = block.shape[0]
@@ -74,7 +74,7 @@ def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndar
                         block[k, l] += weight * carried[k, l]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def round_balance(
     compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: RoundLaws,
     slopes: RoundSlopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...clearance.follower import pushing
-from ...clearance.pointers import STRICT, kernel_loop
 from ...clearance.round_kernel import BRISTLES, RoundBushing, RoundState, friction_limit, round_contact, round_filling
+from ...core.jit import STRICT, jit
 
 __all__ = ["INPUTS", "RoundLaws", "Y", "Z", "contact_between", "contact_now", "filling_between"]
 
@@ -37,7 +37,7 @@ class RoundLaws(NamedTuple):
     room: int  # for the memory of any filling
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def filling_between(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, size: int, memory: np.ndarray, u: np.ndarray,
     spin: float, out: np.ndarray,
@@ -58,7 +58,7 @@ def filling_between(
     out[size + 2] = out[size + 3] = 0.0
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def _end_force(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, y: float, z: float, speed_y: float, speed_z: float,
     spin: float, share: float,
@@ -86,7 +86,7 @@ def _end_force(
     return force_y, force_z
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def _recall(bushing: RoundBushing, state: RoundState, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray) -> None:
     """Let end 0 be in the contact of which impact speed and bristles are remembered, at the sample before."""
     at = state.ends
@@ -96,7 +96,7 @@ def _recall(bushing: RoundBushing, state: RoundState, numbers: np.ndarray, memor
     numbers[at + 1], numbers[at + 2], numbers[at + 4], numbers[at + 5] = y / e, z / e, u[0], u[1]
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def contact_now(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, y: float, z: float, speed_y: float, speed_z: float,
     spin: float,
@@ -106,7 +106,7 @@ def contact_now(
     return _end_force(bushing, state, numbers, y, z, speed_y, speed_z, spin, -1.0)
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def contact_between(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float,
     out: np.ndarray,

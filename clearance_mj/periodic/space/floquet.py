@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...clearance.pointers import STRICT, kernel_loop
+from ...core.jit import STRICT, jit
 from .elements import INPUTS
 from .forces import RoundSlopes
 
 __all__ = ["round_monodromy"]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _remembered(
     slope: np.ndarray, memory: int, start: int, p: int, seen: np.ndarray, before: np.ndarray, state: np.ndarray,
     old: np.ndarray, push: np.ndarray,
@@ -45,7 +45,7 @@ def _remembered(
                 push[k - memory, c] += total
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def round_monodromy(
     flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.ndarray, slopes: RoundSlopes
 ) -> np.ndarray:

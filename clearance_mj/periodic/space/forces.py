@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance.pointers import STRICT, at, kernel_loop
+from ...clearance.pointers import at
 from ...clearance.round_kernel import RoundBushing, RoundState
+from ...core.jit import STRICT, jit
 from .elements import INPUTS, RoundLaws, contact_between, contact_now, filling_between
 
 __all__ = ["RoundSlopes", "Sampled", "fill_round_forces"]
@@ -47,7 +48,7 @@ class RoundSlopes(NamedTuple):
     used: np.ndarray  # (n_points,) how many they are
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def _take(motion: Sampled, p: int, last: int, i: int, u: np.ndarray) -> None:
     """Fill in what a step of a point from one sample to the next one is given."""
     for d in range(2):
@@ -55,7 +56,7 @@ def _take(motion: Sampled, p: int, last: int, i: int, u: np.ndarray) -> None:
         u[4 + d], u[6 + d] = motion.speed[p, d, last], motion.speed[p, d, i]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _step(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray,
     u: np.ndarray, spin: float, out: np.ndarray,
@@ -67,7 +68,7 @@ def _step(
         filling_between(bushing, state, numbers, size, memory, u, spin, out)
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _flips(bushing: RoundBushing, u: np.ndarray, d: int, change: float, together: bool) -> bool:
     """Return whether moving one place of a step, or both, lets a sample pass the wall."""
     for first in range(0, 4, 2):
@@ -83,7 +84,7 @@ def _flips(bushing: RoundBushing, u: np.ndarray, d: int, change: float, together
     return False
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _differences(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, told: int, size: int,
     memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray,
@@ -115,7 +116,7 @@ def _differences(
             slope[k, told + d] = (moved[k] - now[k]) / change - (slope[k, told + d - 2] if together else 0.0)
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _add_rows(
     slope: np.ndarray, row: int, size: int, omega: float, was: np.ndarray, basis: np.ndarray, was_rate: np.ndarray,
     rate: np.ndarray, carried: np.ndarray, out: np.ndarray, to: int,
@@ -135,7 +136,7 @@ def _add_rows(
                     out[d, to, r] += share * carried[d, k, r]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tuple[bool, int]:
     """Fill in at which samples an end touches; return whether at any, and the last one at which it does not, or -1."""
     touches, still = False, -1
@@ -149,7 +150,7 @@ def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tup
     return touches, still
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _begin(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, size: int, motion: Sampled, p: int,
     eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, want: bool, basis: np.ndarray, carried: np.ndarray,
@@ -186,7 +187,7 @@ def _begin(
         memory[k] = first[k]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reach: float, speed: float) -> bool:
     for k in range(size):
         if abs(memory[k] - old[k]) > PERIODIC * (speed if contact and k == 0 else reach):
@@ -194,7 +195,7 @@ def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reac
     return True
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _lasting(
     bushing: RoundBushing, state: RoundState, numbers: np.ndarray, place: np.ndarray, speed: np.ndarray,
     closed: np.ndarray, spin: float, eps: float, quicker: float, want: bool, force: np.ndarray, by_place: np.ndarray,
@@ -221,7 +222,7 @@ def _lasting(
                 by_speed[0, d - 2, i], by_speed[1, d - 2, i] = (moved_y - now_y) * per, (moved_z - now_z) * per
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _over_period(
     laws: RoundLaws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: RoundSlopes,
@@ -315,7 +316,7 @@ def _over_period(
     slopes.used[p] = used
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _keep(slope: np.ndarray, size: int, out: np.ndarray) -> None:
     """Keep derivatives of memory and of the whole force of a step."""
     width = out.shape[1]
@@ -326,7 +327,7 @@ def _keep(slope: np.ndarray, size: int, out: np.ndarray) -> None:
             out[row, column] = slope[k, d] + (slope[k + 2, d] if k >= size else 0.0)
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _same(place: np.ndarray, p: int, q: int) -> bool:
     for d in range(2):
         for i in range(place.shape[2]):
@@ -335,7 +336,7 @@ def _same(place: np.ndarray, p: int, q: int) -> bool:
     return True
 
 
-@kernel_loop(**STRICT, forceinline=True)
+@jit(**STRICT, forceinline=True)
 def _copy(numbers: np.ndarray, start: int, to: int, count: int) -> None:
     """Copy so many numbers of a contiguous array from one place of it to another one."""
     was, now = at(numbers, start), at(numbers, to)  # slices would take seconds to compile
@@ -343,7 +344,7 @@ def _copy(numbers: np.ndarray, start: int, to: int, count: int) -> None:
         now[i] = was[i]
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _copy_end(force: np.ndarray, slopes: RoundSlopes, p: int) -> None:
     """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
     n, harmonics = slopes.onto.shape[1:]
@@ -362,7 +363,7 @@ def _copy_end(force: np.ndarray, slopes: RoundSlopes, p: int) -> None:
             _copy(slopes.rows, n * harmonics * block, n * harmonics * (block + 4), used * harmonics)
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def fill_round_forces(
     laws: RoundLaws, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: RoundSlopes,

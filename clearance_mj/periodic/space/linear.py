@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance.pointers import STRICT, kernel_loop
+from ...core.jit import STRICT, jit
 
 __all__ = ["Dynamics", "SteadySpin", "Structured", "VaryingSpin"]
 
@@ -105,7 +105,7 @@ class SteadySpin(Dynamics):
         return np.asarray((force @ self.forced.T / (turning - self.values)) @ self.shapes.T)
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega: float, out: np.ndarray) -> None:
     """Fill out (H + 1, n) with the sum of residues/(ihω - pole) over poles and their conjugates."""
     n = out.shape[1]
@@ -142,7 +142,7 @@ class VaryingSpin(Dynamics):
         return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])
 
 
-@kernel_loop(**STRICT)
+@jit(**STRICT)
 def _solved(
     stiffness: np.ndarray, viscous: np.ndarray, points: np.ndarray, force: np.ndarray, omega: float
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -20,9 +20,9 @@ from abc import abstractmethod
 from dataclasses import dataclass
 
 import control
-import numba
 import numpy as np
 
+from ...core.jit import jit
 from ..nominal import Servo, Vehicle
 from ..path import Table, curvature_ahead
 from .base import ControllerRun, Observation, Task, limited
@@ -151,7 +151,7 @@ class Predictor:
         self._servo.follow(command)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _after(
     state: np.ndarray, command: float, table: Table, s: float, speed: float, times: np.ndarray, preview: float,
     P: np.ndarray, Q: np.ndarray, R: np.ndarray,

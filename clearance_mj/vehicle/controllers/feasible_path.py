@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from ...core.jit import jit
 from .base import Observation, Task
 from .design import DesignModel
 
@@ -49,7 +49,7 @@ class FeasiblePath:
         return PathAhead(*_averaged(curvature, self._half, self._task.period, seen.speed, self._gain))
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _averaged(
     curvature: np.ndarray, half: int, period: float, speed: float, gain: float
 ) -> tuple[float, float, float, float, float]:

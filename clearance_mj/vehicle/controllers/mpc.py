@@ -21,12 +21,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import control
-import numba
 import numpy as np
 import osqp
 import scipy.linalg
 import scipy.sparse
 
+from ...core.jit import jit
 from .base import Controller, Observation, Task
 from .clearance_model import PRIOR, with_clearance_model
 from .design import DesignModel, ModelRun
@@ -112,7 +112,7 @@ def augmented(model: DesignModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     return A, np.append(B6, 1.0), np.append(E6, 0.0), D
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _is_within(changes: np.ndarray, command: float, step: float, largest: float) -> bool:
     """Whether changes of a command, and the commands, are within their limits."""
     for change in changes:

@@ -21,10 +21,10 @@ import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from ...core.errors import ManoeuvreError
+from ...core.jit import jit
 from ..nominal import Vehicle
 from .base import Controller, Observation, Task
 from .clearance_model import PRIOR, ClearanceModel
@@ -51,7 +51,7 @@ class Backlash(NamedTuple):
         return cls(half_gap, friction, (stiffness, -stiffness / speed, -stiffness * vehicle.lf / speed))
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def lost_motion(before: float, turn: float, state: np.ndarray, p: Backlash) -> float:
     """Return d a period later, rad, the servo having turned by ``turn``, rad, into a state of the design model."""
     by_angle, by_speed, by_yaw = p.moment
@@ -76,7 +76,7 @@ class Prediction(NamedTuple):
     turn: np.ndarray  # (7,) state of a steady turn over its curvature
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def plan_costs(
     plans: np.ndarray, state: np.ndarray, lost: float, curvature: np.ndarray, p: Prediction, backlash: Backlash
 ) -> np.ndarray:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from ...core.jit import jit
 from ..controllers.base import Task
 from ..path import Table, curvature_ahead
 from .observer_model import N_STATES, Deviations, observer_model, take
@@ -73,7 +73,7 @@ class Observer:
         return self.s + speed * self.delay, now
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _predict(
     state: np.ndarray, covariance: np.ndarray, rate: np.ndarray, commands: np.ndarray, command: float, table: Table,
     s: float, speed: float, flow: np.ndarray, effect: np.ndarray, noise: np.ndarray, period: float,
@@ -88,7 +88,7 @@ def _predict(
     covariance[:] = flow @ covariance @ flow.T + noise
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _present(
     state: np.ndarray, commands: np.ndarray, table: Table, s: float, speed: float, middles: np.ndarray,
     ahead: np.ndarray, since: np.ndarray,

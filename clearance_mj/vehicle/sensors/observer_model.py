@@ -13,10 +13,10 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import scipy.linalg
 
+from ...core.jit import jit
 from ..controllers.design import DesignModel
 from ..nominal import Servo, Vehicle
 
@@ -132,7 +132,7 @@ def _noise(A: np.ndarray, G: np.ndarray, duration: float) -> np.ndarray:
     return block[n:, n:].T @ block[:n, n:]
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def take(
     state: np.ndarray, covariance: np.ndarray, values: np.ndarray, variances: np.ndarray, rows: np.ndarray,
     moved: np.ndarray,

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
+
+from clearance_mj.core.jit import jit
 
 from ..motion import exact_step
 from ..structure import Oscillator
@@ -116,7 +117,7 @@ def whirl(angle: np.ndarray, spin: np.ndarray, rate: np.ndarray) -> tuple[np.nda
     return spin**2 * c + rate * s, spin**2 * s - rate * c
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+@jit(fastmath={"contract", "reassoc", "nsz"})
 def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, out: np.ndarray) -> int:
     """Advance over inputs (n_steps, 7).
 
@@ -230,7 +231,7 @@ def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, 
     return inputs.shape[0]
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+@jit(fastmath={"contract", "reassoc", "nsz"})
 def _solve(
     step: float, spin: float, compliance: np.ndarray, mobility: np.ndarray, numbers: np.ndarray, elements: np.ndarray,
     table: np.ndarray, free: np.ndarray, speed: np.ndarray, pull: np.ndarray, earlier: np.ndarray, place: np.ndarray,
@@ -309,7 +310,7 @@ def _solve(
     return False
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _eliminate(matrix: np.ndarray, right: np.ndarray, n: int) -> None:
     """Solve in place; the matrix is near the identity where steps are short."""
     for k in range(n):

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
+
+from clearance_mj.core.jit import jit
 
 ENGAGED = 1e-6  # m of penetration over which a contact's damper sets in: a step has no solution where the force jumps
 CLOSEST = 0.97  # largest eccentricity of films, as of `table.LARGEST`
@@ -36,7 +37,7 @@ elastic: a spring that never slides, relaxed where the unloaded shaft is; a damp
 GAP, COSINE, SINE, OFFSET_Y, OFFSET_Z, K, K3, ALPHA, C, MU, BRISTLE, RADIUS, ELASTIC, SQUEEZE, HEIGHT, FILM = range(16)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def contact(
     b: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, dy: float, dz: float, rolled: float,
     bristle: float, to: np.ndarray, p: int,
@@ -122,7 +123,7 @@ def contact(
     return rubbing / stiffness
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def grease(
     b: np.ndarray, elements: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, dy: float, dz: float,
     before: np.ndarray,
@@ -176,7 +177,7 @@ def grease(
         to[p, 5] += slope * vz * ez
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def film(
     b: np.ndarray, table: np.ndarray, j: int, y: float, z: float, vy: float, vz: float, spin: float, to: np.ndarray,
     p: int,
@@ -228,7 +229,7 @@ def film(
     to[p, 1] -= a * (fr * rz + ft * ry)
 
 
-@numba.njit(cache=True, nogil=True)
+@jit
 def _turn(to: np.ndarray, p: int, at: int, rr: float, rt: float, tr: float, tt: float, c: float, s: float) -> None:
     """Subtract a matrix of outward and along, r = (c, s) and t = (-s, c), as one of y and z."""
     to[p, at] -= rr * c * c - (rt + tr) * c * s + tt * s * s

@@ -1,13 +1,13 @@
-import numba
 import numpy as np
 import pytest
 
+from clearance_mj.core.jit import jit
 from experiments.testrig import Iwan, physics
 
 from ...verification.test_bouc_wen import benchmark_set, loop, steady_loops
 
 
-@numba.njit
+@jit
 def step(z, dx, a, beta, gamma, exponent):
     return physics.bouc_wen(dx, z, a, beta, gamma, int(exponent))[0]
 
