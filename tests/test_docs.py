@@ -241,13 +241,29 @@ def test_tutorial(clone):
     assert [r.role for r in Dataset.load(clone / "mydata").records] == ["identify", "validate"]
 
 
+NUMBER = r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?"
+
+
+def words(text):
+    return re.sub(NUMBER, "#", text)
+
+
+def numbers(text):
+    return [float(number) for number in re.findall(NUMBER, text)]
+
+
 @pytest.mark.slow
 def test_tutorial_of_the_stepped_shaft(clone):
-    """What the page says is printed and drawn."""
+    """What the page says is printed and drawn, what impacts depend on as closely as rounding leaves it."""
     out = follow("tutorial_stepped_shaft.md", clone)
     page = (DOCS / "tutorial_stepped_shaft.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
-    assert out == textwrap.dedent("".join(shown))
+    shown = textwrap.dedent("".join(re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)))
+    for printed, line in zip(out.splitlines(), shown.splitlines(), strict=True):
+        if line.startswith("gap"):
+            assert words(printed) == words(line)
+            assert numbers(printed) == pytest.approx(numbers(line), rel=0.1)
+        else:
+            assert printed == line
     for path in ("rig.png", "motion/waterfall.png", "comparison"):
         assert (clone / path).exists()
     pump = (ROOT / "models" / "stepped_shaft.toml").read_text(encoding="utf-8")

@@ -12,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import pickle
 import sys
 import time
 import types as python_types
@@ -56,6 +55,7 @@ def jit(function: Any = None, **options: Any) -> Any:
         return lambda given: jit(given, **options)
     made: Any = numba.njit(**{"nogil": True, **options})(function)
     if isinstance(made, Dispatcher):  # else NUMBA_DISABLE_JIT asks for plain Python
+        _share_among_constants(made)
         with contextlib.suppress(RuntimeError):  # numba has no place for it
             made._cache = _KeptCode(function, made)  # type: ignore[attr-defined]
     return made
@@ -64,6 +64,16 @@ def jit(function: Any = None, **options: Any) -> Any:
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function, once, that goes whole into every loop that calls it."""
     return jit(function, **OPTIONS, forceinline=True)
+
+
+def _share_among_constants(made: Any) -> None:
+    """Let compiled callers that pass constants use what is compiled for their type; numba compiles for each value."""
+    of_types = made.get_call_template
+
+    def of_plain_types(args: Any, kws: Any) -> Any:
+        return of_types(tuple(map(types.unliteral, args)), {name: types.unliteral(kind) for name, kind in kws.items()})
+
+    made.get_call_template = of_plain_types
 
 
 class _KeptCode(FunctionCache):
@@ -92,11 +102,11 @@ class _Files(IndexDataCacheFile):
             self._remove(lambda path: time.time() - path.stat().st_mtime > UNUSED_FOR)
 
     def load(self, key: str) -> Any:
-        """Return what was kept, or None; what names classes that are there no more is compiled again."""
+        """Return what was kept, or None; a damaged file, or one of classes that are there no more, counts for none."""
         try:
             data = self._load_data(self._name(key))
             os.utime(self._data_path(self._name(key)))
-        except (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportError):
+        except Exception:
             return None
         return data
 

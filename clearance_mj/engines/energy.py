@@ -253,7 +253,8 @@ class _BalancedRun(Run):
         """Log the impacts that end within a block."""
         n = len(self.walls)
         rows = np.empty((n * (x.shape[0] + 1), 9))
-        count = follow_impacts(self.steps, self.step, x[:, n:], found, self.walls, self.visits, rows)
+        ends = np.ascontiguousarray(x[:, n:])
+        count = follow_impacts(self.steps, self.step, ends, found, self.walls, self.visits, rows)
         for end, side, *values in rows[:count].tolist():
             name, of = "upper" if side > 0 else "lower", int(end)
             self.impacts.append(Impact(values[0], of // 2, "ab"[of % 2], name, *values[1:]))

@@ -38,7 +38,7 @@ class March:
         self.modes = ritz_model(first.model.rig, first.n_modes).omega
         angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
         turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
-        self.excitation = (first.level[0] @ turning).real
+        self.excitation = np.ascontiguousarray((first.level[0] @ turning).real)
         if reach is None:
             most = max(each.amplitude("clearance_displacement").max() for each in known)
             reach = REACH * max(most, min(b.gap - abs(b.offset) for b in first.model.rig.bushings))

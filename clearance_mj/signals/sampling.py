@@ -23,11 +23,11 @@ PASS, STOP, ATTENUATION = 0.4, 0.6, 80.0
 @functools.cache
 def lowpass(factor: int) -> np.ndarray:
     """Taps (2 * m * factor + 1,) of the filter between ``fs`` and ``factor * fs``: symmetric, of unit gain at rest."""
-    if factor == 1:
-        return np.ones(1)
-    count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (factor / 2))
-    half = factor * int(np.ceil(count / (2 * factor)))
-    taps = scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=factor)
+    taps = np.ones(1)
+    if factor > 1:
+        count, beta = scipy.signal.kaiserord(ATTENUATION, (STOP - PASS) / (factor / 2))
+        half = factor * int(np.ceil(count / (2 * factor)))
+        taps = scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=factor)
     taps.flags.writeable = False
     return taps
 
