@@ -114,6 +114,7 @@ def rng():
     return np.random.default_rng(20261120)
 
 
+LONGEST_FILES = ("test_docs", "test_production", "test_fuzz", "test_study", "test_items")
 ROWS = pytest.StashKey[dict[str, list[Row]]]()
 
 
@@ -142,13 +143,25 @@ def pytest_runtest_call():
 
 
 def pytest_collection_modifyitems(config, items):
-    # Files of one long test go first, or the last of them would keep one worker busy while the others wait.
-    items.sort(key=lambda item: not item.path.name.startswith("test_docs"))
+    """Keep together what shares something: quick tests by file, slow ones by the fixtures of their module."""
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group(group_of(item)))
+    # What takes long goes first, or the last of it would keep one worker busy while the others wait.
+    items.sort(key=lambda item: not item.path.name.startswith(LONGEST_FILES))
     if not config.getoption("verification"):
         return
     items[:] = [item for item in items if "measured" in item.fixturenames]
     for item in items:
         config.stash[ROWS].setdefault(subject(item.module), [])
+
+
+def group_of(item) -> str:
+    file = item.nodeid.partition("::")[0]
+    if item.get_closest_marker("slow") is None:
+        return file
+    known = item._fixtureinfo.name2fixturedefs
+    shared = sorted(name for name, made in known.items() if made[-1].scope == "module")
+    return "::".join((file, *shared)) if shared else item.nodeid
 
 
 def pytest_sessionfinish(session, exitstatus):
