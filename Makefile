@@ -1,4 +1,4 @@
-# make study | turning-study | reproduce | audit | test | test-mujoco3 | test-slow | test-models | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
+# make study | turning-study | reproduce | audit | test | test-slow | test-all | test-mujoco3 | test-models | warm-up | fuzz | steering | bench | lint | data | models | readme | docs | gallery | verification     PYTHON=python3.13 picks the interpreter
 PYTHON ?= python3
 VENV   ?= .venv-$(notdir $(PYTHON))
 BIN    := $(VENV)/bin
@@ -6,7 +6,7 @@ export MPLBACKEND = Agg
 # Small matrices: threads inside BLAS only get into the way of those over simulations.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: setup study turning-study reproduce audit test test-mujoco3 test-slow test-models fuzz steering coverage bench lint data models readme docs gallery verification clean
+.PHONY: setup study turning-study reproduce audit test test-slow test-all test-mujoco3 test-models warm-up fuzz steering coverage bench lint data models readme docs gallery verification clean
 
 setup: $(VENV)/.ready
 
@@ -35,22 +35,40 @@ gallery: reproduce
 	cp results/reproduce/*.md results/reproduce/*.png docs/experiments/
 	$(BIN)/python -m experiments.article.audit --out docs/audit.md
 
-# On every core; a file's tests stay together, since they share what they simulate.
-test: setup test-mujoco3
-	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
+# Three suites: `make test` for every commit, `make test-slow` before a change is called done, `make test-all` before a release.
+# All run on every core, tests that share something on one of them; DURATIONS=1 writes a table of where their seconds go.
+PYTEST = $(BIN)/python -m pytest -n auto --dist loadgroup
+QUICK  = not slow and not release
+TIMED  = $(if $(DURATIONS),--timings results/durations_$@.md)
+
+test: test-mujoco3
+	$(PYTEST) -m '$(QUICK)' $(TIMED)
+
+# What the tests call is compiled on every core before their workers start, which only load it.
+warm-up: setup
+	$(BIN)/python -m tests.warm_up
 
 # Contacts, friction and drives on the MuJoCo that many have: the distribution mujoco, in a folder that Python looks into first.
 MUJOCO3 = $(VENV)/mujoco3
-test-mujoco3: $(MUJOCO3)/.ready
-	PYTHONPATH=$(CURDIR)/$(MUJOCO3) NUMBA_CACHE_DIR=$(CURDIR)/$(MUJOCO3)/compiled $(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow' tests/physical/test_[cdfls]*.py
+ON_MUJOCO3 = PYTHONPATH=$(CURDIR)/$(MUJOCO3) $(PYTEST)
+test-mujoco3: $(MUJOCO3)/.ready warm-up
+	$(ON_MUJOCO3) -m '$(QUICK)' tests/physical/test_[cdfls]*.py
 
 $(MUJOCO3)/.ready: $(VENV)/.ready
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --upgrade --target $(MUJOCO3) -c constraints.txt mujoco
 	touch $@
 
-# On every core, too; few of these share anything, and a core that is done takes over from the others.
-test-slow: $(VENV)/.models $(VENV)/.browser
-	$(BIN)/python -m pytest -n auto --dist worksteal -m slow
+test-slow: $(VENV)/.models $(VENV)/.browser warm-up
+	$(PYTEST) -m 'slow and not release' $(TIMED)
+
+# Everything, then again with sums in another order and for any processor: OpenBLAS' kernels and numba's code are others than
+# the machine's own. Haswell's kernels need AVX2, Prescott's run anywhere.
+OTHER_BLAS = $(if $(shell grep -m1 avx512f /proc/cpuinfo),Haswell,Prescott)
+test-all: test test-slow
+	$(PYTEST) -m release $(TIMED)
+	$(ON_MUJOCO3) -m '' tests/physical
+	$(BIN)/python -m experiments.benches.mapping --benches 200
+	OPENBLAS_CORETYPE=$(OTHER_BLAS) NUMBA_CPU_NAME=generic $(PYTEST) -m 'not release'
 
 # Only the files of foreign models are read. gymnasium-robotics and dm_control depend on the package mujoco 3, which would
 # overwrite mujoco-core: hence none of what they depend on.
@@ -79,7 +97,7 @@ INTERPRETED = tests/clearance tests/experiments/testrig/test_physics.py tests/ve
 coverage: setup
 	mkdir -p results/coverage
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest -m 'not slow'
+	$(BIN)/coverage run -m pytest -m '$(QUICK)'
 	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest $(INTERPRETED)
 	$(BIN)/coverage combine -q
 	$(BIN)/coverage report --skip-covered --sort=miss

@@ -2,6 +2,7 @@
 
 import inspect
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from clearance_mj.signals.excitation import level_ramp, random
 
 from . import timing
 from .processes import LONGEST, heed_interrupts, limited
+from .store import kept
 from .verification.page import Measured, Row, page
 
 ROOT = Path(__file__).parent.parent
@@ -55,13 +57,17 @@ def record_of(rig, name, role, level, seed, duration=6.0, start=None) -> Record:
 
 
 @pytest.fixture(scope="session")
-def small_dataset(rig, tmp_path_factory) -> Path:
-    """A dataset folder: one record to identify, two levels with two seeds to validate."""
-    folder = tmp_path_factory.mktemp("data") / "small"
-    records = [record_of(rig, "ramp", "identify", 6.0, 1, 20.0, start=0.3)]
-    records += [record_of(rig, f"level_{v}_{s}", "validate", v, 10 * v + s) for v in (1, 4) for s in (1, 2)]
-    write_dataset(folder, rig, records)
-    return folder
+def small_dataset(rig, tmp_path_factory) -> Iterator[Path]:
+    """A dataset folder: one record to identify, two levels with two seeds to validate. Copy it to write into it."""
+    levels = [(f"level_{v}_{s}", "validate", v, 10 * v + s) for v in (1, 4) for s in (1, 2)]
+
+    def make(folder):
+        records = [record_of(rig, "ramp", "identify", 6.0, 1, 20.0, start=0.3)]
+        write_dataset(folder, rig, records + [record_of(rig, *given) for given in levels])
+
+    made_from = [rig.to_dict(), SMALL_LAW.to_dict(), levels, Path(__file__).read_text(encoding="utf-8")]
+    with kept(tmp_path_factory, "small", made_from, make) as folder:
+        yield folder
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -143,7 +149,7 @@ def pytest_runtest_call():
 
 
 def pytest_collection_modifyitems(config, items):
-    """Keep together what shares something: quick tests by file, slow ones by the fixtures of their module."""
+    """Keep together what shares something: quick tests by file, others by the fixtures of their module."""
     for item in items:
         item.add_marker(pytest.mark.xdist_group(group_of(item)))
     # What takes long goes first, or the last of it would keep one worker busy while the others wait.
@@ -157,7 +163,7 @@ def pytest_collection_modifyitems(config, items):
 
 def group_of(item) -> str:
     file = item.nodeid.partition("::")[0]
-    if item.get_closest_marker("slow") is None:
+    if not (item.get_closest_marker("slow") or item.get_closest_marker("release")):
         return file
     known = item._fixtureinfo.name2fixturedefs
     shared = sorted(name for name, made in known.items() if made[-1].scope == "module")

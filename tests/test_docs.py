@@ -53,6 +53,7 @@ def run_python(page, folder):
     return output(folder, "page.py")
 
 
+@pytest.mark.slow
 def test_physical(clone):
     """A ball, an arm, a box, a worm, and the gallery's robot, latch and tube: each beside its closed form."""
     printed = run_python("physical.md", clone).splitlines()
@@ -63,6 +64,7 @@ def test_physical(clone):
         assert found == pytest.approx(expected, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_drives(clone):
     """The synthetic drive's friction is found again, and goes into a MuJoCo model that says what it lacks."""
     printed = run_python("drives.md", clone)
@@ -70,6 +72,7 @@ def test_drives(clone):
     assert "the model has no word of\n- the load's angle" in printed
 
 
+@pytest.mark.slow
 def test_random_excitation(clone):
     """The page's table is what its code prints."""
     out = run_python("random_excitation.md", clone)
@@ -78,6 +81,7 @@ def test_random_excitation(clone):
     assert out.startswith(textwrap.dedent(shown))
 
 
+@pytest.mark.slow
 def test_productions(clone):
     """Of the page's few designs some touch at 1.5 m/s², and the intervals hold the shares."""
     shares, low, high = (
@@ -118,6 +122,7 @@ def test_identify_model(tmp_path):
     assert k == pytest.approx(400, rel=0.05)
 
 
+@pytest.mark.slow
 def test_get_started(clone):
     out = run_python("get_started.md", clone)
     assert out.startswith("[  9.25  39.75  92.85 188.85]\n")
@@ -139,6 +144,7 @@ def test_live(clone):
     assert "x = 0.7918 m: rattles" in out and "(8, 431) 0.0002" in out
 
 
+@pytest.mark.slow
 def test_rotors(clone):
     """The largest 1X motion of the run-up is where the page says."""
     radius, speed = re.search(r"largest 1X: (\d+) µm at (\d+) rev/min", run_python("rotors.md", clone)).groups()
@@ -156,6 +162,7 @@ def test_wear(clone):
     assert 0 < early < middle < life  # those go to 0.33 mm alone
 
 
+@pytest.mark.slow
 def test_sound(clone):
     """Its script runs, at 1 m/s² as loud as the page's command says within 10 %, and its plate is one of a rig's."""
     pytest.importorskip("mosqito")
@@ -168,6 +175,7 @@ def test_sound(clone):
     )
 
 
+@pytest.mark.slow
 def test_data_model(clone):
     """Its asserts hold."""
     run_python("data_model.md", clone)
@@ -178,6 +186,7 @@ def test_twin(clone):
     run_python("twin.md", clone)
 
 
+@pytest.mark.slow
 def test_extending(clone):
     """One file for each of the ten kinds, used from Python."""
     run_python("extending.md", clone)

@@ -1,4 +1,4 @@
-"""The built site in a browser, wide and narrow: nothing sticks out, nothing is missing; and how to cite."""
+"""The site builds without a warning; in a browser, wide and narrow, nothing sticks out; and how to cite."""
 
 import importlib.util
 import re
@@ -48,7 +48,19 @@ def broken(pages):
 def site(tmp_path_factory):
     pytest.importorskip("furo", reason="the extra docs is not installed")
     out = tmp_path_factory.mktemp("site").resolve()
-    command = ("-m", "sphinx", "-q", "-j", "auto", "-d", out / "doctrees", ROOT / "docs", out / "html")
+    command = (
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-j",
+        "auto",
+        "-d",
+        out / "doctrees",
+        ROOT / "docs",
+        out / "html",
+    )
     done = run(*command, patience=900, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     return out / "html"
@@ -56,7 +68,7 @@ def site(tmp_path_factory):
 
 @pytest.mark.slow
 def test_no_link_is_broken(site):
-    """Files, pictures and anchors, of the pages and of the reference."""
+    """Files, pictures and anchors, of the pages and of the reference, every page of which is in a table of contents."""
     pages = {path: Page(path) for path in sorted(site.rglob("*.html"))}
     assert len(pages) > 100 and list(broken(pages)) == []
 
@@ -65,7 +77,7 @@ def test_no_link_is_broken(site):
 @pytest.mark.skipif(
     not (CHROMIUM and importlib.util.find_spec("playwright")), reason="needs a Chromium, and the extra browser"
 )
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [1280, *(pytest.param(w, marks=pytest.mark.release) for w in (768, 390))])
 def test_nothing_sticks_out(site, width):
     """Every page is as wide as the window; wide tables and code scroll in themselves."""
     wide = []
