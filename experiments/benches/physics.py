@@ -1,7 +1,6 @@
 """What happens inside a bushing, point by point, with derivatives for the implicit step; compiled, SI units.
 
 Forces count against positive displacement. Nothing here is taken from the package's clearance models or its test rig.
-After a change here delete __pycache__: numba keeps the compiled loop of `motion` until that file changes.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Forces count against positive displacement, of y and z. Each function adds to row p of an array ``to``: force along y
 and z, its derivatives with y and z (yy, yz, zy, zz), and those with the speeds; ``b``: `Bushings.numbers`. Nothing here
-is taken from the package. After a change here delete __pycache__: numba keeps the compiled loop of `motion`.
+is taken from the package.
 """
 
 from __future__ import annotations
