@@ -17,6 +17,23 @@ PAGE = PACKAGE.parent / "docs" / "architecture.md"
 ROWS = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
 LAYERS = [re.findall(r"`(\w+)`", row) for row in ROWS]  # lowest first; modules of one layer may import each other
 OUTSIDE = {"benchmarks", "experiments", "tests"}
+EVERYWHERE = ("clearance_mj", *sorted(OUTSIDE))
+
+
+@cache
+def nodes(path) -> list[ast.AST]:
+    """Imports of a file, and attributes of plain names: all that these tests look at, of one pass over the file."""
+    return [
+        node
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        or (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name))
+    ]
+
+
+@cache
+def sources(tops=EVERYWHERE) -> list[Path]:
+    return [path for top in tops for path in (PACKAGE.parent / top).rglob("*.py")]
 
 
 @cache
@@ -34,7 +51,7 @@ def _name(path) -> str:
 def _imported(name, path, files, tops=OUTSIDE | {"clearance_mj"}) -> set[str]:
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -82,12 +99,10 @@ def test_public_names_are_the_same_for_type_checkers():
 
 def test_a_name_with_an_underscore_stays_in_its_file():
     """Modules and what they hold: whatever another file imports has a name that is meant for it."""
-    root = PACKAGE.parent
     imported = [
-        (path.relative_to(root).as_posix(), name)
-        for top in ("clearance_mj", *OUTSIDE)
-        for path in (root / top).rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        (path.relative_to(PACKAGE.parent).as_posix(), name)
+        for path in sources()
+        for node in nodes(path)
         if isinstance(node, ast.Import | ast.ImportFrom)
         for name in (*(getattr(node, "module", None) or "").split("."), *(alias.name for alias in node.names))
         if re.search(r"(^|\.)_(?!_)", name)
@@ -96,8 +111,7 @@ def test_a_name_with_an_underscore_stays_in_its_file():
 
 
 def test_no_file_is_longer_than_400_lines():
-    files = [path for top in ("clearance_mj", *OUTSIDE) for path in (PACKAGE.parent / top).rglob("*.py")]
-    assert not [path for path in files if path.read_text(encoding="utf-8").count("\n") > 400]
+    assert not [path for path in sources() if path.read_text(encoding="utf-8").count("\n") > 400]
 
 
 def test_only_the_helper_with_a_limit_starts_processes():
@@ -108,14 +122,12 @@ def test_only_the_helper_with_a_limit_starts_processes():
 
 def test_one_decorator_compiles():
     """`core.jit` alone knows what machine code on disk is made from; the ufuncs of the walls call nothing."""
-    root = PACKAGE.parent
     found = {
-        (path.relative_to(root).as_posix(), node.attr)
-        for top in ("clearance_mj", "experiments", "tests")
-        for path in (root / top).rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        (path.relative_to(PACKAGE.parent).as_posix(), node.attr)
+        for path in sources(("clearance_mj", "experiments", "tests"))
+        for node in nodes(path)
         if isinstance(node, ast.Attribute) and node.attr in ("njit", "jit", "vectorize", "guvectorize", "cfunc")
-        if isinstance(node.value, ast.Name) and node.value.id == "numba"
+        if node.value.id == "numba"
     }
     assert found == {
         ("clearance_mj/core/jit.py", "njit"),

@@ -15,6 +15,8 @@ from clearance_mj.identify import METHODS, Identified, register
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
+from clearance_mj.periodic import rattle_maps
+from clearance_mj.report import rattling
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 
@@ -39,6 +41,14 @@ def run(capsys, *arguments):
     return json.loads(captured.out), captured.err
 
 
+@pytest.fixture(autouse=True)
+def coarse_map(monkeypatch):
+    """The page's rattle map with few frequencies, levels and harmonics, in this process: maps have their own tests."""
+    for name, value in {"FREQUENCIES": 12, "LEVELS": 2, "HARMONICS": 3}.items():
+        monkeypatch.setattr(rattling, name, value)
+    monkeypatch.setattr(rattle_maps, "workers_to_use", lambda workers: 1)
+
+
 @pytest.fixture(scope="module")
 def ramp(small_dataset):
     return Dataset.load(small_dataset).identify[0]
@@ -49,17 +59,18 @@ def csv_file(ramp, tmp_path_factory):
     return write_csv(tmp_path_factory.mktemp("csv") / "ramp.csv", ramp)
 
 
-def test_dataset_to_model_to_simulation(small_dataset, tmp_path, capsys):
-    out = tmp_path / "found"
-    result, said = run(capsys, small_dataset, "--method", "force-balance", "--out", out)
+def test_dataset_to_model_to_simulation(rig, tmp_path, capsys):
+    out, dataset = tmp_path / "found", tmp_path / "dataset"
+    write_dataset(dataset, rig, [record_of(rig, "ramp", "identify", 8.0, 1, 8.0, start=0.3)])
+    result, said = run(capsys, dataset, "--method", "force-balance", "--out", out)
     assert (said, result["warnings"]) == ("", [])
     model = Model.load(out)
-    assert model.rig == Dataset.load(small_dataset).rig
+    assert model.rig == Dataset.load(dataset).rig
     assert result["law"] == model.law.to_dict()
     stored = json.loads((out / "law.json").read_text())["provenance"]
-    ramp = small_dataset / "ramp.uff"
+    ramp = dataset / "ramp.uff"
     assert stored["inputs"][str(ramp)] == hashlib.sha256(ramp.read_bytes()).hexdigest()
-    assert {str(small_dataset / name) for name in ("rig.toml", "dataset.toml")} < stored["inputs"].keys()
+    assert {str(dataset / name) for name in ("rig.toml", "dataset.toml")} < stored["inputs"].keys()
     np.testing.assert_allclose(model.law.k, SMALL_LAW.k[0], rtol=0.05)
     np.testing.assert_allclose(model.law.c, SMALL_LAW.c[0], rtol=0.15)
 
@@ -122,7 +133,7 @@ def test_mapped_columns(seen, ramp, csv_file, tmp_path, capsys):
 
 
 def test_what_the_records_do_not_allow_is_said(seen, rig, tmp_path, capsys):
-    write_dataset(tmp_path / "data", rig, [record_of(rig, "quiet", "identify", 0.3, 1)])
+    write_dataset(tmp_path / "data", rig, [record_of(rig, "quiet", "identify", 0.3, 1, 3.0)])
     result, said = run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "found")
     assert said.startswith("clearance-mj: warning: no contact: bushings[0] moves up to 0.0")
     assert said == f"clearance-mj: warning: {result['warnings'][0]}\n"
@@ -131,9 +142,10 @@ def test_what_the_records_do_not_allow_is_said(seen, rig, tmp_path, capsys):
     assert "quiet, contact over time: " in page and "contact_over_amplitude" not in page
 
 
-def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, ramp, rig, tmp_path, capsys):
-    bare = [c for c in ramp.channels if c.quantity == "acceleration"]
-    records = [dataclasses.replace(ramp, name="bare", channels=bare), record_of(rig, "whole", "identify", 8.0, 1)]
+def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, rig, tmp_path, capsys):
+    whole = record_of(rig, "whole", "identify", 8.0, 1, 4.0)
+    bare = [c for c in whole.channels if c.quantity == "acceleration"]
+    records = [dataclasses.replace(whole, name="bare", channels=bare), whole]
     write_dataset(tmp_path / "data", rig, records)
     run(capsys, tmp_path / "data", "--method", "known", "--out", tmp_path / "found")
     drawn = {p.stem for p in (tmp_path / "found" / "figures").iterdir()}

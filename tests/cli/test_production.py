@@ -13,7 +13,7 @@ from clearance_mj.tolerance import Scatter, production
 from ..conftest import ROOT
 
 RIG, SCATTER = ROOT / "models" / "table1_rig.toml", ROOT / "models" / "scatter" / "table1.toml"
-BAND = ("--levels", "1.4,2", "--from", 36, "--to", 44, "--steps", 5, "--workers", 1)
+BAND = ("--levels", "1.4,2", "--from", 36, "--to", 44, "--steps", 3, "--workers", 1)
 
 
 def test_files_hold_what_the_calls_find(tmp_path, answer):
@@ -25,7 +25,7 @@ def test_files_hold_what_the_calls_find(tmp_path, answer):
     assert made_from <= stored.keys() and stored["scatter"] == Scatter.load(SCATTER).to_dict()
     assert printed == {key: value for key, value in stored.items() if key not in made_from} | {"out": str(out)}
     found = production(
-        cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER), "contact_force > 0.5 N", [1.4, 2.0], np.linspace(36, 44, 5),
+        cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER), "contact_force > 0.5 N", [1.4, 2.0], np.linspace(36, 44, 3),
         24, workers=1,
     )  # fmt: skip
     assert stored["over_level"] == found.over_level("contact").tolist()

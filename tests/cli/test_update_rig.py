@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.cli import main
+from clearance_mj.identify.structure import selection
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import level_ramp
@@ -24,8 +25,12 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_files_and_json(folder, tmp_path, capsys):
+def test_files_and_json(folder, tmp_path, capsys, monkeypatch):
+    """Whether a mass is missing is scored, and none is fitted: tests of found structures have the rest."""
     out = tmp_path / "out"
+    monkeypatch.setattr(selection, "MIN_SCORE", np.inf)
+    for name in set(selection.HYPOTHESES) - {"mass"}:
+        monkeypatch.delitem(selection.HYPOTHESES, name)
     assert main(["update-rig", str(folder), "--out", str(out), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     stored = json.loads((out / "updated_rig.json").read_text(encoding="utf-8"))

@@ -13,10 +13,10 @@ from experiments.drives import virtual
 GEAR = virtual.Gear.drawn(3)
 
 
-def motor_runs(*loads):
-    """Runs of 8 s with noise of 0.02 % of the range; integrated at 20 kHz, of the motor's end alone."""
+def motor_runs(*loads, seconds=6.0):
+    """Runs with noise of 0.02 % of the range; integrated at 20 kHz, of the motor's end alone."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(virtual, "SECONDS", 8.0)
+        patch.setattr(virtual, "SECONDS", seconds)
         patch.setattr(virtual, "NOISE", 2e-4)
         runs = [GEAR.run(f"load {load:g}", load, i) for i, load in enumerate(loads)]
     return [DriveRecord(run.name, run.fs, run.motor_angle, run.motor_torque) for run in runs]
@@ -53,7 +53,7 @@ def test_plain_data(fit):
 
 def test_play_that_no_reversal_passes_is_not_told():
     """Both loads are far larger than the load's friction and its spring: the teeth never change sides."""
-    fit = fit_motor_side(motor_runs(1.5, 2.5))
+    fit = fit_motor_side(motor_runs(1.5, 2.5, seconds=4.0))
     assert fit.crossings == 0
     assert "play is not told by these runs; a reversal without load would tell it" in fit.not_told
     assert fit.values["efficiency"] == pytest.approx(GEAR.efficiency, abs=0.005)

@@ -111,9 +111,9 @@ def test_batch(engine):
 
 
 def test_batch_on_an_executor_that_is_given():
-    """Bit-identical on processes; the pool is left open."""
+    """Bit-identical in another process; the pool is left open."""
     excitations = [noise(0.05, seed=s) for s in (1, 2, 3)]
-    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         found = simulate_batch(RIG, excitations, LAW, "modal", workers=2, executor=pool)
         assert pool.submit(int, "3").result() == 3
     for a, b in zip(found, simulate_batch(RIG, excitations, LAW, "modal"), strict=True):

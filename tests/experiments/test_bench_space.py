@@ -154,9 +154,9 @@ def test_synchronous_rub(friction):
     gap, turn = 1e-3, 2 * np.pi / OMEGA
     load = motion.Load(unbalances=((0.5, MASS * 0.2 * gap),))
     smooth = hole(0.5, gap, contact=(20 * STIFFNESS, 0.0, 0.0, 0.0), bristle=20 * STIFFNESS)
-    _, state = run(JEFFCOTT, [smooth], load, [0.5], OMEGA, 100 * turn)
+    _, state = run(JEFFCOTT, [smooth], load, [0.5], OMEGA, 40 * turn)
     rubbing = dataclasses.replace(smooth, friction=friction)
-    (found,), _ = run(JEFFCOTT, [rubbing], load, [0.5], OMEGA, 250 * turn, start=state)
+    (found,), _ = run(JEFFCOTT, [rubbing], load, [0.5], OMEGA, 100 * turn, start=state)
 
     def over(r):
         return (20 * (r - 1)) ** 2 + (0.1 * r + 20 * friction * (r - 1)) ** 2 - 0.04
@@ -186,7 +186,7 @@ def test_a_journal_finds_its_place_in_the_oil(tmp_path, monkeypatch):
     monkeypatch.setattr(table, "ANGLES", 9)
     radius, length, gap, viscosity, spin = 0.025, 0.0125, 1e-4, 0.02, 200.0
     oil = hole(0.05, gap, length=length, radius=radius, viscosity=viscosity, contact=(1e7, 0.0, 0.0, 0.0))
-    (found,), _ = run(BLOCK, [oil], motion.Load((0.0, -9.81)), [0.05], spin, 3.0)
+    (found,), _ = run(BLOCK, [oil], motion.Load((0.0, -9.81)), [0.05], spin, 1.5)
     y, z = found[:, -1]
     e = np.hypot(y, z) / gap
     assert 0.1 < e < 0.95

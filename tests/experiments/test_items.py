@@ -18,20 +18,29 @@ from experiments.article.published import Printed
 ROOT = Path(__file__).parents[2]
 NAMES = [*(f"figure_{number:02d}" for number in range(1, 11)), "table_1", "table_2"]
 DRAWN = ("figure_01", "figure_05", "figure_06")
+QUICK = ("figure_01", "figure_02", "figure_05", "figure_07")
+"""A drawing, a free decay, records and FRFs of models: one of each kind"""
 INPUTS = Inputs(ROOT / "data" / "table1_rig", quick=True)
 
 
-@functools.cache
-def result(name):
-    return ITEMS[name].run(INPUTS)
+def each(names):
+    """Names of which those that take longer, or are like others, are slow."""
+    return [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in names]
 
 
-def frame_of(name, file=None):
-    return result(name).data[file or name]
+@pytest.fixture(scope="module")
+def result():
+    """What an item finds, computed when it is first asked for."""
+    return functools.cache(lambda name, **parameters: ITEMS[name].run(INPUTS, **parameters))
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_figures_are_whole_and_axes_have_quantity_and_unit(name):
+@pytest.fixture(scope="module")
+def frame_of(result):
+    return lambda name, file=None: result(name).data[file or name]
+
+
+@pytest.mark.parametrize("name", each(NAMES))
+def test_figures_are_whole_and_axes_have_quantity_and_unit(name, result):
     for drawing in result(name).drawings:
         canvas = FigureCanvasAgg(drawing.figure)
         canvas.draw()
@@ -45,8 +54,8 @@ def test_figures_are_whole_and_axes_have_quantity_and_unit(name):
             assert all(re.search(r"\S \(.+\)|over 1 s", label) for label in labels if label)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_numbers_and_words_are_there(name):
+@pytest.mark.parametrize("name", each(NAMES))
+def test_numbers_and_words_are_there(name, result):
     found, item = result(name), ITEMS[name]
     assert name in found.data and not any(frame.empty for frame in found.data.values())
     for words in (item.title, item.texts["article"], found.method, found.shows, item.texts["differs"]):
@@ -59,7 +68,8 @@ def test_rendering_without_a_backend_says_why(monkeypatch):
     assert images == [] and "nonsense" in reason
 
 
-def test_table_1_prints_the_articles_columns():
+@pytest.mark.slow
+def test_table_1_prints_the_articles_columns(frame_of):
     rows, modes = frame_of("table_1"), Printed.load(1).numbers
     for kind in ("initial", "updated"):
         shown = rows.loc[rows["law"] == f"article {kind}", ["test_hz", "model_hz", "relative_error_percent", "mac"]]
@@ -67,13 +77,15 @@ def test_table_1_prints_the_articles_columns():
         assert shown.to_numpy().tolist() == expected.to_numpy().tolist()
 
 
-def test_table_1_errors_follow_from_its_frequencies():
+@pytest.mark.slow
+def test_table_1_errors_follow_from_its_frequencies(frame_of):
     ours = frame_of("table_1").query("engine != ''")
     error = 100 * abs(ours["model_hz"] / ours["test_hz"] - 1)
     np.testing.assert_allclose(ours["relative_error_percent"], error, rtol=1e-9)
 
 
-def test_an_amplitude_law_is_within_the_articles_updated_column_at_every_level():
+@pytest.mark.slow
+def test_an_amplitude_law_is_within_the_articles_updated_column_at_every_level(frame_of):
     limits = Printed.load(1).numbers["updated_re_pct"]
     ours = frame_of("table_1").query("law == 'amplitude'")
     assert len(ours) == 4 * 5  # modes, levels
@@ -81,16 +93,18 @@ def test_an_amplitude_law_is_within_the_articles_updated_column_at_every_level()
     assert ours["mac"].min() >= 0.95
 
 
-def test_a_schedule_in_time_does_not_predict_another_record():
+@pytest.mark.slow
+def test_a_schedule_in_time_does_not_predict_another_record(frame_of):
     """The finding that the pages state: no better than the datasheet where the gaps close, unlike a law over motion."""
     means = frame_of("table_2").query("sensor == 'mean' and level == 5").set_index("law")["rmse_db"]
     assert means["ridge-as-printed"] > 0.9 * means["nominal"] > 5 * means["amplitude"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "quantity", "printed"), [("table_1", "MAC, mode 4", 50.74), ("table_2", "RMSE", -63.41)]
 )
-def test_improvements_stand_beside_the_articles(name, quantity, printed):
+def test_improvements_stand_beside_the_articles(name, quantity, printed, result, frame_of):
     """As printed in the article's text; ours are changes of the means over both records of a level."""
     gains = frame_of(name, f"{name}_improvements").query(f"quantity == '{quantity}'")
     assert gains["change_pct"].iloc[0] == printed
@@ -105,7 +119,8 @@ def test_improvements_stand_beside_the_articles(name, quantity, printed):
     assert row[-1].value == ours.change_pct
 
 
-def test_errors_of_figures_7_and_8_follow_from_their_curves_and_are_those_of_table_2():
+@pytest.mark.slow
+def test_errors_of_figures_7_and_8_follow_from_their_curves_and_are_those_of_table_2(frame_of):
     level = INPUTS.study.main_level
     table = frame_of("table_2").query(f"level == {level}").set_index(["law", "engine", "sensor"])["rmse_db"]
     for name in ("figure_07", "figure_08"):
@@ -118,8 +133,9 @@ def test_errors_of_figures_7_and_8_follow_from_their_curves_and_are_those_of_tab
             assert table[row.law, row.engine, str(row.sensor)] == pytest.approx(row.rmse_db, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "key"), [("figure_09", "csac"), ("figure_10", "csf")])
-def test_means_of_figures_9_and_10_follow_from_their_curves_and_are_those_of_table_2(name, key):
+def test_means_of_figures_9_and_10_follow_from_their_curves_and_are_those_of_table_2(name, key, frame_of):
     table = frame_of("table_2")
     table = table[table["level"].isna() | (table["level"] == INPUTS.study.main_level)]
     for row in frame_of(name, f"{name}_means").to_dict("records"):
@@ -131,11 +147,11 @@ def test_means_of_figures_9_and_10_follow_from_their_curves_and_are_those_of_tab
             assert curve.mean() == pytest.approx(row["sensor_6"], rel=1e-4)
 
 
-def test_eq_17_as_printed_is_twice_the_damping():
-    for name in ("figure_02", "figure_03"):
-        errors = frame_of(name, f"{name}_errors")
-        (printed,) = errors.query("snr_db == 100 and quantity == 'c' and form == 'Eq. 17 as printed'").itertuples()
-        assert printed.largest_rms_error_percent == pytest.approx(100.0, abs=0.1)
+@pytest.mark.parametrize("name", each(["figure_02", "figure_03"]))
+def test_eq_17_as_printed_is_twice_the_damping(name, frame_of):
+    errors = frame_of(name, f"{name}_errors")
+    (printed,) = errors.query("snr_db == 100 and quantity == 'c' and form == 'Eq. 17 as printed'").itertuples()
+    assert printed.largest_rms_error_percent == pytest.approx(100.0, abs=0.1)
 
 
 def test_a_level_that_is_not_there():
@@ -151,8 +167,10 @@ def test_a_dataset_without_repeats(small_dataset, tmp_path):
         ITEMS["figure_05"].run(Inputs(tmp_path / "one"))
 
 
-@pytest.mark.parametrize("name", ["figure_02", pytest.param("figure_07", marks=pytest.mark.slow)])
-def test_csv_rows_are_the_same_again(name):
+@pytest.mark.parametrize(
+    "name", ["figure_05", *(pytest.param(name, marks=pytest.mark.slow) for name in ("figure_02", "figure_07"))]
+)
+def test_csv_rows_are_the_same_again(name, result):
     again = ITEMS[name].run(Inputs(INPUTS.path, quick=True)).data
     assert {file: frame.to_csv() for file, frame in again.items()} == {
         file: frame.to_csv() for file, frame in result(name).data.items()
@@ -173,9 +191,9 @@ def numbers(page):
 
 
 @pytest.mark.parametrize(
-    "name", ["figure_01", "figure_07", "figure_08", "figure_09", "figure_10", "table_1", "table_2"]
+    "name", each(["figure_01", "figure_07", "figure_08", "figure_09", "figure_10", "table_1", "table_2"])
 )
-def test_the_documentation_shows_these_numbers(name):
+def test_the_documentation_shows_these_numbers(name, result):
     """Laws and engines that the quick way has in common with the whole way, and the article's rows."""
     documented = numbers((ROOT / "docs" / "experiments" / f"{name}.md").read_text(encoding="utf-8"))
     ours = numbers(markdown(ITEMS[name], result(name)))
@@ -185,17 +203,18 @@ def test_the_documentation_shows_these_numbers(name):
         np.testing.assert_allclose(ours[row], documented[row], rtol=2e-3, atol=2e-3, err_msg=str(row))
 
 
-def test_calibration_finds_the_shipped_rig_and_a_family():
-    rows = frame_of("calibrate_table1")
+def test_calibration_finds_the_shipped_rig_and_a_family(result):
+    """From a quarter of 8 starts, 4.5 cm between the rigs of the family."""
+    found = result("calibrate_table1", starts=8, step=0.015).data
+    rows, family = found["calibrate_table1"], found["calibrate_table1_family"]
     assert (abs(rows["calibrated"] - rows["shipped_rig"]) < rows["std"]).all()
-    family = frame_of("calibrate_table1", "calibrate_table1_family")
     assert len(family) >= 5 and (family["chi2"] < 1e-6).all()
     assert family["masses[0].mass"].max() > 2 * family["masses[0].mass"].min()
     page = (ROOT / "docs" / "experiments" / "calibrate_table1.md").read_text(encoding="utf-8")
     assert all(f"| {value:.5g} |" in page for value in rows["calibrated"])
 
 
-def test_sensor_placement_reaches_brute_force_and_its_page_says_so():
+def test_sensor_placement_reaches_brute_force_and_its_page_says_so(result, frame_of):
     share = frame_of("sensor_placement", "sensor_placement_layouts").set_index("layout")["determinant_over_best"]
     assert share["exchange"] >= 0.99
     assert share["rig file"] < share["exchange"]

@@ -37,7 +37,7 @@ PROBE = (301, "displacement")
 def sound():
     """A level ramp on a rig whose modulus is 2.4 % below that of its file."""
     real = RIG.replace(beam=dataclasses.replace(RIG.beam, young_modulus=2.05e11))
-    push = excitation.level_ramp(8.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)
+    push = excitation.level_ramp(6.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=8.0, seed=1)
     record, _ = record_of(real, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
     return Dataset(RIG, (dataclasses.replace(record, rig=RIG),))
 

@@ -52,7 +52,7 @@ def march(force, step, omega, ratios, shapes, joint):
     return out
 
 
-def record(level: float, periods: int = 4) -> Response:
+def record(level: float, periods: int = 3) -> Response:
     fine = cm.excitation.multisine(PERIOD, FS * FINE, band=(2, 9), rms=level, seed=3, kind="force").value
     force = np.tile(fine, periods)
     acceleration = march(np.append(force, force[0]), 1 / (FS * FINE), 2 * np.pi * FREQUENCY, RATIOS, SHAPES, JOINT)
@@ -71,7 +71,7 @@ MODES = ModalStructure(tuple(1.01 * FREQUENCY), (0.015,), LABELS, tuple(map(tupl
 
 @pytest.fixture(scope="module")
 def fit(records):
-    return fit_jointed_structure(records, PERIOD, joints=[None], modes=MODES, steps=10)
+    return fit_jointed_structure(records, PERIOD, joints=[None], modes=MODES, steps=6)
 
 
 def relative_error(fit, record):
@@ -102,15 +102,15 @@ def test_deformation_of_the_joint(fit):
 
 def test_modes_of_the_lowest_level(records):
     """Without modes to begin with, those of the lowest level's FRFs serve, of which there are more than three."""
-    fit = fit_jointed_structure(records[:2], PERIOD, joints=[None], steps=6)
+    fit = fit_jointed_structure(records[:2], PERIOD, joints=[None], steps=4)
     assert len(fit.linear.frequencies) > 3
     assert fit.error.max() < 0.05
 
 
 def test_joint_between_two_responses(records):
     """A joint whose place is given is a clearance between two points; at the wrong ones it serves less well."""
-    wrong = fit_jointed_structure(records[:2], PERIOD, joints=[("2:+Z", "3:+Z")], modes=MODES, steps=8)
-    right = fit_jointed_structure(records[:2], PERIOD, joints=[None], modes=MODES, steps=8)
+    wrong = fit_jointed_structure(records[:2], PERIOD, joints=[("2:+Z", "3:+Z")], modes=MODES, steps=4)
+    right = fit_jointed_structure(records[:2], PERIOD, joints=[None], modes=MODES, steps=4)
     assert wrong.rig.bushings[0].joined == ("2:+Z", "3:+Z")
     assert wrong.cost > 4 * right.cost
 

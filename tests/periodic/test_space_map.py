@@ -165,18 +165,18 @@ def test_a_branch_under_a_multiple_of_the_unbalance():
         periodic.follow_unbalance(cm.Model(unbalanced(jeffcott())), ends, factor=0)
 
 
-def test_it_is_the_same_with_more_workers_and_on_an_executor():
+@pytest.mark.parametrize("where", ["on an executor", pytest.param("with more workers", marks=pytest.mark.slow)])
+def test_it_is_the_same_elsewhere(where):
     model = cm.Model(unbalanced(jeffcott(friction=0.1)))
-    speeds = np.linspace(0.9, 3.2, 12) * HZ
+    speeds = np.linspace(0.9, 3.2, 6) * HZ
     with ThreadPoolExecutor(2) as pool:
-        one, *others = (
+        one, other = (
             periodic.map_rattle(model, (0.5, 1.0), speeds, gaps=[GAP, 2 * GAP], n_harmonics=1, **workers)
-            for workers in ({"workers": 1}, {"workers": 2}, {"executor": pool})
+            for workers in ({"workers": 1}, {"executor": pool} if where == "on an executor" else {"workers": 2})
         )
-    for other in others:
-        for name in ("vibrations", "contact_share", "displacement", "acceleration", "first_contact"):
-            assert_array_equal(getattr(one, name), getattr(other, name))
-        assert one.jumps == other.jumps and len(one.jumps) > 1
+    for name in ("vibrations", "contact_share", "displacement", "acceleration", "first_contact"):
+        assert_array_equal(getattr(one, name), getattr(other, name))
+    assert one.jumps == other.jumps and len(one.jumps) > 1
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A small study with analytic FRFs: three sensors, two levels, two laws, two engines, two seeds of each level."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.frf_error import random_db
 from clearance_mj.study import Case, IdentifiedModel
 from clearance_mj.study.periodic import PeriodicVibrations
+from tests import studies
+from tests.store import kept
 from tests.studies import study_of
 
 FREQUENCY = np.arange(5.0, 220.5, 0.5)
@@ -145,7 +148,9 @@ def build():
 
 @pytest.fixture(scope="session")
 def folder(study, tmp_path_factory):
-    """The report of `study`."""
-    folder = tmp_path_factory.mktemp("report")
-    write_report(study, folder, progress=False)
-    return folder
+    """The report of `study`, drawn once for all files that read it."""
+    made_from = [Path(file).read_text(encoding="utf-8") for file in (__file__, studies.__file__)]
+    with kept(
+        tmp_path_factory, "report", made_from, lambda folder: write_report(study, folder, progress=False)
+    ) as folder:
+        yield folder

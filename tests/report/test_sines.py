@@ -32,7 +32,15 @@ def text_of(study, folder):
     return " ".join(re.sub("<[^>]+>", " ", re.sub('src="[^"]*"', "", markup)).split())
 
 
-def test_tables_hold_branches_and_map(study, folder):
+@pytest.fixture(scope="module")
+def written(study, tmp_path_factory):
+    """The section's words, and the folder of its tables."""
+    folder = tmp_path_factory.mktemp("sines")
+    return text_of(study, folder), folder
+
+
+def test_tables_hold_branches_and_map(written):
+    _, folder = written
     rows = pd.read_csv(folder / "tables" / "response.csv")
     branch = under_sines().branches[1]
     of_level = rows[rows["level"] == 4.0]
@@ -73,8 +81,8 @@ def test_stability_by_folds_is_that_of_the_multipliers():
     assert all(min(abs(i - fold) for fold in folds) <= 1 for i in off)
 
 
-def test_the_section_says_which_law_and_what_it_does(study, tmp_path):
-    said = text_of(study, tmp_path)
+def test_the_section_says_which_law_and_what_it_does(written):
+    said, _ = written
     assert "What law “constant” does where the excitation is a sine" in said
     assert "(9 harmonics)" in said and "gap 0.3 mm: touches first from" in said
 

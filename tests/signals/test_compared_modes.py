@@ -23,13 +23,13 @@ def noisy(rng, participation, rates=RATES, noise=0.02):
 
 
 def test_a_mode_is_known_as_well_as_repeated_noise_shows(rng, measured):
-    """Over 60 FRFs: the standard deviation of the first natural frequency, and that of its shape."""
-    found = [(frf, distinct_modes(frf, 3)) for frf in (noisy(rng, (1, 1, 1)) for _ in range(60))]
+    """Over 24 FRFs: the standard deviation of the first natural frequency, and that of its shape."""
+    found = [(frf, distinct_modes(frf, 3)) for frf in (noisy(rng, (1, 1, 1)) for _ in range(24))]
     told = [mode_errors(*each) for each in found]
     scatter = np.std([np.log(modes.frequency[0]) for _, modes in found])
     measured.equal(
         "relative standard deviation of a natural frequency", float(np.mean([t.frequency[0] for t in told])), scatter,
-        "its scatter over 60 FRFs with noise", rel=0.4,
+        "its scatter over 24 FRFs with noise", rel=0.4,
     )  # fmt: skip
     assert not any(t.hardly.any() for t in told)
 
@@ -37,7 +37,7 @@ def test_a_mode_is_known_as_well_as_repeated_noise_shows(rng, measured):
 def test_a_mode_in_the_noise_is_hardly_extracted_or_not_found(rng):
     """Where the third mode is seen at all, its row says why it is not compared, and holds no error and no MAC."""
     seen = 0
-    for _ in range(20):
+    for _ in range(8):
         test, model = noisy(rng, (1, 1, HIDDEN)), modal_frf(participation=(1, 1, HIDDEN))
         for _, row in compare_modes(test, model, 3).iterrows():
             if not 140 < np.nanmax([row["test_hz"], row["model_hz"]]) < 160:
@@ -48,7 +48,7 @@ def test_a_mode_in_the_noise_is_hardly_extracted_or_not_found(rng):
                 assert row["why"].startswith(
                     ("not found in the test's FRFs between 10", "hardly extracted from the te")
                 )
-    assert seen >= 20
+    assert seen >= 8
 
 
 def test_a_mode_that_the_model_lacks_is_said_with_where_it_was_looked_for():
@@ -78,18 +78,19 @@ def test_modes_that_one_record_lacks_or_hides_are_left_out_of_all(rng):
     assert said == ["the mode near 150 Hz of record b is not found in a"]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
 def test_rows_of_records_with_poor_modes_stay_within_what_they_can_be(seed):
     """Two levels of two records, of laws good and poor, with modes from plain to hidden."""
     rng = np.random.default_rng(seed)
     participation = (1, *(10.0 ** rng.uniform(-3, 0, 2)))
+    tests = {
+        level: [noisy(rng, participation, noise=noise) for _ in "ab"] for level, noise in ((1.0, 0.05), (4.0, 0.3))
+    }
+    modes = {level: common_modes(records, ("a", "b"), 4)[0] for level, records in tests.items()}
     for rates in (RATES, tuple(1.05 * f for f in RATES), (27.0, 100.0, 140.0)):
-        by_level = {}
-        for level, noise in ((1.0, 0.05), (4.0, 0.3)):
-            tests = [noisy(rng, participation, noise=noise) for _ in "ab"]
-            modes, _ = common_modes(tests, ("a", "b"), 4)
-            model = modal_frf(rates, participation=participation)
-            pairs = [compare(t, model, compare_modes(t, model, 4, m)) for t, m in zip(tests, modes)]
+        by_level, model = {}, modal_frf(rates, participation=participation)
+        for level, records in tests.items():
+            pairs = [compare(t, model, compare_modes(t, model, 4, m)) for t, m in zip(records, modes[level])]
             by_level[level] = level_summaries(pairs)
         for row in repeatability.mean_rows(by_level).values():
             for key in filter(repeatability.has_interval, by_level[1.0][0]):

@@ -12,7 +12,10 @@ from clearance_mj.statistics.intervals import Interval, on_power_law, over_seeds
 LEVELS = {0.5: 0.1, 1.0: 0.2, 2.0: 0.7, 5.0: 1.9, 8.0: 2.2}  # Median error by level
 
 
-def held(draw, expected, repeats=2000):
+REPEATS = 600
+
+
+def held(draw, expected, repeats=REPEATS):
     """Share of the intervals of drawn errors that hold the expected one, a multiple of the median of each level.
 
     Of those that are given: nearly all must be.
@@ -61,7 +64,7 @@ def test_cochran_refuses_equal_scatter_5_times_in_100_and_sees_one_level_that_sc
         found = over_seeds({level: np.exp(s * rng.standard_normal(2)) for level, s in zip(LEVELS, scatter)})
         return found.cochran > found.cochran_limit
 
-    assert 0.03 < np.mean([refused([0.1] * 5) for _ in range(2000)]) < 0.07
+    assert 0.03 < np.mean([refused([0.1] * 5) for _ in range(REPEATS)]) < 0.07
     assert np.mean([refused([0.1, 0.1, 0.1, 0.1, 10.0]) for _ in range(200)]) > 0.9
 
 
@@ -114,7 +117,7 @@ def test_intervals_of_an_error_that_cannot_exceed_1_hold_the_expected_one_95_tim
     many = scatter * rng.standard_normal(1_000_000)
     expected = {level: float(np.mean(1 / (1 + np.exp(-m - many)))) for level, m in middle.items()}
     hits = []
-    for _ in range(2000):
+    for _ in range(REPEATS):
         drawn = {v: 1 / (1 + np.exp(-m - scatter * rng.standard_normal(2))) for v, m in middle.items()}
         means = over_seeds(drawn, largest=1.0).means
         hits += [means[v].low <= expected[v] <= means[v].high for v in LEVELS]
@@ -130,7 +133,7 @@ def test_small_errors_have_the_same_interval_whether_they_can_exceed_1_or_not():
 def test_one_value_a_level_on_a_power_law_is_held_at_least_95_times_in_100(rng):
     """The residuals share their scatter with the values, so that the intervals are a little wide."""
     hits = []
-    for _ in range(2000):
+    for _ in range(REPEATS):
         found = on_power_law({level: level**1.2 * math.exp(0.2 * rng.standard_normal()) for level in LEVELS})
         hits += [found[level].low <= level**1.2 <= found[level].high for level in LEVELS]
     assert 0.95 < np.mean(hits) < 0.99
@@ -142,7 +145,7 @@ def test_three_levels_are_too_few_for_a_power_law():
 
 def test_ratio_of_independent_means_is_held_95_times_in_100(rng):
     hits = []
-    for _ in range(2000):
+    for _ in range(REPEATS):
         new, old = (
             over_seeds({level: factor * np.exp(0.2 * rng.standard_normal(2)) for level in LEVELS}).means[1.0]
             for factor in (0.5, 2.0)

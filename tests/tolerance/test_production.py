@@ -34,12 +34,12 @@ def needed(frequency: float, gap: float = GAP) -> float:
 
 
 def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
-    """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
+    """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 128 Sobol' points, whose share misses it by less than 1/128."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
-    found = production(oscillator(), scatter, None, levels, [LOW], 512, workers=1)
+    found = production(oscillator(), scatter, None, levels, [LOW], 128, workers=1)
     known = norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD))
-    assert_allclose(found.contact[:, 0], known, atol=2 / 512)
+    assert_allclose(found.contact[:, 0], known, atol=2 / 128)
     assert_allclose(found.over_level("contact"), found.contact[:, 0])
     assert_allclose(found.first_contact, needed(LOW, found.values[:, 0]), rtol=1e-6)
     assert not found.unknown.any() and not found.exceeding.any()
@@ -68,30 +68,22 @@ def test_levels_at_a_limit_are_those_of_the_branch_over_the_level(quantity, limi
     assert reached == pytest.approx(limit, rel=exact)
 
 
-def test_designs_do_what_their_rattle_maps_say(measured):
-    """Table-1 rigs around the first two resonances: contact, two or more vibrations, contact force over a limit."""
-    levels, frequencies, limit = np.linspace(0.8, 8, 6), np.linspace(8, 54, 47), 3.0
+def test_a_design_does_what_its_rattle_map_says(measured):
+    """Near Table 1, around two resonances: contact, two or more vibrations, contact force over a limit."""
+    levels, frequencies, limit = np.linspace(0.8, 8, 6), np.linspace(8, 54, 24), 3.0
     scatter = Scatter(
         (Scattered("bushings.gap", within="0.06 mm"), Scattered("bushings.contact.stiffness", std="10 %"),
          Scattered("beam.young_modulus", std="2 %"))
     )  # fmt: skip
     model = cm.Model(TABLE1)
-    found = production(model, scatter, f"contact_force > {limit} N", levels, frequencies, 2, workers=1)
-    drawn = scatter.draw(model, 2)
-    counts = np.zeros((3, levels.size, frequencies.size))
-    for i in range(2):
-        of_map = periodic.map_rattle(drawn.model(i), levels, frequencies, workers=1)
-        counts[0] += of_map.rattles[0]
-        counts[1] += of_map.vibrations[0] > 1
-        counts[2] += of_map.contact_force.max(axis=(0, 1, -1)) > limit
-    cells = 2 * levels.size * frequencies.size
-    for name, share, count in zip(
-        ("contact", "several", "exceeding"), (found.contact, found.several, found.exceeding), counts
+    found = production(model, scatter, f"contact_force > {limit} N", levels, frequencies, 1, workers=1)
+    of_map = periodic.map_rattle(scatter.draw(model, 1).model(0), levels, frequencies, workers=1)
+    known = of_map.rattles[0], of_map.vibrations[0] > 1, of_map.contact_force.max(axis=(0, 1, -1)) > limit
+    for name, share, cells in zip(
+        ("contact", "several", "exceeding"), (found.contact, found.several, found.exceeding), known
     ):
-        missed = np.abs(2 * share - count).sum() / cells
-        measured.below(
-            f"production: cells of two designs unlike their rattle maps, {name}", missed, 2e-3, "rattle maps"
-        )
+        missed = np.abs(share - cells).mean()
+        measured.below(f"production: cells of a design unlike its rattle map, {name}", missed, 2e-3, "rattle map")
 
 
 def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
@@ -99,7 +91,7 @@ def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
     model = cm.Model(unbalanced(jeffcott()))
     speeds = np.array([0.7, 0.9])
     scatter = Scatter((Scattered("bushings.gap", within="10 %", distribution="uniform"),))
-    found = production(model, scatter, None, [1.0, 4.0], speeds * FREQUENCY / (2 * np.pi), 4, workers=1)
+    found = production(model, scatter, None, [1.0, 4.0], speeds * FREQUENCY / (2 * np.pi), 2, workers=1)
     free = 0.2 * speeds**2 / np.hypot(1 - speeds**2, 0.1 * speeds)
     gaps = found.values[:, 0] / 1e-4
     assert_allclose(found.first_contact, gaps / free.max(), rtol=1e-4)
@@ -161,7 +153,7 @@ def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_p
 
 def test_scatter_is_by_default_the_rig_files_own():
     model = oscillator(tolerances=(Tolerance("bushings[0].gap", "3 %"), Tolerance("sensors.gain", "1 %")))
-    found = production(model, None, None, [9.0], [LOW], 256, workers=1)
+    found = production(model, None, None, [9.0], [LOW], 64, workers=1)
     assert found.names == ("bushings[0].gap",)
     assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
 

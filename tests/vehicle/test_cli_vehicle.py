@@ -7,9 +7,11 @@ import re
 import pytest
 
 from clearance_mj.cli import main
+from clearance_mj.core import tasks
 
 
-def test_report_of_runs(tmp_path, capsys):
+def test_report_of_runs(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(tasks, "_on_processes", tasks._on_threads)
     out = tmp_path / "out"
     arguments = ["vehicle", "--speed", "72", "--controller", "smc,smc-cm", "--gap", "0.2deg", "--json", "--quiet"]
     assert main([*arguments, "--out", str(out)]) == 0

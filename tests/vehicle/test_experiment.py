@@ -24,7 +24,7 @@ def test_assumed_stiffness_is_the_clearance_models_compliance():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("regime", REGIMES)
-@pytest.mark.parametrize("name", ["smc-cm", "mpc-cm"])
+@pytest.mark.parametrize("name", ["smc-cm", pytest.param("mpc-cm", marks=pytest.mark.release)])
 def test_true_gap_is_the_best_assumption(name, regime):
     """At 120 km/h: of gaps from half to twice the steering's the true one leaves the least peak of e_y with SMC-CM.
 

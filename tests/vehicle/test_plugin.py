@@ -14,7 +14,7 @@ from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.report.vehicle import CYCLE, histories, look, write_report
 from clearance_mj.vehicle import tune as tuning
 from clearance_mj.vehicle.controllers import CONTROLLERS, Controller, Registration, get_controller, register
-from clearance_mj.vehicle.experiment import Case, run_all
+from clearance_mj.vehicle.experiment import Case, run_case
 
 from ..processes import run
 
@@ -73,7 +73,7 @@ def plugin(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def outcomes(plugin):
-    return run_all(Case(name, 72.0) for name in ("proportional", "proportional-cm", "smc"))
+    return [run_case(Case(name, 72.0)) for name in ("proportional", "proportional-cm", "smc")]
 
 
 def test_it_drives_and_is_compensated(outcomes):
@@ -87,7 +87,7 @@ def test_it_drives_and_is_compensated(outcomes):
 @pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
 def test_it_is_tuned(plugin, monkeypatch):
     monkeypatch.setattr(tuning, "MANOEUVRES", (tuning.Course(72.0, 1.5, "torque"),))
-    found = tuning.tune("proportional", generations=1, population=5, workers=2)
+    found = tuning.tune("proportional", generations=1, population=5, workers=1)
     kind = type(get_controller("proportional").tuned_controller())
     assert found["evaluations"] == 10
     assert found["cost"] < tuning.cost(get_controller("proportional"), kind(gain=1e-3, look_ahead=2.0))

@@ -9,8 +9,13 @@ from clearance_mj.vehicle.controllers import CONTROLLERS
 from clearance_mj.vehicle.experiment import Case, run_case
 from clearance_mj.vehicle.tune import FAILED, tune
 
+COMBINED = ("mpc-cm", "mpc-twin", "mpc-dob", "mpc-cm-dob", "mpc-twin-dob", "smc-cm-dob", "smc-twin-dob")
+"""Of parts that others have, each by itself or with the controller in sliding mode"""
 
-@pytest.mark.parametrize("name", CONTROLLERS)
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in COMBINED else ()) for name in CONTROLLERS]
+)
 def test_drives_a_lane_change(name):
     """Within 0.2 m of a lane change at 72 km/h without clearance."""
     assert run_case(Case(name, 72.0, half_gap=0.0)).run.metrics()["peak_e_y"] < 0.2
@@ -26,7 +31,11 @@ def test_looks_like_no_other(name):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The balance properties of Sobol")
-@pytest.mark.parametrize("name", [name for name, known in CONTROLLERS.items() if known.bounds])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in ("smc", "mpc", "stanley") else pytest.mark.release)
+     for name, known in CONTROLLERS.items() if known.bounds],
+)  # fmt: skip
 def test_can_be_tuned(name, monkeypatch):
     """Ten evaluations on one lane change leave settings within the bounds that stay on the road."""
     monkeypatch.setattr(tuning, "MANOEUVRES", (tuning.Course(72.0, 1.5, "torque"),))

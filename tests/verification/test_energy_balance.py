@@ -205,7 +205,16 @@ def shaken(law, engine, kind="base", level=8.0):
     return response, balance
 
 
-@pytest.mark.parametrize("law", LAWS)
+IN_BOTH = ("Kelvin-Voigt", "Maxwell-slip, Stribeck", "over amplitude", "Bouc-Wen and squeeze film")
+"""Laws that are tried quickly in both engines that step with MuJoCo: one of each kind"""
+CASES = [
+    pytest.param(engine, law, marks=pytest.mark.slow if engine == "modal-mj" and law not in IN_BOTH else ())
+    for engine in ("links", "modal", "modal-mj")
+    for law in LAWS
+]
+
+
+@pytest.mark.parametrize(("engine", "law"), CASES)
 def test_balance(engine, law, measured):
     _, balance = shaken(LAWS[law], engine)
     assert np.all(np.diff(balance.hysteresis) >= 0) and np.all(np.diff(balance.damping) > -1e-9)

@@ -15,7 +15,7 @@ from clearance_mj.wear import Sine, predict_lives
 
 from ..conftest import TABLE1
 
-SINE = Sine(9.25, 2.0, n_harmonics=11)
+SINE = Sine(9.25, 2.0, n_harmonics=5)
 
 
 def uncertain(**changes) -> Model:

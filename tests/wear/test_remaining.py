@@ -15,7 +15,7 @@ from clearance_mj.wear.coefficients import drawn_models, spreads
 
 from ..conftest import TABLE1
 
-SINE = Sine(9.25, 2.0, n_harmonics=11)
+SINE = Sine(9.25, 2.0, n_harmonics=5)
 
 
 def model_of(coefficient: float) -> Model:

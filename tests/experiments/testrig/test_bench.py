@@ -32,7 +32,7 @@ def coherence(response):
 
 @pytest.fixture(scope="module")
 def runs(rig):
-    plan = {0.3: 6, 1.0: 12, 2.0: 24, 5.0: 12}
+    plan = {0.3: 2, 1.0: 6, 2.0: 6, 5.0: 8}
     return {level: shaken(rig, level, duration) for level, duration in plan.items()}
 
 
@@ -92,7 +92,7 @@ def test_a_force_moves_the_shaft_statically_as_far_as_a_spring(rig):
 
 def test_response_is_complete(runs):
     response = runs[0.3]
-    n = int(6 * FS)
+    n = int(2 * FS)
     assert response.acceleration.shape == (8, n)
     assert response.displacement.shape == response.contact_force.shape == response.grease_force.shape == (2, n)
     assert response.responses == tuple(f"{i}:+Z" for i in range(1, 9))
@@ -119,7 +119,7 @@ def test_force_needs_a_shaker(rig):
 
 def test_same_seed_same_bits_in_any_thread(rig):
     with ThreadPoolExecutor(2) as pool:
-        first, second, other = pool.map(lambda seed: shaken(rig, 2.0, 2.0, seed), (1, 1, 2))
+        first, second, other = pool.map(lambda seed: shaken(rig, 2.0, 0.5, seed), (1, 1, 2))
     for name in ("acceleration", "displacement", "contact_force", "grease_force"):
         assert np.array_equal(getattr(first, name), getattr(second, name))
     assert not np.array_equal(first.acceleration, other.acceleration)

@@ -169,7 +169,7 @@ def test_mass_on_grease(free_masses, hysteresis, rate, measured):
     truth = Truth(hysteresis=hysteresis, elastic_ratio=0.3)
     grease, mass, push = greases([truth]), 0.7, 0.8
     load = np.array([1.0, 0.0, 0.0, 0.0])
-    steps, end = 40000, 0.4
+    steps, end = 20000, 0.2
     scheme = integrator.scheme(free_masses, load, FIRST, end / steps)
     motion = integrator.at_rest(free_masses, load, FIRST, grease)
     time = np.arange(1, steps + 1) * end / steps
