@@ -120,7 +120,7 @@ def rng():
     return np.random.default_rng(20261120)
 
 
-LONGEST_FILES = ("test_docs", "test_production", "test_fuzz", "test_study", "test_items")
+LONGEST_FILES = ("test_docs", "test_production", "test_study", "test_items", "test_report", "test_fuzz")
 ROWS = pytest.StashKey[dict[str, list[Row]]]()
 
 
@@ -148,6 +148,7 @@ def pytest_runtest_call():
         return (yield)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist, which reads the groups
 def pytest_collection_modifyitems(config, items):
     """Keep together what shares something: quick tests by file, others by the fixtures of their module."""
     for item in items:
