@@ -15,7 +15,7 @@ LISTED = 40  # Rows of a table: what costs less does not decide anything
 
 
 class Timings:
-    """Seconds of one process by kind ("file", "fixture", "kernel", "test") and name."""
+    """Seconds of one process by kind ("folder", "file", "fixture", "kernel", "test") and name."""
 
     def __init__(self):
         self.seconds = defaultdict(lambda: defaultdict(float))
@@ -79,8 +79,10 @@ class Recorder:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item, call):
         report = yield
-        self.here.add("file", item.nodeid.split("::")[0], call.duration)
-        self.here.add("test", item.nodeid, call.duration)
+        file = item.nodeid.partition("::")[0]
+        self.here.add("folder", "/".join(file.split("/")[:2]), call.duration)
+        self.here.add("file", file, call.duration)
+        self.here.add("test", item.nodeid.rpartition("@")[0] or item.nodeid, call.duration)
         if call.when == "teardown":
             report.user_properties = [*report.user_properties, ("timings", json.dumps(self.here.take()))]
         return report
@@ -109,7 +111,7 @@ def tables(seconds: dict[str, dict[str, float]], clock: float) -> str:
         f"Run on {time.strftime('%Y-%m-%d')}, {os.cpu_count()} cores: {clock:.0f} s on the clock, "
         f"{sum(seconds['file'].values()):.0f} s in tests and fixtures, of which {compiled:.0f} s compilation."
     ]
-    for kind in ("file", "fixture", "kernel", "test"):
+    for kind in ("folder", "file", "fixture", "kernel", "test"):
         rows = sorted(seconds[kind].items(), key=lambda row: -row[1])
         rest = sum(value for _, value in rows[LISTED:])
         lines += ["", f"| {kind} | s |", "|---|---|"]

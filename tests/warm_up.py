@@ -102,8 +102,10 @@ def virtual_rig():
 
 def vehicles():
     from clearance_mj.vehicle.experiment import Case, run_case
+    from experiments.drives.virtual import Gear
 
-    run_case(Case("smc-cm", 72.0))
+    run_case(Case("smc-cm", 72.0, sensors="car"))
+    Gear.drawn(3).run("free", 1.0, 1)
 
 
 def softening():

@@ -149,7 +149,7 @@ def digest(function: Any) -> str:
             entries[f"{name} {_options(value)}"] = None
             value = value.py_func
         elif isinstance(value, python_types.FunctionType):
-            if _is_foreign(value):
+            if _is_foreign(value.__module__):
                 entries[f"{name} {value.__module__}.{value.__qualname__}"] = None
                 continue
             entries[f"{name} {_file(value.__module__)}"] = None
@@ -181,7 +181,7 @@ def _references(function: Any) -> Iterator[tuple[str, Any]]:
 
 def _attributes(name: str, value: Any, names: list[str]) -> Iterator[tuple[str, Any]]:
     """Yield what code may read of a module, with the modules in it."""
-    if isinstance(value, python_types.ModuleType) and value.__name__.partition(".")[0] not in _BY_NAME:
+    if isinstance(value, python_types.ModuleType) and not _is_foreign(value.__name__):
         for inner in names:
             if hasattr(value, inner):
                 yield f"{name}.{inner}", getattr(value, inner)
@@ -215,14 +215,14 @@ def _kind(kind: Any) -> str:
         return digest(kind.dispatcher)
     if isinstance(kind, types.BaseNamedTuple):
         found.append(_class(kind.__dict__["instance_class"]))
-    if type(kind).__module__.partition(".")[0] not in _BY_NAME:
+    if not _is_foreign(type(kind).__module__):
         found.append(_file(type(kind).__module__))
     inner = getattr(kind, "types", ())
     return " ".join(found + [_kind(each) for each in inner if isinstance(each, types.Type)])
 
 
-def _is_foreign(function: Any) -> bool:
-    return (function.__module__ or "").partition(".")[0] in _BY_NAME
+def _is_foreign(module: str | None) -> bool:
+    return (module or "").partition(".")[0] in _BY_NAME
 
 
 def _options(dispatcher: Any) -> str:
