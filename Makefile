@@ -39,7 +39,7 @@ gallery: reproduce
 # All run on every core, tests that share something on one of them; DURATIONS=1 writes a table of where their seconds go.
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadgroup
 QUICK  = not slow and not release
-TIMED  = $(if $(DURATIONS),--timings results/durations_$@.md)
+TIMED  = $(if $(DURATIONS),--timings=results/durations_$@.md)
 
 test: test-mujoco3
 	$(PYTEST) -m '$(QUICK)' $(TIMED)

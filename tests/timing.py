@@ -1,4 +1,4 @@
-"""Where the seconds of a test run go: by file, fixture and compiled function; `pytest --timings FILE` writes the table.
+"""Where the seconds of a test run go: by file, fixture and compiled function; `pytest --timings=FILE` writes the table.
 
 Times are those of all workers added up, so with two workers about twice the time on the clock.
 """
