@@ -24,7 +24,7 @@ def test_clusters_end_where_it_stays_below_for_a_run():
 def test_interval_holds_the_largest_value_nine_times_in_ten():
     """Shapes are drawn from the prior, so that the posterior is exact; the largest is that of 60 records."""
     rng = np.random.default_rng(5)
-    inside, below, count = 0, 0, 200
+    inside, below, count = 0, 0, 400
     for _ in range(count):
         shape = np.clip(rng.normal(*SHAPE_PRIOR), -0.55, 0.45)
         law = scipy.stats.genpareto(shape, scale=2.0)
@@ -32,7 +32,7 @@ def test_interval_holds_the_largest_value_nine_times_in_ten():
         largest = law.rvs(rng.poisson(3600), random_state=rng).max()
         inside += found.low <= largest <= found.high
         below += largest <= found.median
-    assert inside / count == pytest.approx(0.9, abs=0.04)  # ± 1.9 standard deviations of the share
+    assert inside / count == pytest.approx(0.9, abs=0.04)  # ± 2.7 standard deviations of the share
     assert below / count == pytest.approx(0.5, abs=0.07)
 
 

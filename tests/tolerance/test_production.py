@@ -34,12 +34,12 @@ def needed(frequency: float, gap: float = GAP) -> float:
 
 
 def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
-    """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 128 Sobol' points, whose share misses it by less than 1/128."""
+    """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
-    found = production(oscillator(), scatter, None, levels, [LOW], 128, workers=1)
+    found = production(oscillator(), scatter, None, levels, [LOW], 512, workers=1)
     known = norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD))
-    assert_allclose(found.contact[:, 0], known, atol=2 / 128)
+    assert_allclose(found.contact[:, 0], known, atol=2 / 512)
     assert_allclose(found.over_level("contact"), found.contact[:, 0])
     assert_allclose(found.first_contact, needed(LOW, found.values[:, 0]), rtol=1e-6)
     assert not found.unknown.any() and not found.exceeding.any()

@@ -90,13 +90,13 @@ def needed() -> float:
 
 @pytest.fixture(scope="module")
 def tightened():
-    return tighten(spring(), scattered(), None, FORCE * np.exp(-BELOW), [SLOW], ALLOWED, 128, workers=1)
+    return tighten(spring(), scattered(), None, FORCE * np.exp(-BELOW), [SLOW], ALLOWED, 512, workers=1)
 
 
 def test_a_tolerance_alone_is_as_wide_as_the_share_allows(tightened, measured):
     sizes = np.array(list(SIZES.values()))
     present = norm.cdf(-BELOW / np.hypot(*sizes))
-    assert tightened.share == pytest.approx(present, abs=3 / 128)
+    assert tightened.share == pytest.approx(present, abs=3 / 512)
     assert_allclose(tightened.share_without, norm.cdf(-BELOW / sizes[::-1]), atol=0.002)
     assert np.isnan(tightened.width[0])  # the spring alone leaves more than is allowed
     off = tightened.width[1] / (np.sqrt(needed() ** 2 - sizes[0] ** 2) / sizes[1]) - 1
@@ -114,7 +114,7 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path
     best = minimize_scalar(cost, bounds=(0.05, min(1.0, needed() / s1)), method="bounded").fun
     measured.below("price of the cheapest set of two tolerances", abs(tightened.cost / best - 1), 0.05, "closed form")
     again = production(
-        spring(), tightened.scatter, None, [FORCE * np.exp(-BELOW)], [SLOW], 256, seed=7, workers=1
+        spring(), tightened.scatter, None, [FORCE * np.exp(-BELOW)], [SLOW], 1024, seed=7, workers=1
     ).contact[0, 0]
     measured.below(
         "share that touches of the tightened production, beside 5 %", abs(again - ALLOWED), 0.01, "brute force"
