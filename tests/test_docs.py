@@ -188,15 +188,9 @@ def test_twin(clone):
 
 @pytest.mark.slow
 def test_extending(clone):
-    """One file for each of the ten kinds, used from Python."""
+    """One file for each of the ten kinds, used from Python, then by the commands of the page's table."""
     run_python("extending.md", clone)
     assert (clone / "gap" / "gap_frequencies.csv").read_text().splitlines()[1].startswith("1,9.25")
-
-
-@pytest.mark.slow
-def test_extending_by_commands(clone):
-    """The same, then used by the commands of the page's table."""
-    run_python("extending.md", clone)
     for model in ("sinh", "maxwell"):
         law = json.loads((clone / "law.json").read_text())
         law |= {"grease": None} if model == "sinh" else {"contact": [{"model": "kelvin-voigt", "stiffness": 2e4}]}

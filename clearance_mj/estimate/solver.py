@@ -26,11 +26,15 @@ class Stop:
     steps: int = 30
     """largest number of steps"""
     decrease: float = 1e-4
-    """share of the cost by which it fell at most"""
+    """share of the cost by which it fell at most; negative where costs of linearisations are noisy: it may rise by less"""
     gain: float = 0.0
     """by which the log-posterior, half of the cost, rose at most"""
     move: float = 1e-3
     """coordinates by which each parameter moved at most"""
+
+    def least_fall(self, cost: float) -> float:
+        """Return what a step must take off a cost for the search to go on."""
+        return self.decrease * abs(cost) if self.decrease < 0 else max(self.decrease * abs(cost), 2 * self.gain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +178,7 @@ class _Search:
         for _ in range(stop.steps):
             before, cost = self.at, self.cost
             fall = self._step()
-            if not fall > max(stop.decrease * abs(cost), 2 * stop.gain):
+            if not fall > stop.least_fall(cost):
                 break
             if np.max(np.abs(self.at - before), initial=0.0) <= stop.move:
                 break
@@ -220,7 +224,8 @@ class _Search:
         if not np.isfinite(cost):
             return -np.inf
         linearised = self.problem.linearised(at)
-        if (fall := self.cost - self._cost(at, linearised.residuals)) > 0:
+        fall = self.cost - self._cost(at, linearised.residuals)
+        if fall > min(0.0, self.stop.least_fall(self.cost)):
             self._arrive(at, linearised)
         return fall
 

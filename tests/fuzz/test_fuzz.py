@@ -31,7 +31,7 @@ from .readers import Reader, generator, readers
 from .run import fuzz
 
 FEW = {"NetCDF": 3, "HDF5": 3, "command line": 5, "absurd rig and law": 15}  # inputs of those that take longer
-MORE = {"NetCDF": 30, "HDF5": 30, "command line": 120, "absurd rig and law": 150}  # of the slow tests
+MORE = {"NetCDF": 30, "HDF5": 30, "command line": 40, "absurd rig and law": 150}  # of the slow tests
 FIRST = {"command line": 2}  # Before it, command lines identify a bench, which alone takes ten seconds.
 
 

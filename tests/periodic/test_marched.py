@@ -24,17 +24,24 @@ from experiments.periodic.verification import (
 
 from ..conftest import TABLE1
 
-SOME = [pytest.param(*case, marks=[] if case[1] == 6.0 else pytest.mark.slow) for case in
-        ((law, level) for law in LAWS for level in LEVELS)]  # fmt: skip
+FEW, SOME = 3, 10  # points of a branch in the quick suite, of one level, and in the slow one; at a release all
+CASES = [
+    pytest.param(law, level, points, marks=marks)
+    for law in LAWS
+    for levels, points, marks in (
+        ([6.0], FEW, []), ([2.0, 8.0], SOME, pytest.mark.slow), (LEVELS, None, pytest.mark.release)
+    )
+    for level in levels
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "level"), SOME)
-def test_stable_vibrations_stay_when_marched(name, level, measured, request):
-    """Fundamentals of every sensor and clearance; at 6 m/s² of a few points, else of every one that is not steep."""
+@pytest.mark.parametrize(("name", "level", "points"), CASES)
+def test_stable_vibrations_stay_when_marched(name, level, points, measured):
+    """Fundamentals of every sensor and clearance, of points that are not steep."""
     branch = periodic.follow_response(Model(TABLE1, LAWS[name]), level, BAND)
     at = np.flatnonzero(branch.stable & ~steep(branch))
-    if level == 6.0:
-        at = at[(at.size - 1) * np.array([1, 4, 9]) // 10]
+    if points is not None:
+        at = at[np.linspace(0.1 * (at.size - 1), 0.9 * (at.size - 1), points).astype(int)]
     off = max(marched(branch, i)["fundamental"] for i in at)
     what = f"harmonic balance, {name}, {level:g} m/s², {at.size} points: fundamental of every channel"
     measured.below(what, off, CLOSE, "modal engine's march")

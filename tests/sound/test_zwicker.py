@@ -91,13 +91,12 @@ def test_tone_pulses(seconds, maximum, n5):
     assert within(found.n5, n5)
 
 
-@pytest.mark.slow
+@pytest.mark.release
 @pytest.mark.parametrize(
     ("frequency", "maximum", "n5"),
-    [pytest.param(250, 14.3592, 11.85756, marks=pytest.mark.release), (1000, 15.9534, 13.37887),
-     pytest.param(4000, 23.9501, 20.26187, marks=pytest.mark.release)],
+    [(250, 14.3592, 11.85756), (1000, 15.9534, 13.37887), (4000, 23.9501, 20.26187)],
     ids=["signal 6", "signal 7", "signal 8"],
-)  # fmt: skip
+)
 def test_tones_whose_level_rises(frequency, maximum, n5):
     """Annex B.4: 30 to 80 dB in 10 s, after 0.1 s of silence and before 0.5 s of it; N5 without the silence.
 

@@ -89,7 +89,7 @@ def test_killed_worker_and_killed_run(tmp_path):
 
 
 @needs_proc
-@pytest.mark.slow
+@pytest.mark.release
 def test_two_thousand_cases_with_a_killed_worker_and_a_killed_run(tmp_path):
     for name in ("quiet", "disturbed"):
         (tmp_path / name).mkdir()

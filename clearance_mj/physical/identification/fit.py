@@ -21,7 +21,10 @@ __all__ = ["ModelFit", "fit_model"]
 
 GUIDANCE = (2.0, 0.7)  # Hz, bandwidths with which simulations are pulled towards the record at first
 GUIDED_DURATION = 5.0  # s, of guided simulations
-MAX_STEPS = 25  # of a fit at one guidance
+ROUGH = Stop(25, decrease=1e-2, move=0.0)  # of a fit at one guidance, and of the first without
+LAST = Stop(6, decrease=-0.03, move=0.01)
+"""of the last fit, whose costs are noisy: jumps of trajectories change them by a hundredth from one point to the next"""
+STATE = Stop(25, decrease=1e-3, move=0.0)  # of a fit of the state with which a prediction begins
 DAMPINGS = (1e-6, 1e-2, 1e-1, 1.0)  # shares of the precision's diagonal, all tried at once
 LONGEST_STEP = 1.0  # of a logarithm
 STATE_DURATION = 1.0  # s, of a record to be predicted, from which its state is found
@@ -75,7 +78,7 @@ class ModelFit:
         compared.weigh(self.estimates.value, guided)
         free = compared.freed(self.estimates.value, guided)
         free.duration = STATE_DURATION
-        found = _solved(compared, self.estimates.value, free, 1e-3)
+        found = _solved(compared, self.estimates.value, free, STATE)
         free.duration = math.inf
         return compared.prediction(0, found.values, free)
 
@@ -153,17 +156,17 @@ def fit_model(
     for bandwidth in GUIDANCE if compared.simulators[0].guides else ():
         stage = Stage(bandwidth, np.ones(len(compared.channels)), duration=GUIDED_DURATION)
         compared.weigh(values, stage)
-        values = _solved(compared, values, stage, 1e-2).values
+        values = _solved(compared, values, stage, ROUGH).values
         compared.weigh(values, stage)
     free = compared.freed(values, stage)
-    rough = _solved(compared, values, free, 1e-2)
+    rough = _solved(compared, values, free, ROUGH)
     compared.whiten(rough.values, free)
-    found = _solved(compared, rough.values, free, 1e-4, rough.at)
+    found = _solved(compared, rough.values, free, LAST, rough.at)
     return _result(spec, compared, found, free)
 
 
 def _solved(
-    compared: Comparison, values: np.ndarray, stage: Stage, tolerance: float, start: np.ndarray | None = None
+    compared: Comparison, values: np.ndarray, stage: Stage, stop: Stop, start: np.ndarray | None = None
 ) -> Solution:
     """Where the sum of squares of a stage is least, from parameters (n_parameters, ...) and, if given, states."""
     count = len(compared.parameters)
@@ -171,7 +174,6 @@ def _solved(
     at = np.zeros(problem.size)
     if start is not None:
         at[count:] = start[count:]
-    stop = Stop(MAX_STEPS, decrease=tolerance, move=0.0)
     return solve(problem, at, stop=stop, dampings=DAMPINGS, longest=LONGEST_STEP)
 
 
