@@ -11,7 +11,7 @@ from .errors import ClearanceError, RecordError
 __all__ = ["UNITS", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
 UNITS = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
     "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665, "m/s/s": 1.0},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},

@@ -157,7 +157,7 @@ def _column(index: int, cell: str, given: str) -> Column:
     name, unit = _split(given)
     unit = _split(cell)[1] if unit is None else unit
     if name in ("time", "frequency"):
-        return Column(index, _name(cell), name, scale=_scale(unit, name))
+        return Column(index, _name(cell), name, scale=_scale(unit, name), unit=unit or "")
     if function := _FUNCTION.fullmatch(name):
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):

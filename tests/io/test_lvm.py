@@ -218,7 +218,7 @@ def test_a_missing_number(tmp_path):
     """One of twelve: no slower channel."""
     rows = "".join(f"{i / 4}\t{'' if i == 5 else i}\n" for i in range(12))
     path = write(tmp_path, HEAD.format(point=".", layout="One") + SECONDS.format(clock="10:00:00") + rows)
-    with pytest.raises(RecordError, match=r'"A" has no number at sample 5; mend it, .*\("A=skip"\)'):
+    with pytest.raises(RecordError, match=r'"A": has no number at sample 5; mend it, .*\("A=skip"\)'):
         cm.read(path)
     spectrum = text().replace("Samples", "X_Dimension\tFrequency\nSamples")
     with pytest.raises(RecordError, match="is over Frequency, not over time; read_lvm reads it"):
