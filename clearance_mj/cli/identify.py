@@ -117,7 +117,7 @@ def _dataset(options: argparse.Namespace) -> Dataset:
     if path.is_dir() or not (path.is_file() or path.suffix.lower() in FORMATS):
         if options.rig or options.column or options.fs or options.map or options.resample:
             raise ClearanceError(
-                f"{path}: --rig, --column, --map, --fs and --resample are for the file of a single record (.uff or .csv)"
+                f"{path}: --rig, --column, --map, --fs and --resample are for the file of one record (.uff or .csv)"
             )
         return Dataset.load(path)
     if not options.rig:

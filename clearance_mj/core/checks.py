@@ -74,7 +74,7 @@ def even_rate(time: np.ndarray, digits: float, notes: list[str] | None = None) -
 
 
 def jittering_rate(time: np.ndarray, notes: list[str]) -> tuple[float, float] | None:
-    """Return rate in Hz and start in s of the even steps about which instants jitter, which a note says; None of others.
+    """Return rate in Hz and start in s of even steps about which instants jitter, which a note says; None of others.
 
     No instant is further than `JITTER` of a step from the straight line of least squares: where a sample is missing,
     two are half a step from it.

@@ -42,7 +42,9 @@ def si_value(text: str, quantity: str) -> float:
 
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
-    "usec": "us", "microseconds": "us", "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
+    "usec": "us", "microseconds": "us",
+    "millis": "ms", "micros": "us", "nanos": "ns", "nsec": "ns", "nanoseconds": "ns", "newton": "N",
+    "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
     "g's": "g", "gn": "g", "m/sec2": "m/s2", "m.s-2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "mm/sec": "mm/s",
 }  # fmt: skip
 """Other ways of writing a unit, in lower case"""

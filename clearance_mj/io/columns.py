@@ -27,10 +27,11 @@ from ..signals.quantities import require_quantity
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
-__all__ = ["SKIP", "Column"]
+__all__ = ["SKIP", "Column", "Columns"]
 
 SKIP = "skip"  # What a column is mapped to that is to be left out.
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
+Columns = Mapping[str, str] | None  # channels by header
 Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}

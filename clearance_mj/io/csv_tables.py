@@ -21,24 +21,20 @@ from ..core.files import read_text, replacing
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .columns import SKIP, Column, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .registry import Format, register
 from .tables.headers import is_index
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
 from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
 from .tables.times import time_of
+from .time_axis import Rate, Rates
 from .waveforms import GAPS
 
 __all__ = ["read_csv", "write_csv"]
 
 
-def read_csv(
-    path: str | PathLike[str],
-    columns: Mapping[str, str] | None = None,
-    fs: float | None = None,
-    resample: float | None = None,
-) -> Contents:
+def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
     """Read the time records or the FRFs (of a file with a column of frequency) of a text table.
 
     Separated by commas, semicolons, tabs or blanks, with decimal points or commas, in UTF-8, UTF-16 or Windows-1252; a
@@ -50,7 +46,7 @@ def read_csv(
     data, encoding = read_text(path)
     with naming(path):
         notes = [] if encoding == "UTF-8" else [encoding]
-        contents = _contents(data, columns or {}, fs, resample, notes)
+        contents = _contents(data, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
     return contents
 
@@ -70,9 +66,8 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _contents(
-    data: bytes, mapped: Mapping[str, str], fs: float | None, resample: float | None, notes: list[str]
-) -> Contents:
+def _contents(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
+    notes = rates.notes
     if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
@@ -83,15 +78,13 @@ def _contents(
     cells, line = _names(body, bool(mapped))
     used = resolve(cells, mapped, line, notes)
     if any(c.reference for c in used):
-        if fs is not None:
+        if rates.fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
         return to_frf(used, [_numbers(body, c, cells) for c in used])
     known = find_rate(above, layout.style)
-    axis, of_time = time_of(body, used, cells, fs, known, resample, notes)
-    found = [
-        c.channel(axis.samples(_numbers(body, c, cells)), axis.fs, axis.start)
-        for c in _channels(body, used, of_time, notes)
-    ]
+    axis, of_time = time_of(body, used, cells, rates, known)
+    kept = _channels(body, used, of_time, notes)
+    found = [c.channel(axis.samples(_numbers(body, c, cells)), axis.fs, axis.start) for c in kept]
     if not found:
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
     return found

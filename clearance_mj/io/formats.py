@@ -177,8 +177,8 @@ def read_record(
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``described``: description, level,
-    seed, band of `Record`.
+    ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``described``:
+    description, level, seed, band of `Record`.
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map, resample)

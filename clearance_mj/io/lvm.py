@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 
@@ -20,8 +20,9 @@ from ..core.errors import RecordError
 from ..core.files import read_text, replacing
 from ..core.notes import note
 from .channels import Channel, require_one_time
-from .columns import raw_header
+from .columns import Columns, raw_header
 from .registry import Format, register
+from .time_axis import Rate, Rates
 from .waveforms import Waveform, named_channels, not_over_time
 
 __all__ = ["LvmSegment", "read_lvm", "read_lvm_channels", "write_lvm"]
@@ -87,10 +88,7 @@ def _segments(lines: _Lines) -> list[LvmSegment]:
 
 
 def read_lvm_channels(
-    path: str | PathLike[str],
-    columns: Mapping[str, str] | None = None,
-    fs: float | None = None,
-    resample: float | None = None,
+    path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
     """Read the time records of a LabVIEW measurement file, each channel under its own name with the unit of its header.
 
@@ -109,7 +107,7 @@ def read_lvm_channels(
         for number, segment in enumerate(joined, 1):
             suffix = f", segment {number}" if number > 1 else ""
             waves += [_wave(segment, i, suffix) for i in range(len(segment.names))]
-        found = named_channels(waves, columns or {}, fs, resample, notes)
+        found = named_channels(waves, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
     return found
 
@@ -202,6 +200,7 @@ class _Lines:
     def __init__(self, lines: list[str], is_cut: bool) -> None:
         self.lines, self.at, self.separator, self.point = lines, 0, "\t", "."
         self.is_cut = is_cut  # whether the last line has no end
+        self.last = next((i for i in reversed(range(len(lines))) if lines[i].strip()), 0)
         self.notes: list[str] = []
 
     def error(self, reason: str, line: int | None = None) -> RecordError:
@@ -246,7 +245,8 @@ class _Lines:
         x, abscissae = rows[:, 0], rows[:, ~is_value].T.copy() if layout == "Multi" else None
         if layout == "No":
             starts = [self.number(cell or "0", "X0") for cell in entries.get("X0", n * [""])]
-            steps = [self.number(cell, "Delta_X") for cell in entries.get("Delta_X", n * [""])]
+            common = header.get("Delta_X", [""])[0]
+            steps = [self.number(cell or common, "Delta_X") for cell in entries.get("Delta_X", n * [""])]
             abscissae = np.array(starts)[:, None] + np.array(steps)[:, None] * np.arange(len(rows))
         if abscissae is not None:
             abscissae += self.late(entries.get("Time", n * [""]), names)[:, None]
@@ -273,7 +273,6 @@ class _Lines:
         A last line of the file that is cut off is left out, and a note says so, as it does of fewer than ``samples``.
         """
         rows: list[list[float]] = []
-        last = max(i for i, line in enumerate(self.lines) if line.strip())
         self.at += 1
         decimals = 0
         while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith(_NEXT):
@@ -284,7 +283,7 @@ class _Lines:
                 numbers = []
             known, decimals = decimals, len(fields[-1].partition(self.point)[2])
             is_cut = self.is_cut and (decimals < known or len(rows) + 1 < samples)
-            if rows and self.at == last and (len(numbers) < columns or is_cut):
+            if rows and self.at == self.last and (len(numbers) < columns or is_cut):
                 self.notes.append(f"left out line {self.at + 1}, which is cut off")
             elif not numbers:
                 raise self.error(f"not numbers: {line.strip()[:60]!r}")

@@ -23,9 +23,9 @@ from ..core.matlab import Value, arrays
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .columns import Column, Columns, Contents, frf_names, listed, resolve, table_of_channels, to_frf
 from .registry import Format, register
-from .time_axis import TimeAxis, since_start, time_axis
+from .time_axis import Rate, Rates, TimeAxis, since_start, time_axis
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
 
@@ -33,22 +33,17 @@ _CHANNEL = re.compile(r"(acc|vel|disp|force)_(\d+)")
 _NAMED = ("data", "frf", "coherence")  # matrices whose columns the cell array names
 
 
-def read_mat(
-    path: str | PathLike[str],
-    columns: Mapping[str, str] | None = None,
-    fs: float | None = None,
-    resample: float | None = None,
-) -> Contents:
+def read_mat(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
     """Read the time records or the FRFs (of a file with frequencies) of a MATLAB file, saved as version 5 to 7.
 
     ``columns`` gives channel and, if it is not SI, unit of a variable: ``{"a": "acc:1 [g]", "data:3": "base", "T":
     "skip"}``; others are named after their channel. Text, structures and scalars are passed over. ``fs`` (Hz) is of a
     file without the variable ``time`` or ``fs``, ``resample`` (Hz) has samples at uneven times interpolated.
     """
-    variables, notes = read_variables(path), list[str]()
+    variables, rates = read_variables(path), Rates(fs, resample, [])
     with naming(path):
-        contents = _contents(variables, columns or {}, fs, resample, notes)
-    note(path, notes)
+        contents = _contents(variables, columns or {}, rates)
+    note(path, rates.notes)
     return contents
 
 
@@ -102,13 +97,7 @@ def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
         raise RecordError(f"{path}: not a whole MATLAB file: {error}") from None
 
 
-def _contents(
-    variables: Mapping[str, Value],
-    mapped: Mapping[str, str],
-    fs: float | None,
-    resample: float | None,
-    notes: list[str],
-) -> Contents:
+def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: Rates) -> Contents:
     table = dict(_vectors(variables))
     if not table:
         raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
@@ -126,7 +115,7 @@ def _contents(
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
     if any(c.reference for c in used):
         return to_frf(used, values)
-    axis = _timing(used, values, fs, variables.get("fs"), resample, notes)
+    axis = _timing(used, values, rates, variables.get("fs"))
     return [c.channel(axis.samples(v), axis.fs, axis.start) for c, v in zip(used, values) if c.quantity != "time"]
 
 
@@ -160,19 +149,12 @@ def _names(cells: Value) -> list[str]:
     return ["".join(c if c.isprintable() else " " for c in str(name)) for name in cells]
 
 
-def _timing(
-    used: list[Column],
-    values: list[np.ndarray],
-    fs: float | None,
-    stored: Value,
-    resample: float | None,
-    notes: list[str],
-) -> TimeAxis:
+def _timing(used: list[Column], values: list[np.ndarray], rates: Rates, stored: Value) -> TimeAxis:
     """When the samples were taken."""
     times = [(c, value) for c, value in zip(used, values) if c.quantity == "time"]
     if not times:
-        if fs is not None:
-            return TimeAxis(fs)
+        if rates.fs is not None:
+            return TimeAxis(rates.fs)
         if stored is None:
             raise RecordError(
                 f'has no variable "time" or "fs", only {listed(c.name for c in used)}; map one to time, or give the '
@@ -181,11 +163,11 @@ def _timing(
         if not isinstance(stored, np.ndarray) or stored.size != 1 or np.iscomplexobj(stored):
             raise RecordError('variable "fs" must be one number, the samples per second')
         return TimeAxis(float(stored.item()))
-    if len(times) > 1 or fs is not None:
+    if len(times) > 1 or rates.fs is not None:
         raise RecordError("has a variable of time; needs just one, and then no sampling rate beside it")
     ((column, value),) = times
-    time, _ = since_start(value, column.scale, column.name, notes, column.unit)
-    return time_axis(time, 1e-15, None, resample, notes)
+    time, _ = since_start(value, column.scale, column.name, rates.notes, column.unit)
+    return time_axis(time, 1e-15, rates)
 
 
 register(Format(

@@ -7,7 +7,7 @@ conversions to physical values. Written is version 4.10.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from os import PathLike
 from typing import Any
 
@@ -16,8 +16,10 @@ import numpy as np
 from ..core.errors import RecordError
 from ..core.files import most_unpacked, replacing
 from .channels import Channel
+from .columns import Columns
 from .mdf_blocks import require_whole
 from .registry import Format, register
+from .time_axis import Rate, Rates
 from .waveforms import GAPS, Program, Waveform
 
 __all__ = ["read_mdf", "write_mdf"]
@@ -29,10 +31,7 @@ DIGIT = 1e-9  # s, of the times of loggers, which count nanoseconds
 
 
 def read_mdf(
-    path: str | PathLike[str],
-    columns: Mapping[str, str] | None = None,
-    fs: float | None = None,
-    resample: float | None = None,
+    path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
     """Read the time records of all groups of an MDF file, each channel under its own name, with its group's rate.
 
@@ -40,7 +39,7 @@ def read_mdf(
     has samples between them interpolated. What is no row of numbers is left out; samples that are marked as invalid are
     interpolated, or, where a tenth or more are, the channel is sampled at the others. Notes say so.
     """
-    return ASAMMDF.read(path, _waves, columns, fs, resample)
+    return ASAMMDF.read(path, _waves, columns, Rates(fs, resample, []))
 
 
 def _waves(data: bytes) -> Iterator[Waveform]:
@@ -80,7 +79,7 @@ def _waves(data: bytes) -> Iterator[Waveform]:
 
 
 def _without(value: np.ndarray, invalid: np.ndarray) -> tuple[np.ndarray, str]:
-    """Return samples without those that are invalid, and words: interpolated, or nan where many are as of slower ones."""
+    """Return samples without those that are invalid: interpolated, or nan where they are many; and words for a note."""
     words = f"{invalid.sum()} of {value.size} samples are marked as invalid, from sample {np.argmax(invalid)} on; "
     if invalid.mean() >= GAPS:
         return np.where(invalid, np.nan, value), words + "it is taken at the others"

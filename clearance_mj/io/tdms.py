@@ -21,9 +21,10 @@ from ..core.errors import RecordError
 from ..core.files import replacing
 from ..core.units import UNITS
 from .channels import Channel
+from .columns import Columns
 from .registry import Format, register
 from .tables.headers import is_time, split_header
-from .time_axis import since_start
+from .time_axis import Rate, Rates, since_start
 from .waveforms import Program, Waveform, not_over_time
 
 if TYPE_CHECKING:
@@ -37,10 +38,7 @@ _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(
-    path: str | PathLike[str],
-    columns: Mapping[str, str] | None = None,
-    fs: float | None = None,
-    resample: float | None = None,
+    path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
     """Read the time records of all groups of a TDMS file, each channel under its own name, with its own rate.
 
@@ -48,7 +46,7 @@ def read_tdms(
     samples at uneven times interpolated. Channels that begin later than the first (``wf_start_time``) start later. What
     is no row of numbers is left out, and a note says so.
     """
-    return NPTDMS.read(path, _waves, columns, fs, resample)
+    return NPTDMS.read(path, _waves, columns, Rates(fs, resample, []))
 
 
 def _waves(data: bytes) -> Iterator[Waveform]:

@@ -1,4 +1,4 @@
-"""Instants of samples: as even steps, by a sampling rate in place of them, or interpolated at even instants on demand."""
+"""Instants of samples: in even steps, replaced by a sampling rate, or brought to even steps by interpolation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from ..core.errors import RecordError
 from ..signals.resample import resampled
 from .channels import Channel
 
-__all__ = ["TimeAxis", "on_one_axis", "since_start", "time_axis"]
+__all__ = ["Rate", "Rates", "TimeAxis", "on_one_axis", "since_start", "time_axis"]
+
+Rate = float | None  # Hz
 
 EPOCHS = {"1970-01-01": (5e8, 2.3e9), "1904-01-01": (3.2e9, 4.4e9)}
 """Seconds since two dates that are taken for dates themselves: 1985 to 2042, and LabVIEW's 2005 to 2043"""
@@ -26,6 +28,15 @@ _GAP = 2.5  # steps between two samples from which on some are missing
 _TWICE = 0.01  # share of instants that may come twice
 _ON_GRID = 1e-3  # of a step, by which an instant may miss the grid that it is on
 _FINER = 8  # times the rate at which cubic splines follow what is below 0.4 of the rate, within 1e-4
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What is asked of the sampling rates of a file, and the notes on how it was understood."""
+
+    fs: Rate  #: of what does not say its own, or has uneven times
+    resample: Rate  #: to which all records will be brought: uneven times are interpolated
+    notes: list[str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,29 +56,28 @@ class TimeAxis:
         return _spline(self.time, value[self.order], self.start + np.arange(size) / self.fs)
 
 
-def time_axis(time: np.ndarray, digits: float, fs: float | None, resample: float | None, notes: list[str]) -> TimeAxis:
+def time_axis(time: np.ndarray, digits: float, rates: Rates) -> TimeAxis:
     """Return the axis of samples at the instants ``time`` (n,) in s, which have a relative precision of ``digits``.
 
-    Instants within their jitter of even steps are even, which a note says. Others are interpolated at a multiple of the
-    rate ``resample``, or replaced by steps of 1 / ``fs`` if they are of this rate on average.
+    Instants within their jitter of even steps are even, which a note says. Others are interpolated at a multiple of
+    ``rates.resample``, or replaced by steps of 1 / ``rates.fs`` if they are of this rate on average.
     """
+    fs = rates.fs
     try:
-        rate, start = even_rate(time, digits, None if resample else notes)
+        rate, start = even_rate(time, digits, None if rates.resample else rates.notes)
     except RecordError as error:
-        span = float(np.ptp(time))
-        if resample and time.size > 1:
-            return _interpolated(time, resample, notes)
+        if rates.resample and time.size > 1:
+            return _interpolated(time, rates.resample, rates.notes)
         if fs is None:
-            raise RecordError(
-                f"{error}; --resample RATE interpolates, or give the sampling rate in place of the times (--fs)"
-            ) from None
-        mean = (time.size - 1) / span if span > 0 else fs
-        if abs(mean / fs - 1) > _NEAR:
+            words = f"{error}; --resample RATE interpolates, or give the sampling rate in place of the times (--fs)"
+            raise RecordError(words) from None
+        mean = (time.size - 1) / (float(np.ptp(time)) or np.inf)
+        if mean and abs(mean / fs - 1) > _NEAR:
             raise RecordError(f"its times have {mean:.5g} samples in a second, not {fs:g} (--fs)") from None
-        notes.append(f"{fs:.9g} Hz (--fs) in place of uneven times")
+        rates.notes.append(f"{fs:.9g} Hz (--fs) in place of uneven times")
         return TimeAxis(fs, float(time[0]))
     if fs and abs(rate / fs - 1) > _AGREES:
-        notes.append(f"{rate:.9g} Hz by its times, not {fs:g} (--fs)")
+        rates.notes.append(f"{rate:.9g} Hz by its times, not {fs:g} (--fs)")
     return TimeAxis(rate, start)
 
 
@@ -79,13 +89,10 @@ def _interpolated(time: np.ndarray, rate: float, notes: list[str]) -> TimeAxis:
         raise RecordError(f"{twice} of its {time.size} times are those of other samples: they have too few digits")
     rising = time[order]
     steps = np.diff(rising)
-    usual = float(np.median(steps))
-    words = f"interpolated by cubic splines between {time.size} uneven instants"
-    if twice or (np.diff(order) < 0).any():
-        words += f", put in order, without {twice} that came twice"
-    if (gaps := steps > _GAP * usual).any():
-        longest = int(np.argmax(steps))
-        words += f", over {gaps.sum()} gaps, the longest {steps[longest]:.4g} s from {rising[longest]:.6g} s on"
+    usual, longest = float(np.median(steps)), int(np.argmax(steps))
+    words = f"interpolated by cubic splines between {order.size} of {time.size} uneven instants"
+    if steps[longest] > _GAP * usual:
+        words += f", over gaps of up to {steps[longest]:.4g} s (at {rising[longest]:.6g} s)"
     notes.append(words)
     fine = rate * max(1, math.ceil(1 / (usual * rate) - 0.01))
     return TimeAxis(fine, math.ceil(rising[0] * fine - _ON_GRID) / fine, rising, order)
@@ -96,9 +103,7 @@ def _spline(time: np.ndarray, value: np.ndarray, instants: np.ndarray) -> np.nda
     return found
 
 
-def since_start(
-    value: np.ndarray, scale: float, name: str, notes: list[str], unit: str = ""
-) -> tuple[np.ndarray, float]:
+def since_start(value: np.ndarray, scale: float, name: str, notes: list[str], unit: str) -> tuple[np.ndarray, float]:
     """Return instants in s and their scale, of numbers in a unit of ``scale`` s; dates in numbers begin at 0.
 
     Numbers without a unit that are a date if they count ms, µs or ns do so. Notes say what was taken.
@@ -130,10 +135,8 @@ def on_one_axis(channels: Sequence[Channel], rate: float, notes: list[str]) -> l
     if size < 2:
         raise RecordError(f'"{early.name}" ends at {end:g} s, "{late.name}" begins at {late.start:g} s; leave one out')
     notes.append(f"resampled to {rate:.9g} Hz from {late.start:.6g} s to {end:.6g} s, which all channels share")
-    return [
-        dataclasses.replace(c, value=_at(c, late.start, rate)[:size], fs=float(rate), start=late.start)
-        for c in channels
-    ]
+    shared = {"fs": float(rate), "start": late.start}
+    return [dataclasses.replace(c, value=_at(c, late.start, rate)[:size], **shared) for c in channels]
 
 
 def _at(channel: Channel, start: float, rate: float) -> np.ndarray:

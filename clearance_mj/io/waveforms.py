@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import re
 from collections import Counter
@@ -19,7 +20,7 @@ from ..core.overview import few
 from ..core.units import quantity_of
 from .channels import Channel
 from .columns import SKIP, as_channel, raw_header, resolve
-from .time_axis import TimeAxis, time_axis
+from .time_axis import Rates, TimeAxis, time_axis
 
 __all__ = ["GAPS", "Program", "Waveform", "named_channels", "not_over_time"]
 
@@ -65,14 +66,12 @@ class Program:
         path: str | PathLike[str],
         waves: Callable[[bytes], Iterable[Waveform]],
         mapped: Mapping[str, str] | None,
-        fs: float | None,
-        resample: float | None,
+        rates: Rates,
     ) -> list[Channel]:
         """Return the channels of a file, whose waveforms ``waves`` finds in its bytes; notes say what is left out.
 
         Whatever the package raises of a damaged file becomes one line.
         """
-        notes: list[str] = []
         with naming(path):
             self.require()
             try:
@@ -84,8 +83,8 @@ class Program:
             except Exception as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
                 raise RecordError(f"not a whole {self.format} file: {reason}") from None
-            channels = named_channels(found, mapped or {}, fs, resample, notes)
-        note(path, notes)
+            channels = named_channels(found, mapped or {}, rates)
+        note(path, rates.notes)
         return channels
 
     def headers(self, path: str | PathLike[str], channels: Sequence[Channel]) -> list[tuple[str, str]]:
@@ -110,78 +109,58 @@ def not_over_time(name: str, unit: str, *axis: str) -> str:
     return f"is in dB by its name, not in {unit}" if _LEVEL.search(name) and quantity_of(unit) else ""
 
 
-def named_channels(
-    waves: Sequence[Waveform],
-    mapped: Mapping[str, str],
-    fs: float | None,
-    resample: float | None,
-    notes: list[str],
-) -> list[Channel]:
+def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: Rates) -> list[Channel]:
     """Return channels under their own names, or those that a map of names gives them; what it skips may be anything.
 
-    A name that several groups have gets its group before it; notes say so, and which rates there are. ``fs`` and
-    ``resample`` as `time_axis` takes them.
+    A name that several groups have gets its group before it; notes say so, and which rates there are.
     """
     if not waves:
         raise RecordError("holds no time records")
-    names = Counter(wave.name for wave in waves)
-    useful = Counter(wave.name for wave in waves if not wave.useless)
+    counted = [Counter(w.name for w in waves if not w.useless), Counter(w.name for w in waves)]
     headers = []
     for wave in waves:
-        is_shared = wave.group and (names if wave.useless else useful)[wave.name] > 1
+        is_shared = wave.group and counted[bool(wave.useless)][wave.name] > 1
         name = f"{wave.group}/{wave.name}" if is_shared else wave.name
         headers.append(f"{name} [{wave.unit}]" if wave.unit else name)
+    notes = rates.notes
     used = [as_channel(c) if c.is_raw_time else c for c in resolve(headers, mapped, None, notes)]
     if any(column.reference or column.quantity in ("time", "frequency") for column in used):
         raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
-    notes += [f'left out "{c.name}", {waves[c.index].useless}' for c in used if c.is_raw and waves[c.index].useless]
-    axes: dict[tuple[int, bytes], tuple[TimeAxis, list[str]]] = {}
-    said: dict[str, list[str]] = {}
     found = []
-    for column in (c for c in used if not (c.is_raw and waves[c.index].useless)):
-        words = [waves[column.index].words] if waves[column.index].words else []
+    said: dict[str, list[str]] = {}
+    for column in used:
+        wave = waves[column.index]
+        if wave.useless and column.is_raw:
+            notes.append(f'left out "{column.name}", {wave.useless}')
+            continue
+        own = dataclasses.replace(rates, notes=[wave.words] if wave.words else [])
         try:
-            axis, value = _sampled(waves[column.index], axes, fs, resample, words)
+            axis, value = _sampled(wave, own)
         except RecordError as error:
             raise RecordError(f'"{column.name}": {error}, or leave it out ("{column.name}={SKIP}")') from None
-        late = 0.0 if waves[column.index].time is None else waves[column.index].start
-        found.append(column.channel(value, axis.fs, axis.start + late))
-        for each in words:
-            said.setdefault(each, []).append(f'"{column.name}"')
+        found.append(column.channel(value, axis.fs, axis.start))
+        for words in own.notes:
+            said.setdefault(words, []).append(f'"{column.name}"')
     if not found:
         raise RecordError("holds no time records")
-    notes += [f"{few(of, 3)}: {words}" for words, of in said.items()]
-    rates = {(c.fs, c.size) for c in found}
-    if len(rates) > 1:
-        counted = [f"{sum((c.fs, c.size) == rate for c in found)} at {rate[0]:.9g} Hz" for rate in sorted(rates)]
-        notes.append(f"channels of several rates or lengths: {', '.join(counted)}")
+    notes += [f"{few(names, 3)}: {words}" for words, names in said.items()]
+    counts = Counter((c.fs, c.size) for c in found)
+    if len(counts) > 1:
+        listed = [f"{counts[rate]} at {rate[0]:.9g} Hz" for rate in sorted(counts)]
+        notes.append(f"channels of several rates or lengths: {', '.join(listed)}")
     return found
 
 
-def _sampled(
-    wave: Waveform,
-    axes: dict[tuple[int, bytes], tuple[TimeAxis, list[str]]],
-    fs: float | None,
-    resample: float | None,
-    notes: list[str],
-) -> tuple[TimeAxis, np.ndarray]:
-    """Return when a channel was sampled, and its numbers; ``axes`` keeps what was found of instants that many share."""
+def _sampled(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
+    """Return when a channel was sampled, and its numbers."""
     if wave.fault or wave.useless:
         raise RecordError(wave.fault or f"{wave.useless.removeprefix('which ')}; choose another")
     value, time, has = wave.value, wave.time, np.isfinite(wave.value)
-    if time is None and (rate := wave.fs or fs) is None:
+    if time is None and (rate := wave.fs or rates.fs) is None:
         raise RecordError("does not say its time step; give the sampling rate (--fs)")
     if not has.all():
-        if np.isfinite(value).mean() > 1 - GAPS:
+        if has.mean() > 1 - GAPS:
             raise RecordError(f"has no number at sample {int(np.argmin(has))}; mend it")
-        time = wave.start + np.arange(value.size) / rate if time is None else time
-        value, time = value[has], time[has]
-    if time is None:
-        return TimeAxis(rate, wave.start), value
-    key = id(wave.time), b"" if has.all() else has.tobytes()
-    if key not in axes:
-        words: list[str] = []
-        axes[key] = time_axis(time, wave.digits, fs, resample, words), words
-    axis, words = axes[key]
-    notes += words
-    return axis, axis.samples(value)
+        value, time = value[has], (np.arange(value.size) / rate if time is None else time)[has]
+    axis = TimeAxis(rate) if time is None else time_axis(time, wave.digits, rates)
+    return dataclasses.replace(axis, start=axis.start + wave.start), axis.samples(value)

@@ -10,7 +10,7 @@ from ...core.checks import simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
 from ..columns import SKIP, Column, listed
-from ..time_axis import TimeAxis, since_start, time_axis
+from ..time_axis import Rates, TimeAxis, since_start, time_axis
 from .numbers import Body
 from .stamps import read_stamps
 
@@ -22,19 +22,14 @@ _WHOLE = 0.999  # of the last digit that a step must have: steps of less would n
 
 
 def time_of(
-    body: Body,
-    used: Sequence[Column],
-    cells: Sequence[str],
-    fs: float | None,
-    known: tuple[float, int] | None,
-    resample: float | None,
-    notes: list[str],
+    body: Body, used: Sequence[Column], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
 ) -> tuple[TimeAxis, frozenset[int]]:
     """Return when the samples were taken: by a column of time, the caller's rate, or that of a line above the table.
 
     ``known`` is such a rate in Hz and the number of its line. The second is the columns that are time and no channels.
     Notes say which was taken, and whether two differ.
     """
+    fs, notes = rates.fs, rates.notes
     times = [c for c in used if c.quantity == "time"]
     if times and times[0].is_raw_time:
         times = _of_several(body, times)
@@ -57,7 +52,7 @@ def time_of(
         )
     (column,) = times
     all_of_time = frozenset(c.index for c in (*used, column) if c.quantity == "time")
-    axis = _timing(body, column, cells, known, resample, notes)
+    axis = _timing(body, column, cells, rates, known)
     if known and axis.time is None and abs(axis.fs / known[0] - 1) > _AGREES:
         notes.append(f'{axis.fs:.9g} Hz by "{column.name}", not the {known[0]:.9g} Hz of line {known[1]}')
     return axis, all_of_time
@@ -91,14 +86,10 @@ def _rising(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column
 
 
 def _timing(
-    body: Body,
-    column: Column,
-    cells: Sequence[str],
-    known: tuple[float, int] | None,
-    resample: float | None,
-    notes: list[str],
+    body: Body, column: Column, cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
 ) -> TimeAxis:
     """Return when samples were taken, by a column of instants."""
+    notes = rates.notes
     index, where = column.index, f'column {column.index + 1} "{cells[column.index]}"'
     if body.kind(index) == "stamp" and (stamps := read_stamps(body.frame[index])):
         time, digit, words = stamps
@@ -127,7 +118,7 @@ def _timing(
     if step > _WHOLE * digit and not off.any():
         return TimeAxis(simplest_rate(float(step), digit / (time.size - 1)), float(time[0]))
     try:
-        return time_axis(time, 0.0, None, resample, notes)
+        return time_axis(time, 0.0, rates)
     except RecordError:
         steps = np.diff(time)
         at = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
