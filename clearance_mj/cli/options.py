@@ -88,11 +88,8 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 def add_rate(parser: argparse.ArgumentParser) -> None:
     """Add the options that say the sampling rate of files, and another to which their records are brought."""
     parser.add_argument("--fs", type=float, help="samples per second of what has no times, or uneven ones of this rate")
-    parser.add_argument(
-        "--resample", type=float, metavar="RATE",
-        help="bring all records to this many samples per second, over the time that they share; those at uneven times "
-        "are interpolated",
-    )  # fmt: skip
+    words = "bring all records to this many samples per second, over the time that they share, uneven ones too"
+    parser.add_argument("--resample", type=float, metavar="RATE", help=words)
 
 
 def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:

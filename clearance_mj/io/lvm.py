@@ -251,10 +251,10 @@ class _Lines:
         if abscissae is not None:
             abscissae += self.late(entries.get("Time", n * [""]), names)[:, None]
             x, abscissae = abscissae[0], None if (abscissae == abscissae[0]).all() else abscissae
-        units, dimensions = entries.get("Y_Unit_Label", n * [""]), entries.get("X_Dimension", n * [""])
         said = {name: v[0] for name, v in header.items()}
-        dimensions = tuple(cell or said.get("X_Dimension") or "Time" for cell in dimensions)
-        return LvmSegment(x, rows[:, is_value].T.copy(), names, tuple(units), said, abscissae, dimensions)
+        units = tuple(entries.get("Y_Unit_Label", n * [""]))
+        over = tuple(cell or said.get("X_Dimension") or "Time" for cell in entries.get("X_Dimension", n * [""]))
+        return LvmSegment(x, rows[:, is_value].T.copy(), names, units, said, abscissae, over)
 
     def late(self, clocks: Sequence[str], names: Sequence[str]) -> np.ndarray:
         """Return (n_channels,) s by which channels begin after the first of them, by their clock times."""

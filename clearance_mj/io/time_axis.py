@@ -135,8 +135,8 @@ def on_one_axis(channels: Sequence[Channel], rate: float, notes: list[str]) -> l
     if size < 2:
         raise RecordError(f'"{early.name}" ends at {end:g} s, "{late.name}" begins at {late.start:g} s; leave one out')
     notes.append(f"resampled to {rate:.9g} Hz from {late.start:.6g} s to {end:.6g} s, which all channels share")
-    shared = {"fs": float(rate), "start": late.start}
-    return [dataclasses.replace(c, value=_at(c, late.start, rate)[:size], **shared) for c in channels]
+    start, fs = late.start, float(rate)
+    return [dataclasses.replace(c, value=_at(c, start, fs)[:size], fs=fs, start=start) for c in channels]
 
 
 def _at(channel: Channel, start: float, rate: float) -> np.ndarray:

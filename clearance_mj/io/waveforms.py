@@ -156,7 +156,8 @@ def _sampled(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
     if wave.fault or wave.useless:
         raise RecordError(wave.fault or f"{wave.useless.removeprefix('which ')}; choose another")
     value, time, has = wave.value, wave.time, np.isfinite(wave.value)
-    if time is None and (rate := wave.fs or rates.fs) is None:
+    rate = wave.fs or rates.fs or 0.0
+    if time is None and not rate:
         raise RecordError("does not say its time step; give the sampling rate (--fs)")
     if not has.all():
         if has.mean() > 1 - GAPS:
