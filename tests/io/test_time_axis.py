@@ -14,6 +14,8 @@ from clearance_mj.core.notes import RecordNote
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.time_axis import on_one_axis
 
+from .uff_by_hand import by_hand
+
 FS, N = 2000.0, 8000  # of a car's accelerometers
 EVEN = np.arange(N) / FS
 
@@ -154,6 +156,16 @@ def test_jitter_in_text_and_matlab(tmp_path, rng, said):
         assert "about even steps; taken for 500 Hz" in note
         (channel,), _ = said(each, resample=500.0)
         np.testing.assert_allclose(channel.value[9:-9], tone(channel.time[9:-9]), atol=2e-4)
+
+
+def test_jitter_in_a_universal_file(tmp_path, rng):
+    time = np.arange(40) / 500 + rng.uniform(-5e-4, 5e-4, 40)
+    pairs = [f"{t:13.5e}{v:13.5e}" for t, v in zip(time, tone(time))]
+    rows = ["".join(pairs[i : i + 3]) for i in range(0, 40, 3)]
+    (tmp_path / "a.uff").write_bytes(by_hand(rows, spacing=0, count=40, step="2.00000E-03"))
+    with pytest.warns(UserWarning, match=r"times jitter by up to 0\.0005.* about even steps; taken for 500 Hz"):
+        (channel,) = cm.read(tmp_path / "a.uff")
+    assert (channel.fs, channel.size) == (500.0, 40)
 
 
 START = 1767323456  # 2026-01-02 03:10:56 UTC, by the rules of POSIX: 20,455 days of 86,400 s and 11,456 s
