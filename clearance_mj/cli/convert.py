@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
-from .options import add_columns, add_map, add_plugin, add_units, load_map, load_plugin, parse_columns
+from .options import add_columns, add_map, add_plugin, add_rate, add_units, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -34,7 +34,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
     option("--quantity", metavar="QUANTITY", help='of FRFs that do not say theirs, such as "acceleration/force [g/N]"')
-    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    add_rate(parser)
     option(
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
@@ -93,10 +93,10 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     if options.reference:
         obj = formats.read_frf(path, columns, options.reference, options.what or "frf", options.units)
     elif options.map:
-        obj = formats.read_channels(path, columns, options.fs, rig, options.units, load_map(options))
+        obj = formats.read_channels(path, columns, options.fs, rig, options.units, load_map(options), options.resample)
     else:
         what = options.what or ("channels" if options.frf is not None else None)
-        obj = formats.read(path, columns, options.fs, units=options.units)
+        obj = formats.read(path, columns, options.fs, units=options.units, resample=options.resample)
         if options.what or isinstance(obj, FileContents):
             obj = _part(path, obj, what)
     if options.quantity:
@@ -245,6 +245,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         options.fs,
         units=options.units,
         channel_map=load_map(options),
+        resample=options.resample,
         level=options.level,
         band=band,
     )

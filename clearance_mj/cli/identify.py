@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..identify import METHODS as METHODS_BY_NAME
 from .command import command, inputs, out_folder, provenance
-from .options import add_columns, add_map, add_plugin, load_map, load_plugin, parse_columns
+from .options import add_columns, add_map, add_plugin, add_rate, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:
     from ..identify.registry import Identified
@@ -30,7 +30,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
     add_columns(parser)
     add_map(parser)
-    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    add_rate(parser)
     option("--no-figures", action="store_true", help="draw none, and write no page")
 
 
@@ -115,14 +115,14 @@ def _dataset(options: argparse.Namespace) -> Dataset:
 
     path = options.records
     if path.is_dir() or not (path.is_file() or path.suffix.lower() in FORMATS):
-        if options.rig or options.column or options.fs or options.map:
+        if options.rig or options.column or options.fs or options.map or options.resample:
             raise ClearanceError(
-                f"{path}: --rig, --column, --map and --fs are for the file of a single record (.uff or .csv)"
+                f"{path}: --rig, --column, --map, --fs and --resample are for the file of one record (.uff or .csv)"
             )
         return Dataset.load(path)
     if not options.rig:
         raise ClearanceError(f"{path}: is a single record, which needs its rig too: --rig rig.toml")
     rig = Rig.load(options.rig)
     columns = dict(parse_columns(options.column))
-    record = read_record(path, rig, "identify", columns, options.fs, channel_map=load_map(options))
+    record = read_record(path, rig, "identify", columns, options.fs, None, load_map(options), options.resample)
     return Dataset(rig, (record,), path)

@@ -10,7 +10,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import read_lines
 from .command import command
-from .options import add_columns, add_kind, add_plugin, load_plugin, parse_columns
+from .options import add_columns, add_kind, add_plugin, add_rate, load_plugin, parse_columns
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -20,7 +20,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_columns(parser)
     add_plugin(parser, "a file format")
     add_kind(parser)
-    option("--fs", type=float, help="samples per second of files without time")
+    add_rate(parser)
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of excitation, Hz (default: as measured)")
 
 
@@ -38,7 +38,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if out.suffix != ".toml":
         raise ClearanceError(f"--out {out}: give a name that ends in .toml")
     rig = Rig.load(options.rig)
-    files = {str(path): read_channels(path, fs=options.fs) for path in options.files}
+    files = {str(path): read_channels(path, fs=options.fs, resample=options.resample) for path in options.files}
     names = {channel.name for channels in files.values() for channel in channels}
     if unknown := sorted(decided.keys() - names):
         raise ClearanceError(f'--column: {options.files[0]} has no channel "{unknown[0]}"')

@@ -28,6 +28,7 @@ __all__ = [
     "add_periodic_kind",
     "add_plugin",
     "add_psd",
+    "add_rate",
     "add_rig",
     "add_simulation",
     "add_units",
@@ -82,6 +83,13 @@ def add_units(parser: argparse.ArgumentParser) -> None:
         "--units", metavar="UNITS",
         help='units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"',
     )  # fmt: skip
+
+
+def add_rate(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say the sampling rate of files, and another to which their records are brought."""
+    parser.add_argument("--fs", type=float, help="samples per second of what has no times, or uneven ones of this rate")
+    words = "bring all records to this many samples per second, over the time that they share, uneven ones too"
+    parser.add_argument("--resample", type=float, metavar="RATE", help=words)
 
 
 def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:

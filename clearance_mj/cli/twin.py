@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, inputs, out_folder, provenance
-from .options import add_columns, add_map, load_map, parse_columns
+from .options import add_columns, add_map, add_rate, load_map, parse_columns
 
 if TYPE_CHECKING:
     from ..identify import Twin
@@ -42,7 +42,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")
     add_columns(parser)
     add_map(parser)
-    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    add_rate(parser)
 
 
 @command(
@@ -75,7 +75,9 @@ def _record(options: argparse.Namespace, rig: Rig) -> Record:
     if options.record.is_dir():
         raise ClearanceError(f"{options.record} is a folder; give the file of one record, such as level_5_a.uff in it")
     columns = dict(parse_columns(options.column))
-    record = read_record(options.record, rig, "identify", columns, options.fs, channel_map=load_map(options))
+    record = read_record(
+        options.record, rig, "identify", columns, options.fs, None, load_map(options), options.resample
+    )
     return dataclasses.replace(record, provenance={"file": str(options.record)} | record.provenance)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,10 @@ NOWHERE = "0:S"
 """Degree of freedom of what a file does not place: no node, no direction"""
 NAME_LIMIT = 72
 """Characters. A longer name could end the 80-character line of a universal file in "    -1", its delimiter."""
+JITTER = 0.45
+"""Of a step, by which instants may depart from even ones"""
+FEWEST = 16
+"""Instants of which a jitter can be told from uneven steps"""
 _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
 
@@ -48,14 +53,19 @@ def require_finite(values: np.ndarray, what: str) -> None:
         raise RecordError(f"{what}: sample {int(np.argmin(finite))} is not a finite number")
 
 
-def even_rate(time: np.ndarray, digits: float) -> tuple[float, float]:
-    """Return the sampling rate in Hz and time of the first sample in s, of instants in even steps."""
+def even_rate(time: np.ndarray, digits: float, notes: list[str] | None = None) -> tuple[float, float]:
+    """Return the sampling rate in Hz and time of the first sample in s, of instants in even steps.
+
+    With ``notes``, instants that jitter about even steps are taken for these, which a note says, see `jittering_rate`.
+    """
     if time.size < 2:
         raise RecordError("needs two samples to tell its time step")
     step = (time[-1] - time[0]) / (time.size - 1)
     slack = 2 * digits * np.abs(time).max()
     off = np.abs(time - (time[0] + step * np.arange(time.size))) > 1e-3 * step + slack
     if not step > slack or off.any():
+        if notes is not None and (found := jittering_rate(time, notes)):
+            return found
         raise RecordError(
             f"its times are uneven at sample {int(np.argmax(off))} or have too few digits; needs one time step "
             "throughout"
@@ -63,12 +73,29 @@ def even_rate(time: np.ndarray, digits: float) -> tuple[float, float]:
     return simplest_rate(float(step), slack / (time.size - 1)), float(time[0])
 
 
-def simplest_rate(step: float, slack: float) -> float:
-    """Return the rate with the fewest decimals whose time step is ``step`` within ``slack``.
+def jittering_rate(time: np.ndarray, notes: list[str]) -> tuple[float, float] | None:
+    """Return rate in Hz and start in s of even steps about which instants jitter, which a note says; None of others.
+
+    No instant is further than `JITTER` of a step from the straight line of least squares: where a sample is missing,
+    two are half a step from it.
+    """
+    number = np.arange(time.size) - (time.size - 1) / 2
+    center, spread = time.mean(), number @ number
+    step = float(number @ (time - center) / spread)
+    departure = time - center - step * number
+    if time.size < FEWEST or not np.abs(departure).max() < JITTER * step:
+        return None
+    rate = simplest_rate(step, 3 * float(departure.std()) / math.sqrt(spread), 1e-2)
+    notes.append(f"times jitter by up to {np.abs(departure).max():.2g} s about even steps; taken for {rate:.9g} Hz")
+    return rate, float(center + number[0] / rate)
+
+
+def simplest_rate(step: float, slack: float, most: float = 1e-5) -> float:
+    """Return the rate with the fewest decimals whose time step is ``step`` within ``slack``, at most ``most`` of it.
 
     Six digits is all that a universal file holds of a time step: 1/2048 s is written as 4.88281e-04.
     """
-    slack = 1.001 * min(slack, 1e-5 * step)
+    slack = 1.001 * min(slack, most * step)
     for decimals in range(12):
         rate = round(1 / step, decimals)
         if rate > 0 and abs(1 / rate - step) <= slack:

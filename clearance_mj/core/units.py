@@ -11,7 +11,7 @@ from .errors import ClearanceError, RecordError
 __all__ = ["UNITS", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
 UNITS = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
     "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665, "m/s/s": 1.0},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
@@ -42,7 +42,9 @@ def si_value(text: str, quantity: str) -> float:
 
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
-    "usec": "us", "microseconds": "us", "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
+    "usec": "us", "microseconds": "us",
+    "millis": "ms", "micros": "us", "nanos": "ns", "nsec": "ns", "nanoseconds": "ns", "newton": "N",
+    "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
     "g's": "g", "gn": "g", "m/sec2": "m/s2", "m.s-2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "mm/sec": "mm/s",
 }  # fmt: skip
 """Other ways of writing a unit, in lower case"""

@@ -27,10 +27,11 @@ from ..signals.quantities import require_quantity
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
-__all__ = ["SKIP", "Column"]
+__all__ = ["SKIP", "Column", "Columns"]
 
 SKIP = "skip"  # What a column is mapped to that is to be left out.
 EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
+Columns = Mapping[str, str] | None  # channels by header
 Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
@@ -157,7 +158,7 @@ def _column(index: int, cell: str, given: str) -> Column:
     name, unit = _split(given)
     unit = _split(cell)[1] if unit is None else unit
     if name in ("time", "frequency"):
-        return Column(index, _name(cell), name, scale=_scale(unit, name))
+        return Column(index, _name(cell), name, scale=_scale(unit, name), unit=unit or "")
     if function := _FUNCTION.fullmatch(name):
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):

@@ -21,30 +21,32 @@ from ..core.files import read_text, replacing
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .columns import SKIP, Column, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .registry import Format, register
 from .tables.headers import is_index
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
 from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
-from .tables.times import Times, time_of
+from .tables.times import time_of
+from .time_axis import Rate, Rates
 from .waveforms import GAPS
 
 __all__ = ["read_csv", "write_csv"]
 
 
-def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
+def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
     """Read the time records or the FRFs (of a file with a column of frequency) of a text table.
 
     Separated by commas, semicolons, tabs or blanks, with decimal points or commas, in UTF-8, UTF-16 or Windows-1252; a
     file that ends in .gz may be compressed. ``columns`` gives channel and, if it is not SI, unit of a column by its
     header: ``{"Accel 1": "acc:1 [g]", "Temp": "skip"}``; others are named after their channel, or become raw channels
-    under their own names. ``fs`` (Hz) is of a file without time. A `RecordNote` says what was guessed.
+    under their own names. ``fs`` (Hz) is of a file without time, ``resample`` (Hz) has samples at uneven times
+    interpolated. A `RecordNote` says what was guessed.
     """
     data, encoding = read_text(path)
     with naming(path):
         notes = [] if encoding == "UTF-8" else [encoding]
-        contents = _contents(data, columns or {}, fs, notes)
+        contents = _contents(data, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
     return contents
 
@@ -64,7 +66,8 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: list[str]) -> Contents:
+def _contents(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
+    notes = rates.notes
     if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
@@ -75,12 +78,13 @@ def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: l
     cells, line = _names(body, bool(mapped))
     used = resolve(cells, mapped, line, notes)
     if any(c.reference for c in used):
-        if fs is not None:
+        if rates.fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
         return to_frf(used, [_numbers(body, c, cells) for c in used])
     known = find_rate(above, layout.style)
-    times = time_of(body, used, cells, fs, known, notes)
-    found = [c.channel(_numbers(body, c, cells), times.fs, times.start) for c in _channels(body, used, times, notes)]
+    axis, of_time = time_of(body, used, cells, rates, known)
+    kept = _channels(body, used, of_time, notes)
+    found = [c.channel(axis.samples(_numbers(body, c, cells)), axis.fs, axis.start) for c in kept]
     if not found:
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
     return found
@@ -122,11 +126,11 @@ def _names(body: Body, is_mapped: bool) -> tuple[list[str], int]:
     return cells, layout.header + 1
 
 
-def _channels(body: Body, used: Sequence[Column], times: Times, notes: list[str]) -> list[Column]:
+def _channels(body: Body, used: Sequence[Column], of_time: frozenset[int], notes: list[str]) -> list[Column]:
     """Return the columns that are channels; raw ones of no use are left out."""
     found = []
     for column in used:
-        if column.index in times.columns:
+        if column.index in of_time:
             continue
         why = _useless(body, column) if column.is_raw else ""
         if why:
@@ -175,6 +179,6 @@ def _numbers(body: Body, column: Column, cells: Sequence[str]) -> np.ndarray:
 
 
 register(Format(
-    "CSV", (".csv", ".tsv", ".txt"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs"),
+    "CSV", (".csv", ".tsv", ".txt"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs", "resample"),
     note="a header or a map of columns, also as data loggers write it; `.csv.gz` is read",
 ))  # fmt: skip

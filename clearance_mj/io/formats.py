@@ -5,6 +5,7 @@ Each format is a file that registers itself, see `clearance_mj.io.registry`; tho
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from os import PathLike
@@ -15,6 +16,7 @@ from ..clearance.law import Law
 from ..clearance.law_files import load_law
 from ..core.checks import naming
 from ..core.errors import RecordError
+from ..core.notes import note
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
@@ -27,6 +29,7 @@ from .channels import Channel
 from .contents import FileContents, picked
 from .dataset import Dataset, Record
 from .registry import FORMATS, WORDS, Format, format_of, register
+from .time_axis import on_one_axis
 
 __all__ = [
     "FORMATS",
@@ -57,6 +60,7 @@ def read(
     reference: str | None = None,
     what: str | None = None,
     units: str | None = None,
+    resample: float | None = None,
 ) -> Contents:
     """Read a file in the format of its suffix, or a dataset folder.
 
@@ -74,6 +78,9 @@ def read(
         What to return of a file that holds several things: "channels", "frf", "spectra", "modes" or "geometry".
     units : str, optional
         Units of a universal file, whatever its data set 164 says: "SI", or length and force, such as "mm,N".
+    resample : float, optional
+        Samples per second to which all time records are brought, over the time that they share; those at uneven times
+        are interpolated. A `RecordNote` says so.
 
     Returns
     -------
@@ -89,15 +96,31 @@ def read(
         return Dataset.load(Path(path))
     known = format_of(path)
     given: dict[str, Any] = {"columns": columns or None, "fs": fs, "reference": reference, "units": units}
+    given["resample"] = resample
     given = {name: value for name, value in given.items() if value is not None}
-    for name in given.keys() - {*known.options, "reference"}:
+    for name in given.keys() - {*known.options, "reference", "resample"}:
         names = sorted({f.name for f in FORMATS.values() if name in f.options})
         raise RecordError(f"{path}: {OPTIONS[name]} for {', '.join(names)} files")
     obj = known.read(path, **{name: value for name, value in given.items() if name in known.options})
     with naming(path):
         if what is not None:
             obj = picked(obj, what)
+        if resample is not None:
+            obj = _resampled(path, obj, resample)
         return obj if reference is None or not isinstance(obj, FRF) else obj.to_reference(reference)
+
+
+def _resampled(path: str | PathLike[str], obj: Contents, rate: float) -> Contents:
+    """Return what a file holds with its time records at one rate."""
+    notes: list[str] = []
+    if isinstance(obj, FileContents) and obj.channels:
+        obj = dataclasses.replace(obj, channels=tuple(on_one_axis(obj.channels, rate, notes)))
+    elif isinstance(obj, list):
+        obj = on_one_axis(obj, rate, notes)
+    else:
+        raise RecordError(f"holds {_words(obj)}; only time records are resampled")
+    note(path, notes)
+    return obj
 
 
 def _kind(obj: object) -> type:
@@ -118,12 +141,13 @@ def read_channels(
     rig: Rig | None = None,
     units: str | None = None,
     channel_map: ChannelMap | None = None,
+    resample: float | None = None,
 ) -> list[Channel]:
     """Read a file of time records, whose channels are what a map says.
 
     ``rig`` says at which nodes the displacements of a simulated response are; the rest as `read` takes it.
     """
-    obj = read(path, columns, fs, units=units)
+    obj = read(path, columns, fs, units=units, resample=resample)
     if isinstance(obj, FileContents):
         with naming(path):
             obj = picked(obj, "channels")
@@ -148,15 +172,16 @@ def read_record(
     fs: float | None = None,
     units: str | None = None,
     channel_map: ChannelMap | None = None,
+    resample: float | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs``, ``units`` and ``channel_map`` as `read_channels` takes them; ``described``: description, level,
-    seed, band of `Record`.
+    ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``described``:
+    description, level, seed, band of `Record`.
     """
     path = Path(path)
-    channels = read_channels(path, columns, fs, rig, units, channel_map)
+    channels = read_channels(path, columns, fs, rig, units, channel_map, resample)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):

@@ -7,28 +7,33 @@ segment header, both closed by ``***End_of_Header***``; then one line of column 
 
 from __future__ import annotations
 
+import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 
 import numpy as np
 
-from ..core.checks import even_rate, naming
+from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import read_lines, replacing
+from ..core.files import read_text, replacing
 from ..core.notes import note
 from .channels import Channel, require_one_time
-from .columns import raw_header
+from .columns import Columns, raw_header
 from .registry import Format, register
-from .waveforms import GAPS, Waveform, named_channels
+from .time_axis import Rate, Rates
+from .waveforms import Waveform, named_channels, not_over_time
 
 __all__ = ["LvmSegment", "read_lvm", "read_lvm_channels", "write_lvm"]
 
 END = "***End_of_Header***"
-SEPARATORS = {"Tab": "\t", "Comma": ","}
+SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
 X_COLUMNS = ("One", "Multi", "No")
 Entries = dict[str, list[str]]
+DAY = 86400.0  # s
+FIRST = 100  # lines of a file among which its header says its separator
+_SEPARATOR = re.compile(r"Separator([\t,;])")
 _CLOCK = re.compile(r"(\d+):(\d+):(\d+(?:[.,]\d+)?)")
 
 
@@ -41,14 +46,22 @@ class LvmSegment:
     names: tuple[str, ...]  #: of the channels
     units: tuple[str, ...]  #: "" where the file gives none
     header: dict[str, str]  #: file header and segment header, the first channel's entry of each
-    abscissae: np.ndarray | None = None  #: (n_channels, n) of a file that has one for each channel
+    abscissae: np.ndarray | None = None  #: (n_channels, n) of a file that has one for each channel, or starts or steps
+    dimensions: tuple[str, ...] = ()  #: what each abscissa is, "Time" or other words
 
 
 def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
     """Read a LabVIEW measurement file, plain or compressed by gzip; numbers keep their units (often g, lb, dB)."""
-    lines = _Lines(read_lines(path))
+    segments, notes = _read(path)
+    note(path, notes)
+    return segments
+
+
+def _read(path: str | PathLike[str]) -> tuple[list[LvmSegment], list[str]]:
+    data = read_text(path)[0].decode()
+    lines = _Lines(data.splitlines(), not data.endswith(("\n", "\r")))
     try:
-        return _segments(lines)
+        return _segments(lines), lines.notes
     except RecordError as error:
         raise RecordError(f"{path}, {error}") from None
 
@@ -56,11 +69,16 @@ def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
 def _segments(lines: _Lines) -> list[LvmSegment]:
     if not lines.lines or not lines.lines[0].startswith("LabVIEW Measurement"):
         raise lines.error('a LabVIEW measurement file begins with "LabVIEW Measurement"')
+    lines.separator = next((found[1] for line in lines.lines[:FIRST] if (found := _SEPARATOR.match(line))), "\t")
     header = lines.header()
     separator = header.get("Separator", ["Tab"])[0]
-    if separator not in SEPARATORS:
-        raise lines.error(f"Separator must be {' or '.join(SEPARATORS)}, got {separator!r}")
-    lines.separator, lines.point = SEPARATORS[separator], header.get("Decimal_Separator", ["."])[0]
+    if separator.lower() not in SEPARATORS:
+        raise lines.error(f"Separator must be {', '.join(map(str.title, SEPARATORS))}, got {separator!r}")
+    if lines.separator == "\t":
+        lines.separator = SEPARATORS[separator.lower()]
+    lines.point = header.get("Decimal_Separator", ["."])[0] or ","  # a comma between commas is two cells without text
+    if lines.point == lines.separator:
+        raise lines.error("commas separate both columns and decimals; write the file with another separator")
     segments = []
     while lines.has_more():
         segments.append(lines.segment(header | lines.header()))
@@ -70,17 +88,16 @@ def _segments(lines: _Lines) -> list[LvmSegment]:
 
 
 def read_lvm_channels(
-    path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None
+    path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
     """Read the time records of a LabVIEW measurement file, each channel under its own name with the unit of its header.
 
     Segments that go on where the one before ends are one record; channels of others are told apart by ", segment 2" in
     their names. ``columns`` gives the channel of a column by its title: ``{"Acceleration": "acc:1", "Comment":
     "skip"}``; units are those that the file says, unless the map gives another. ``fs`` (Hz) takes the place of times
-    that are uneven.
+    that are uneven, ``resample`` (Hz) has samples between them interpolated.
     """
-    segments = read_lvm(path)
-    notes: list[str] = []
+    segments, notes = _read(path)
     with naming(path):
         joined = _joined(segments)
         if len(segments) > 1:
@@ -88,35 +105,22 @@ def read_lvm_channels(
             notes.append(f"{len(segments)} segments are {made}")
         waves = []
         for number, segment in enumerate(joined, 1):
-            if segment.header.get("X_Dimension", "Time") not in ("Time", ""):
-                raise RecordError(f"is over {segment.header['X_Dimension']}, not over time; read_lvm reads it")
             suffix = f", segment {number}" if number > 1 else ""
-            waves += [wave for i in range(len(segment.names)) if (wave := _wave(segment, i, suffix, fs, notes))]
-        found = named_channels(waves, columns or {}, notes)
+            waves += [_wave(segment, i, suffix) for i in range(len(segment.names))]
+        found = named_channels(waves, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
     return found
 
 
-def _wave(segment: LvmSegment, i: int, suffix: str, fs: float | None, notes: list[str]) -> Waveform | None:
-    """Return a channel of a segment, at the instants at which it has numbers; None of one that has none."""
-    name, value = segment.names[i] + suffix, segment.value[i]
+def _wave(segment: LvmSegment, i: int, suffix: str) -> Waveform:
+    """Return a channel of a segment."""
+    name, value, unit = segment.names[i], segment.value[i], segment.units[i]
     x = segment.x if segment.abscissae is None else segment.abscissae[i]
-    has = np.isfinite(value)
-    if not has.any():
-        notes.append(f'left out "{name}", which is empty')
-        return None
-    if not has.all() and not np.isfinite(value).mean() <= 1 - GAPS:
-        raise RecordError(
-            f'"{name}" has no number at sample {int(np.argmin(has))}; mend it, or leave the column out ("{name}=skip")'
-        )
-    rate, start = fs or 0.0, 0.0
-    if fs is None:
-        with naming(f'"{name}"'):
-            try:
-                rate, start = even_rate(x[has], 1e-6)
-            except RecordError as error:
-                raise RecordError(f"{error}, or the sampling rate in place of them (--fs)") from None
-    return Waveform(name, segment.units[i], value[has], rate, start)
+    dimension = segment.dimensions[i] if segment.dimensions else "Time"
+    fault = f"is over {dimension}, not over time" if dimension != "Time" else not_over_time(name, unit)
+    useless = "" if np.isfinite(value).any() else "which is empty"
+    fault = fault and f"{fault}; read_lvm reads it"
+    return Waveform(name + suffix, unit, value, time=x, digits=1e-6, useless=useless, fault=fault)
 
 
 def _joined(segments: Sequence[LvmSegment]) -> list[LvmSegment]:
@@ -132,7 +136,7 @@ def _joined(segments: Sequence[LvmSegment]) -> list[LvmSegment]:
         if last.abscissae is not None and new.abscissae is not None:
             abscissae = np.concatenate((last.abscissae, new.abscissae + offset), axis=1)
         x, value = np.concatenate((last.x, new.x + offset)), np.concatenate((last.value, new.value), axis=1)
-        found[-1] = LvmSegment(x, value, last.names, last.units, last.header, abscissae)
+        found[-1] = dataclasses.replace(last, x=x, value=value, abscissae=abscissae)
     return found
 
 
@@ -155,7 +159,12 @@ def _offset(last: LvmSegment, new: LvmSegment) -> float | None:
 
 def _clock(segment: LvmSegment) -> float | None:
     """Seconds of the day at which a segment begins."""
-    found = _CLOCK.match(segment.header.get("Time", ""))
+    return _seconds(segment.header.get("Time", ""))
+
+
+def _seconds(clock: str) -> float | None:
+    """Seconds of the day of a clock time."""
+    found = _CLOCK.match(clock)
     return float(found[1]) * 3600 + float(found[2]) * 60 + float(found[3].replace(",", ".")) if found else None
 
 
@@ -188,8 +197,11 @@ def write_lvm(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 class _Lines:
     """The lines of a file and where reading has come to; errors name the line."""
 
-    def __init__(self, lines: list[str]) -> None:
+    def __init__(self, lines: list[str], is_cut: bool) -> None:
         self.lines, self.at, self.separator, self.point = lines, 0, "\t", "."
+        self.is_cut = is_cut  # whether the last line has no end
+        self.last = next((i for i in reversed(range(len(lines))) if lines[i].strip()), 0)
+        self.notes: list[str] = []
 
     def error(self, reason: str, line: int | None = None) -> RecordError:
         return RecordError(f"line {(self.at if line is None else line) + 1}: {reason}")
@@ -218,57 +230,91 @@ class _Lines:
         if self.at >= len(self.lines):
             raise self.error("the file ends after a segment header")
         titles = [title.strip() for title in self.lines[self.at].split(self.separator)]
-        channels = self.number(header, "Channels")
+        channels = self.number(header.get("Channels", [""])[0], "Channels")
         if not channels.is_integer() or not 1 <= channels <= len(titles):
             raise self.error(
                 f"the segment header needs Channels, a whole number from 1 to the titles, got {channels:g}"
             )
         n = int(channels)
+        entries = {name: _of_channels(cells, n, layout == "Multi") for name, cells in header.items()}
         columns = 2 * n if layout == "Multi" else n + 1  # with "No" the column is there, empty
-        rows = self.rows(columns)
+        samples = max((int(cell) for cell in entries.get("Samples", ()) if cell.isdecimal()), default=0)
+        rows = self.rows(columns, samples)
         is_value = np.arange(columns) % 2 == 1 if layout == "Multi" else np.arange(columns) > 0
-        x = rows[:, 0]
-        if layout == "No":
-            x = self.number(header, "X0", 0.0) + self.number(header, "Delta_X") * np.arange(len(rows))
         names = tuple(titles[i] if i < len(titles) else "" for i in np.flatnonzero(is_value))
-        labels = [*header.get("Y_Unit_Label", []), *(2 * n) * [""]]
-        if layout == "Multi" and not any(labels[1 : 2 * n : 2]):  # one for each abscissa, too
-            labels = labels[::2]
-        units = tuple(labels[:n])
-        abscissae = rows[:, ~is_value].T.copy() if layout == "Multi" else None
+        x, abscissae = rows[:, 0], rows[:, ~is_value].T.copy() if layout == "Multi" else None
+        if layout == "No":
+            starts = [self.number(cell or "0", "X0") for cell in entries.get("X0", n * [""])]
+            common = header.get("Delta_X", [""])[0]
+            steps = [self.number(cell or common, "Delta_X") for cell in entries.get("Delta_X", n * [""])]
+            abscissae = np.array(starts)[:, None] + np.array(steps)[:, None] * np.arange(len(rows))
+        if abscissae is not None:
+            abscissae += self.late(entries.get("Time", n * [""]), names)[:, None]
+            x, abscissae = abscissae[0], None if (abscissae == abscissae[0]).all() else abscissae
         said = {name: v[0] for name, v in header.items()}
-        return LvmSegment(x, rows[:, is_value].T.copy(), names, units, said, abscissae)
+        units = tuple(entries.get("Y_Unit_Label", n * [""]))
+        over = tuple(cell or said.get("X_Dimension") or "Time" for cell in entries.get("X_Dimension", n * [""]))
+        return LvmSegment(x, rows[:, is_value].T.copy(), names, units, said, abscissae, over)
 
-    def rows(self, columns: int) -> np.ndarray:
-        """Return (n, columns) numbers of the lines after the titles; a comment may follow them."""
-        rows = []
+    def late(self, clocks: Sequence[str], names: Sequence[str]) -> np.ndarray:
+        """Return (n_channels,) s by which channels begin after the first of them, by their clock times."""
+        found = [_seconds(clock) for clock in clocks]
+        known = [second for second in found if second is not None]
+        after = np.array([0.0 if s is None else (s - known[0] + DAY / 2) % DAY - DAY / 2 for s in found])
+        after = np.round(after - after.min(), 9)
+        for second, name in zip(after, names):
+            if second:
+                self.notes.append(f'"{name}" begins {second:.9g} s after the first channel (Time)')
+        return after
+
+    def rows(self, columns: int, samples: int) -> np.ndarray:
+        """Return (n, columns) numbers of the lines after the titles; a comment may follow them.
+
+        A last line of the file that is cut off is left out, and a note says so, as it does of fewer than ``samples``.
+        """
+        rows: list[list[float]] = []
         self.at += 1
+        decimals = 0
         while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith(_NEXT):
             fields = line.split(self.separator)[:columns]
-            if len(fields) < columns:
-                raise self.error(f"{len(fields)} of {columns} columns")
             try:
-                rows.append([float(f.replace(self.point, ".")) if f.strip() else np.nan for f in fields])
+                numbers = [float(f.replace(self.point, ".")) if f.strip() else np.nan for f in fields]
             except ValueError:
-                raise self.error(f"not numbers: {line.strip()[:60]!r}") from None
+                numbers = []
+            known, decimals = decimals, len(fields[-1].partition(self.point)[2])
+            is_cut = self.is_cut and (decimals < known or len(rows) + 1 < samples)
+            if rows and self.at == self.last and (len(numbers) < columns or is_cut):
+                self.notes.append(f"left out line {self.at + 1}, which is cut off")
+            elif not numbers:
+                raise self.error(f"not numbers: {line.strip()[:60]!r}")
+            elif len(fields) < columns:
+                raise self.error(f"{len(fields)} of {columns} columns")
+            else:
+                rows.append(numbers)
             self.at += 1
         if not rows:
             raise self.error("the segment holds no numbers")
+        if len(rows) < samples:
+            self.notes.append(f"ends after {len(rows)} of {samples} samples (line {self.at}): is it cut off?")
         return np.array(rows)
 
-    def number(self, header: Entries, name: str, default: float | None = None) -> float:
-        """Return an entry of the header of a segment, in its decimals; one that is not there is the default."""
-        if default is not None and name not in header:
-            return default
+    def number(self, cell: str, name: str) -> float:
+        """Return a number of the header of a segment, in its decimals."""
         try:
-            return float(header[name][0].replace(self.point, "."))
-        except (KeyError, ValueError):
+            return float(cell.replace(self.point, "."))
+        except ValueError:
             raise self.error(f"the segment header needs {name}, a number") from None
+
+
+def _of_channels(cells: Sequence[str], n: int, is_multi: bool) -> list[str]:
+    """Return an entry of each of ``n`` channels; where each has its abscissa, there may be one of that, too."""
+    cells = [*cells, *(2 * n) * [""]]
+    return cells[: 2 * n : 2] if is_multi and not any(cells[1 : 2 * n : 2]) else cells[:n]
 
 
 _NEXT = ("Channels", "Notes")  # entries that a segment header begins with
 
 register(Format(
-    "LVM", (".lvm",), (Channel,), read_lvm_channels, write_lvm, options=("columns", "fs"),
+    "LVM", (".lvm",), (Channel,), read_lvm_channels, write_lvm, options=("columns", "fs", "resample"),
     note="LabVIEW measurement files, channels under their own names; `.lvm.gz` is read",
 ))  # fmt: skip

@@ -16,14 +16,16 @@ from typing import Any
 import numpy as np
 import scipy.io
 
-from ..core.checks import even_rate, naming
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import plain_file, replacing
 from ..core.matlab import Value, arrays
+from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
-from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .columns import Column, Columns, Contents, frf_names, listed, resolve, table_of_channels, to_frf
 from .registry import Format, register
+from .time_axis import Rate, Rates, TimeAxis, since_start, time_axis
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
 
@@ -31,16 +33,18 @@ _CHANNEL = re.compile(r"(acc|vel|disp|force)_(\d+)")
 _NAMED = ("data", "frf", "coherence")  # matrices whose columns the cell array names
 
 
-def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
+def read_mat(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
     """Read the time records or the FRFs (of a file with frequencies) of a MATLAB file, saved as version 5 to 7.
 
     ``columns`` gives channel and, if it is not SI, unit of a variable: ``{"a": "acc:1 [g]", "data:3": "base", "T":
     "skip"}``; others are named after their channel. Text, structures and scalars are passed over. ``fs`` (Hz) is of a
-    file without the variable ``time`` or ``fs``.
+    file without the variable ``time`` or ``fs``, ``resample`` (Hz) has samples at uneven times interpolated.
     """
-    variables = read_variables(path)
+    variables, rates = read_variables(path), Rates(fs, resample, [])
     with naming(path):
-        return _contents(variables, columns or {}, fs)
+        contents = _contents(variables, columns or {}, rates)
+    note(path, rates.notes)
+    return contents
 
 
 def write_mat(path: str | PathLike[str], obj: Contents) -> None:
@@ -93,7 +97,7 @@ def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
         raise RecordError(f"{path}: not a whole MATLAB file: {error}") from None
 
 
-def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], fs: float | None) -> Contents:
+def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: Rates) -> Contents:
     table = dict(_vectors(variables))
     if not table:
         raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
@@ -111,8 +115,8 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], fs: flo
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
     if any(c.reference for c in used):
         return to_frf(used, values)
-    rate, start = _timing(used, values, fs, variables.get("fs"))
-    return [c.channel(v, rate, start) for c, v in zip(used, values) if c.quantity != "time"]
+    axis = _timing(used, values, rates, variables.get("fs"))
+    return [c.channel(axis.samples(v), axis.fs, axis.start) for c, v in zip(used, values) if c.quantity != "time"]
 
 
 def _vectors(variables: Mapping[str, Value]) -> Iterator[tuple[str, np.ndarray]]:
@@ -145,12 +149,12 @@ def _names(cells: Value) -> list[str]:
     return ["".join(c if c.isprintable() else " " for c in str(name)) for name in cells]
 
 
-def _timing(used: list[Column], values: list[np.ndarray], fs: float | None, stored: Value) -> tuple[float, float]:
-    """Sampling rate in Hz and time of the first sample in s."""
-    times = [value * c.scale for c, value in zip(used, values) if c.quantity == "time"]
+def _timing(used: list[Column], values: list[np.ndarray], rates: Rates, stored: Value) -> TimeAxis:
+    """When the samples were taken."""
+    times = [(c, value) for c, value in zip(used, values) if c.quantity == "time"]
     if not times:
-        if fs is not None:
-            return fs, 0.0
+        if rates.fs is not None:
+            return TimeAxis(rates.fs)
         if stored is None:
             raise RecordError(
                 f'has no variable "time" or "fs", only {listed(c.name for c in used)}; map one to time, or give the '
@@ -158,13 +162,15 @@ def _timing(used: list[Column], values: list[np.ndarray], fs: float | None, stor
             )
         if not isinstance(stored, np.ndarray) or stored.size != 1 or np.iscomplexobj(stored):
             raise RecordError('variable "fs" must be one number, the samples per second')
-        return float(stored.item()), 0.0
-    if len(times) > 1 or fs is not None:
+        return TimeAxis(float(stored.item()))
+    if len(times) > 1 or rates.fs is not None:
         raise RecordError("has a variable of time; needs just one, and then no sampling rate beside it")
-    return even_rate(times[0], 1e-15)
+    ((column, value),) = times
+    time, _ = since_start(value, column.scale, column.name, rates.notes, column.unit)
+    return time_axis(time, 1e-15, rates)
 
 
 register(Format(
-    "MATLAB", (".mat",), (Channel, FRF), read_mat, write_mat, options=("columns", "fs"),
+    "MATLAB", (".mat",), (Channel, FRF), read_mat, write_mat, options=("columns", "fs", "resample"),
     note="version 5 to 7, not 7.3 (`save(file, '-v7')`)",
 ))  # fmt: skip

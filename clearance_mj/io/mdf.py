@@ -7,39 +7,42 @@ conversions to physical values. Written is version 4.10.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from ..core.checks import even_rate, naming
 from ..core.errors import RecordError
 from ..core.files import most_unpacked, replacing
 from .channels import Channel
+from .columns import Columns
 from .mdf_blocks import require_whole
 from .registry import Format, register
-from .waveforms import Program, Waveform
+from .time_axis import Rate, Rates
+from .waveforms import GAPS, Program, Waveform
 
 __all__ = ["read_mdf", "write_mdf"]
 
 ASAMMDF = Program("asammdf", "asammdf", "MDF", "mdf")
 VIRTUAL = (3, 6)  # types of channels that have no bytes: they count the samples
+AXES = {2: "angle", 3: "distance", 4: "index"}  # of masters that are no time
 DIGIT = 1e-9  # s, of the times of loggers, which count nanoseconds
 
 
 def read_mdf(
-    path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None
+    path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
     """Read the time records of all groups of an MDF file, each channel under its own name, with its group's rate.
 
-    ``columns`` gives the channel by its name, ``fs`` (Hz) takes the place of times that are uneven. What is no row of
-    numbers is left out, and a note says so.
+    ``columns`` gives the channel by its name, ``fs`` (Hz) takes the place of times that are uneven, ``resample`` (Hz)
+    has samples between them interpolated. What is no row of numbers is left out; samples that are marked as invalid are
+    interpolated, or, where a tenth or more are, the channel is sampled at the others. Notes say so.
     """
-    return ASAMMDF.read(path, lambda data, notes: _waves(data, fs, notes), columns)
+    return ASAMMDF.read(path, _waves, columns, Rates(fs, resample, []))
 
 
-def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform]:
+def _waves(data: bytes) -> Iterator[Waveform]:
     from asammdf import MDF
 
     require_whole(data)
@@ -55,28 +58,33 @@ def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform
                     raise RecordError(f'not a whole MDF file: "{channel.name}" lies behind the samples of its group')
             master = file.masters_db.get(number)
             label = str(getattr(known, "acq_name", "") or f"group {number + 1}")
+            time = None if master is None else np.asarray(file.get_master(number), float)
+            over = "" if master is None else AXES.get(group.channels[master].sync_type, "")
+            fault = f"is over {over}, not over time; choose others" if over else ""
             for index, channel in enumerate(group.channels):
                 if index == master:
                     continue
-                signal = file.get(group=number, index=index)
-                value, time = np.asarray(signal.samples), np.asarray(signal.timestamps, float)
+                signal = file.get(group=number, index=index, ignore_invalidation_bits=True)
+                value, unit = np.asarray(signal.samples), str(signal.unit or "")
                 if value.ndim != 1 or not value.size or value.dtype.kind not in "iuf":
-                    notes.append(f'left out "{channel.name}", which {"holds no numbers" if value.size else "is empty"}')
+                    why = "which holds no numbers" if value.size else "which is empty"
+                    yield Waveform(channel.name, unit, np.zeros(0), group=label, useless=why)
                     continue
-                rate, start = fs or 0.0, 0.0
-                if fs is None:
-                    rate, start = _timing(time, channel.name)
-                yield Waveform(channel.name, str(signal.unit or ""), np.asarray(value, float), rate, start, label)
+                value, words = np.asarray(value, float), ""
+                if signal.invalidation_bits is not None and np.any(signal.invalidation_bits):
+                    value, words = _without(value, np.asarray(signal.invalidation_bits, bool))
+                digits = 0.0 if time is None else DIGIT / max(1.0, np.abs(time).max())
+                why = "" if np.isfinite(value).any() else "which has no valid number"
+                yield Waveform(channel.name, unit, value, None, 0.0, label, time, digits, words, why, fault)
 
 
-def _timing(time: np.ndarray, name: str) -> tuple[float, float]:
-    with naming(f'"{name}"'):
-        try:
-            return even_rate(time, DIGIT / max(1.0, np.abs(time).max()))
-        except RecordError as error:
-            raise RecordError(
-                f'{error}, the sampling rate in place of them (--fs), or the channel left out ("{name}=skip")'
-            ) from None
+def _without(value: np.ndarray, invalid: np.ndarray) -> tuple[np.ndarray, str]:
+    """Return samples without those that are invalid: interpolated, or nan where they are many; and words for a note."""
+    words = f"{invalid.sum()} of {value.size} samples are marked as invalid, from sample {np.argmax(invalid)} on; "
+    if invalid.mean() >= GAPS:
+        return np.where(invalid, np.nan, value), words + "it is taken at the others"
+    number = np.arange(value.size)
+    return np.interp(number, number[~invalid], value[~invalid]), words + "they are interpolated"
 
 
 def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
@@ -98,6 +106,6 @@ def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 
 
 register(Format(
-    "MDF", (".mf4", ".mdf"), (Channel,), read_mdf, write_mdf, options=("columns", "fs"),
+    "MDF", (".mf4", ".mdf"), (Channel,), read_mdf, write_mdf, options=("columns", "fs", "resample"),
     note='loggers of cars, version 4; needs asammdf: `pip install "clearance-mj[mdf]"`',
 ))  # fmt: skip

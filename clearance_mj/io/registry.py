@@ -45,7 +45,7 @@ class Format:
     write: Callable[..., None] | None = None
     """path, object; with geometry: path, object, rig. None: the format is read only"""
     options: tuple[str, ...] = ()
-    """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "reference" (of FRFs),
+    """what ``read`` takes: "columns" and "fs" (see `clearance_mj.io.columns`), "resample", "reference" (of FRFs),
     "units" (of universal files)"""
     geometry: bool = False  #: whether it has a place for the nodes of a rig
     note: str = ""  #: for the table of docs/files.md

@@ -7,20 +7,25 @@ channel without an increment gets the times of a channel of its group that is na
 
 from __future__ import annotations
 
+import dataclasses
 import io
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.checks import even_rate, naming, simplest_rate
+from ..core.checks import simplest_rate
 from ..core.errors import RecordError
 from ..core.files import replacing
+from ..core.units import UNITS
 from .channels import Channel
+from .columns import Columns
 from .registry import Format, register
 from .tables.headers import is_time, split_header
-from .waveforms import Program, Waveform
+from .time_axis import Rate, Rates, since_start
+from .waveforms import Program, Waveform, not_over_time
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsGroup
@@ -28,73 +33,105 @@ if TYPE_CHECKING:
 __all__ = ["read_tdms", "write_tdms"]
 
 NPTDMS = Program("npTDMS", "nptdms", "TDMS", "tdms")
+UNSET = np.datetime64("1970-01-01")  # before it a beginning is LabVIEW's zero, 1904, which says nothing
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(
-    path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None
+    path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None
 ) -> list[Channel]:
     """Read the time records of all groups of a TDMS file, each channel under its own name, with its own rate.
 
-    ``columns`` gives the channel by its name, ``fs`` (Hz) is of channels that do not say theirs. What is no row of
-    numbers is left out, and a note says so.
+    ``columns`` gives the channel by its name, ``fs`` (Hz) is of channels that do not say theirs, ``resample`` (Hz) has
+    samples at uneven times interpolated. Channels that begin later than the first (``wf_start_time``) start later. What
+    is no row of numbers is left out, and a note says so.
     """
-    return NPTDMS.read(path, lambda data, notes: _waves(data, fs, notes), columns)
+    return NPTDMS.read(path, _waves, columns, Rates(fs, resample, []))
 
 
-def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform]:
+def _waves(data: bytes) -> Iterator[Waveform]:
     from nptdms import TdmsFile
 
     # From memory, where as much can be read as there is: a damaged length may be any.
     with TdmsFile.open(io.BytesIO(data)) as file:
+        found: list[tuple[Waveform, np.datetime64 | None]] = []
         for group in file.groups():
             if wrong := next((c.name for c in group.channels() if len(c) > len(data)), None):
                 raise RecordError(f'not a whole TDMS file: it has fewer bytes than "{wrong}" has samples')
             times = _times(group)
             for channel in group.channels():
-                wave = None if channel.name in times else _wave(channel, times, fs)
-                if isinstance(wave, Waveform):
-                    yield wave
-                elif wave:
-                    notes.append(f'left out "{channel.name}", {wave}')
+                if channel.name not in times:
+                    is_scaled = _is_scaled(channel.properties, group.properties, file.properties)
+                    found.append(_wave(channel, times, is_scaled))
+    begins = [begin for _, begin in found if begin is not None]
+    for wave, begin in found:
+        late = 0.0 if begin is None else float((begin - min(begins)) / np.timedelta64(1, "s"))
+        words = f"begins {late:.9g} s after the first channel (wf_start_time)" if late else wave.words
+        if begin is None and len({*begins}) > 1:
+            words = "has no wf_start_time, taken to begin with the first channel"
+        yield dataclasses.replace(wave, start=wave.start + late, words=words)
 
 
-def _times(group: TdmsGroup) -> dict[str, np.ndarray]:
-    """Instants in s of the channels of a group that are named as time is, of numbers or of dates."""
+def _is_scaled(*properties: Mapping[str, Any]) -> bool:
+    """Whether npTDMS applies the scales that a channel, its group or its file has, if any: it passes over others."""
+    from nptdms.scaling import get_scaling
+
+    return get_scaling(*properties) is not None or not any(
+        "_Scale_Type" in name and said.get("NI_Scaling_Status") != "scaled" for said in properties for name in said
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Times:
+    """A channel of instants."""
+
+    time: np.ndarray  #: (n,) s
+    begin: np.datetime64 | None = None  #: date of its zero
+    words: str = ""  #: what was taken for its unit
+
+
+def _times(group: TdmsGroup) -> dict[str, _Times]:
+    """Return the channels of a group that are named as time is, of numbers or of dates."""
     found = {}
     for channel in group.channels():
-        name, _ = split_header(channel.name)
-        if is_time(name) and len(channel) and channel.dtype.kind in "iufM":
-            value = channel[:]
-            found[channel.name] = (value - value[0]) / np.timedelta64(1, "s") if value.dtype.kind == "M" else value
+        name, unit = split_header(channel.name)
+        if not is_time(name) or not len(channel) or channel.dtype.kind not in "iufM":
+            continue
+        value, notes = channel[:], list[str]()
+        if value.dtype.kind == "M":
+            found[channel.name] = _Times((value - value[0]) / np.timedelta64(1, "s"), value[0])
+        elif (unit := unit or _unit(channel)) in ("", *UNITS["time"]):
+            time, _ = since_start(value, UNITS["time"][unit or "s"], channel.name, notes, unit)
+            found[channel.name] = _Times(np.asarray(time, float), None, "; ".join(notes))
     return found
 
 
-def _wave(channel: TdmsChannel, times: Mapping[str, np.ndarray], fs: float | None) -> Waveform | str:
-    """Return a channel, or why it is none."""
+def _unit(channel: TdmsChannel) -> str:
+    return next((str(channel.properties[name]) for name in _UNITS if channel.properties.get(name)), "")
+
+
+def _wave(channel: TdmsChannel, times: Mapping[str, _Times], is_scaled: bool) -> tuple[Waveform, np.datetime64 | None]:
+    """Return a channel, and the date at which it begins, if it says one."""
     said: Mapping[str, Any] = channel.properties
-    if not len(channel):
-        return "which is empty"
-    value = channel[:]
-    if value.dtype.kind not in "iuf":
-        return "which holds no numbers"
-    unit = next((str(said[name]) for name in _UNITS if said.get(name)), "")
-    start = _number(said.get("wf_start_offset"))
-    step = _number(said.get("wf_increment"))
-    fitting = [time for time in times.values() if time.size == value.size]
-    if step > 0:
+    unit, begin = _unit(channel), said.get("wf_start_time")
+    if not isinstance(begin, np.datetime64) or begin < UNSET:
+        begin = None
+    value = channel[:] if len(channel) else np.zeros(0)
+    wave = Waveform(channel.name, unit, np.zeros(0), group=channel.group_name)
+    if not value.size or value.dtype.kind not in "iuf":
+        return dataclasses.replace(wave, useless="which holds no numbers" if value.size else "which is empty"), None
+    fault = not_over_time(channel.name, unit, *(str(said.get(name, "")) for name in ("wf_xname", "wf_xunit_string")))
+    if not is_scaled:
+        fault = "has a scale (NI_Scale) that npTDMS does not apply: its numbers are raw; write it scaled"
+    wave = dataclasses.replace(wave, value=np.asarray(value, float), fault=fault)
+    if (step := _number(said.get("wf_increment"))) > 0:
         rate = simplest_rate(step, 1e-15 * step)
-    elif fitting:
-        with naming(f'"{channel.name}"'):
-            rate, start = even_rate(np.asarray(fitting[0], float), 1e-9)
-    elif fs is not None:
-        rate = fs
-    else:
-        raise RecordError(
-            f'"{channel.name}" does not say its time step (wf_increment); give the sampling rate (--fs), or leave it '
-            f'out ("{channel.name}=skip")'
-        )
-    return Waveform(channel.name, unit, np.asarray(value, float), rate, start, channel.group_name)
+        return dataclasses.replace(wave, fs=rate, start=_number(said.get("wf_start_offset"))), begin
+    for known in times.values():
+        if known.time.size == value.size:
+            begin = known.begin if begin is None else begin
+            return dataclasses.replace(wave, time=known.time, digits=1e-9, words=known.words), begin
+    return wave, begin
 
 
 def _number(value: object) -> float:
@@ -117,6 +154,6 @@ def write_tdms(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 
 
 register(Format(
-    "TDMS", (".tdms",), (Channel,), read_tdms, write_tdms, options=("columns", "fs"),
+    "TDMS", (".tdms",), (Channel,), read_tdms, write_tdms, options=("columns", "fs", "resample"),
     note='LabVIEW; needs npTDMS: `pip install "clearance-mj[tdms]"`',
 ))  # fmt: skip

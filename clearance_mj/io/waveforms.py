@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
+import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -13,25 +16,35 @@ from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import plain_file
 from ..core.notes import note
+from ..core.overview import few
+from ..core.units import quantity_of
 from .channels import Channel
-from .columns import raw_header, resolve
+from .columns import SKIP, as_channel, raw_header, resolve
+from .time_axis import Rates, TimeAxis, time_axis
 
-__all__ = ["GAPS", "Program", "Waveform", "named_channels"]
+__all__ = ["GAPS", "Program", "Waveform", "named_channels", "not_over_time"]
 
 GAPS = 0.1
 """Share of a column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
+_SPECTRUM = re.compile(r"\b(?:FFT|PSD|ASD|spectr(?:um|a)|spektrum|(?:power )?spectral density)\b", re.IGNORECASE)
+_LEVEL = re.compile(r"(?:\b|_)dB\w?\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
 class Waveform:
-    """One time function of a file."""
+    """One time function of a file, or what stands where one could: refused or left out when it comes to its turn."""
 
     name: str
     unit: str  #: label in the file
-    value: np.ndarray  #: (n,) in that unit
-    fs: float  #: samples per second
-    start: float  #: s, time of the first sample
+    value: np.ndarray  #: (n,) in that unit; nan where there is none
+    fs: float | None = None  #: samples per second, if the file says them
+    start: float = 0.0  #: s, time of the first sample, or of the zero of ``time``
     group: str = ""  #: of channels in the file
+    time: np.ndarray | None = None  #: (n,) s, instants of samples without a rate; channels of one group share them
+    digits: float = 0.0  #: relative precision of the instants
+    words: str = ""  #: what was made of its numbers, for a note
+    useless: str = ""  #: why it is no row of numbers, and is left out: "which is empty"
+    fault: str = ""  #: why its numbers are no time record: refused, unless the channel is skipped
 
 
 @dataclass(frozen=True)
@@ -51,18 +64,18 @@ class Program:
     def read(
         self,
         path: str | PathLike[str],
-        waves: Callable[[bytes, list[str]], Iterable[Waveform]],
+        waves: Callable[[bytes], Iterable[Waveform]],
         mapped: Mapping[str, str] | None,
+        rates: Rates,
     ) -> list[Channel]:
         """Return the channels of a file, whose waveforms ``waves`` finds in its bytes; notes say what is left out.
 
         Whatever the package raises of a damaged file becomes one line.
         """
-        notes: list[str] = []
         with naming(path):
             self.require()
             try:
-                found = list(waves(plain_file(path).read_bytes(), notes))
+                found = list(waves(plain_file(path).read_bytes()))
             except RecordError:
                 raise
             except OSError as error:
@@ -70,8 +83,8 @@ class Program:
             except Exception as error:
                 reason = " ".join(str(error).split()) or type(error).__name__
                 raise RecordError(f"not a whole {self.format} file: {reason}") from None
-            channels = named_channels(found, mapped or {}, notes)
-        note(path, notes)
+            channels = named_channels(found, mapped or {}, rates)
+        note(path, rates.notes)
         return channels
 
     def headers(self, path: str | PathLike[str], channels: Sequence[Channel]) -> list[tuple[str, str]]:
@@ -87,24 +100,68 @@ class Program:
         return headers
 
 
-def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], notes: list[str]) -> list[Channel]:
-    """Return channels under their own names, or those that a map of names gives them.
+def not_over_time(name: str, unit: str, *axis: str) -> str:
+    """Return why a column is no time function, by its name, its unit and what is said of its axis; "" if it is one."""
+    if over := next((label for label in axis if label.lower().startswith(("freq", "hz", "khz"))), ""):
+        return f"is over {over}, not over time"
+    if _SPECTRUM.search(name):
+        return "is a spectrum by its name, not over time"
+    return f"is in dB by its name, not in {unit}" if _LEVEL.search(name) and quantity_of(unit) else ""
+
+
+def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: Rates) -> list[Channel]:
+    """Return channels under their own names, or those that a map of names gives them; what it skips may be anything.
 
     A name that several groups have gets its group before it; notes say so, and which rates there are.
     """
     if not waves:
         raise RecordError("holds no time records")
-    names = [wave.name for wave in waves]
+    counted = [Counter(w.name for w in waves if not w.useless), Counter(w.name for w in waves)]
     headers = []
     for wave in waves:
-        name = f"{wave.group}/{wave.name}" if names.count(wave.name) > 1 and wave.group else wave.name
+        is_shared = wave.group and counted[bool(wave.useless)][wave.name] > 1
+        name = f"{wave.group}/{wave.name}" if is_shared else wave.name
         headers.append(f"{name} [{wave.unit}]" if wave.unit else name)
-    used = resolve(headers, mapped, None, notes)
+    notes = rates.notes
+    used = [as_channel(c) if c.is_raw_time else c for c in resolve(headers, mapped, None, notes)]
     if any(column.reference or column.quantity in ("time", "frequency") for column in used):
         raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
-    found = [c.channel(waves[c.index].value, waves[c.index].fs, waves[c.index].start) for c in used]
-    rates = {(c.fs, c.size) for c in found}
-    if len(rates) > 1:
-        counted = [f"{sum((c.fs, c.size) == rate for c in found)} at {rate[0]:.9g} Hz" for rate in sorted(rates)]
-        notes.append(f"channels of several rates or lengths: {', '.join(counted)}")
+    found = []
+    said: dict[str, list[str]] = {}
+    for column in used:
+        wave = waves[column.index]
+        if wave.useless and column.is_raw:
+            notes.append(f'left out "{column.name}", {wave.useless}')
+            continue
+        own = dataclasses.replace(rates, notes=[wave.words] if wave.words else [])
+        try:
+            axis, value = _sampled(wave, own)
+        except RecordError as error:
+            raise RecordError(f'"{column.name}": {error}, or leave it out ("{column.name}={SKIP}")') from None
+        found.append(column.channel(value, axis.fs, axis.start))
+        for words in own.notes:
+            said.setdefault(words, []).append(f'"{column.name}"')
+    if not found:
+        raise RecordError("holds no time records")
+    notes += [f"{few(names, 3)}: {words}" for words, names in said.items()]
+    counts = Counter((c.fs, c.size) for c in found)
+    if len(counts) > 1:
+        listed = [f"{counts[rate]} at {rate[0]:.9g} Hz" for rate in sorted(counts)]
+        notes.append(f"channels of several rates or lengths: {', '.join(listed)}")
     return found
+
+
+def _sampled(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
+    """Return when a channel was sampled, and its numbers."""
+    if wave.fault or wave.useless:
+        raise RecordError(wave.fault or f"{wave.useless.removeprefix('which ')}; choose another")
+    value, time, has = wave.value, wave.time, np.isfinite(wave.value)
+    rate = wave.fs or rates.fs or 0.0
+    if time is None and not rate:
+        raise RecordError("does not say its time step; give the sampling rate (--fs)")
+    if not has.all():
+        if has.mean() > 1 - GAPS:
+            raise RecordError(f"has no number at sample {int(np.argmin(has))}; mend it")
+        value, time = value[has], (np.arange(value.size) / rate if time is None else time)[has]
+    axis = TimeAxis(rate) if time is None else time_axis(time, wave.digits, rates)
+    return dataclasses.replace(axis, start=axis.start + wave.start), axis.samples(value)

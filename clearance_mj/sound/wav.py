@@ -21,10 +21,10 @@ import scipy.io.wavfile
 from ..core.errors import RecordError
 from ..core.files import plain_file, replacing
 from ..signals.arrays import ArrayData, read_only
+from ..signals.resample import resampled
 from ..signals.response import Response
 from ..version import __version__
 from .pressure import Sound
-from .resample import resampled
 
 __all__ = ["RATE", "Wav", "full_scale", "read_wav", "wav_bytes", "write_wav"]
 

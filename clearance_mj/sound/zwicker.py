@@ -11,8 +11,8 @@ import numpy as np
 from ..core.errors import ClearanceError, RecordError
 from ..core.overview import Overview, Shown
 from ..signals.arrays import ArrayData, read_only
+from ..signals.resample import resampled
 from .pressure import Sound
-from .resample import resampled
 from .wav import RATE
 
 __all__ = ["Field", "Loudness", "Method", "has_mosqito", "loudness", "loudness_level"]

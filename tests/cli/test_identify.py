@@ -156,7 +156,7 @@ def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, rig, tmp
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
     out = ["--out", tmp_path / "found"]
     assert "which needs its rig too: --rig rig.toml" in refused("identify", csv_file, *out)
-    assert "--rig, --column, --map and --fs are for the file of" in refused(
+    assert "--rig, --column, --map, --fs and --resample are for the file of" in refused(
         "identify", small_dataset, "--rig", RIG, *out
     )
     assert 'no column "Acel"' in refused("identify", csv_file, "--rig", RIG, "--column", "Acel=acc:1", *out)

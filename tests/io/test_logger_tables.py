@@ -162,7 +162,7 @@ def test_columns_between_blanks(read):
 )
 def test_decimals_and_thousands(read, cell, value, said):
     times = [f"{i}" for i in range(N)]
-    (channel,), note = read(lines(times, N * [cell], separator=";", head=["Time;A"]))
+    (channel,), note = read(lines(times, N * [cell], separator=";", head=["Time [s];A"]))
     assert (channel.value == value).all()
     assert note == said
 

@@ -218,7 +218,7 @@ def test_a_missing_number(tmp_path):
     """One of twelve: no slower channel."""
     rows = "".join(f"{i / 4}\t{'' if i == 5 else i}\n" for i in range(12))
     path = write(tmp_path, HEAD.format(point=".", layout="One") + SECONDS.format(clock="10:00:00") + rows)
-    with pytest.raises(RecordError, match=r'"A" has no number at sample 5; mend it, .*\("A=skip"\)'):
+    with pytest.raises(RecordError, match=r'"A": has no number at sample 5; mend it, .*\("A=skip"\)'):
         cm.read(path)
     spectrum = text().replace("Samples", "X_Dimension\tFrequency\nSamples")
     with pytest.raises(RecordError, match="is over Frequency, not over time; read_lvm reads it"):
@@ -249,3 +249,100 @@ def test_files_of_labview():
             assert any(np.array_equal(value, column, equal_nan=True) for column in theirs.T)
         if "with_comments" not in path.name:
             assert cm.read(path)
+
+
+# Separators of LabVIEW's header, files that are cut off, spectra, and channels that begin at other times.
+
+SEPARATED = {
+    "commas": lambda text: text.replace("Separator\tTab", "Separator\tComma").replace("\t", ","),
+    "semicolons": lambda text: text.replace("Separator\tTab", "Separator\tSemicolon").replace("\t", ";"),
+    "semicolons, decimal commas": lambda text: (
+        text.replace(".", ",").replace("Separator\tTab", "Separator\tSemicolon").replace("\t", ";")
+    ),
+    "commas in the table only": lambda text: END.join(
+        part.replace("\t", ",") if i else part.replace("Separator\tTab", "Separator\tComma")
+        for i, part in enumerate(text.split(END))
+    ),
+}
+
+
+@pytest.mark.parametrize("separated", SEPARATED)
+@pytest.mark.parametrize("layout", list(BODY))
+def test_separators_of_the_header(tmp_path, separated, layout):
+    """The same numbers as between tabs: "Separator" is followed by what it says."""
+    [segment] = read_lvm(write(tmp_path, SEPARATED[separated](text(layout))))
+    [expected] = read_lvm(write(tmp_path, text(layout), "tab.lvm"))
+    np.testing.assert_array_equal(segment.x, expected.x)
+    np.testing.assert_array_equal(segment.value, expected.value)
+    assert (segment.names, segment.units) == (expected.names, expected.units)
+
+
+def test_commas_for_both(tmp_path):
+    both = SEPARATED["commas"](text(point=","))
+    with pytest.raises(RecordError, match="commas separate both columns and decimals"):
+        read_lvm(write(tmp_path, both))
+
+
+LONG = SECONDS.format(clock="10:00:00").replace("X0", "Samples\t8\t\nX0")
+ROWS = "".join(f"{i / 4:.6f}\t{1.1 * i:.6f}\n" for i in range(8))
+
+
+@pytest.mark.parametrize(
+    ("end", "kept", "words"),
+    [
+        (None, 8, ""),
+        (-1, 8, ""),  # no end of the line, but all of its digits
+        (-3, 7, "left out line 21, which is cut off; ends after 7 of 8 samples (line 21): is it cut off?"),
+        (-9, 7, "left out line 21, which is cut off; ends after 7 of 8 samples (line 21): is it cut off?"),
+        (-18, 7, "ends after 7 of 8 samples (line 20): is it cut off?"),
+        (-20, 6, "left out line 20, which is cut off; ends after 6 of 8 samples (line 20): is it cut off?"),
+    ],
+)
+def test_a_file_that_is_cut_off(tmp_path, recwarn, end, kept, words):
+    """Within a number, before it, at the end of a line: what is whole is read, and how much is said."""
+    path = write(tmp_path, (HEAD.format(point=".", layout="One") + LONG + ROWS)[:end])
+    [channel] = cm.read(path)
+    np.testing.assert_allclose(channel.value, 1.1 * np.arange(kept), rtol=1e-12)
+    assert [str(one.message) for one in recwarn.list] == ([f"{path}: {words}"] if words else [])
+
+
+@pytest.mark.parametrize(
+    ("title", "dimension", "part"),
+    [
+        ("A (FFT - (RMS))", "Time", "is a spectrum by its name"),
+        ("A (Power Spectrum)", "Time", "is a spectrum by its name"),
+        ("Level (dB)", "Time", "is in dB by its name, not in g"),
+        ("Acc", "Frequency", "is over Frequency, not over time; read_lvm reads it"),
+    ],
+)
+def test_spectra_are_no_records(tmp_path, title, dimension, part):
+    """Even where the header says "Time"; other channels of the file are read."""
+    changed = text().replace("\tAcc\t", f"\t{title}\t").replace("Samples", f"X_Dimension\tTime\t{dimension}\nSamples")
+    path = write(tmp_path, changed)
+    with pytest.raises(RecordError) as caught:
+        cm.read(path)
+    assert f'"{title}": {part}' in str(caught.value)
+    assert [c.name for c in cm.read(path, {title: "skip"})] == ["Force"]
+
+
+def test_starts_and_steps_of_each_channel(tmp_path):
+    """By X0 and Delta_X of each, and by the clock times at which the channels began, over midnight too."""
+    other = text("No").replace("X0\t0.5\t0.5", "X0\t0.5\t1.5").replace("Delta_X\t0.25\t0.25", "Delta_X\t0.25\t0.5")
+    with pytest.warns(RecordNote):
+        force, acceleration = cm.read(write(tmp_path, other))
+    assert [(c.start, c.fs) for c in (force, acceleration)] == [(0.5, 4.0), (1.5, 2.0)]
+    clocks = text("No").replace("X0\t", "Time\t23:59:59.9\t00:00:00.1\t\nX0\t")
+    with pytest.warns(RecordNote, match=r'"Acc" begins 0\.2 s after the first channel'):
+        force, acceleration = cm.read(write(tmp_path, clocks))
+    assert [c.start for c in (force, acceleration)] == [0.5, pytest.approx(0.7)]
+
+
+def test_a_column_with_a_hole_or_nothing_is_skipped(tmp_path, recwarn):
+    rows = "".join(f"{i / 4}\t{i}\t{'' if i == 5 else i}\t\n" for i in range(12))
+    head = SECONDS.format(clock="10:00:00").replace("Channels\t1", "Channels\t3").replace("\tA\t", "\tA\tB\tC\t")
+    path = write(tmp_path, HEAD.format(point=".", layout="One") + head + rows)
+    with pytest.raises(RecordError, match='"B": has no number at sample 5'):
+        cm.read(path, {"C": "skip"})
+    [channel] = cm.read(path, {"B": "skip", "C": "skip"})
+    np.testing.assert_array_equal(channel.value, np.arange(12))
+    assert not recwarn.list

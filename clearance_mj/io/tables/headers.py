@@ -13,13 +13,16 @@ __all__ = ["LONGEST", "is_index", "is_time", "is_unit", "split_header", "unique_
 LONGEST = 1000  # characters of a header in which a unit is looked for
 _BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)*)\))")
 _AFTER = re.compile(r"(.*?\S)\s*[,/;]\s*\(?([^\s,/;()][^\s,;()]*)\)?")
+_UNIT = r"(?:milli|micro|nano)s(?:ec(?:ond)?s?)?"
 _TIME = re.compile(
-    r"(?:rel(?:ative|\.)?|abs(?:olute|\.)?|elapsed|sample|test|local|utc)?[ _-]?"
-    r"(?:(?-i:t)|(?:time(?:[ _-]?(?:stamp|axis|base))?|zeit(?:stempel|achse)?|temps|tiempo|tempo|x[ _]?values?)"
-    r"(?:[ _-]?\d+)?|uhrzeit|clock|date[ /_-]?(?:and[ _])?time|datum[ /_-]?(?:und[ _])?(?:uhr)?zeit|seconds?|secs?)"
-    r"(?:[ _-](s|ms|us|sec))?",
+    r"(?:rel(?:ative|\.)?|abs(?:olute|\.)?|elapsed|sample|test|local|utc|unix|epoch|posix|system|log(?:ger)?)?[ _-]?"
+    r"(?:(?-i:t)|ts|epoch|elapsed|stamp|(?:time(?:[ _-]?(?:stamp|axis|base))?|zeit(?:stempel|achse)?|temps|tiempo|tempo"
+    r"|x[ _]?values?)(?:[ _-]?\d+)?|uhrzeit|clock|date[ /_-]?(?:and[ _])?time|datum[ /_-]?(?:und[ _])?(?:uhr)?zeit"
+    r"|seconds?|secs?)(?:[ _]since[ _][a-z]+?)?"
+    rf"(?:[ _-]?(?:in[ _])?((?<=[ _-])s|secs?|seconds|[mnuµμ]s(?:ec)?|{_UNIT}))?|({_UNIT})",
     re.IGNORECASE,
 )
+_OF_TIME = (*UNITS["time"], "sec", "msec", "usec", "nsec")
 _INDEX = re.compile(r"(?:samples?|scan|index|idx|point|row|record|n|nr|no|#)\.?(?: ?(?:no|nr|number|#)\.?)?", re.I)
 OTHER_UNITS = frozenset((
     "v", "mv", "a", "ma", "°c", "c", "degc", "deg c", "k", "°f", "pa", "kpa", "mpa", "bar", "mbar", "psi", "%", "rpm",
@@ -32,7 +35,11 @@ OTHER_UNITS = frozenset((
 
 def is_unit(label: str) -> bool:
     """Whether a label is that of a unit: one of ours, or one that loggers write."""
-    return bool(quantity_of(label)) or label in (*UNITS["time"], "sec") or label.lower() in OTHER_UNITS
+    return (
+        bool(quantity_of(label))
+        or label.replace("µ", "u").replace("μ", "u") in _OF_TIME
+        or label.lower() in OTHER_UNITS
+    )
 
 
 def split_header(cell: str) -> tuple[str, str]:
@@ -48,8 +55,8 @@ def split_header(cell: str) -> tuple[str, str]:
             return plain.removesuffix("/").strip(), unit  # "v / (mm/s)" is as ISO 80000-1 has it
     if (match := _AFTER.fullmatch(cell)) and is_unit(match[2]):
         return match[1], match[2]
-    if (match := _TIME.fullmatch(cell)) and match[1]:
-        return cell, match[1]
+    if (match := _TIME.fullmatch(cell)) and (unit := match[1] or match[2]):
+        return cell, unit
     return cell.strip(), ""
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,37 +10,26 @@ from ...core.checks import simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
 from ..columns import SKIP, Column, listed
+from ..time_axis import Rates, TimeAxis, since_start, time_axis
 from .numbers import Body
 from .stamps import read_stamps
 
-__all__ = ["Times", "time_of"]
+__all__ = ["time_of"]
 
 _NAMELESS = ("x", "abscissa", "name", "channel", "column 1")  # of a first column, which say nothing of it
 _AGREES = 1e-3  # relative difference of two rates that are the same
 _WHOLE = 0.999  # of the last digit that a step must have: steps of less would not all differ by it
 
 
-@dataclass(frozen=True)
-class Times:
-    """When the samples of a table were taken."""
-
-    fs: float  #: samples per second
-    start: float = 0.0  #: s, time of the first sample
-    columns: frozenset[int] = frozenset()  #: of the table, which are time and no channels
-
-
 def time_of(
-    body: Body,
-    used: Sequence[Column],
-    cells: Sequence[str],
-    fs: float | None,
-    known: tuple[float, int] | None,
-    notes: list[str],
-) -> Times:
+    body: Body, used: Sequence[Column], cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
+) -> tuple[TimeAxis, frozenset[int]]:
     """Return when the samples were taken: by a column of time, the caller's rate, or that of a line above the table.
 
-    ``known`` is such a rate in Hz and the number of its line. Notes say which was taken, and whether two differ.
+    ``known`` is such a rate in Hz and the number of its line. The second is the columns that are time and no channels.
+    Notes say which was taken, and whether two differ.
     """
+    fs, notes = rates.fs, rates.notes
     times = [c for c in used if c.quantity == "time"]
     if times and times[0].is_raw_time:
         times = _of_several(body, times)
@@ -56,7 +44,7 @@ def time_of(
             fs = known[0]
             notes.append(f"{fs:.9g} Hz, from line {known[1]}")
         assert fs is not None
-        return Times(fs)
+        return TimeAxis(fs), frozenset()
     if len(times) > 1 or fs is not None:
         raise RecordError(
             f'has a column of time; needs just one, and then no sampling rate beside it ("{times[-1].name}={SKIP}" '
@@ -64,10 +52,10 @@ def time_of(
         )
     (column,) = times
     all_of_time = frozenset(c.index for c in (*used, column) if c.quantity == "time")
-    rate, start = _timing(body, column, cells, known, notes)
-    if known and abs(rate / known[0] - 1) > _AGREES:
-        notes.append(f'{rate:.9g} Hz by "{column.name}", not the {known[0]:.9g} Hz of line {known[1]}')
-    return Times(rate, start, all_of_time)
+    axis = _timing(body, column, cells, rates, known)
+    if known and axis.time is None and abs(axis.fs / known[0] - 1) > _AGREES:
+        notes.append(f'{axis.fs:.9g} Hz by "{column.name}", not the {known[0]:.9g} Hz of line {known[1]}')
+    return axis, all_of_time
 
 
 def _of_several(body: Body, times: Sequence[Column]) -> list[Column]:
@@ -98,18 +86,21 @@ def _rising(body: Body, used: Sequence[Column], notes: list[str]) -> list[Column
 
 
 def _timing(
-    body: Body, column: Column, cells: Sequence[str], known: tuple[float, int] | None, notes: list[str]
-) -> tuple[float, float]:
-    """Sampling rate in Hz and time of the first sample in s, of a column of even instants."""
+    body: Body, column: Column, cells: Sequence[str], rates: Rates, known: tuple[float, int] | None
+) -> TimeAxis:
+    """Return when samples were taken, by a column of instants."""
+    notes = rates.notes
     index, where = column.index, f'column {column.index + 1} "{cells[column.index]}"'
-    time, digit = np.zeros(0), 0.0
     if body.kind(index) == "stamp" and (stamps := read_stamps(body.frame[index])):
         time, digit, words = stamps
         notes.append(words)
     elif np.isnan(column.scale):
         raise RecordError(f'{where}: unit "{column.unit}" of time is unknown; map it: "{column.name}=time [s]"')
     else:
-        time, digit = column.scale * body.numbers(index), column.scale * body.last_digit(index)
+        held = body.frame[index]  # whole numbers as they are
+        value = held.to_numpy() if held.dtype.kind in "iu" else body.numbers(index)
+        time, scale = since_start(value, column.scale, column.name, notes, column.unit)
+        digit = max(scale * body.last_digit(index), scale * float(np.spacing(float(value[0]))))
     faulty = np.flatnonzero(~np.isfinite(time))
     if faulty.size:
         row = body.cells(faulty[0])
@@ -123,13 +114,16 @@ def _timing(
     if known and not off.any() and step > 0 and abs(step * known[0] - 1) < max(_AGREES, digit / step / time.size):
         if step < _WHOLE * digit:
             notes.append(f"{known[0]:.9g} Hz, from line {known[1]}: the times have too few digits")
-            return known[0], float(time[0])
-    if not step > _WHOLE * digit or off.any():
+            return TimeAxis(known[0], float(time[0]))
+    if step > _WHOLE * digit and not off.any():
+        return TimeAxis(simplest_rate(float(step), digit / (time.size - 1)), float(time[0]))
+    try:
+        return time_axis(time, 0.0, rates)
+    except RecordError:
         steps = np.diff(time)
         at = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
         raise RecordError(
             f"line {body.lines[at][0]}, {where}: goes from {time[at - 1]:.9g} s to {time[at]:.9g} s, its usual step is "
-            f"{np.median(steps):.6g} s; needs one time step throughout, and digits enough to tell it, or the sampling "
-            f'rate in place of it ("{column.name}={SKIP}" and --fs)'
-        )
-    return simplest_rate(float(step), digit / (time.size - 1)), float(time[0])
+            f"{np.median(steps):.6g} s; needs one time step throughout, and digits enough to tell it, --resample RATE "
+            f'to interpolate, or the sampling rate in place of it ("{column.name}={SKIP}" and --fs)'
+        ) from None

@@ -51,7 +51,7 @@ def why_no_record(data: bytes, function: Function) -> str:
     if function.abscissa_type not in (TIME, *UNSAID):
         return f"abscissa type {function.abscissa_type} of a time record must be 17 (time)"
     try:
-        _timing(data, function)
+        _timing(data, function, [])
     except RecordError as error:
         return str(error)
     return ""
@@ -63,7 +63,7 @@ def read_channel_header(data: bytes, function: Function, notes: list[str], name:
         if why := why_no_record(data, function):
             raise RecordError(why)
         measure = time_measure(function, notes)
-        fs, start = _timing(data, function)
+        fs, start = _timing(data, function, notes)
     node, direction = function.response.split(":") if function.response.split(":")[0] != "0" else NOWHERE.split(":")
     size, unit = function.size, measure.unit
     return ChannelHeader(name, int(node), direction, measure.quantity, size, fs, start, unit)
@@ -108,7 +108,7 @@ def abscissa(data: bytes, function: Function) -> np.ndarray:
     return scale * numbers(data, function)[:, 0]
 
 
-def _timing(data: bytes, function: Function) -> tuple[float, float]:
+def _timing(data: bytes, function: Function, notes: list[str]) -> tuple[float, float]:
     """Sampling rate in Hz and time of the first sample in s."""
     scale = _SCALES.get(function.axis_unit.lower(), 1.0)
     if function.even:
@@ -117,7 +117,7 @@ def _timing(data: bytes, function: Function) -> tuple[float, float]:
         return simplest_rate(scale * float(function.step), scale * _half_digit(function.step)), scale * function.first
     # Precision of the stored times: E13.5, single, double.
     digits = 5e-6 if not function.axis_dtype else 1e-15 if function.axis_dtype.endswith("8") else 6e-8
-    return even_rate(abscissa(data, function), digits)
+    return even_rate(abscissa(data, function), digits, notes)
 
 
 def channel_block(channel: Channel) -> bytes:
