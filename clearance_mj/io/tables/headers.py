@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from ...core.checks import NAME_LIMIT
-from ...core.units import UNITS, quantity_of
+from ...core.units import UNITS, is_angular, quantity_of
 
 __all__ = ["LONGEST", "is_index", "is_time", "is_unit", "split_header", "unique_names"]
 
@@ -32,7 +32,8 @@ OTHER_UNITS = frozenset((
 
 def is_unit(label: str) -> bool:
     """Whether a label is that of a unit: one of ours, or one that loggers write."""
-    return bool(quantity_of(label)) or label in (*UNITS["time"], "sec") or label.lower() in OTHER_UNITS
+    known = bool(quantity_of(label)) or is_angular(label)
+    return known or label in (*UNITS["time"], "sec") or label.lower() in OTHER_UNITS
 
 
 def split_header(cell: str) -> tuple[str, str]:
