@@ -27,8 +27,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "(deg, turn, ticks/4096, mN m, oz in ...), without one s, rad, N m; may be repeated",
     )  # fmt: skip
     option(
-        "--map", type=Path, help='TOML file with a table [channels] of the logs\' columns, "motor [deg]" = "motor_angle"'
-    )
+        "--map", type=Path, metavar="MAP",
+        help='TOML file with a table [channels] of the logs\' columns, such as "motor [deg]" = "motor_angle"',
+    )  # fmt: skip
     option(
         "--predict", nargs="+", type=Path, default=[], metavar="RUN",
         help="logs that no drive is found from: their load's end is predicted from the motor's",

@@ -19,13 +19,20 @@ UNITS = {
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
-    "spin": {"rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi, "deg/s": math.pi / 180,
-             "mrad/s": 1e-3, "rev/s": 2 * math.pi, "turn/s": 2 * math.pi},
-    "angle": {"rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3,
-              "urad": 1e-6, "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200},
-    "torque": {"Nm": 1.0, "MNm": 1e6, "mNm": 1e-3, "Nmm": 1e-3, "Ncm": 1e-2, "uNm": 1e-6, "kNm": 1e3, "kgcm": 9.80665e-2,
-               "kgm": 9.80665, "gcm": 9.80665e-5, "ozin": 7.061551833e-3, "lbin": 0.1129848290, "lbft": 1.355817948},
-}  # units that are known, in SI units, by quantity
+    "spin": {
+        "rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi, "deg/s": math.pi / 180,
+        "mrad/s": 1e-3, "rev/s": 2 * math.pi, "turn/s": 2 * math.pi,
+    },
+    "angle": {
+        "rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
+        "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200,
+    },
+    "torque": {
+        "Nm": 1.0, "MNm": 1e6, "mNm": 1e-3, "Nmm": 1e-3, "Ncm": 1e-2, "uNm": 1e-6, "kNm": 1e3, "kgcm": 9.80665e-2,
+        "kgm": 9.80665, "gcm": 9.80665e-5, "ozin": 7.0615518e-3, "lbin": 0.11298483, "lbft": 1.3558179,
+    },
+}  # fmt: skip
+"""Units that are known, in SI units, by quantity"""
 _MULTIPLE = re.compile(r"(?=[0-9.]*[1-9])([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]{1,2})?)\s+(\S.*)")  # "9.81 m/s2", "0.5 g"
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
@@ -47,10 +54,10 @@ def si_value(text: str, quantity: str) -> float:
 
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
-    "°": "deg", "º": "deg", "degree": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "radian": "rad", "radians": "rad",
-    "turns": "turn", "revs": "rev", "revolution": "rev", "revolutions": "rev", "turns/s": "turn/s", "rps": "rev/s",
-    "kgfcm": "kgcm", "kgfm": "kgm", "kpcm": "kgcm", "gfcm": "gcm", "ozfin": "ozin", "inoz": "ozin", "inozf": "ozin",
-    "lbfin": "lbin", "inlb": "lbin", "inlbf": "lbin", "lbfft": "lbft", "ftlb": "lbft", "ftlbf": "lbft",
+    "°": "deg", "º": "deg", "degree": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "radian": "rad",
+    "radians": "rad", "turns": "turn", "revs": "rev", "revolution": "rev", "revolutions": "rev", "turns/s": "turn/s",
+    "rps": "rev/s", "kgfcm": "kgcm", "kgfm": "kgm", "kpcm": "kgcm", "gfcm": "gcm", "ozfin": "ozin", "inoz": "ozin",
+    "inozf": "ozin", "lbfin": "lbin", "inlb": "lbin", "inlbf": "lbin", "lbfft": "lbft", "ftlb": "lbft", "ftlbf": "lbft",
     "usec": "us", "microseconds": "us", "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
     "g's": "g", "gn": "g", "m/sec2": "m/s2", "m.s-2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "mm/sec": "mm/s",
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Files that logs of drives come in, as tables: Parquet, MCAP with joint states of ROS 2, and all formats of records."""
+"""Files that logs of drives come in, as tables: Parquet, MCAP with joint states of ROS 2, all formats of records."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FIELDS = (".position", ".velocity", ".effort")  # of joints, in SI units
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
-    """Return the columns of a log: ``.parquet``, ``.mcap`` with joint states of ROS 2, a format of records, else a table.
+    """Return the columns of a log: ``.parquet``, ``.mcap`` with joint states of ROS 2, a format of records, or text.
 
     Tables of text are read as loggers write them; units stand in brackets behind the names of columns, ``motor [deg]``.
     Of joint states the columns are ``time`` (s, of the messages' stamps), ``JOINT.position``, ``JOINT.velocity`` and

@@ -184,7 +184,7 @@ def _header(table: pd.DataFrame, what: str, column: str) -> tuple[str, float, st
         for wanted, other in ((given, ""), (name, unit)):
             alike = [h for h in known if h == wanted] or [h for h in known if known[h][0] == wanted]
             if len(alike) > 1:
-                raise RecordError(f'several columns are "{wanted}" ({what}): {", ".join(alike)}; give one with its unit')
+                raise RecordError(f'several columns are "{wanted}" ({what}): {", ".join(alike)}; give its unit too')
             if alike:
                 return alike[0], sign, other or known[alike[0]][1]
     return None
@@ -195,7 +195,7 @@ def _factor(what: str, header: str, sign: float, unit: str, notes: list[str]) ->
     quantity, ending = QUANTITIES[what], header.rpartition("_")[2]
     if not unit and header != what and not header.endswith(FIELDS):
         unit = ending if ending in UNITS[quantity] else next(iter(UNITS[quantity]))
-        notes.append(f'"{header}" is taken for {unit}' + (", as its name ends" if unit == ending else ", without a unit"))
+        notes.append(f'"{header}" is taken for {unit}, {"as its name ends" if unit == ending else "without a unit"}')
     try:
         return sign * (unit_factor(unit, quantity) if unit else 1.0)
     except RecordError as error:

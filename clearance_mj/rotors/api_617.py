@@ -2,7 +2,8 @@
 
 The unbalance is scaled until the largest vibration at a probe, peak to peak and at operating speeds, is the vibration
 limit of 25.4 µm √(12000/N), at most 25.4 µm, N the maximum continuous speed in rev/min. So scaled, the major axis of
-the synchronous orbit, peak to peak, must leave a quarter of every diametral clearance free at all speeds up to the trip.
+the synchronous orbit, peak to peak, must leave a quarter of every diametral clearance free at all speeds up to the
+trip.
 
 Source: API Standard 617 (9th edition, 2022), 6.8.2.11, as petrobras/ross #1377 quotes it, "or 25.4 µm (1 mil),
 whichever is less". The scale's bounds, 0.5 and 6, are those that petrobras/ross quoted of the 8th edition, Part 1,

@@ -52,10 +52,12 @@ def test_what_is_wrong_is_said(tmp_path, text, said):
 
 DEG, OZ_IN = np.pi / 180, 0.028349523125 * 9.80665 * 0.0254  # NIST SP 811: 1 oz = 28.349 523 125 g, 1 in = 25.4 mm
 UNITS = [
-    ("deg", DEG, "mNm", 1e-3), ("°", DEG, "mN m", 1e-3), ("degrees", DEG, "N.mm", 1e-3), ("turns", 2 * np.pi, "N cm", 0.01),
-    ("rev", 2 * np.pi, "kgf·cm", 0.0980665), ("mrad", 1e-3, "kg-cm", 0.0980665), ("arcmin", DEG / 60, "oz-in", OZ_IN),
+    ("deg", DEG, "mNm", 1e-3), ("°", DEG, "mN m", 1e-3), ("degrees", DEG, "N.mm", 1e-3),
+    ("turns", 2 * np.pi, "N cm", 0.01), ("rev", 2 * np.pi, "kgf·cm", 0.0980665),
+    ("mrad", 1e-3, "kg-cm", 0.0980665), ("arcmin", DEG / 60, "oz-in", OZ_IN),
     ("ticks/4096", 2 * np.pi / 4096, "ozf·in", OZ_IN), ("4096 counts/rev", 2 * np.pi / 4096, "lb-in", 16 * OZ_IN),
-    ("0.088 deg", 0.088 * DEG, "0.05 Nm", 0.05), ("rad", 1.0, "N·m", 1.0), ("4000 cpr", 2 * np.pi / 4000, "lbf ft", 192 * OZ_IN),
+    ("0.088 deg", 0.088 * DEG, "0.05 Nm", 0.05), ("rad", 1.0, "N·m", 1.0),
+    ("4000 cpr", 2 * np.pi / 4000, "lbf ft", 192 * OZ_IN),
 ]  # fmt: skip
 
 
@@ -82,7 +84,8 @@ def test_units_of_headers_and_of_what_is_given(tmp_path, angle, radians, torque,
 def test_what_is_taken_for_a_unit_is_said(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text(table(heading="t,q_deg,tau"))
-    with pytest.warns(RecordNote, match='"t" is taken for s, without .*"q_deg" is taken for deg, as .*"tau" is taken for Nm'):
+    said = '"t" is taken for s, without .*"q_deg" is taken for deg, as .*"tau" is taken for Nm'
+    with pytest.warns(RecordNote, match=said):
         record = DriveRecord.read(path, {"motor_angle": "q_deg", "motor_torque": "tau"})
     np.testing.assert_allclose(record.motor_angle, np.radians(np.sin(3 * TIME)), atol=1e-7)
 
@@ -90,10 +93,10 @@ def test_what_is_taken_for_a_unit_is_said(tmp_path):
 @pytest.mark.parametrize(
     ("heading", "given", "said"),
     [
-        ("time,q [ticks],tau [Nm]", {}, r'"q \[ticks\]" .motor_angle.: unit "ticks" of angle needs the number that makes a turn'),
-        ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use Nm, .* or a number of these, such as \[0.05 Nm\]'),
+        ("time,q [ticks],tau [Nm]", {}, r'"q \[ticks\]" .motor_angle.: unit "ticks" of angle needs the number that'),
+        ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use Nm, .* or a number of these, such'),
         ("time,q [mm],tau [Nm]", {}, 'unit "mm" of angle is unknown; use rad, deg, turn'),
-        ("time,q [rad],q [deg]", {"motor_torque": "q"}, r'several columns are "q" .*give one with its unit'),
+        ("time,q [rad],q [deg]", {"motor_torque": "q"}, r'several columns are "q" .*give its unit too'),
     ],
 )  # fmt: skip
 def test_a_unit_that_is_none(tmp_path, heading, given, said):

@@ -34,7 +34,7 @@ def radius(spin):
 
 
 def test_a_jeffcott_rotor():
-    """Its orbit is a circle of r = m e Ω²/|k - m Ω² + i Ω c|; the limit is 25.4 µm √(12000/N), at most 25.4 µm: at N = 1000 that."""
+    """Its orbit is a circle of r = m e Ω²/|k - m Ω² + i Ω c|; the limit is 25.4 µm at these speeds."""
     operating = 1.3 * JEFFCOTT, 1.8 * JEFFCOTT
     found = running_clearance(rotor(), SPEEDS, operating)
     assert_allclose(found.major[0], 2 * radius(SPEEDS), rtol=1e-4)
