@@ -10,15 +10,25 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
-from .options import add_columns, add_map, add_plugin, add_rate, add_units, load_map, load_plugin, parse_columns
+from .options import (
+    add_columns,
+    add_kind,
+    add_map,
+    add_plugin,
+    add_rate,
+    add_units,
+    load_map,
+    load_plugin,
+    parse_columns,
+)
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
     from ..io.formats import Contents
-    from ..rig import Rig
+    from ..rig import Rig, Spin
     from ..signals.frf import FRF
 
-OF_DATASET = ("role", "level")
+OF_DATASET = ("role", "level", "kind", "spin", "pulses")
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +52,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart")
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
-    option("--role", help="of the records of a dataset: identify, validate or sine (default: identify)")
+    option("--role", help="of the records of a dataset: identify, validate, sine or orbit (default: identify)")
+    add_kind(parser, "spin")
+    option(
+        "--spin", metavar="SPEED", help="of the shaft in records of a dataset, such as 20Hz or 3000rpm (without a unit "
+        "rad/s), or FROM:TO:SECONDS of a run-up, such as 20Hz:60Hz:20; < 0: from z to y (default: as the rig file)",
+    )  # fmt: skip
+    option("--pulses", type=int, metavar="N", help="of the keyphasor in a turn (default: 1, or as the rig file)")
     option(
         "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
     )
@@ -67,7 +83,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = to(inputs, out, columns, options)
     print(f"{result['out']}: {result['holds']}")
     if to is _into_dataset:
-        print(f"next: clearance-mj identify {out} --out {out}_found")
+        print(f"next: clearance-mj {'orbit-gaps' if options.role == 'orbit' else 'identify'} {out} --out {out}_found")
     return result
 
 
@@ -236,7 +252,11 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
     from ..io.formats import read_record
     from ..version import __version__
 
-    band = tuple(options.band) if options.band else None
+    band, spin = tuple(options.band) if options.band else None, _spin(options.spin) or rig.spin
+    if options.pulses is not None:
+        if spin is None:
+            raise ClearanceError("--pulses needs --spin, or a rig file that has a spin")
+        spin = dataclasses.replace(spin, pulses=options.pulses)
     record = read_record(
         path,
         rig,
@@ -248,11 +268,30 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         resample=options.resample,
         level=options.level,
         band=band,
+        kind=options.kind,
+        spin=None if spin == rig.spin else spin,
     )
     made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
     record = dataclasses.replace(record, provenance=made | record.provenance)
-    if record.role == "identify" or record.level is not None:
+    if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":
         return record
     rms = float(np.std(record.excitation().value))
     print(f"clearance-mj: note: {path}: level {rms:.3g}, as measured; --level gives another", file=sys.stderr)
     return dataclasses.replace(record, level=float(f"{rms:.3g}"))
+
+
+def _spin(text: str | None) -> Spin | None:
+    """The spin that an option says."""
+    from ..core.units import si_value
+    from ..rig import Spin
+
+    if text is None:
+        return None
+    try:
+        first, *ramp = text.split(":")
+        if not ramp:
+            return Spin(si_value(first, "spin"))
+        last, seconds = si_value(ramp[0], "spin"), si_value(":".join(ramp[1:]), "time")
+        return Spin(speed := si_value(first, "spin"), (last - speed) / seconds, last)
+    except (ClearanceError, ZeroDivisionError) as error:
+        raise ClearanceError(f"--spin {text}: {error}; give SPEED or FROM:TO:SECONDS, such as 20Hz:60Hz:20") from None

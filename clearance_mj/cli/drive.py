@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ..core.errors import ClearanceError
 from .command import command, provenance
 
 
@@ -16,12 +17,18 @@ def _options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="RUN",
-        help="logs of both ends, or the motor's alone, with reversals: CSV, Parquet, or joint states of ROS 2 in MCAP",
+        help="logs of both ends, or the motor's alone, with reversals: any format of records, Parquet, or joint states "
+        "of ROS 2 in MCAP",
     )
     option(
         "--column", action="append", default=[], metavar="WHAT=COLUMN",
-        help="column of time (s), motor_angle, motor_torque, load_angle or load_torque (rad, N m), such as "
-        "motor_torque=-tau with a minus sign where it counts the other way round; may be repeated",
+        help="column of time, motor_angle, motor_torque, load_angle or load_torque, such as motor_torque=-tau with a "
+        'minus sign where it counts the other way round, or "motor_angle=pos [ticks/4096]"; units as in the header '
+        "(deg, turn, ticks/4096, mN m, oz in ...), without one s, rad, N m; may be repeated",
+    )  # fmt: skip
+    option(
+        "--map", type=Path, metavar="MAP",
+        help='TOML file with a table [channels] of the logs\' columns, such as "motor [deg]" = "motor_angle"',
     )  # fmt: skip
     option(
         "--predict", nargs="+", type=Path, default=[], metavar="RUN",
@@ -35,16 +42,10 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("index.html", "drive.json"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..core.errors import ClearanceError
     from ..drives import DriveRecord, fit_drive, fit_motor_side
     from ..report.drive import write_drive, write_motor_side
 
-    columns = {}
-    for pair in options.column:
-        what, equals, column = pair.partition("=")
-        if not (what and equals and column):
-            raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
-        columns[what.strip()] = column.strip()
+    columns = _columns(options)
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
         found = fit_drive(runs, progress=not options.quiet)
@@ -67,3 +68,28 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         "not_told": data["not_told"],
         "out": str(options.out),
     }
+
+
+def _columns(options: argparse.Namespace) -> dict[str, str]:
+    """Columns by what they are; a map says it the other way round, as options of other commands do."""
+    from ..core.errors import RecordError
+    from ..core.validation import read_plain
+    from ..drives.record import QUANTITIES
+    from ..io.columns import SKIP
+    from ..io.tables.headers import split_header
+
+    pairs = [*read_plain(options.map, RecordError).get("channels", {}).items()] if options.map else []
+    for pair in options.column:
+        left, equals, right = (part.strip() for part in pair.partition("="))
+        if not (left and equals and right):
+            raise ClearanceError(f'--column "{pair}": needs WHAT=COLUMN, such as "motor_torque=tau"')
+        is_header = left not in QUANTITIES and split_header(right.removeprefix("-"))[0] in (SKIP, *QUANTITIES)
+        pairs.append((left, right) if is_header or right == SKIP else (right, left))
+    columns = {}
+    for column, given in pairs:
+        what, unit = split_header(given.removeprefix("-"))
+        if given != SKIP:
+            columns[what] = "-" * given.startswith("-") + column + (f" [{unit}]" if unit else "")
+        elif column in QUANTITIES:
+            columns[column] = SKIP
+    return columns

@@ -73,7 +73,7 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
     parser.add_argument(
         name, action="append", default=[], metavar="HEADER=CHANNEL",
         help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
-        "base, force, acc:NODE and disp:NODE need none; units in brackets, SI without",
+        "base, force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without",
     )  # fmt: skip
 
 
@@ -182,9 +182,9 @@ def periodic_settings(options: argparse.Namespace) -> dict[str, Any]:
     return {f"n_{name}": getattr(options, name) for name in PERIODIC}
 
 
-def add_kind(parser: argparse.ArgumentParser) -> None:
-    """Add the option that says what excites."""
-    parser.add_argument("--kind", choices=("base", "force"), help="what excites (default: as the rig's shaker)")
+def add_kind(parser: argparse.ArgumentParser, *more: str) -> None:
+    """Add the option that says what excites: base, force, or ``more``."""
+    parser.add_argument("--kind", choices=("base", "force", *more), help="what excites (default: as the rig's shaker)")
 
 
 def add_periodic_kind(parser: argparse.ArgumentParser) -> None:

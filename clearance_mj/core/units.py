@@ -8,7 +8,7 @@ import re
 from .checks import QUANTITIES
 from .errors import ClearanceError, RecordError
 
-__all__ = ["UNITS", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
+__all__ = ["UNITS", "is_angular", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
 UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
@@ -19,8 +19,20 @@ UNITS = {
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
-    "spin": {"rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi},
-}  # units that are known, in SI units, by quantity
+    "spin": {
+        "rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi, "deg/s": math.pi / 180,
+        "mrad/s": 1e-3, "rev/s": 2 * math.pi, "turn/s": 2 * math.pi,
+    },
+    "angle": {
+        "rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
+        "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200,
+    },
+    "torque": {
+        "Nm": 1.0, "MNm": 1e6, "mNm": 1e-3, "Nmm": 1e-3, "Ncm": 1e-2, "uNm": 1e-6, "kNm": 1e3, "kgcm": 9.80665e-2,
+        "kgm": 9.80665, "gcm": 9.80665e-5, "ozin": 7.0615518e-3, "lbin": 0.11298483, "lbft": 1.3558179,
+    },
+}  # fmt: skip
+"""Units that are known, in SI units, by quantity"""
 _MULTIPLE = re.compile(r"(?=[0-9.]*[1-9])([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]{1,2})?)\s+(\S.*)")  # "9.81 m/s2", "0.5 g"
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
@@ -42,12 +54,18 @@ def si_value(text: str, quantity: str) -> float:
 
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
-    "usec": "us", "microseconds": "us",
-    "millis": "ms", "micros": "us", "nanos": "ns", "nsec": "ns", "nanoseconds": "ns", "newton": "N",
-    "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
+    "usec": "us", "microseconds": "us", "millis": "ms", "micros": "us", "nanos": "ns", "nsec": "ns", "nanoseconds": "ns",
+    "°": "deg", "º": "deg", "degree": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "radian": "rad",
+    "radians": "rad", "turns": "turn", "revs": "rev", "revolution": "rev", "revolutions": "rev", "turns/s": "turn/s",
+    "rps": "rev/s", "kgfcm": "kgcm", "kgfm": "kgm", "kpcm": "kgcm", "gfcm": "gcm", "ozfin": "ozin", "inoz": "ozin",
+    "inozf": "ozin", "lbfin": "lbin", "inlb": "lbin", "inlbf": "lbin", "lbfft": "lbft", "ftlb": "lbft", "ftlbf": "lbft",
+    "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
     "g's": "g", "gn": "g", "m/sec2": "m/s2", "m.s-2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "mm/sec": "mm/s",
 }  # fmt: skip
 """Other ways of writing a unit, in lower case"""
+_COUNT, _NUMBER_OF = r"(?:tick|count|ct|step|pulse|increment|inc)s?", r"([0-9]+\.?[0-9]*)"
+_COUNTS = re.compile(rf"{_COUNT}(?:/{_NUMBER_OF})?|{_NUMBER_OF}(?:[cp]pr|{_COUNT}/(?:turn|rev))", re.IGNORECASE)
+"""Units of an encoder, so many of which make a turn: "ticks/4096", "4096 counts/rev", "4096 cpr" """
 
 
 def quantity_of(label: str) -> tuple[str, float] | None:
@@ -62,8 +80,19 @@ def quantity_of(label: str) -> tuple[str, float] | None:
     return None
 
 
+def is_angular(label: str) -> bool:
+    """Whether a label is that of a unit of angle, torque or spin."""
+    multiple = _MULTIPLE.fullmatch(label.strip())
+    known = {*UNITS["angle"], *UNITS["torque"], *UNITS["spin"]}
+    return _plain(multiple[2] if multiple else label) in known or bool(_COUNTS.fullmatch(_plain(label)))
+
+
 def unit_factor(label: str, quantity: str) -> float:
     """Return the SI units in one unit, such as "g", "mm/s²", "(m/s^2)" or "9.9 m/s²", of a quantity of `UNITS`."""
+    if quantity == "angle" and (counts := _COUNTS.fullmatch(_plain(label))):
+        if not (turn := float(counts[1] or counts[2] or 0)):
+            raise RecordError(f'unit "{label}" of angle needs the number that makes a turn, such as "ticks/4096"')
+        return 2 * math.pi / turn
     return _look_up(label, UNITS[quantity], quantity)
 
 
@@ -88,4 +117,5 @@ def _look_up(label: str, known: dict[str, float], quantity: str) -> float:
 def _plain(label: str) -> str:
     """A label without what writers of files set differently."""
     text = re.sub(r"[\s()\[\]^*·]", "", label.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("−", "-"))
+    text = re.sub(r"(?<=[A-Za-z])[.⋅×-](?=[A-Za-z])", "", text)  # "N.m", "oz-in"
     return _SAME.get(text.lower(), text)

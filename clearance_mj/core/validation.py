@@ -25,8 +25,8 @@ from .files import plain_file
 from .messages import WORDS, descriptions, either, message, names_of, shown, wrong_type
 
 __all__ = [
-    "Flag", "NotNegative", "Number", "OneOf", "Positive", "Registered", "Share", "Text", "Whole", "checked",
-    "descriptions", "from_plain", "json_schema", "read_plain", "register", "seldom", "to_plain",
+    "Count", "Flag", "NotNegative", "Number", "OneOf", "Positive", "Registered", "Share", "Text", "Whole",
+    "checked", "descriptions", "from_plain", "json_schema", "read_plain", "register", "seldom", "to_plain",
 ]  # fmt: skip
 
 Number = Annotated[float, Field(strict=True)]  # any finite number; a whole one counts, text and booleans do not.
@@ -34,6 +34,7 @@ Positive = Annotated[float, Field(strict=True, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, ge=0)]
 Share = Annotated[float, Field(strict=True, ge=0, le=1)]
 Whole = Annotated[int, Field(strict=True)]
+Count = Annotated[int, Field(strict=True, ge=1)]
 Text = Annotated[str, Field(strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
 

@@ -11,13 +11,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from ..core.checks import naming
 from ..core.errors import RecordError
-from .logs import read_table
+from ..core.notes import note
+from ..core.units import UNITS, unit_factor
+from ..io.columns import SKIP
+from ..io.tables.headers import is_time, split_header
+from .logs import FIELDS, read_table
 
 __all__ = ["DriveRecord"]
 
 COLUMNS = ("motor_angle", "motor_torque", "load_angle", "load_torque")
+REQUIRED = ("time", "motor_angle", "motor_torque")
+QUANTITIES = {"time": "time"} | {column: column.partition("_")[2] for column in COLUMNS}
 SAMPLES = 100  # that a record has at least
+EVEN = 1e-3  # of the sampling interval, by which times may be off even ones
 UNEVEN = 0.5  # of the sampling interval, by which a time may be late before samples are missing
 REVERSAL = 0.05  # of the range of the motor's angle, by which it must turn back
 
@@ -123,35 +131,80 @@ class DriveRecord:
 
     @classmethod
     def read(cls, path: str | Path, columns: Mapping[str, str] | None = None) -> DriveRecord:
-        """Read a run from a file: CSV (also compressed), Parquet, or joint states of ROS 2 in MCAP, see `read_table`.
+        """Read a run from a file: CSV, Parquet, joint states of ROS 2 in MCAP, or any format of records.
+
+        Units are those in brackets in the header of a column, or in ``columns``, such as "motor [deg]", "tau [mN m]",
+        "pos [turn]" or "count [ticks/4096]"; without one rad, N m and s. A `RecordNote` says where that was assumed, or
+        an end of a name such as ``_deg`` was taken for the unit.
 
         Parameters
         ----------
         path : path
             The file.
         columns : mapping of str to str, optional
-            Columns of the file by what they are: "time" (s), "motor_angle" (rad), "motor_torque" (N m), "load_angle",
-            "load_torque". Those that are not named have these names; the load's may be missing. A minus sign before a
-            name is for a column that counts the other way round.
+            Columns of the file by what they are: "time", "motor_angle", "motor_torque", "load_angle", "load_torque".
+            Those that are not named have these names; the load's may be missing, or "skip". A minus sign before a name
+            is for a column that counts the other way round, a unit behind it goes before that of the file.
 
         Raises
         ------
         RecordError
-            For a file that cannot be read, a column that is missing, and times that are not evenly spaced.
+            For a file that cannot be read, a column that is missing or of an unknown unit, and times of which some
+            are missing.
         """
-        name = Path(path).name.split(".")[0]
-        names = {known: known for known in ("time", *COLUMNS)} | dict(columns or {})
-        if unknown := set(names) - {"time", *COLUMNS}:
-            raise RecordError(f'"{min(unknown)}" is no column of a drive; known: time, {", ".join(COLUMNS)}')
-        table = read_table(path)
-        found = {}
-        for what, column in names.items():
-            sign, column = (1.0, column) if column in table else (-1.0, column.removeprefix("-"))
-            if column in table:
-                found[what] = sign * pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
-            elif what in ("time", "motor_angle", "motor_torque") or what in (columns or {}):
-                raise RecordError(f'{path}: no column "{column}" ({what}); it has {", ".join(map(str, table.columns))}')
-        return cls(name, _rate(found["time"], str(path)), *(found.get(what) for what in COLUMNS))  # type: ignore[arg-type]
+        columns, name = dict(columns or {}), Path(path).name.split(".")[0]
+        if unknown := columns.keys() - QUANTITIES:
+            raise RecordError(f'"{min(unknown)}" is no column of a drive; known: {", ".join(QUANTITIES)}')
+        table, notes, found = read_table(path), list[str](), dict[str, np.ndarray]()
+        times = sorted((h for h in table if is_time(split_header(h)[0])), key=lambda h: split_header(h)[0] != "time")
+        names = {known: known for known in QUANTITIES} | dict.fromkeys(("time",), [*times, "time"][0]) | columns
+        with naming(path):
+            for what, column in names.items():
+                if header := _header(table, what, column):
+                    values = pd.to_numeric(table[header[0]], errors="coerce").to_numpy(dtype=float)
+                    found[what] = values * _factor(what, *header, notes)
+                elif column != SKIP and (what in REQUIRED or what in columns):
+                    listed = ", ".join(map(str, table.columns))
+                    raise RecordError(f'no column "{column.removeprefix("-")}" ({what}); it has {listed}')
+        time = found.pop("time")
+        fs = _rate(time, str(path))
+        even = time[0] + np.arange(time.size) / fs
+        if (jitter := float(np.abs(time - even).max())) > max(EVEN / fs, _last_digit(time)):
+            notes.append(f"times are up to {1e3 * jitter:.3g} ms off even ones, to which the run is interpolated")
+            found = {what: np.interp(even, time, values) for what, values in found.items()}
+        note(path, notes)
+        return cls(name, fs, *(found.get(what) for what in COLUMNS))  # type: ignore[arg-type]
+
+
+def _header(table: pd.DataFrame, what: str, column: str) -> tuple[str, float, str] | None:
+    """The header of a column, 1 or -1 as it counts, and its unit: given with it, or that in the file; None of none."""
+    known = {header: split_header(header) for header in table}
+    for sign, given in ((1.0, column), (-1.0, column.removeprefix("-"))):
+        name, unit = split_header(given)
+        for wanted, other in ((given, ""), (name, unit)):
+            alike = [h for h in known if h == wanted] or [h for h in known if known[h][0] == wanted]
+            if len(alike) > 1:
+                raise RecordError(f'several columns are "{wanted}" ({what}): {", ".join(alike)}; give its unit too')
+            if alike:
+                return alike[0], sign, other or known[alike[0]][1]
+    return None
+
+
+def _factor(what: str, header: str, sign: float, unit: str, notes: list[str]) -> float:
+    """SI units in one unit of a column; notes say what is taken for it where none is given."""
+    quantity, ending = QUANTITIES[what], header.rpartition("_")[2]
+    if not unit and header != what and not header.endswith(FIELDS):
+        unit = ending if ending in UNITS[quantity] else next(iter(UNITS[quantity]))
+        notes.append(f'"{header}" is taken for {unit}, {"as its name ends" if unit == ending else "without a unit"}')
+    try:
+        return sign * (unit_factor(unit, quantity) if unit else 1.0)
+    except RecordError as error:
+        raise RecordError(f'column "{header}" ({what}): {error}; or a number of these, such as [0.05 Nm]') from None
+
+
+def _last_digit(time: np.ndarray) -> float:
+    """Place of the last digit that times are written with, s."""
+    return next((10.0**-d for d in range(9) if np.allclose(time, np.round(time, d), rtol=0, atol=1e-10)), 0.0)
 
 
 def _rate(time: np.ndarray, where: str) -> float:

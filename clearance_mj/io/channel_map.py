@@ -173,7 +173,7 @@ def _mapped(channel: Channel, given: str) -> Channel:
         if channel.quantity != UNKNOWN and channel.unit:
             as_in_file = 1 / unit_factor(channel.unit, channel.quantity)
         value = np.asarray(value * (column.scale * as_in_file))
-    elif column.quantity != channel.quantity:
+    elif column.quantity not in (channel.quantity, UNKNOWN):
         raise RecordError(
             f'is {channel.quantity} by its unit in the file, the map says "{given}"; give the unit of its numbers too, '
             f'as in "{given} [...]"'

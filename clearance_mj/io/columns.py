@@ -1,8 +1,9 @@
 """Names of columns, in tables of time records and of FRFs.
 
-A column of a time record is named after its channel: ``time``; ``base`` (acceleration of the base plate) or ``force``
-(of the shaker); ``acc:3``, ``vel:3``, ``disp:6`` and ``force:5`` (at a node), all along +Z, or ``acc:3:-Z`` for a
-sensor that is mounted the other way round. A column of FRFs is ``frequency`` or two channels, ``acc:3/base``, and a
+A column of a time record is named after its channel: ``time``; ``base`` (acceleration of the base plate), ``force``
+(of the shaker) or ``keyphasor`` (pulses of a shaft, in any unit); ``acc:3``, ``vel:3``, ``disp:6`` and ``force:5`` (at
+a node), all along +Z, or ``acc:3:-Z`` for a sensor that is mounted the other way round.
+A column of FRFs is ``frequency`` or two channels, ``acc:3/base``, and a
 part: ``real``, ``imag``, ``magnitude``, ``phase``, ``coherence``, or none of a complex column. A unit follows in
 brackets, ``acc:3 [g]``; without one it is SI. The caller may map other headers to these names. What is not mapped is a
 raw channel: it keeps its name, its quantity is that of its unit or unknown, and it is nowhere.
@@ -22,6 +23,7 @@ from ..core.checks import NAME_LIMIT
 from ..core.errors import RecordError
 from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
+from ..rig.instruments import KEYPHASOR
 from ..signals.frf import FRF, join_references
 from ..signals.quantities import require_quantity
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
@@ -36,6 +38,7 @@ Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
 
+PULSES = "keyphasor"
 _PREFIX = {"acceleration": "acc", "velocity": "vel", "displacement": "disp", "force": "force"}
 _QUANTITY = {prefix: quantity for quantity, prefix in _PREFIX.items()} | {"base": "acceleration"}
 _NODES = {"base": BASE_NODE, "force": SHAKER_NODE}
@@ -126,7 +129,7 @@ def as_channel(time: Column) -> Column:
 
 def _is_name(name: str) -> bool:
     """Whether a name is one of ours."""
-    return name in ("time", "frequency") or bool(_CHANNEL.fullmatch(name) or _FUNCTION.fullmatch(name))
+    return name in ("time", "frequency", PULSES) or bool(_CHANNEL.fullmatch(name) or _FUNCTION.fullmatch(name))
 
 
 def _raw_column(index: int, cell: str, name: str, is_ours: bool) -> Column:
@@ -159,6 +162,8 @@ def _column(index: int, cell: str, given: str) -> Column:
     unit = _split(cell)[1] if unit is None else unit
     if name in ("time", "frequency"):
         return Column(index, _name(cell), name, scale=_scale(unit, name), unit=unit or "")
+    if name == PULSES:
+        return Column(index, _name(cell), UNKNOWN, KEYPHASOR, unit=unit or "")
     if function := _FUNCTION.fullmatch(name):
         return _frf_column(index, _name(cell), unit, *function.groups())
     if not _CHANNEL.fullmatch(name):
@@ -263,6 +268,8 @@ def raw_header(channel: Channel) -> tuple[str, str]:
     unit = channel.unit if channel.quantity == UNKNOWN else next(iter(UNITS[channel.quantity]))
     if channel.placed and channel.quantity != UNKNOWN:
         return channel_name(channel.label, channel.quantity), unit
+    if channel.label == KEYPHASOR:
+        return PULSES, unit
     if _is_name(_name(channel.name)) or is_time(channel.name):
         raise RecordError(f'channel "{channel.name}" would be read as another from a table; rename it, or write .uff')
     return channel.name, unit

@@ -23,15 +23,16 @@ from ..signals.frf import FRF
 from .channels import Channel
 from .columns import SKIP, Column, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
 from .registry import Format, register
-from .tables.headers import is_index
+from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
 from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
+from .tables.stamps import read_stamps
 from .tables.times import time_of
 from .time_axis import Rate, Rates
 from .waveforms import GAPS
 
-__all__ = ["read_csv", "write_csv"]
+__all__ = ["read_columns", "read_csv", "write_csv"]
 
 
 def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
@@ -51,6 +52,25 @@ def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None
     return contents
 
 
+def read_columns(path: str | PathLike[str]) -> dict[str, np.ndarray]:
+    """Read the columns (n,) of a text table under their headers, with units in brackets, whatever they are.
+
+    Numbers are in their own units, nan where there is none; dates and clock times are s from the first one. Of a file
+    without a header the columns are named "1", "2", ...
+    """
+    data, encoding = read_text(path)
+    with naming(path):
+        notes = [] if encoding == "UTF-8" else [encoding]
+        body = _body(data, notes)
+        cells, found = unique_names(_names(body, True)[0], notes), dict[str, np.ndarray]()
+        for index, cell in enumerate(cells):
+            if body.kind(index) != "empty":
+                stamps = read_stamps(body.frame[index]) if body.kind(index) == "stamp" else None
+                found[cell] = stamps[0] if stamps else body.numbers(index)
+    note(path, notes)
+    return found
+
+
 def write_csv(path: str | PathLike[str], obj: Contents) -> None:
     """Write time records of one rate, length and start, or FRFs, as CSV, every digit of every number."""
     with naming(f"{path}: cannot be written"):
@@ -66,21 +86,28 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _contents(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
-    notes = rates.notes
+def _body(data: bytes, notes: list[str]) -> Body:
+    """Find the numbers of a text table."""
     if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
     layout = find_layout(head)
     above = [line.decode().rstrip() for line in head[: layout.first]]
     notes += _said(layout, above)
-    body = read_body(data, sum(map(len, head[: layout.first])), layout, notes)
+    return read_body(data, sum(map(len, head[: layout.first])), layout, notes)
+
+
+def _contents(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
+    notes = rates.notes
+    body = _body(data, notes)
     cells, line = _names(body, bool(mapped))
     used = resolve(cells, mapped, line, notes)
     if any(c.reference for c in used):
         if rates.fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
         return to_frf(used, [_numbers(body, c, cells) for c in used])
+    layout = body.layout
+    above = [line.decode().rstrip() for line in body.data[: body.begin].splitlines()]
     known = find_rate(above, layout.style)
     axis, of_time = time_of(body, used, cells, rates, known)
     kept = _channels(body, used, of_time, notes)

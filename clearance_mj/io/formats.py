@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from ..clearance.law import Law
 from ..clearance.law_files import load_law
@@ -28,6 +28,7 @@ from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
 from .dataset import Dataset, Record
+from .record import Kind, Role
 from .registry import FORMATS, WORDS, Format, format_of, register
 from .time_axis import on_one_axis
 
@@ -167,25 +168,28 @@ def _stem(path: Path) -> str:
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
-    role: Literal["identify", "validate", "sine"],
+    role: Role,
     columns: Columns | None = None,
     fs: float | None = None,
     units: str | None = None,
     channel_map: ChannelMap | None = None,
     resample: float | None = None,
+    kind: Kind | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``described``:
-    description, level, seed, band of `Record`.
+    ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``kind`` of
+    excitation, by default as the rig's shaker, and of orbits "spin"; ``described``: description, level, seed, band, spin
+    of `Record`.
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map, resample)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
-        return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
+        kind = kind or ("spin" if role == "orbit" else rig.shaker.kind)
+        return Record(name, role, rig, channels[0].fs, channels, kind, provenance=origin, **described)
 
 
 def read_frf(

@@ -28,6 +28,7 @@ __all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
 
 _QUANTITIES = {"base": "acceleration", "force": "force"}
 STEADY = 0.02  # of the speed that a record is said to turn at: by so much it may be another one, and change
+RAMP = 0.2  # of the fastest speed of a ramp: no machine follows one exactly
 _OTHER_SIGN = str.maketrans("+-", "-+")
 _RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
 
@@ -240,7 +241,8 @@ class Record(Shown):
             return None
         pulses = next(c.value for c in self.channels if c.label == KEYPHASOR)
         try:
-            found = turning_of_pulses(pulses, self.fs, -1.0 if spin.speed + spin.rate < 0 else 1.0)
+            sense, stated = -1.0 if spin.speed + spin.rate < 0 else 1.0, None if spin.inertia else spin.angle_at
+            found = turning_of_pulses(pulses, self.fs, sense, spin.pulses, stated)
             self._check_speed(spin, found)
         except RecordError as error:
             raise RecordError(f'record "{self.name}": {error}') from None
@@ -248,7 +250,17 @@ class Record(Shown):
 
     @staticmethod
     def _check_speed(spin: Spin, found: ShaftTurning) -> None:
+        if spin.inertia:
+            return
         if spin.rate:
+            time = (found.marks[1:] + found.marks[:-1]) / 2
+            said, shown = np.abs(spin.speed_at(time)), np.abs(found.of_turns)
+            at = int(np.argmax(np.abs(shown - said)))
+            if abs(shown[at] - said[at]) > RAMP * said.max():
+                raise RecordError(
+                    f"is said to turn at {said[at]:.4g} rad/s at {time[at]:.4g} s, and its keyphasor shows "
+                    f"{shown[at]:.4g} rad/s: give spin another speed or rate"
+                )
             return
         slowest, fastest = (float(end) for end in np.sort(np.abs(found.of_turns))[[0, -1]])
         if fastest - slowest > STEADY * abs(found.mean_speed):

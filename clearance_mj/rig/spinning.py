@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..core.errors import RigError
-from ..core.validation import Number, Positive, checked, seldom
+from ..core.validation import Count, Number, Positive, checked, seldom
 from ..structure import Point
 
 __all__ = ["Spin", "Unbalance"]
@@ -27,6 +27,8 @@ class Spin:
     """rad, of the shaft at the start, from y"""
     inertia: Positive | None = seldom(default=None)
     """kg m², about the axis, of all that turns: friction then changes the speed; None: the drive holds the speed"""
+    pulses: Count = seldom(default=1)
+    """of a keyphasor in a turn: slots, teeth or marks"""
 
     def __post_init__(self) -> None:
         if self.until is not None and (self.until - self.speed) * self.rate <= 0:

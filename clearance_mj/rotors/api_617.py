@@ -1,11 +1,13 @@
 """Running clearances under unbalance, after API Standard 617: the scaled major axis beside 75 % of the clearance.
 
 The unbalance is scaled until the largest vibration at a probe, peak to peak and at operating speeds, is the vibration
-limit of 25.4 µm √(12000/N), N the maximum continuous speed in rev/min. So scaled, the major axis of the synchronous
-orbit, peak to peak, must leave a quarter of every diametral clearance free at all speeds up to the trip.
+limit of 25.4 µm √(12000/N), at most 25.4 µm, N the maximum continuous speed in rev/min. So scaled, the major axis of
+the synchronous orbit, peak to peak, must leave a quarter of every diametral clearance free at all speeds up to the
+trip.
 
-Source: API Standard 617 (8th edition, 2014), Part 1, 4.8.2.11, as petrobras/ross quotes it, which also bounds the scale
-by 0.5 and 6; the text of the standard is not public.
+Source: API Standard 617 (9th edition, 2022), 6.8.2.11, as petrobras/ross #1377 quotes it, "or 25.4 µm (1 mil),
+whichever is less". The scale's bounds, 0.5 and 6, are those that petrobras/ross quoted of the 8th edition, Part 1,
+4.8.2.11; #1377 has no lower one. The text of the standard is not public.
 """
 
 from __future__ import annotations
@@ -55,8 +57,8 @@ class RunningClearance:
 
     @property
     def limit(self) -> float:
-        """Vibration limit, m, peak to peak: 25.4 µm √(12000/N)."""
-        return LIMIT * math.sqrt(AT_SPEED / (RPM * self.operating[1]))
+        """Vibration limit, m, peak to peak: 25.4 µm √(12000/N), at most 25.4 µm."""
+        return LIMIT * min(1.0, math.sqrt(AT_SPEED / (RPM * self.operating[1])))
 
     @property
     def scale(self) -> float:

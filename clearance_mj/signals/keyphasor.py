@@ -1,10 +1,12 @@
-"""The angle of a turning shaft out of its once-per-turn pulses."""
+"""The angle of a turning shaft out of the pulses of its keyphasor."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.ndimage
 from scipy.interpolate import CubicSpline
 
 from ..core.errors import RecordError
@@ -14,6 +16,10 @@ __all__ = ["ShaftTurning", "turning_of_pulses"]
 
 MIN_TURNS = 2  # whole ones, from which the speed is known at both ends of a record
 HIGH, LOW = 0.6, 0.4  # of the pulses' height: a pulse begins above one and ends below the other
+ANOTHER = 1.4  # times as many pulses as stated, from which on a turn has another number of them
+LONG, SHORT = 1.5, 0.6  # of the usual way between two pulses: one is missing, or one too many
+IRREGULAR = 0.05  # share of pulses, from which on they do not come as those of some other number
+NEAR = 4  # turns either side, of which the median is the usual way
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,39 +59,85 @@ class ShaftTurning(ArrayData):
         return np.asarray(np.sign(self.speed[0]) * 2 * np.pi / np.diff(self.marks))
 
 
-def turning_of_pulses(pulses: np.ndarray, fs: float, sense: float = 1.0) -> ShaftTurning:
+def turning_of_pulses(
+    pulses: np.ndarray,
+    fs: float,
+    sense: float = 1.0,
+    per_turn: int = 1,
+    stated: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> ShaftTurning:
     """Return the angle and the speed of a shaft out of the pulses of a keyphasor.
 
     A pulse marks the angle 0 where it rises through the half of its height, between samples as a line through both.
+    Of several pulses in a turn every so-manieth is a mark, from the first of the record on: slots need not be even.
     Between the marks the angle is a cubic spline; before the first and after the last the speed stays.
 
     Parameters
     ----------
     pulses : ndarray, shape (n_t,)
-        In any unit, high once per turn for less than a half of it.
+        In any unit, high for less than a half of the way from one to the next.
     fs : float
         Samples per second.
     sense : float
         Sign of the spin: 1 from y to z, which one mark does not tell.
+    per_turn : int
+        Number of pulses in a turn.
+    stated : callable, optional
+        Angle, rad, that the shaft is said to have at times (n,) s: pulses that do not come as it says are refused, and
+        their height is that of most turns, whatever spikes there are.
 
     Raises
     ------
     RecordError
-        If there are less than two whole turns.
+        If there are less than two whole turns, or pulses are missing or too many.
     """
-    low, high = float(np.min(pulses)), float(np.max(pulses))
-    level = (np.asarray(pulses, dtype=float) - low) / (high - low if high > low else 1.0)
-    marks = _rises(level) / fs
+    signal = np.asarray(pulses, dtype=float)
+    time = np.arange(signal.size) / fs
+    whole = turned = np.zeros(1, dtype=int)
+    if stated is not None:
+        turns = np.abs(stated(time) - stated(time[:1])) / (2 * np.pi)
+        turned = np.searchsorted(turns, np.arange(max(turns[-1], 1.0)))
+    for starts in (turned, whole):  # of turns, if they are at all as stated
+        low = np.quantile(np.minimum.reduceat(signal, starts), 0.25, method="higher")
+        high = np.quantile(np.maximum.reduceat(signal, starts), 0.75, method="lower")
+        usual = signal[np.abs(signal - (low + high) / 2) <= 0.75 * (high - low)]  # a quarter more is no spike
+        low, high = np.min(usual, initial=low), np.max(usual, initial=high)
+        level = (signal - low) / (high - low if high > low else 1.0)
+        marks = _rises(level) / fs
+        if marks.size > MIN_TURNS * per_turn:
+            break
+    if stated is not None and marks.size > MIN_TURNS:
+        _check_pulses(marks, per_turn, np.abs(stated(marks)) * per_turn / (2 * np.pi))
+    marks = marks[::per_turn]
     if marks.size < MIN_TURNS + 1:
         raise RecordError(
             f"its keyphasor shows {max(marks.size - 1, 0)} whole turns in {level.size / fs:g} s; needs {MIN_TURNS} or "
             "more"
         )
-    turns = CubicSpline(marks, 2 * np.pi * np.arange(marks.size))
-    time = np.arange(level.size) / fs
+    angle = CubicSpline(marks, 2 * np.pi * np.arange(marks.size))
     inside = np.clip(time, marks[0], marks[-1])
-    speed = turns(inside, 1)
-    return ShaftTurning(marks, sense * (turns(inside) + speed * (time - inside)), sense * speed)
+    speed = angle(inside, 1)
+    return ShaftTurning(marks, sense * (angle(inside) + speed * (time - inside)), sense * speed)
+
+
+def _check_pulses(marks: np.ndarray, per_turn: int, stated: np.ndarray) -> None:
+    """Refuse pulses at times (n,) s that do not come one by one as is stated (n,), and say what is wrong with them."""
+    steps = np.abs(np.diff(stated))
+    near = np.zeros(2 * NEAR * per_turn + 1)
+    near[::per_turn] = 1  # one slot is compared with itself in other turns: slots may be uneven
+    usual = scipy.ndimage.median_filter(steps, footprint=near, mode="nearest")
+    irregular = np.mean((steps > LONG * usual) | (steps < SHORT * usual))
+    ratio = steps / np.maximum(usual, 1.0)  # an edge that rings makes short ways usual
+    long, short = np.flatnonzero(ratio > LONG), np.flatnonzero(ratio < SHORT)
+    times, words = steps.size / steps.sum(), ""
+    if not 1 / ANOTHER < times < ANOTHER and irregular < IRREGULAR:
+        words = f"{times:.3g} times as many: give the number of pulses in a turn (pulses of spin), or another speed"
+    elif short.size and (times > 1 or not long.size):
+        words = f"the first too many at {marks[short[0] + 1]:.4g} s: an edge that rings, or a spike"
+    elif long.size:
+        words = f"{ratio[long[0]] - 1:.0f} missing after {marks[long[0]]:.4g} s; leave that part of the record out"
+    if words:
+        raise RecordError(f"its keyphasor shows {marks.size} pulses where {steps.sum() + 1:.0f} are stated, {words}")
 
 
 def _rises(level: np.ndarray) -> np.ndarray:

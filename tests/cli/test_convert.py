@@ -161,3 +161,37 @@ def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
     for arguments, part in cases.items():
         assert part in refused("convert", *arguments), arguments
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bench.csv", "r.uff"]
+
+
+def test_orbits_of_a_run_up_out_of_a_csv(tmp_path, answer, refused):
+    """Keyphasor, kind, spin and pulses per turn are given; files keep them, and the speed is that of the ramp."""
+    fs = 1024.0
+    time = np.arange(4096) / fs
+    angle = 2 * np.pi * (5.0 * time + 2.5 * time**2 / 2)  # 5 to 15 Hz in 4 s
+    probes = 20.0 * np.array((np.cos(angle), np.sin(angle)))  # µm
+    rows = np.column_stack((time, *probes, -24.0 + 12.0 * (angle / np.pi % 1.0 < 0.2)))
+    head = "t,Probe Y [um],Probe Z [um],KP [V]"
+    np.savetxt(tmp_path / "run.csv", rows, "%.9g", ",", header=head, comments="")
+    given = ["convert", tmp_path / "run.csv", tmp_path / "machine", "--rig", ROOT / "models" / "rotor.toml"]
+    for name in ("Probe Y=disp:2:+Y", "Probe Z=disp:2:+Z", "KP=keyphasor"):
+        given += ["--column", name]
+    given += ["--role", "orbit", "--spin", "5Hz:900rpm:4"]
+    assert "run added with role orbit" in answer(*given, "--pulses", 2)["holds"]
+    (record,) = Dataset.load(tmp_path / "machine").orbits
+    assert (record.excitation_kind, record.level, record.spin.pulses) == ("spin", None, 2)
+    turning = record.turning()
+    middle = (turning.marks[1:] + turning.marks[:-1]) / 2
+    # An edge is known within half a sample, of the 68 that the fastest turn has.
+    np.testing.assert_allclose(turning.of_turns, 2 * np.pi * (5 + 2.5 * middle), rtol=1 / 68)
+    probe = next(c for c in record.channels if c.direction == "+Y")
+    np.testing.assert_allclose(probe.value, 1e-6 * probes[0], atol=1e-12)
+    for back in ("a.csv", "a.mat"):  # keyphasors have a name in tables
+        answer("convert", tmp_path / "machine" / "run.uff", tmp_path / back)
+        assert {c.label for c in formats.read(tmp_path / back)} == {"2:+Y", "2:+Z", "400:S"}
+    (tmp_path / "map.toml").write_text(
+        '[channels]\n"Probe Y" = "disp:2:+Y"\n"Probe Z" = "disp:2:+Z"\n"KP" = "keyphasor"\n'
+    )
+    mapped = [*given[:2], *given[3:5], "--role", "orbit", "--map", tmp_path / "map.toml"]
+    answer(*mapped, "--spin", "5Hz:15Hz:4", "--pulses", 2, "--out", tmp_path / "other")
+    assert "--spin 5Hz:15Hz: " in refused(*mapped[:-2], "--spin", "5Hz:15Hz", "--out", tmp_path / "no")
+    assert "give SPEED or FROM:TO:SECONDS" in refused(*mapped[:-2], "--spin", "fast", "--out", tmp_path / "no")

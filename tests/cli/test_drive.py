@@ -39,6 +39,23 @@ def test_a_drive_and_a_run_that_is_predicted(logs, tmp_path, capsys):
     assert json.loads((out / "drive.json").read_text())["drive"]["ratio"] == told["table"]["ratio"]
 
 
+def test_a_map_and_what_is_skipped(logs, tmp_path, capsys):
+    """Degrees and mN m in headers, a map, and the load's torque left out: the motor's side alone is looked at."""
+    for path in logs:
+        rows = np.loadtxt(path, delimiter=",", skiprows=1) * [1e3, 180 / np.pi, 1e3, 180 / np.pi, 1e3]
+        head = "t [ms],motor [deg],tau [mNm],joint [deg],load [mNm]"
+        np.savetxt(path, rows, "%.7f", ",", header=head, comments="")
+    (tmp_path / "map.toml").write_text(
+        '[channels]\n"motor" = "motor_angle"\n"tau" = "-motor_torque"\n"joint [deg]" = "load_angle"\n"t" = "skip"\n'
+    )
+    given = ["drive", *map(str, logs[:2]), "--map", str(tmp_path / "map.toml"), "--out", str(tmp_path / "out")]
+    assert main([*given, "--column", "load=load_torque", "--json"]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["table"]["ratio"] == pytest.approx(-0.5, rel=1e-2) and "note" not in said.err
+    assert main([*given, "--column", "load_angle=skip", "--predict", str(logs[2])]) == 2
+    assert "--predict needs logs of both ends" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_logs_of_the_motor_alone(logs, tmp_path, capsys):
     """What a motor tells, and a file to predict, which needs both ends."""
@@ -61,7 +78,7 @@ def test_logs_of_the_motor_alone(logs, tmp_path, capsys):
         (["--column", "tau"], '--column "tau": needs WHAT=COLUMN, such as "motor_torque=tau"'),
         (["--column", "speed=v"], '"speed" is no column of a drive; known: time, motor_angle'),
         (["--column", "time=t"], 'no column "motor_torque" (motor_torque); it has t, motor_angle, tau'),
-        (["--column", "time=t", "--column", "motor_torque=tau"], "a torque or an angle counts the other way round"),
+        (["--column", "time=t [s]", "--column", "motor_torque=tau [Nm]"], "a torque or an angle counts the other way"),
     ],
 )
 def test_bad_input_is_one_line(logs, tmp_path, capsys, given, said):

@@ -6,8 +6,10 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
+import scipy.io
 
 from clearance_mj.core.errors import RecordError
+from clearance_mj.core.notes import RecordNote
 from clearance_mj.drives import DriveRecord
 
 TIME = np.arange(200) * 0.01
@@ -38,7 +40,7 @@ def test_columns_by_a_map_and_a_sign(tmp_path):
         (table(angle=np.degrees(np.arctan2(np.sin(9 * TIME), np.cos(9 * TIME)))), "a whole turn in degrees"),
         (table(time=TIME[:50]), "50 samples are too few"),
         (table().replace("0.5100,0.", "0.5100,x"), "motor_angle is not finite at 0.51 s"),
-        ("", "cannot be read as CSV: No columns"),
+        ("", "holds no records; needs a line with the names of the columns"),
     ],
 )
 def test_what_is_wrong_is_said(tmp_path, text, said):
@@ -46,6 +48,84 @@ def test_what_is_wrong_is_said(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(RecordError, match=said):
         DriveRecord.read(path)
+
+
+DEG, OZ_IN = np.pi / 180, 0.028349523125 * 9.80665 * 0.0254  # NIST SP 811: 1 oz = 28.349 523 125 g, 1 in = 25.4 mm
+UNITS = [
+    ("deg", DEG, "mNm", 1e-3), ("°", DEG, "mN m", 1e-3), ("degrees", DEG, "N.mm", 1e-3),
+    ("turns", 2 * np.pi, "N cm", 0.01), ("rev", 2 * np.pi, "kgf·cm", 0.0980665),
+    ("mrad", 1e-3, "kg-cm", 0.0980665), ("arcmin", DEG / 60, "oz-in", OZ_IN),
+    ("ticks/4096", 2 * np.pi / 4096, "ozf·in", OZ_IN), ("4096 counts/rev", 2 * np.pi / 4096, "lb-in", 16 * OZ_IN),
+    ("0.088 deg", 0.088 * DEG, "0.05 Nm", 0.05), ("rad", 1.0, "N·m", 1.0),
+    ("4000 cpr", 2 * np.pi / 4000, "lbf ft", 192 * OZ_IN),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("angle", "radians", "torque", "newton_metres"), UNITS)
+def test_units_of_headers_and_of_what_is_given(tmp_path, angle, radians, torque, newton_metres):
+    """In the header, behind the name that is given, in round brackets, in a row of units, with decimal commas."""
+    x = np.sin(3 * TIME) / radians
+    columns = {"motor_angle": "q", "motor_torque": "tau"}
+    rows = [f"{1e3 * t:.1f};{a:.9g};{b:.9g}" for t, a, b in zip(TIME, x, TIME / newton_metres)]
+    for head, given in (
+        (f"t [ms];q [{angle}];tau [{torque}]", columns),
+        (f"t (ms);q ({angle});tau ({torque})", columns),
+        ("t_ms;q;tau", {"motor_angle": f"q [{angle}]", "motor_torque": f"tau [{torque}]"}),
+        (f"Logger;2\n\ntime [ms];q;tau\nms;{angle};{torque}".replace("time [ms]", "time"), columns),
+    ):
+        path = tmp_path / "run.csv"
+        path.write_text("\n".join([head, *(row.replace(".", ",") for row in rows)]) + "\n")
+        record = DriveRecord.read(path, given)
+        assert record.fs == pytest.approx(100.0)
+        np.testing.assert_allclose(record.motor_angle, np.sin(3 * TIME), atol=1e-6)
+        np.testing.assert_allclose(record.motor_torque, TIME, rtol=1e-6)
+
+
+def test_what_is_taken_for_a_unit_is_said(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text(table(heading="t,q_deg,tau"))
+    said = '"t" is taken for s, without .*"q_deg" is taken for deg, as .*"tau" is taken for Nm'
+    with pytest.warns(RecordNote, match=said):
+        record = DriveRecord.read(path, {"motor_angle": "q_deg", "motor_torque": "tau"})
+    np.testing.assert_allclose(record.motor_angle, np.radians(np.sin(3 * TIME)), atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("heading", "given", "said"),
+    [
+        ("time,q [ticks],tau [Nm]", {}, r'"q \[ticks\]" .motor_angle.: unit "ticks" of angle needs the number that'),
+        ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use Nm, .* or a number of these, such'),
+        ("time,q [mm],tau [Nm]", {}, 'unit "mm" of angle is unknown; use rad, deg, turn'),
+        ("time,q [rad],q [deg]", {"motor_torque": "q"}, r'several columns are "q" .*give its unit too'),
+    ],
+)  # fmt: skip
+def test_a_unit_that_is_none(tmp_path, heading, given, said):
+    path = tmp_path / "run.csv"
+    path.write_text(table(heading=heading))
+    with pytest.raises(RecordError, match=said):
+        DriveRecord.read(path, {"motor_angle": "q", "motor_torque": "tau"} | given)
+
+
+def test_times_that_jitter(tmp_path):
+    """A sine of 2 rad/s sampled 1 ms early and late in turn: a line between samples 12 ms apart is off by (0.024)²/8.
+
+    The first sample is early and the last one late, by which the mean step grows by 1/199: 2 ms from first to last.
+    """
+    time = TIME + 1e-3 * (-1.0) ** np.arange(TIME.size)
+    path = tmp_path / "run.csv"
+    path.write_text(table(time=time, angle=np.sin(2 * time)))
+    with pytest.warns(RecordNote, match=r"times are up to 1.99 ms off even ones"):
+        record = DriveRecord.read(path)
+    even = time[0] + np.arange(TIME.size) / record.fs
+    np.testing.assert_allclose(record.motor_angle[1:-1], np.sin(2 * even)[1:-1], atol=7.3e-5)
+
+
+def test_a_log_in_a_format_of_records(tmp_path):
+    """MATLAB and universal files: what a record's reader returns."""
+    scipy.io.savemat(tmp_path / "run.mat", {"time": TIME, "q": np.degrees(np.sin(3 * TIME)), "tau": TIME})
+    record = DriveRecord.read(tmp_path / "run.mat", {"motor_angle": "q [deg]", "motor_torque": "-tau [mNm]"})
+    np.testing.assert_allclose(record.motor_angle, np.sin(3 * TIME), rtol=1e-12)
+    np.testing.assert_allclose(record.motor_torque, -1e-3 * TIME, rtol=1e-12)
 
 
 def test_samples_of_different_number():

@@ -106,6 +106,63 @@ def test_a_speed_that_is_another(rig, angle, words):
     record = Record("x", "identify", rig, FS, channels(rig, angle), direction=(0.0, 1.0, 0.0), spin=Spin(40.0))
     with pytest.raises(RecordError, match=words):
         record.turning()
-    slower = dataclasses.replace(record, spin=Spin(40.0, 1.0, 100.0))
-    if angle.any():
-        assert slower.turning() is not None
+    if angle.any():  # said to be a ramp as it is
+        ramp = (angle[-1] - 40.0 * TIME[-1]) / TIME[-1] ** 2 * 2
+        assert dataclasses.replace(record, spin=Spin(40.0, ramp, 100.0)).turning() is not None
+
+
+def turning(rig, signal, spin):
+    """Return what a keyphasor shows of a shaft that turns alone."""
+    rows = [c for c in channels(rig, 40.0 * TIME, ["base", "acc 1:+Z", "keyphasor"])]
+    return Record(
+        "x", "orbit", rig, FS, [*rows, Channel("k", 400, "S", "unknown", signal, FS)], "spin", spin=spin
+    ).turning()
+
+
+RAMP = Spin(40.0, 30.0, 200.0)  # 20 to 160 rad/s, as its keyphasor is stated to show
+
+
+def test_a_run_up_that_is_another(rig):
+    """40 + 4 t rad/s are 55.5 rad/s where 40 + t is stated."""
+    with pytest.raises(
+        RecordError, match=r"turn at 43\.88 rad/s at 3\.88\d* s, and its keyphasor shows 55\.5\d* rad/s"
+    ):
+        turning(rig, pulses(40.0 * TIME + 2.0 * TIME**2), Spin(40.0, 1.0, 100.0))
+    assert turning(rig, pulses(40.0 * TIME + 2.0 * TIME**2), Spin(40.0, 4.0, 100.0)) is not None
+
+
+@pytest.mark.parametrize(("slots", "uneven"), [(2, 0.0), (2, 0.6), (4, 0.3), (1, 0.0)])
+@pytest.mark.parametrize("spin", [RAMP, Spin(60.0)])
+def test_several_pulses_in_a_turn(rig, slots, uneven, spin):
+    """The angle between marks is that of the shaft, wherever the slots are."""
+    angle = 1.0 + spin.angle_at(TIME)
+    several = sum(pulses(angle - 2 * np.pi * k / slots - uneven * (k == 1)) for k in range(slots))
+    found = turning(rig, several, dataclasses.replace(spin, pulses=slots))
+    inside = (TIME >= found.marks[0]) & (TIME <= found.marks[-1])
+    error = (found.angle - angle)[inside]
+    assert np.ptp(error) < 0.4 * np.pi / 180
+    assert np.abs(found.speed - spin.speed_at(TIME))[inside].max() < 0.02 * spin.fastest
+
+
+@pytest.mark.parametrize("spin", [RAMP, Spin(60.0), Spin(-60.0)])
+def test_what_is_wrong_with_pulses_is_said(rig, spin):
+    """Two slots, three pulses that are missing, an edge that rings, a spike between two pulses, half of the pulses."""
+    angle = 1.0 + np.abs(spin.angle_at(TIME))
+    turn = np.floor(angle / (2 * np.pi) + 1 / 24)
+    sound = pulses(angle)
+    count = np.count_nonzero(np.diff(np.sign(sound - 0.5)) > 0)
+    stated = r"pulses where \d+ are stated, "
+    with pytest.raises(RecordError, match=f"{stated}(2|1.9\\d|2.0\\d) times as many: give the number of pulses"):
+        turning(rig, sound + pulses(angle + np.pi), spin)
+    with pytest.raises(RecordError, match=rf"shows {count - 3} {stated}3 missing after (\d\.\d+) s; leave") as caught:
+        turning(rig, sound * ~np.isin(turn, [10, 11, 12]), spin)
+    assert f"after {TIME[np.argmax(turn == 9)]:.1f}" in str(caught.value)
+    with pytest.raises(RecordError, match=rf"{stated}the first too many at 0\.\d* s: an edge that rings, or a spike"):
+        turning(rig, sound * (1 + np.sin(2 * np.pi * 300 * TIME)), spin)
+    spike = np.where(np.arange(N) == np.argmax(turn == 10) + 50, 2.0, sound)
+    with pytest.raises(RecordError, match=rf"shows {count + 1} {stated}the first too many at \d\.\d* s"):
+        turning(rig, np.maximum(spike, sound), spin)
+    with pytest.raises(RecordError, match=rf"{stated}0\.5\d* times as many: give the number of pulses"):
+        turning(rig, sound * (turn % 2 == 0), spin)
+    higher = np.where(turn == 10, 1.1, 1.0) * sound  # a pulse that is a little higher is one
+    assert np.allclose(turning(rig, higher, spin).of_turns, turning(rig, sound, spin).of_turns, rtol=0.05)

@@ -34,12 +34,13 @@ def radius(spin):
 
 
 def test_a_jeffcott_rotor():
-    """Its orbit is a circle of r = m e Ω²/|k - m Ω² + i Ω c|; the limit is 25.4 µm √(12000/N)."""
+    """Its orbit is a circle of r = m e Ω²/|k - m Ω² + i Ω c|; the limit is 25.4 µm at these speeds."""
     operating = 1.3 * JEFFCOTT, 1.8 * JEFFCOTT
     found = running_clearance(rotor(), SPEEDS, operating)
     assert_allclose(found.major[0], 2 * radius(SPEEDS), rtol=1e-4)
     assert_allclose(found.vibration[0], 2 * radius(SPEEDS), rtol=1e-4)
-    limit = 25.4e-6 * math.sqrt(12000 / (operating[1] * 30 / math.pi))
+    limit = 25.4e-6  # the shaft turns slower than 12000 rev/min
+    assert operating[1] * 30 / math.pi < 12000
     within = SPEEDS[(operating[0] <= SPEEDS) & (operating[1] >= SPEEDS)]
     scale = limit / (2 * radius(within).max())
     assert found.limit == pytest.approx(limit) and found.scale == pytest.approx(scale, rel=1e-4)
@@ -47,6 +48,17 @@ def test_a_jeffcott_rotor():
     assert_allclose(found.used[0], scale * radius(SPEEDS) / (0.75 * GAP), rtol=2e-4)
     assert found.holds.tolist() == [scale * radius(SPEEDS).max() < 0.75 * GAP]
     assert sum(u.moment for u in found.scaled_rig.unbalances) == pytest.approx(scale * MOMENT, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("rpm", "limit"), [(3000, 25.4e-6), (6000, 25.4e-6), (12000, 25.4e-6), (15000, 22.718e-6), (48000, 12.7e-6)]
+)
+def test_the_limit_is_one_mil_at_most(rpm, limit):
+    """min(25.4, 25.4 √(12000/N)) µm: API 617, 9th edition, 6.8.2.11, as petrobras/ross #1377 has it."""
+    speeds = np.array([1.0, rpm * math.pi / 30])
+    found = running_clearance(rotor(Unbalance(0.5, 1e-6)), speeds, (0.5, speeds[-1]))
+    assert found.limit == pytest.approx(limit, rel=1e-4)
+    assert found.scale == pytest.approx(np.clip(limit / (2 * 1e-6 / MOMENT * radius(speeds).max()), 0.5, 6.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(("moment", "scale"), [(1e-8, 6.0), (1.0, 0.5)])

@@ -18,7 +18,7 @@ from ...rig import Rig
 from ..laws.round_comparison import rests_of
 from ..laws.round_fit import placed
 from ..laws.round_motion import smallest_circle
-from ..records.prepared import PreparedRecord, prepared
+from ..records.prepared import PreparedRecord, prepared, require_one_mark
 from ..structure.priors import priors
 from .found import ClearanceInOperation, OrbitFit
 from .problem import LawProblem, Place, law_parameters, places_of
@@ -99,7 +99,9 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
     if len(rates) > 1:
         raise RecordError(f"records are sampled at {', '.join(f'{fs:g}' for fs in sorted(rates))} Hz; needs one rate")
     own_rig = [dataclasses.replace(r, rig=own) if rig is not None else r for r in turned.values()]
-    return [prepared(record) for record in own_rig], own
+    chosen = [prepared(record) for record in own_rig]
+    require_one_mark(chosen)
+    return chosen, own
 
 
 def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:

@@ -18,7 +18,7 @@ from ...signals.keyphasor import ShaftTurning
 from ...signals.response import Response
 from .run_out import SLOW, TURNS, run_out, run_out_at
 
-__all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepare_turning", "prepared"]
+__all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepare_turning", "prepared", "require_one_mark"]
 
 EXCITATION = "excitation"
 TURN_WIDTH, TURN_SPREAD = 1.5, 0.01  # Hz, and share of it, either side of each
@@ -209,6 +209,7 @@ def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, 
     records : sequence of PreparedRecord
         Of one rig; those that turn are changed.
     """
+    require_one_mark(records)
     turned = sorted((r for r in records if _steady(r)), key=lambda r: abs(r.turning.mean_speed))  # type: ignore[union-attr]
     speeds = [abs(r.turning.mean_speed) for r in turned if r.turning]
     slow = [r for r, speed in zip(turned, speeds) if r.kind == "spin" and speed < SLOW * speeds[-1]]
@@ -217,6 +218,28 @@ def without_run_out(records: Sequence[PreparedRecord]) -> tuple[PreparedRecord, 
     assert slow[0].turning is not None and slow[0].displacement is not None
     found, speed = run_out(slow[0].turning.angle, slow[0].displacement), abs(slow[0].turning.mean_speed)
     return tuple(_less(record, found, speed) for record in records)
+
+
+def require_one_mark(records: Sequence[PreparedRecord]) -> None:
+    """Refuse records whose shafts' angles have no common mark: unbalance and run-out would be at another in each.
+
+    Parameters
+    ----------
+    records : sequence of PreparedRecord
+        Of one rig.
+
+    Raises
+    ------
+    RecordError
+        Names a record whose keyphasor has several pulses in a turn, beside others in which the shaft turns.
+    """
+    turned = [r for r in records if r.turning is not None and r.tested.spin]
+    several = next((r for r in turned if r.tested.spin and r.tested.spin.pulses > 1), None)
+    if several is not None and several.tested.spin and len(turned) > 1:
+        raise RecordError(
+            f'record "{several.name}": which of its {several.tested.spin.pulses} pulses in a turn is which in the '
+            "others is not known, and unbalance and run-out have no common angle: give it alone, or one pulse in a turn"
+        )
 
 
 def _steady(record: PreparedRecord) -> bool:

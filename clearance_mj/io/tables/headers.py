@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from ...core.checks import NAME_LIMIT
-from ...core.units import UNITS, quantity_of
+from ...core.units import UNITS, is_angular, quantity_of
 
 __all__ = ["LONGEST", "is_index", "is_time", "is_unit", "split_header", "unique_names"]
 
@@ -37,6 +37,7 @@ def is_unit(label: str) -> bool:
     """Whether a label is that of a unit: one of ours, or one that loggers write."""
     return (
         bool(quantity_of(label))
+        or is_angular(label)
         or label.replace("µ", "u").replace("μ", "u") in _OF_TIME
         or label.lower() in OTHER_UNITS
     )
