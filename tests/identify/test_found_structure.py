@@ -93,7 +93,9 @@ def recorded(bench):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "seed"), [("housing", 41), ("mass", 11), pytest.param("clamp", 41, marks=pytest.mark.release)])
+@pytest.mark.parametrize(
+    ("name", "seed"), [("housing", 41), ("mass", 11), pytest.param("clamp", 41, marks=pytest.mark.release)]
+)
 def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name, seed):
     """The mass of seed 41 is 2 cm from a bushing: what it does is a force there, which is unknown anyway."""
     bench = make_bench(seed, structure=(name,))
