@@ -26,7 +26,7 @@ class Stop:
     steps: int = 30
     """largest number of steps"""
     decrease: float = 1e-4
-    """share of the cost by which it fell at most; negative where costs of linearisations are noisy: it may rise by less"""
+    """share of the cost by which it fell at most; negative where linearisations are noisy: it may rise by less"""
     gain: float = 0.0
     """by which the log-posterior, half of the cost, rose at most"""
     move: float = 1e-3

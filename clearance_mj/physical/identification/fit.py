@@ -23,7 +23,7 @@ GUIDANCE = (2.0, 0.7)  # Hz, bandwidths with which simulations are pulled toward
 GUIDED_DURATION = 5.0  # s, of guided simulations
 ROUGH = Stop(25, decrease=1e-2, move=0.0)  # of a fit at one guidance, and of the first without
 LAST = Stop(6, decrease=-0.03, move=0.01)
-"""of the last fit, whose costs are noisy: jumps of trajectories change them by a hundredth from one point to the next"""
+"""of the last fit: jumps of trajectories make its costs noisy, by a hundredth from one point to the next"""
 STATE = Stop(25, decrease=1e-3, move=0.0)  # of a fit of the state with which a prediction begins
 DAMPINGS = (1e-6, 1e-2, 1e-1, 1.0)  # shares of the precision's diagonal, all tried at once
 LONGEST_STEP = 1.0  # of a logarithm
