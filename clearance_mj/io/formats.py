@@ -180,8 +180,8 @@ def read_record(
     """Read a file with the time records of one test on a rig, which is named after the file.
 
     ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``kind`` of
-    excitation, by default as the rig's shaker, and of orbits "spin"; ``described``: description, level, seed, band, spin
-    of `Record`.
+    excitation, by default as the rig's shaker, and of orbits "spin"; ``described``: description, level, seed, band,
+    spin of `Record`.
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map, resample)
