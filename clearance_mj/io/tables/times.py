@@ -117,8 +117,8 @@ def _timing(
             notes.append(f"{known[0]:.9g} Hz, from line {known[1]}: the times have too few digits")
             return TimeAxis(known[0], float(time[0]))
     is_coarse = digit > _COARSE * step > 0 and np.ptp(np.diff(time)) > 1e-3 * step  # rounded: no two instants tell it
-    if is_coarse and not off.any() and (found := jittering_rate(time, notes)):
-        return TimeAxis(*found)
+    if is_coarse and not off.any() and (even := jittering_rate(time, notes)):
+        return TimeAxis(*even)
     if step > _WHOLE * digit and not off.any():
         return TimeAxis(simplest_rate(float(step), digit / (time.size - 1)), float(time[0]))
     try:
