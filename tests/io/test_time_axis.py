@@ -209,6 +209,21 @@ def test_counts_without_a_unit_are_seconds_and_that_is_said(tmp_path, said):
     assert cm.read(path, {"timestamp": "time [ms]"})[0].fs == 1000.0
 
 
+def test_stamps_of_whole_ms_tell_the_rate_by_all_of_them(tmp_path, said):
+    """Rounded to 1 ms of 2 ms, the first up and the last down: by these two it would be 500.84 Hz."""
+    times = [1000 * START + 2 * i + (i % 7 == 0) for i in range(300)]
+    (channel,), (note,) = said(csv(tmp_path / "a.csv", "timestamp,A [g]", times, np.arange(300.0)))
+    assert channel.fs == 500.0
+    assert "times jitter by up to 0.00086 s about even steps; taken for 500 Hz" in note
+
+
+def test_a_date_beside_the_time(tmp_path, recwarn):
+    times = [f"{i / 1000:.3f},{1000 * START + i}" for i in range(40)]
+    (channel,) = cm.read(csv(tmp_path / "a.csv", "Time [s],Timestamp [ms],A [g]", times, np.arange(40.0)))
+    assert (channel.fs, channel.start, channel.name) == (1000.0, 0.0, "A")
+    assert not recwarn.list
+
+
 # TDMS
 
 WAVE = {"wf_increment": 1 / 1024, "wf_start_offset": 0.0, "unit_string": "m/s^2"}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...core.checks import simplest_rate
+from ...core.checks import JITTER, jittering_rate, simplest_rate
 from ...core.errors import RecordError
 from ...core.units import UNITS
 from ..columns import SKIP, Column, listed
@@ -18,6 +18,7 @@ __all__ = ["time_of"]
 
 _NAMELESS = ("x", "abscissa", "name", "channel", "column 1")  # of a first column, which say nothing of it
 _AGREES = 1e-3  # relative difference of two rates that are the same
+_COARSE = 0.1  # of a step, from which on the last digit is one of a jitter
 _WHOLE = 0.999  # of the last digit that a step must have: steps of less would not all differ by it
 
 
@@ -61,11 +62,11 @@ def time_of(
 def _of_several(body: Body, times: Sequence[Column]) -> list[Column]:
     """Return the one raw column of time to take, of numbers rather than of stamps, or several that differ."""
     numbers = [c for c in times if body.kind(c.index) == "number"]
-    if not numbers:
-        stamps = [c for c in times if body.kind(c.index) == "stamp"]
-        return stamps[:1]
-    first = body.numbers(numbers[0].index) * numbers[0].scale
-    same = [c for c in numbers if np.array_equal(body.numbers(c.index) * c.scale, first, equal_nan=True)]
+    if len(numbers) < 2:
+        return numbers or [c for c in times if body.kind(c.index) == "stamp"][:1]
+    since = [c.scale * (body.numbers(c.index) - body.numbers(c.index)[0]) for c in numbers]
+    slack = JITTER * np.abs(np.nanmedian(np.diff(since[0])))  # one may be a date, or jitter
+    same = [time for time in since if np.allclose(time, since[0], rtol=0, atol=slack, equal_nan=True)]
     return numbers[:1] if len(same) == len(numbers) else numbers
 
 
@@ -115,6 +116,9 @@ def _timing(
         if step < _WHOLE * digit:
             notes.append(f"{known[0]:.9g} Hz, from line {known[1]}: the times have too few digits")
             return TimeAxis(known[0], float(time[0]))
+    is_coarse = digit > _COARSE * step > 0 and np.ptp(np.diff(time)) > 1e-3 * step  # rounded: no two instants tell it
+    if is_coarse and not off.any() and (even := jittering_rate(time, notes)):
+        return TimeAxis(*even)
     if step > _WHOLE * digit and not off.any():
         return TimeAxis(simplest_rate(float(step), digit / (time.size - 1)), float(time[0]))
     try:
