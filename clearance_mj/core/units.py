@@ -55,8 +55,8 @@ def si_value(text: str, quantity: str) -> float:
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
     "usec": "us", "microseconds": "us", "millis": "ms", "micros": "us", "nanos": "ns", "nsec": "ns",
-    "nanoseconds": "ns", "°": "deg", "º": "deg", "degree": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s", "radian": "rad",
-    "radians": "rad", "turns": "turn", "revs": "rev", "revolution": "rev", "revolutions": "rev", "turns/s": "turn/s",
+    "nanoseconds": "ns", "°": "deg", "º": "deg", "degree": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s",
+    "radian": "rad", "radians": "rad", "turns": "turn", "revs": "rev", "revolution": "rev", "revolutions": "rev", "turns/s": "turn/s",
     "rps": "rev/s", "kgfcm": "kgcm", "kgfm": "kgm", "kpcm": "kgcm", "gfcm": "gcm", "ozfin": "ozin", "inoz": "ozin",
     "inozf": "ozin", "lbfin": "lbin", "inlb": "lbin", "inlbf": "lbin", "lbfft": "lbft", "ftlb": "lbft", "ftlbf": "lbft",
     "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
