@@ -88,8 +88,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.notes import note
     from ..core.provenance import BESIDE, is_marked, made_from
     from ..io import formats
+    from ..io.channels import channel_faults
     from ..io.contents import FileContents
     from ..rig import Rig
 
@@ -117,6 +119,8 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
             obj = _part(path, obj, what)
     if options.quantity:
         obj = _with_quantity(path, obj, options.quantity)
+    if isinstance(obj, list):
+        note(path, channel_faults(obj))
     if options.frf is not None:
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
@@ -248,7 +252,9 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
 
     import numpy as np
 
+    from ..core.notes import note
     from ..core.provenance import MARK
+    from ..io.channels import channel_faults
     from ..io.formats import read_record
     from ..version import __version__
 
@@ -271,6 +277,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         kind=options.kind,
         spin=None if spin == rig.spin else spin,
     )
+    note(path, channel_faults(record.channels))
     made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
     record = dataclasses.replace(record, provenance=made | record.provenance)
     if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":

@@ -59,6 +59,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 def _shown(path: Path, obj: object) -> dict[str, Any]:
     """Print what one file holds, and return it as plain data."""
+    from ..io.channels import channel_faults
     from ..io.inventory import inventory
 
     items = inventory(obj)
@@ -75,9 +76,9 @@ def _shown(path: Path, obj: object) -> dict[str, Any]:
     kept = [i for i in range(len(HEAD)) if any(row[i] for row in rows[1:])]
     for row in rows:
         print("  " + "  ".join(f"{row[i]:<{widths[i]}}" for i in kept).rstrip())
-    hint = _hint(path, items)
-    print(hint, end="\n" if hint else "")
-    return {"holds": counts, "functions": [item.summary() for item in items], "hint": hint or None}
+    hint, faults = _hint(path, items), channel_faults(obj) if isinstance(obj, list) else []
+    print(*faults, *[hint] * bool(hint), sep="\n", end="\n" if hint or faults else "")
+    return {"holds": counts, "functions": [i.summary() for i in items], "faults": faults, "hint": hint or None}
 
 
 def _row(item: Item) -> tuple[str, ...]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from ..core.checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, UNKNOWN, require_finite
 from ..core.errors import RecordError
+from ..signals.channel_check import check_channel
 
-__all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader"]
+__all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader", "channel_faults"]
 
 NOWHERE = (0, "S")
 """Node and direction of a channel whose file does not say where it measured."""
@@ -100,6 +101,18 @@ class Channel:
     def time(self) -> np.ndarray:
         """(n_t,) s"""
         return self.start + np.arange(self.size) / self.fs
+
+
+def channel_faults(channels: Sequence[Channel], all_known: bool = True) -> list[str]:
+    """Return in words which channels are clipped or constant; ``all_known``: of known quantity, for pulses are flat."""
+    found = []
+    for c in channels:
+        try:
+            if c.quantity != UNKNOWN or not all_known:
+                check_channel(f'channel "{c.name}"', c.value, c.fs)
+        except RecordError as error:
+            found.append(str(error))
+    return found
 
 
 def require_one_time(channels: Sequence[Channel]) -> None:

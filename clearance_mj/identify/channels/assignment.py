@@ -6,6 +6,7 @@ The drawn rigs have springs in their clearances, between the filling's and the w
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,7 @@ class Assignment:
     sign: tuple[float, ...]  #: (n_places,) 1, or -1 of a channel that is wired the other way round
     gain: tuple[float, ...]  #: (n_places,) reading over that of the drawn rig, for one reading of the excitation
     draws: tuple[int, ...]  #: drawn rigs whose transfer functions are most like the measured ones, best first
+    delay: tuple[float, ...]  #: (n_places,) s, by which the reading comes after that of the drawn rig
     likeness: float  #: to the best of them where lines are coherent, mean over the channels; 1: the same
 
     @property
@@ -74,13 +76,15 @@ class Search:
         """Return whether the file leaves open that a channel is at a place."""
         return self.signals.quantities[channel] in (UNKNOWN, self.places[place].quantity)
 
-    def closest_assignments(self, stretch: float = 1.0) -> list[Assignment]:
+    def closest_assignments(self, stretch: float = 1.0, delays: Sequence[float] = (0.0,)) -> list[Assignment]:
         """Return for each channel that may be the excitation the assignment most like the rig, the likeliest first.
 
         Parameters
         ----------
         stretch : float
             Factor of all frequencies, as of a wrong sampling rate.
+        delays : sequence of float
+            s, of which each channel has the likeliest.
         """
         models = [transfer_functions(self.rig, d, self.kind, stretch * self.frequency) for d in self.drawn]
         power, last = np.einsum("fii->fi", self.cross_spectra).real, len(self.places) - 1
@@ -89,33 +93,38 @@ class Search:
             if self.may_be(driven, last):
                 measured = self.cross_spectra[:, :, driven] / power[:, [driven]]
                 coherence = np.abs(self.cross_spectra[:, :, driven]) ** 2 / (power * power[:, [driven]])
-                found.append(self._closest(driven, measured, coherence, np.array(models)))
+                found.append(self._closest(driven, measured, coherence, np.array(models), np.array(delays)))
         return sorted(found, key=lambda one: -one.likeness)
 
-    def _closest(self, driven: int, measured: np.ndarray, coherence: np.ndarray, models: np.ndarray) -> Assignment:
+    def _closest(
+        self, driven: int, measured: np.ndarray, coherence: np.ndarray, models: np.ndarray, delays: np.ndarray
+    ) -> Assignment:
         """The best assignment of transfer functions (n_f, n) to one channel, over all models (n_draws, n_f, n)."""
         n, last = len(self.signals.names), len(self.places) - 1
-        likeness, gain, sign = np.zeros((3, len(models), n, last))
+        likeness, gain, sign, late = np.zeros((4, len(models), n, last))
+        undone = np.exp(2j * np.pi * np.outer(self.frequency, delays)) / self.frequency.size
         for i, place in itertools.product(range(n), range(last)):
             if i != driven and self.may_be(i, place):
                 ratio = np.abs(measured[:, i]) / np.abs(models[:, :, place])
                 gain[:, i, place] = np.exp(np.median(np.log(ratio), axis=1))
                 relative = ratio / gain[:, i, place, None]
-                turned = np.cos(np.angle(measured[:, i]) - np.angle(models[:, :, place]))
-                alike = np.mean(coherence[:, i] * np.minimum(relative, 1 / relative) * turned, axis=1)
+                turned = np.exp(1j * (np.angle(measured[:, i]) - np.angle(models[:, :, place])))
+                each = ((coherence[:, i] * np.minimum(relative, 1 / relative) * turned) @ undone).real
+                most = np.argmax(np.abs(each), axis=1)
+                alike, late[:, i, place] = each[np.arange(len(each)), most], delays[most]
                 likeness[:, i, place], sign[:, i, place] = np.abs(alike), np.sign(alike)
         pairs = [scipy.optimize.linear_sum_assignment(-one) for one in likeness]
         best = int(np.argmax([one[pair].sum() for one, pair in zip(likeness, pairs)]))
         kept = [(i, place) for i, place in zip(*pairs[best]) if likeness[best, i, place] > 0]
         draws = np.argsort([-sum(one[pair] for pair in kept) for one in likeness], kind="stable")[:KEPT]
-        channel, signs, gains = [-1] * (last + 1), [1.0] * (last + 1), [1.0] * (last + 1)
+        channel, signs, gains, delayed = [-1] * (last + 1), [1.0] * (last + 1), [1.0] * (last + 1), [0.0] * (last + 1)
         for i, place in kept:
             channel[place], signs[place] = int(i), float(sign[best, i, place])
-            gains[place] = float(gain[best, i, place])
+            gains[place], delayed[place] = float(gain[best, i, place]), float(late[best, i, place])
         channel[last] = driven
         incoherent = [likeness[best][pair] / coherence[:, pair[0]].mean() for pair in kept]
         mean = float(np.mean(incoherent)) if kept else 0.0
-        return Assignment(tuple(channel), tuple(signs), tuple(gains), tuple(draws.tolist()), mean)
+        return Assignment(tuple(channel), tuple(signs), tuple(gains), tuple(draws.tolist()), tuple(delayed), mean)
 
     def coherence(self, assignment: Assignment) -> float:
         """Return the mean coherence of the assigned channels with the excitation over the band."""

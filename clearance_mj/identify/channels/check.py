@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -60,7 +61,7 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
         return
     best = search.closest_assignments()[0]
     better, units = judged(search, best)
-    same = Judge(search, Assignment(own.channel, own.sign, own.gain, best.draws, 0.0), np.ones(len(first.channels)))
+    same = Judge(search, dataclasses.replace(own, draws=best.draws), np.ones(len(first.channels)))
     if better.misfit > FITS or same.distance < better.distance + REFUSED:
         return
     if words := "; ".join(_differences(search, own, best, units)):
@@ -78,7 +79,7 @@ def _as_recorded(search: Search, probes: bool) -> Assignment:
     for index, place in enumerate(places):
         channel[place] = index
     ones = (1.0,) * count
-    return Assignment(tuple(channel), ones, ones, tuple(range(DRAWS)), 0.0)
+    return Assignment(tuple(channel), ones, ones, tuple(range(DRAWS)), (0.0,) * count, 0.0)
 
 
 def _check_motion(search: Search, judge: Judge) -> None:

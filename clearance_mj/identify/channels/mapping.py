@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -11,7 +12,7 @@ from tqdm import tqdm
 
 from ...core.errors import RecordError
 from ...io.channel_map import UNDECIDED, ChannelMap
-from ...io.channels import UNKNOWN, Channel
+from ...io.channels import UNKNOWN, Channel, channel_faults
 from ...io.columns import SKIP, channel_name
 from ...io.formats import read_channels
 from ...rig import Rig
@@ -35,6 +36,8 @@ FOREIGN = 0.4  # share of channels that are contradicted, from which on none is 
 IMPACTS, LEAST_DURATION = 0.85, 10.0
 """Mean coherence with the excitation below which records show impacts, and seconds of records that tell it."""
 REFINEMENTS = 3  # of gains that are those of no unit
+FARTHEST, FINEST, TIMELY = 20.0, 0.1, 0.15
+"""Samples: by which a channel may be late, steps in which that is looked for, and up to which it counts as in time."""
 CLOSE = 2.5  # factor within which a unit is tried instead
 STRETCHES = {0.5: "half", 2.0: "twice", 1e3: "a thousand times", 1e-3: "a thousandth of"}  # of a wrong sampling rate
 BETTER = 0.1  # more likeness by which another sampling rate is named
@@ -94,16 +97,49 @@ def map_channels(
         if words := _wrong_rate(search, best):
             notes.append(words)
         judge, units = judged(search, best)
+        if judge.misfit > FITS and judge.enough and (late := _late(search, judge.misfit)):
+            search, best, judge, units, said = late
+            notes = said
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
-    return _Answer(search, judge, units, rivals, best, notes).written()
+    found = _Answer(search, judge, units, rivals, best, notes).written()
+    used = {name for name, given in found.channels.items() if given != SKIP}
+    faults = [(n, channel_faults([c for c in channels if c.name in used], False)) for n, channels in named]
+    words = (f"{name}: {fault}" for name, found_there in faults for fault in found_there)
+    return dataclasses.replace(found, notes=(*found.notes, *words))
 
 
 def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
     if isinstance(file, str | PathLike):
         return Path(file).name, read_channels(file)
     return f"record {number}", file
+
+
+def _late(search: Search, misfit: float) -> tuple[Search, Assignment, Judge, Units, list[str]] | None:
+    """Bring channels forward that are late; None if that explains nothing, else what they are, and words on these."""
+    signals, fs = search.signals, search.signals.fs
+    tried = np.arange(-FARTHEST, FARTHEST + FINEST / 2, FINEST) / fs
+    best = search.closest_assignments(delays=tried)[0]
+    late = {best.channel[place]: best.delay[place] for place in best.places}
+    for _ in range(REFINEMENTS):
+        middle = float(np.median([*late.values()]))  # most channels are in time
+        late = {channel: delay - middle for channel, delay in late.items()}
+        moved = signals.earlier({signals.names[channel]: delay for channel, delay in late.items()})
+        search = Search(search.rig, moved, search.kind, search.band)
+        best = search.closest_assignments()[0]
+        judge, units = judged(search, best)
+        more = judge.delays(tried)
+        late = {best.channel[p]: late.get(best.channel[p], 0.0) + more[p] for p in best.places}
+    found = {channel: delay for channel, delay in late.items() if abs(delay) * fs > TIMELY}
+    if not found or judge.misfit > max(FITS, misfit / 3):
+        return None
+    words = [
+        f"{signals.names[channel]} is {1e3 * abs(delay):.2g} ms ({abs(delay) * fs:.1f} samples) "
+        f"{'late' if delay > 0 else 'early'} against the others: say it in the rig file (delay), or shift its samples"
+        for channel, delay in found.items()
+    ]
+    return search, best, judge, units, words
 
 
 def _wrong_rate(search: Search, best: Assignment) -> str:
@@ -176,7 +212,7 @@ class _Answer:
         channels |= dict.fromkeys(signals.unusable, SKIP)
         reasons |= signals.unusable
         wrong = np.mean([missed > CONTRADICTS for missed in self.contradiction.values()])
-        foreign = bool(self.notes) or best.likeness < LIKE or wrong >= FOREIGN
+        foreign = (bool(self.notes) and self.judge.misfit > FITS) or best.likeness < LIKE or wrong >= FOREIGN
         if self.judge.misfit > FITS and not self.notes:
             self.notes.append(
                 f"rig “{self.search.rig.name}” misses {100 * self.judge.misfit:.0f} % of what the channels show: is it "
@@ -187,7 +223,8 @@ class _Answer:
         if not common and self._rivalled(best.places[last]):
             common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):
-            name, answer = self.names[best.channel[place]], self._name_of(place, self.units.label[number])
+            given = self.units.exists[number] or not self.units.contradicts[number]  # else a number, which is no unit
+            name, answer = self.names[best.channel[place]], self._name_of(place, self.units.label[number] * given)
             doubt = common or self._doubt(number, place)
             channels[name] = UNDECIDED if doubt else answer
             reasons[name] = f"{doubt}; likeliest {answer}" if doubt else self._evidence(place)

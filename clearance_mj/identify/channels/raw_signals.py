@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.fft
 import scipy.signal
 
 from ...core.errors import RecordError
@@ -46,6 +48,16 @@ class RawSignals:
             tuple(record[:, kept] for record in self.records),
             self.unusable | unrelated,
         )
+
+    def earlier(self, delays: dict[str, float]) -> RawSignals:
+        """Return the signals with some channels brought forward by delays in s, by their names."""
+        late = np.array([delays.get(name, 0.0) for name in self.names])
+        records = []
+        for record in self.records:
+            size = scipy.fft.next_fast_len(len(record) + int(self.fs * np.abs(late).max()) + 1, real=True)
+            turned = np.exp(2j * np.pi * np.outer(np.fft.rfftfreq(size, 1 / self.fs), late))
+            records.append(np.fft.irfft(np.fft.rfft(record, size, axis=0) * turned, size, axis=0)[: len(record)])
+        return dataclasses.replace(self, records=tuple(records))
 
     def unrelated(self, band: tuple[float, float]) -> dict[str, str]:
         """Return the channels that move with no other one in a band, and how little they do, by name."""

@@ -54,7 +54,7 @@ class Judge:
         self._search, self.assignment = search, assignment
         signals = search.signals
         found = [complex_spectra(record * factor, signals.fs, search.band, LINES) for record in signals.records]
-        self._measured = [spectra for _, spectra in found]
+        self._frequency, self._measured = zip(*found)
         lines = [
             Lines(search.kind, complex_frequency(frequency, len(record) / signals.fs), search.rig)
             for (frequency, _), record in zip(found, signals.records)
@@ -93,6 +93,18 @@ class Judge:
             weights, predicted = predicted_spectra(gains, measured, (i,))
             own, expected = (np.vstack(measured) * weights)[:, i], (predicted * weights)[:, i]
             found.append(float(np.median(np.abs(own)) / np.median(np.abs(expected))))
+        return found
+
+    def delays(self, tried: np.ndarray) -> dict[int, float]:
+        """Return by place after which of the delays tried (n,), s, a channel shows what the rig and the others say."""
+        places, found = list(self.assignment.places), {}
+        gains, measured = [one[:, places] for one in self._gains[0]], self._of(*self._own)
+        turned = np.exp(2j * np.pi * np.outer(tried, np.concatenate(self._frequency)))
+        for i, place in enumerate(places):
+            _, predicted = predicted_spectra(gains, measured, (i,))
+            own, expected = np.vstack(measured)[:, i], predicted[:, i]
+            product = own * expected.conj() / np.maximum(np.abs(own), np.abs(expected)) ** 2
+            found[place] = float(tried[np.argmax((turned @ product).real)])
         return found
 
     def motion_over_gap(self) -> float:

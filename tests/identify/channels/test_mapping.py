@@ -79,8 +79,9 @@ def test_what_no_unit_explains_is_asked_for():
     found = cm.map_channels(double, rig)
     (name,) = found.undecided
     assert name.startswith("accelerometer 2")
-    gain = float(found.reasons[name].rpartition("[")[2].split()[0])
-    assert gain == pytest.approx(0.5, rel=0.05)
+    numbers, _, offered = found.reasons[name].rpartition("; likeliest ")
+    gain = float(numbers.partition("as if they were in ")[2].split()[0])
+    assert gain == pytest.approx(0.5, rel=0.05) and "[" not in offered  # what is in m/s2 already is offered as it is
 
 
 @pytest.mark.slow
@@ -200,3 +201,39 @@ def dataset_of(rig, records):
         for i, channels in enumerate(records)
     ]
     return cm.Dataset(rig, tuple(taken), None)
+
+
+@pytest.mark.parametrize("late", [{"3": 1.0}, {"3": -2.5}, {"100": 3.0}, {"1": 4.0, "2": 1.5}], ids=str)
+def test_late_channels_are_named(late):
+    """Samples by which channels of a sound bench are moved: these come back, and every place and sign as without."""
+    rig, records = bench()
+    sound = cm.map_channels(changed(records, lambda channel: channel), rig)
+
+    def moved(channel):
+        phase = np.exp(-2j * np.pi * np.fft.rfftfreq(2 * channel.size) * late.get(str(channel.node), 0.0))
+        value = np.fft.irfft(np.fft.rfft(channel.value, 2 * channel.size) * phase, 2 * channel.size)[: channel.size]
+        return dataclasses.replace(channel, value=value)
+
+    found = cm.map_channels(changed(records, moved), rig)
+    assert dict(found.channels) == dict(sound.channels) and not found.undecided
+    names = {str(channel.node): channel.name for channel in records[0]}
+    said = {note.split(" is ")[0]: note for note in found.notes}
+    assert said.keys() == {names[node] for node in late}
+    for node, samples in late.items():
+        words = said[names[node]]
+        assert float(words.split("(")[1].split()[0]) == pytest.approx(abs(samples), abs=0.21)
+        assert ("early" if samples < 0 else "late") in words
+
+
+def test_a_clipped_channel_of_one_file_is_named():
+    rig, records = bench()
+
+    def clipped(channel):
+        top = 0.5 * np.abs(channel.value).max()
+        return dataclasses.replace(channel, value=np.clip(channel.value, -top, top))
+
+    first, *rest = records
+    found = cm.map_channels([[clipped(c) if c.node == 3 else c for c in first], *rest], rig)
+    (note,) = (note for note in found.notes if "clipped" in note)
+    name = next(c.name for c in first if c.node == 3)
+    assert note.startswith(f'record 1: channel "{name}" is clipped at ')
