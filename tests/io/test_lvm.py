@@ -82,7 +82,7 @@ def test_no_file(tmp_path):
 
 
 def test_time_records(tmp_path):
-    """The map gives the unit of the force, whose own, lb, is unknown; that of the acceleration, g, is the file's."""
+    """The unit that the map gives the force goes before its own, lb; that of the acceleration, g, is the file's."""
     columns = {"Force": "force:5 [kN]", "Acc": "acc:3:-Z"}
     force, acceleration = cm.read(write(tmp_path, text()), columns)
     assert [(c.label, c.quantity, c.fs, c.start) for c in (force, acceleration)] == [
@@ -94,12 +94,14 @@ def test_time_records(tmp_path):
     arguments = [part for header, name in columns.items() for part in ("--column", f"{header}={name}")]
     assert main(["convert", str(tmp_path / "a.lvm"), str(tmp_path / "a.csv"), *arguments]) == 0
     np.testing.assert_allclose(cm.read(tmp_path / "a.csv")[1].value, acceleration.value)
+    in_pounds, _ = cm.read(tmp_path / "a.lvm")
+    np.testing.assert_allclose(in_pounds.value, 4.4482216152605 * np.array([1, 2, 3]))
 
 
 @pytest.mark.parametrize(
     ("segments", "columns", "part"),
     [
-        (1, {"Force": "force:5"}, 'variable "Force \\[lb\\]": unit "lb" of force is unknown'),
+        (1, {"Force": "force:5 [st]"}, 'variable "Force \\[lb\\]": unit "st" of force is unknown'),
         (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
     ],
 )
