@@ -24,8 +24,9 @@ _INDEX = re.compile(r"(?:samples?|scan|index|idx|point|row|record|n|nr|no|#)\.?(
 _NOT_MASS = [quantity for quantity in UNITS if quantity != "mass"]  # "t" is the name of time
 OTHER_UNITS = frozenset((
     "v", "mv", "a", "ma", "°c", "c", "degc", "deg c", "k", "°f", "pa", "kpa", "mpa", "bar", "mbar", "psi", "%", "rpm",
-    "1/min", "hz", "khz", "rad", "rad/s", "deg", "°", "°/s", "ue", "µe", "με", "µm/m", "um/m", "mm/m", "strain",
-    "nm", "knm", "w", "db", "eu", "-", "1", "mv/v", "ml", "l", "kg", "volt", "volts", "pc", "h", "hh:mm:ss", "datetime", "utc", "raw", "counts", "none", "n/a",
+    "1/min", "hz", "khz", "rad", "rad/s", "deg", "°", "°/s", "ue", "µe", "με", "µm/m", "um/m", "mm/m", "strain", "nm",
+    "knm", "w", "db", "eu", "-", "1", "mv/v", "ml", "l", "kg", "volt", "volts", "pc", "h", "hh:mm:ss", "datetime",
+    "utc", "raw", "counts", "none", "n/a",
 ))  # fmt: skip
 """Labels, in lower case, that are a unit where they stand in round brackets or in a row of units"""
 
