@@ -22,15 +22,17 @@ from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import SKIP, Column, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .gaps import GAPS, Samples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
 from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
 from .tables.times import Times, time_of
-from .waveforms import GAPS
 
 __all__ = ["read_csv", "write_csv"]
+
+MOST_CODES = 10_000  # cells without numbers that are looked at
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None, fs: float | None = None) -> Contents:
@@ -77,13 +79,16 @@ def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: l
     if any(c.reference for c in used):
         if fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
-        return to_frf(used, [_numbers(body, c, cells) for c in used])
+        return to_frf(used, [_numbers(body, c, cells, needed=True)[0] for c in used])
     known = find_rate(above, layout.style)
     times = time_of(body, used, cells, fs, known, notes)
-    found = [c.channel(_numbers(body, c, cells), times.fs, times.start) for c in _channels(body, used, times, notes)]
-    if not found:
+    columns = _channels(body, used, times, notes)
+    if not columns:
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
-    return found
+    parts = [(c, *_numbers(body, c, cells)) for c in columns]
+    return gapless_channels(
+        [Samples(c.name, value, times.fs, times.start, c.channel, code) for c, value, code in parts], notes
+    )
 
 
 def _said(layout: Layout, above: Sequence[str]) -> list[str]:
@@ -153,21 +158,23 @@ def _useless(body: Body, column: Column) -> str:
     return ""
 
 
-def _numbers(body: Body, column: Column, cells: Sequence[str]) -> np.ndarray:
-    """(n,) numbers of a column, all finite."""
+def _numbers(body: Body, column: Column, cells: Sequence[str], needed: bool = False) -> tuple[np.ndarray, str]:
+    """Return (n,) numbers of a column, nan where there is a code, and the first code; ``needed``: there is none."""
     index, name = column.index, cells[column.index]
     if index >= body.frame.shape[1]:
         line, width = body.lines[0][0], len(body.cells(0))
         raise RecordError(f"line {line}: has {width} columns, the header {len(cells)}")
     values = body.numbers(index)
     faulty = np.flatnonzero(~np.isfinite(values))
-    if not faulty.size:
-        return values
-    line, row = body.lines[faulty[0]][0], body.cells(faulty[0])
+    rows = [(at, body.cells(at)) for at in faulty[:MOST_CODES]]
+    wrong = [(at, row) for at, row in rows if needed or index >= len(row) or not is_code(row[index])]
+    if not wrong:
+        return values, f"{rows[0][1][index] or 'an empty cell'} in line {body.lines[faulty[0]][0]}" if rows else ""
+    line, row = body.lines[wrong[0][0]][0], wrong[0][1]
     if index >= len(row):
         raise RecordError(f"line {line}: has {len(row)} columns, the header {len(cells)}")
     found = f'"{row[index]}"' if row[index] else "an empty cell"
-    more = f" (so have {faulty.size - 1} more lines)" if faulty.size > 1 else ""
+    more = f" (so have {len(wrong) - 1} more lines)" if len(wrong) > 1 else ""
     raise RecordError(
         f'line {line}, column {index + 1} "{name}": {found} is not a number{more}; mend it, end the file before it, or '
         f'leave the column out ("{name}={SKIP}")'

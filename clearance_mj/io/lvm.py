@@ -20,6 +20,7 @@ from ..core.files import read_lines, replacing
 from ..core.notes import note
 from .channels import Channel, require_one_time
 from .columns import raw_header
+from .gaps import is_code
 from .registry import Format, register
 from .waveforms import GAPS, Waveform, named_channels
 
@@ -105,10 +106,9 @@ def _wave(segment: LvmSegment, i: int, suffix: str, fs: float | None, notes: lis
     if not has.any():
         notes.append(f'left out "{name}", which is empty')
         return None
-    if not has.all() and not np.isfinite(value).mean() <= 1 - GAPS:
-        raise RecordError(
-            f'"{name}" has no number at sample {int(np.argmin(has))}; mend it, or leave the column out ("{name}=skip")'
-        )
+    if has.mean() > 1 - GAPS:  # these are gaps; of more it is a channel that is sampled more slowly
+        known = np.flatnonzero(np.isfinite(x))
+        x, has = np.interp(np.arange(x.size), known, x[known]), np.ones_like(has)
     rate, start = fs or 0.0, 0.0
     if fs is None:
         with naming(f'"{name}"'):
@@ -248,7 +248,7 @@ class _Lines:
             if len(fields) < columns:
                 raise self.error(f"{len(fields)} of {columns} columns")
             try:
-                rows.append([float(f.replace(self.point, ".")) if f.strip() else np.nan for f in fields])
+                rows.append([np.nan if is_code(f) else float(f.replace(self.point, ".")) for f in fields])
             except ValueError:
                 raise self.error(f"not numbers: {line.strip()[:60]!r}") from None
             self.at += 1

@@ -20,9 +20,11 @@ from ..core.checks import even_rate, naming
 from ..core.errors import RecordError
 from ..core.files import plain_file, replacing
 from ..core.matlab import Value, arrays
+from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .gaps import Samples, gapless_channels
 from .registry import Format, register
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
@@ -39,8 +41,11 @@ def read_mat(path: str | PathLike[str], columns: Mapping[str, str] | None = None
     file without the variable ``time`` or ``fs``.
     """
     variables = read_variables(path)
+    notes: list[str] = []
     with naming(path):
-        return _contents(variables, columns or {}, fs)
+        contents = _contents(variables, columns or {}, fs, notes)
+    note(path, notes)
+    return contents
 
 
 def write_mat(path: str | PathLike[str], obj: Contents) -> None:
@@ -93,13 +98,16 @@ def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
         raise RecordError(f"{path}: not a whole MATLAB file: {error}") from None
 
 
-def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], fs: float | None) -> Contents:
+def _contents(
+    variables: Mapping[str, Value], mapped: Mapping[str, str], fs: float | None, notes: list[str]
+) -> Contents:
     table = dict(_vectors(variables))
     if not table:
         raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
     used = resolve([*table], mapped)
     vectors = list(table.values())
     values = [vectors[c.index] for c in used]
+    is_frf = any(c.reference for c in used)
     for column, value in zip(used, values):
         if value.size != values[0].size:
             raise RecordError(
@@ -107,12 +115,13 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], fs: flo
             )
         if np.iscomplexobj(value) and (not column.reference or column.part):
             raise RecordError(f'variable "{column.name}" is complex; needs real numbers')
-        if not np.isfinite(value).all():
+        if is_frf and not np.isfinite(value).all():
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
-    if any(c.reference for c in used):
+    if is_frf:
         return to_frf(used, values)
     rate, start = _timing(used, values, fs, variables.get("fs"))
-    return [c.channel(v, rate, start) for c, v in zip(used, values) if c.quantity != "time"]
+    parts = [Samples(c.name, v, rate, start, c.channel) for c, v in zip(used, values) if c.quantity != "time"]
+    return gapless_channels(parts, notes)
 
 
 def _vectors(variables: Mapping[str, Value]) -> Iterator[tuple[str, np.ndarray]]:

@@ -15,11 +15,9 @@ from ..core.files import plain_file
 from ..core.notes import note
 from .channels import Channel
 from .columns import raw_header, resolve
+from .gaps import GAPS, Samples, gapless_channels
 
 __all__ = ["GAPS", "Program", "Waveform", "named_channels"]
-
-GAPS = 0.1
-"""Share of a column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +100,8 @@ def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], notes: 
     used = resolve(headers, mapped, None, notes)
     if any(column.reference or column.quantity in ("time", "frequency") for column in used):
         raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
-    found = [c.channel(waves[c.index].value, waves[c.index].fs, waves[c.index].start) for c in used]
+    picked = [(c, waves[c.index]) for c in used]
+    found = gapless_channels([Samples(c.name, w.value, w.fs, w.start, c.channel) for c, w in picked], notes)
     rates = {(c.fs, c.size) for c in found}
     if len(rates) > 1:
         counted = [f"{sum((c.fs, c.size) == rate for c in found)} at {rate[0]:.9g} Hz" for rate in sorted(rates)]

@@ -94,7 +94,7 @@ def test_tables_that_cannot_be_used(tmp_path, numbers, name):
     assert str(error.value).startswith(str(file))
 
 
-@pytest.mark.parametrize("cell", ["nan", "inf", "", "overload", "1..2"])
+@pytest.mark.parametrize("cell", ["one", "1..2"])
 def test_cells_that_are_not_numbers(tmp_path, numbers, cell):
     file = write(tmp_path / "a.csv", numbers)
     lines = file.read_text().splitlines()

@@ -217,11 +217,14 @@ def test_uneven_times_need_a_rate(tmp_path):
 
 
 def test_a_missing_number(tmp_path):
-    """One of twelve: no slower channel."""
+    """One of twelve: no slower channel, and read from behind it, at its own times."""
     rows = "".join(f"{i / 4}\t{'' if i == 5 else i}\n" for i in range(12))
     path = write(tmp_path, HEAD.format(point=".", layout="One") + SECONDS.format(clock="10:00:00") + rows)
-    with pytest.raises(RecordError, match=r'"A" has no number at sample 5; mend it, .*\("A=skip"\)'):
-        cm.read(path)
+    with pytest.warns(
+        RecordNote, match=r'"A" lacks 1 of 12 numbers .*, the first at 1\.25 s; .* from 1\.5 s to 2\.75 s'
+    ):
+        (channel,) = cm.read(path)
+    np.testing.assert_array_equal(channel.value, channel.time * 4)
     spectrum = text().replace("Samples", "X_Dimension\tFrequency\nSamples")
     with pytest.raises(RecordError, match="is over Frequency, not over time; read_lvm reads it"):
         cm.read(write(tmp_path, spectrum))

@@ -12,7 +12,7 @@ from clearance_mj.universal.fields import read_real
 
 from .uff_by_hand import by_hand
 
-NUMBERS = [1.0, 2e-101, -2.5, 3e-120, -3e-105, 4.25e99, 0.0, -1e100, 5e-100, 6.0, -7e-7, 8e300]
+NUMBERS = [1.0, 2e-101, -2.5, 3e-120, -3e-105, 4.25e-99, 0.0, -1e-100, 5e-100, 6.0, -7e-7, 8e-300]
 
 
 def fortran(value, digits, width, letter="E"):
@@ -56,7 +56,7 @@ def test_exponents_of_three_digits(write, ordinate, width, digits, per_line, let
 @pytest.mark.parametrize("width, digits", [(13, 7), (12, 6)])
 def test_positive_numbers_that_fill_their_columns(write, width, digits):
     """Neither blank nor sign between 2.0000000-101 and 3.0000000E+00; in the format's columns and in others."""
-    numbers = [2e-101, 3.0, 4e-100, 5e-120, 6.5, 7e101] * 2
+    numbers = [2e-101, 3.0, 4e-100, 5e-120, 6.5, 7e-101] * 2
     words = [fortran(value, digits, width) for value in numbers]
     (tip,) = cm.read(write(by_hand(["".join(words[:6]), "".join(words[6:])])))
     np.testing.assert_array_equal(tip.value, numbers)
