@@ -30,7 +30,7 @@ from .tables.metadata import find_rate
 from .tables.numbers import Body, read_body
 from .tables.times import Times, time_of
 
-__all__ = ["read_csv", "write_csv"]
+__all__ = ["read_csv", "read_table", "write_csv"]
 
 MOST_CODES = 10_000  # cells without numbers that are looked at
 
@@ -46,7 +46,7 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, str] | None = None
     data, encoding = read_text(path)
     with naming(path):
         notes = [] if encoding == "UTF-8" else [encoding]
-        contents = _contents(data, columns or {}, fs, notes)
+        contents = read_table(data, columns or {}, fs, notes)
     note(path, notes)
     return contents
 
@@ -66,7 +66,8 @@ def _with_time(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     return ["time [s]", *headers], np.column_stack((channels[0].time, numbers))
 
 
-def _contents(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: list[str]) -> Contents:
+def read_table(data: bytes, mapped: Mapping[str, str], fs: float | None, notes: list[str]) -> Contents:
+    """Return what the UTF-8 text of a table holds, as `read_csv` does."""
     if b"\r" in data and data.count(b"\r") > data.count(b"\r\n"):
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head = data[:HEAD].splitlines(keepends=True)
@@ -182,6 +183,6 @@ def _numbers(body: Body, column: Column, cells: Sequence[str], needed: bool = Fa
 
 
 register(Format(
-    "CSV", (".csv", ".tsv", ".txt"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs"),
+    "CSV", (".csv", ".tsv", ".txt", ".asc"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs"),
     note="a header or a map of columns, also as data loggers write it; `.csv.gz` is read",
 ))  # fmt: skip

@@ -24,8 +24,11 @@ from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import Column, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .containers import waveforms
 from .gaps import Samples, gapless_channels
 from .registry import Format, register
+from .tables.headers import is_time
+from .waveforms import named_channels
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
 
@@ -102,8 +105,15 @@ def _contents(
     variables: Mapping[str, Value], mapped: Mapping[str, str], fs: float | None, notes: list[str]
 ) -> Contents:
     table = dict(_vectors(variables))
+    is_plain = not {"time", "fs", "columns"}.isdisjoint((*variables, *mapped.values())) or any(map(is_time, table))
+    if not is_plain and any(isinstance(value, dict | list) for value in variables.values()):
+        if waves := [*waveforms(variables, fs, notes)]:
+            return named_channels(waves, mapped, notes)
     if not table:
-        raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
+        raise RecordError(
+            "holds no numeric vectors or matrices; save plain variables, or structures with fields such as data, dt "
+            "(s) or fs (Hz), unit and name"
+        )
     used = resolve([*table], mapped)
     vectors = list(table.values())
     values = [vectors[c.index] for c in used]

@@ -50,7 +50,11 @@ def _waves(data: bytes, fs: float | None, notes: list[str]) -> Iterator[Waveform
             if max(known.samples_byte_nr, known.samples_byte_nr * known.cycles_nr) > most_unpacked(len(data)):
                 raise RecordError(f"not a whole MDF file: group {number + 1} declares more samples than it holds")
             for channel in group.channels:  # asammdf reads beyond the sample, which may end the process
-                last = 8 * channel.byte_offset + channel.bit_offset + channel.bit_count
+                if file.version < "4":
+                    first = channel.start_offset + 8 * getattr(channel, "additional_byte_offset", 0)
+                else:
+                    first = 8 * channel.byte_offset + channel.bit_offset
+                last = first + channel.bit_count
                 if channel.channel_type not in VIRTUAL and last > 8 * known.samples_byte_nr:
                     raise RecordError(f'not a whole MDF file: "{channel.name}" lies behind the samples of its group')
             master = file.masters_db.get(number)
@@ -99,5 +103,5 @@ def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 
 register(Format(
     "MDF", (".mf4", ".mdf"), (Channel,), read_mdf, write_mdf, options=("columns", "fs"),
-    note='loggers of cars, version 4; needs asammdf: `pip install "clearance-mj[mdf]"`',
+    note='loggers of cars, versions 2 to 4; needs asammdf: `pip install "clearance-mj[mdf]"`',
 ))  # fmt: skip

@@ -40,7 +40,7 @@ def assert_longest(channels):
 
 
 TEXTS = ["OVL", "OVLD", "ovl", "OverLoad", "-OVL", "+OL", "OL", "Over Range", "N/A", "#N/A", "---", "--", "nan", "NaN",
-         "inf", "-inf", "", "#DIV/0!", "#VALUE!", "#NUM!", "#REF!", "NULL", "None", "****", "1.#QNAN", "err"]  # fmt: skip
+         "inf", "-inf", "", "#DIV/0!", "#VALUE!", "#NUM!", "#REF!", "NULL", "None", "***", "1.#IND", "err"]  # fmt: skip
 NUMBERS = [
     "9.9E+37",
     "-9.9E+37",
