@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import PERIODIC, add_periodic, add_plugin, load_model, load_plugin, periodic_settings, settings
+from .options import PERIODIC, add_periodic, add_plugin, length, load_model, load_plugin, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Backbone
@@ -19,8 +19,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
     option("--mode", type=_modes, default=[1], metavar="MODE,...", help="modes in the gap, 1 the lowest (default: 1)")
-    option("--from", dest="start", type=float, metavar="M", help="amplitude, m (default: 0.1 of the gap)")
-    option("--to", dest="stop", type=float, metavar="M", help="amplitude, m (default: 5 times the gap)")
+    option("--from", dest="start", type=length, metavar="M", help="amplitude, m or such as 1mil (default: 0.1 gap)")
+    option("--to", dest="stop", type=length, metavar="M", help="amplitude, m (default: 5 times the gap)")
     option("--workers", type=int, help="threads (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 

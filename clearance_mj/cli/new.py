@@ -36,7 +36,7 @@ from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
 from ..version import __version__
 from .command import command
-from .options import length, pressure, spin
+from .options import in_si, length, pressure, spin
 from .rig_text import rig_lines
 
 KINDS = ("beam", "shaft", "shafts", "matrices", "modes", "mjcf")
@@ -69,7 +69,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (default: %(default)s)"
     )
     shaft = parser.add_argument_group("shaft (of kinds beam, shaft and shafts)")
-    words = "m, or with a unit such as 620mm, as all lengths (default: %(default)s)"
+    words = "m, or with a unit such as 620mm or 24in, as all lengths (default: %(default)s)"
     shaft.add_argument("--length", type=length, default=1.0, help=words)
     section = shaft.add_mutually_exclusive_group()
     section.add_argument("--diameter", type=length, default=0.01, help="m (default: %(default)s)")
@@ -80,14 +80,14 @@ def _options(parser: argparse.ArgumentParser) -> None:
     shaft.add_argument(
         "--young-modulus", type=pressure, default=210e9, metavar="E", help="Pa or such as 210GPa (default: steel)"
     )
-    shaft.add_argument("--density", type=float, default=7850.0, help="kg/m³ (default: steel)")
+    shaft.add_argument("--density", type=in_si("kg/m3"), default=7850.0, help="kg/m³ or 0.284lb/in3 (default: steel)")
     shaft.add_argument(
         "--rayleigh", type=float, nargs=2, default=(0.5, 1e-5), metavar=("ETA1", "ETA2"),
         help="damping, 1/s and s (default: 0.5 1e-5)",
     )  # fmt: skip
     shaft.add_argument(
         "--mass", nargs=2, action="append", default=[], metavar=("POINT", "MASS"),
-        help="a mass at a point, kg or such as 450g; may be repeated",
+        help="a mass at a point, kg or such as 450g or 1lb; may be repeated",
     )  # fmt: skip
     bushings = parser.add_argument_group("bushings, all alike")
     bushings.add_argument(
@@ -98,7 +98,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help='m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (default: 0.55 and 0.8 '
         "lengths, or the first degree of freedom)",
     )
-    words = "radial clearance, m or such as 0.3mm (default: %(default)s)"
+    words = "radial clearance, m or such as 0.3mm or 5mil (default: %(default)s)"
     bushings.add_argument("--gap", type=length, default=3e-4, help=words)
     bushings.add_argument("--bushing-length", type=length, default=0.012, help="m (default: %(default)s)")
     for name, default in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
@@ -108,14 +108,14 @@ def _options(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
     space = parser.add_argument_group("in space: round bushings, motion along y and z")
     space.add_argument("--motion", choices=MOTIONS, help='"spatial" goes without saying with what follows')
-    space.add_argument("--gravity", type=float, nargs=3, metavar=("X", "Y", "Z"), help="m/s²")
+    space.add_argument("--gravity", type=in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z"), help="m/s² or g")
     space.add_argument("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
     space.add_argument(
         "--unbalance", nargs=2, action="append", default=[], metavar=("POINT", "MOMENT"),
-        help="at a point of a shaft that turns, kg m; may be repeated",
+        help="at a point of a shaft that turns, kg m or such as 20g-mm; may be repeated",
     )  # fmt: skip
     space.add_argument("--friction", type=float, metavar="MU", help="coefficient of friction in the bushings")
-    space.add_argument("--oil", type=float, metavar="VISCOSITY", help="Pa s: oil fills the bushings, not grease")
+    space.add_argument("--oil", type=in_si("Pa s"), metavar="VISCOSITY", help="Pa s: oil in the bushings, not grease")
     test = parser.add_argument_group("test")
     test.add_argument(
         "--sensors", type=_point, nargs="+", metavar="POINT",
@@ -234,7 +234,7 @@ def _in_space(options: argparse.Namespace) -> dict[str, Any]:
         "motion": options.motion,
         "gravity": options.gravity and tuple(options.gravity),
         "spin": None if options.spin is None else Spin(options.spin),
-        "unbalances": tuple(Unbalance(_point(x), _number(moment, "--unbalance")) for x, moment in options.unbalance),
+        "unbalances": tuple(Unbalance(_point(x), si_value(moment, "kg m")) for x, moment in options.unbalance),
     }
     return {name: value for name, value in fields.items() if value}
 
@@ -242,13 +242,6 @@ def _in_space(options: argparse.Namespace) -> dict[str, Any]:
 def _film(options: argparse.Namespace) -> OilFilm:
     depth = options.section[1] if options.section else options.diameter
     return OilFilm(options.oil, width="finite" if options.bushing_length > SHORTEST_FINITE * depth else "short")
-
-
-def _number(text: str, option: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ClearanceError(f"{option}: {text!r} is no number") from None
 
 
 def _node(point: float | str, number: int) -> int:

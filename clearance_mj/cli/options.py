@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import importlib
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,7 @@ __all__ = [
     "add_simulation",
     "add_units",
     "excitation",
+    "in_si",
     "length",
     "load_map",
     "load_model",
@@ -228,14 +230,21 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
 
 
-def length(text: str) -> float:
-    """Return a length in m of a number that may have a unit, such as 620mm."""
-    return _with_unit(text, "displacement")
+def _with_unit(text: str, quantity: str) -> float:
+    from ..core.units import si_value
+
+    try:
+        return si_value(text, quantity)
+    except ClearanceError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def pressure(text: str) -> float:
-    """Return a modulus or pressure in Pa of a number that may have a unit, such as 210GPa."""
-    return _with_unit(text, "pressure")
+def in_si(quantity: str) -> Callable[[str], float]:
+    """Return what reads a number that may have a unit of a quantity, such as 5mil, or of an SI unit, such as kg/m3."""
+    return functools.partial(_with_unit, quantity=quantity)
+
+
+length, pressure, spin = map(in_si, ("displacement", "pressure", "spin"))
 
 
 def add_speeds(parser: argparse.ArgumentParser, name: str, words: str) -> None:
@@ -256,20 +265,6 @@ def speeds(options: argparse.Namespace) -> np.ndarray:
     if options.points < 2:
         raise ClearanceError(f"--points {options.points}: must be at least 2")
     return np.linspace(first, last, options.points)
-
-
-def spin(text: str) -> float:
-    """Return a spin in rad/s of a number that may have a unit, such as 3000rpm or 50Hz."""
-    return _with_unit(text, "spin")
-
-
-def _with_unit(text: str, quantity: str) -> float:
-    from ..core.units import si_value
-
-    try:
-        return si_value(text, quantity)
-    except ClearanceError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:

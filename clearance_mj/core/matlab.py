@@ -23,7 +23,7 @@ ARRAY, COMPRESSED = 14, 15
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 TEXT = {1: "utf-8", 2: "utf-8", 16: "utf-8", 4: "utf-16", 17: "utf-16", 18: "utf-32"}
 CELL, STRUCTURE, CHARACTERS, SPARSE, NUMERIC = 1, 2, 4, 5, range(6, 16)
-"""Classes of arrays; arrays of structures, objects and functions are passed over"""
+"""Classes of arrays; objects and functions are passed over"""
 COMPLEX = 0x800
 HEADER = 128
 DEPTH = 8
@@ -32,7 +32,7 @@ Element = tuple[int, bytes]  # type and data
 
 
 def arrays(data: bytes, room: int | None = None) -> dict[str, Value]:
-    """Return numbers, sparse matrices, texts, cells (lists) and structures (dict) of a file by name; None for all else.
+    """Return numbers, sparse matrices, texts, cells, arrays of structures (lists), structures (dict) by name.
 
     Compressed elements may unpack to ``room`` bytes; None: to what records do.
     """
@@ -105,7 +105,8 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
         _require_all(shape, len(content))
         value = [_array(cell, order, depth - 1)[1] for cell_kind, cell in content if cell_kind == ARRAY]
     elif kind == STRUCTURE:
-        value = _structure(content, order, depth) if math.prod(shape) == 1 else None
+        several = _structures(content, order, depth)
+        value = several[0] if len(several) == 1 else several
     elif kind == SPARSE:
         value = _sparse(content, shape, order)
     elif len(content) != 1 + bool(flags & COMPLEX):
@@ -122,13 +123,14 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
     return name.decode("latin-1").rstrip("\0"), value
 
 
-def _structure(content: list[Element], order: str, depth: int) -> dict[str, Value]:
-    """Length and names of the fields, then an array for each."""
+def _structures(content: list[Element], order: str, depth: int) -> list[dict[str, Value]]:
+    """Length and names of the fields, then an array for each of every structure."""
     (_, length), (_, names), *fields = content if len(content) > 1 else [(0, b"")] * 2
     width = struct.unpack(f"{order}i", length[:4].ljust(4, b"\0"))[0]
     keys = [names[i : i + width].split(b"\0")[0].decode("latin-1") for i in range(0, len(names), max(width, 1))]
-    _require_all((len(keys),), len(fields))
-    return {key: _array(field, order, depth - 1)[1] for key, (kind, field) in zip(keys, fields) if kind == ARRAY}
+    _require_all((len(fields) // max(len(keys), 1), len(keys)), len(fields))
+    values = [_array(field, order, depth - 1)[1] if kind == ARRAY else None for kind, field in fields]
+    return [dict(zip(keys, values[i : i + len(keys)])) for i in range(0, len(fields), max(len(keys), 1))]
 
 
 def _sparse(content: list[Element], shape: tuple[int, ...], order: str) -> scipy.sparse.csc_array:

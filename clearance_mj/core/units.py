@@ -1,121 +1,180 @@
-"""Units that files may be in."""
+"""Units that files, options and rigs are in: one table, from which a label such as "lbf in/rad" is put together.
+
+A label may be written in many ways ("in/s^2", "inch/sec²", "lbf-in", "(m/s²)/N"). One with several meanings, such as g
+(an acceleration or a mass), lb (a force or a mass) or Hz (a frequency or a spin), has the one that fits the quantity.
+"""
 
 from __future__ import annotations
 
+import functools
 import math
 import re
+from collections.abc import Sequence
+from typing import TypeAlias
 
 from .checks import QUANTITIES
 from .errors import ClearanceError, RecordError
 
 __all__ = ["UNITS", "is_angular", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
+# m/s², m, m and kg, exact by definition: NIST SP 811, 2008, B.8
+GRAVITY, INCH, FOOT, POUND = 9.80665, 0.0254, 0.3048, 0.45359237
+POUND_FORCE = POUND * GRAVITY
 UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
-    "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": 9.80665, "m/s/s": 1.0},
-    "velocity": {"m/s": 1.0, "mm/s": 1e-3},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2},
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
-    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
-    "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
-    "spin": {
-        "rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi, "deg/s": math.pi / 180,
-        "mrad/s": 1e-3, "rev/s": 2 * math.pi, "turn/s": 2 * math.pi,
-    },
-    "angle": {
-        "rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
-        "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200,
-    },
-    "torque": {
-        "Nm": 1.0, "MNm": 1e6, "mNm": 1e-3, "Nmm": 1e-3, "Ncm": 1e-2, "uNm": 1e-6, "kNm": 1e3, "kgcm": 9.80665e-2,
-        "kgm": 9.80665, "gcm": 9.80665e-5, "ozin": 7.0615518e-3, "lbin": 0.11298483, "lbft": 1.3558179,
-    },
+    "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY, "in/s2": INCH, "ft/s2": FOOT,
+                     "mg": 1e-3 * GRAVITY},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "in/s": INCH, "ft/s": FOOT},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2, "in": INCH, "mil": 1e-3 * INCH, "ft": FOOT,
+                     "dm": 0.1},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "uN": 1e-6, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE,
+              "ozf": POUND_FORCE / 16, "lb": POUND_FORCE, "oz": POUND_FORCE / 16, "kgf": GRAVITY, "gf": 1e-3 * GRAVITY},
+    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": POUND, "lbm": POUND, "oz": POUND / 16,
+             "slug": POUND_FORCE / FOOT},
+    "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9, "kPa": 1e3, "mPa": 1e-3, "bar": 1e5, "psi": POUND_FORCE / INCH**2,
+                 "ksi": 1e3 * POUND_FORCE / INCH**2},
+    "spin": {"rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi},
+    "angle": {"rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
+              "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200},
+    "torque": {"N m": 1.0, "lbf in": POUND_FORCE * INCH, "lbf ft": POUND_FORCE * FOOT},
 }  # fmt: skip
-"""Units that are known, in SI units, by quantity"""
+"""Units in SI units, the first of each quantity; products, quotients and powers of them are units, too"""
+Dimension: TypeAlias = tuple[int, int, int, int]  # exponents of m, kg, s and rad
+_DIMENSIONS: dict[str, Dimension] = {
+    "time": (0, 0, 1, 0), "frequency": (0, 0, -1, 0), "acceleration": (1, 0, -2, 0), "velocity": (1, 0, -1, 0),
+    "displacement": (1, 0, 0, 0), "force": (1, 1, -2, 0), "mass": (0, 1, 0, 0), "pressure": (-1, 1, -2, 0),
+    "spin": (0, 0, -1, 1), "angle": (0, 0, 0, 1), "torque": (2, 1, -2, 0),
+}  # fmt: skip
+_NONE: Dimension = (0, 0, 0, 0)
+_SPELLINGS = {
+    "s": "sec secs second seconds sekunden", "ms": "msec millis milliseconds", "us": "usec micros microseconds",
+    "ns": "nsec nanos nanoseconds", "Hz": "hertz",
+    "N": "newton newtons", "um": "micron microns", "g": "g's gs gn", "m s-2": "ms-2",
+    "N m": "Nm", "kN m": "kNm", "mN m": "mNm", "N mm": "Nmm", "N cm": "Ncm", "uN m": "uNm",
+    "kgf cm": "kgcm kgfcm kpcm", "kgf m": "kgm kgfm", "gf cm": "gcm gfcm",
+    "in": "in inch inches", "ft": "ft foot feet", "mil": "mil mils thou", "in/s": "ips", "psi": "psi", "ksi": "ksi",
+    "lbf": "lbf lbsf pound-force", "lb": "lb lbs pound pounds", "lbm": "lbm", "oz": "oz ounce ounces", "ozf": "ozf",
+    "kip": "kip kips klbf", "slug": "slug slugs", "lbf in": "inlb inlbf lbin lbfin", "lbf ft": "ftlb ftlbf lbft lbfft",
+    "ozf in": "ozin ozfin inoz inozf", "rpm": "rpm", "deg": "° º degree degrees", "rad": "rad radian radians",
+    "rev": "rev revs revolution revolutions", "turn": "turns", "deg/s": "dps", "rev/s": "rps",
+}  # fmt: skip
+"""Other ways of writing a unit, in lower case"""
+_SAME = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}
+_TOKEN = re.compile(
+    r"(?P<name>[A-Za-z°º]+(?:'s)?)\.?(?:\^?(?P<power>-?\d))?|(?P<mark>[/()])|1(?=/)|(?P<blank>[\s.-]+)|(?P<bad>.)"
+)
+_WRITTEN = str.maketrans("²³µμ−·⋅×*[]", "23uu-    ()")
+_LONGEST = 40  # characters of a label
+_COUNT, _NUMBER_OF = r"(?:tick|count|ct|step|pulse|increment|inc)s?", r"([0-9]+\.?[0-9]*)"
+_COUNTS = re.compile(rf"{_COUNT}(?:/{_NUMBER_OF})?|{_NUMBER_OF}(?:[cp]pr|{_COUNT}/(?:turn|rev))", re.IGNORECASE)
+"""Units of an encoder, so many of which make a turn: "ticks/4096", "4096 counts/rev", "4096 cpr" """
 _MULTIPLE = re.compile(r"(?=[0-9.]*[1-9])([0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]{1,2})?)\s+(\S.*)")  # "9.81 m/s2", "0.5 g"
-
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 
 def si_value(text: str, quantity: str) -> float:
-    """Return a number with a unit, such as "620 mm" or "0.09mm", in SI units; one without a unit is in these already.
+    """Return a number with a unit, such as "620 mm" or "5mil", in SI units; one without a unit is in these already.
 
     Raises
     ------
     ClearanceError
-        If it is no number, or the unit is none of the quantity's in `UNITS`.
+        If it is no number, or the unit is none of the quantity, see `unit_factor`.
     """
     found = _NUMBER.fullmatch(text.strip())
     if not found:
-        raise ClearanceError(f'"{text}" is no number, alone or with a unit: {", ".join(UNITS[quantity])}')
+        known = ", ".join(UNITS.get(quantity, [quantity]))
+        raise ClearanceError(f'"{text}" is no number, alone or with a unit: {known}')
     return float(found[1]) * (unit_factor(found[2], quantity) if found[2] else 1.0)
 
 
-_SAME = {
-    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "milliseconds": "ms",
-    "usec": "us", "microseconds": "us", "millis": "ms", "micros": "us", "nanos": "ns", "nsec": "ns",
-    "nanoseconds": "ns", "°": "deg", "º": "deg", "degree": "deg", "degrees": "deg", "°/s": "deg/s", "dps": "deg/s",
-    "radian": "rad", "radians": "rad", "turns": "turn", "revs": "rev", "revolution": "rev", "revolutions": "rev", "turns/s": "turn/s",
-    "rps": "rev/s", "kgfcm": "kgcm", "kgfm": "kgm", "kpcm": "kgcm", "gfcm": "gcm", "ozfin": "ozin", "inoz": "ozin",
-    "inozf": "ozin", "lbfin": "lbin", "inlb": "lbin", "inlbf": "lbin", "lbfft": "lbft", "ftlb": "lbft", "ftlbf": "lbft",
-    "newton": "N", "newtons": "N", "hertz": "Hz", "micron": "um", "microns": "um",
-    "g's": "g", "gn": "g", "m/sec2": "m/s2", "m.s-2": "m/s2", "ms-2": "m/s2", "m/sec": "m/s", "mm/sec": "mm/s",
-}  # fmt: skip
-"""Other ways of writing a unit, in lower case"""
-_COUNT, _NUMBER_OF = r"(?:tick|count|ct|step|pulse|increment|inc)s?", r"([0-9]+\.?[0-9]*)"
-_COUNTS = re.compile(rf"{_COUNT}(?:/{_NUMBER_OF})?|{_NUMBER_OF}(?:[cp]pr|{_COUNT}/(?:turn|rev))", re.IGNORECASE)
-"""Units of an encoder, so many of which make a turn: "ticks/4096", "4096 counts/rev", "4096 cpr" """
-
-
-def quantity_of(label: str) -> tuple[str, float] | None:
-    """Return quantity and SI units in one unit that only one quantity has, such as "mm/s²"; None of any other label.
+def quantity_of(label: str, among: Sequence[str] = (*QUANTITIES,)) -> tuple[str, float] | None:
+    """Return quantity and SI units in one unit, such as "mm/s²" or "mils"; None of a label of no quantity ``among``.
 
     Times and frequencies are no quantities that a channel measures. Capitals count: "G" and "M" are other units.
     """
-    plain = _plain(label)
-    for quantity in QUANTITIES:
-        if plain in UNITS[quantity]:
-            return quantity, UNITS[quantity][plain]
-    return None
+    found = _meanings(label)
+    return next(((q, found[_DIMENSIONS[q]]) for q in among if _DIMENSIONS[q] in found), None)
 
 
 def is_angular(label: str) -> bool:
-    """Whether a label is that of a unit of angle, torque or spin."""
+    """Return whether a label is that of a unit of angle, torque or spin, or so many of one, such as "0.088 deg"."""
     multiple = _MULTIPLE.fullmatch(label.strip())
-    known = {*UNITS["angle"], *UNITS["torque"], *UNITS["spin"]}
-    return _plain(multiple[2] if multiple else label) in known or bool(_COUNTS.fullmatch(_plain(label)))
+    known = quantity_of(multiple[2] if multiple else label, ["angle", "torque", "spin"])
+    return bool(known) or bool(_COUNTS.fullmatch(re.sub(r"\s", "", label)))
 
 
 def unit_factor(label: str, quantity: str) -> float:
-    """Return the SI units in one unit, such as "g", "mm/s²", "(m/s^2)" or "9.9 m/s²", of a quantity of `UNITS`."""
-    if quantity == "angle" and (counts := _COUNTS.fullmatch(_plain(label))):
-        if not (turn := float(counts[1] or counts[2] or 0)):
-            raise RecordError(f'unit "{label}" of angle needs the number that makes a turn, such as "ticks/4096"')
-        return 2 * math.pi / turn
-    return _look_up(label, UNITS[quantity], quantity)
+    """Return the SI units in one unit, such as "g", "(in/s^2)" or "9.9 m/s²", of a quantity or an SI unit."""
+    if quantity == "angle" and _COUNTS.fullmatch(re.sub(r"\s", "", label)) and not _meanings(label):
+        raise RecordError(f'unit "{label}" of angle needs the number that makes a turn, such as "ticks/4096"')
+    dimension = _DIMENSIONS[quantity] if quantity in UNITS else next(iter(_meanings(quantity)), _NONE)
+    return _factor(label, dimension, quantity, [*UNITS.get(quantity, [quantity])])
 
 
 def ratio_factor(label: str, above: str, below: str) -> float:
-    """SI units in one unit of a ratio, such as "g/N" or "(m/s^2)/N"; "1" for the ratio of two like quantities."""
-    known = {f"{a}/{b}": x / y for a, x in UNITS[above].items() for b, y in UNITS[below].items()}
-    return _look_up(label, {"1": 1.0} | known if above == below else known, f"{above}/{below}")
+    """SI units in one unit of a ratio, such as "g/lbf" or "(m/s^2)/N"; "1" for the ratio of two like quantities."""
+    if above == below and label.strip("[( )]") == "1":
+        return 1.0
+    dimension = _product(_DIMENSIONS[above], _DIMENSIONS[below], -1)
+    shown = ["1"] * (above == below) + [f"{a}/{b}" for a in UNITS[above] for b in UNITS[below]]
+    return _factor(label, dimension, f"{above}/{below}", shown)
 
 
-def _look_up(label: str, known: dict[str, float], quantity: str) -> float:
-    if multiple := _MULTIPLE.fullmatch(label.strip()):
-        return float(multiple[1]) * _look_up(multiple[2], known, quantity)
-    plain = _plain(label)
+def _factor(label: str, dimension: Dimension, quantity: str, shown: list[str]) -> float:
+    if dimension not in _meanings(label) and (multiple := _MULTIPLE.fullmatch(label.strip())):
+        return float(multiple[1]) * _factor(multiple[2], dimension, quantity, shown)
     # Some writers have capitals only; "mN" and "MN" both stand in the table, so neither is taken for the other.
-    lower = {unit.lower(): factor for unit, factor in known.items()}
-    if plain not in known and plain.lower() not in lower:
-        shown = [*known][:6]
-        raise RecordError(f'unit "{label}" of {quantity} is unknown; use {", ".join(shown)}')
-    return known[plain] if plain in known else lower[plain.lower()]
+    factor = _meanings(label).get(dimension) or _meanings(label, any_case=True).get(dimension)
+    if factor is None:
+        raise RecordError(f'unit "{label}" of {quantity} is unknown; use {", ".join(shown[:6])}')
+    return factor
 
 
-def _plain(label: str) -> str:
-    """A label without what writers of files set differently."""
-    text = re.sub(r"[\s()\[\]^*·]", "", label.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("−", "-"))
-    text = re.sub(r"(?<=[A-Za-z])[.⋅×-](?=[A-Za-z])", "", text)  # "N.m", "oz-in"
-    return _SAME.get(text.lower(), text)
+@functools.lru_cache(1000)
+def _meanings(label: str, any_case: bool = False) -> dict[Dimension, float]:
+    """Return SI units in one unit by dimension, for each that the label can have; none if it is no unit."""
+    if (spelled := _SAME.get(label.lower(), label)) != label:
+        return _meanings(spelled, any_case)
+    joined = re.sub(r"[\s.·⋅×*-]", "", label.strip(" []()"))
+    if counts := _COUNTS.fullmatch(joined):
+        turn = float(counts[1] or counts[2] or 0)
+        return {_DIMENSIONS["angle"]: 2 * math.pi / turn} if turn else {}
+    found, spelled = _composed(label, any_case), _SAME.get(joined.lower(), label)
+    more = {} if spelled == label else _meanings(spelled, any_case)  # "kg cm" of servos is a torque, too
+    return found | {dimension: factor for dimension, factor in more.items() if dimension not in found}
+
+
+def _composed(label: str, any_case: bool) -> dict[Dimension, float]:
+    """Return what `_meanings` does of products, quotients and powers."""
+    found, sign, outer, within, named = {_NONE: 1.0}, 1, 1, list[int](), False
+    for token in _TOKEN.finditer(label.strip().replace("**", "").translate(_WRITTEN)):
+        if token["bad"] or token.end() > _LONGEST or (token["mark"] == ")" and not within):
+            return {}
+        if token["name"]:
+            power, named = sign * int(token["power"] or 1), True
+            several = _named(token["name"], any_case).items()
+            found = {_product(d, e, power): f * g**power for d, f in found.items() for e, g in several}
+        elif token["mark"] == "(":
+            within.append(outer)
+            outer = sign
+        elif token["mark"] == ")":
+            outer = within.pop()
+        if not token["blank"]:
+            sign = -outer if token["mark"] == "/" else outer
+    return found if named else {}
+
+
+def _named(name: str, any_case: bool) -> dict[Dimension, float]:
+    """Return the SI units in a unit with a name of its own, by dimension."""
+    if found := {_DIMENSIONS[q]: units[name] for q, units in UNITS.items() if name in units}:
+        return found
+    if spelled := _SAME.get(name) or _SAME.get(name.lower()):
+        return _meanings(spelled)
+    lower = name.lower() if any_case else ""
+    return {_DIMENSIONS[q]: f for q, units in UNITS.items() for unit, f in units.items() if unit.lower() == lower}
+
+
+def _product(one: Dimension, other: Dimension, power: int) -> Dimension:
+    m, kg, s, rad = (a + power * b for a, b in zip(one, other))
+    return m, kg, s, rad

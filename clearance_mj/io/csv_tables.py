@@ -22,6 +22,7 @@ from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import SKIP, Column, Columns, Contents, listed, resolve, table_of_channels, table_of_frf, to_frf
+from .gaps import GAPS, Samples, gapless_channels, is_code
 from .registry import Format, register
 from .tables.headers import is_index, unique_names
 from .tables.layout import BLANKS, COMMENTS, HEAD, Layout, find_layout
@@ -30,9 +31,10 @@ from .tables.numbers import Body, read_body
 from .tables.stamps import read_stamps
 from .tables.times import time_of
 from .time_axis import Rate, Rates
-from .waveforms import GAPS
 
-__all__ = ["read_columns", "read_csv", "write_csv"]
+__all__ = ["read_columns", "read_csv", "read_table", "write_csv"]
+
+MOST_CODES = 10_000  # cells without numbers that are looked at
 
 
 def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
@@ -47,7 +49,7 @@ def read_csv(path: str | PathLike[str], columns: Columns = None, fs: Rate = None
     data, encoding = read_text(path)
     with naming(path):
         notes = [] if encoding == "UTF-8" else [encoding]
-        contents = _contents(data, columns or {}, Rates(fs, resample, notes))
+        contents = read_table(data, columns or {}, Rates(fs, resample, notes))
     note(path, notes)
     return contents
 
@@ -97,7 +99,8 @@ def _body(data: bytes, notes: list[str]) -> Body:
     return read_body(data, sum(map(len, head[: layout.first])), layout, notes)
 
 
-def _contents(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
+def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
+    """Return what the UTF-8 text of a table holds, as `read_csv` does."""
     notes = rates.notes
     body = _body(data, notes)
     cells, line = _names(body, bool(mapped))
@@ -105,16 +108,18 @@ def _contents(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents:
     if any(c.reference for c in used):
         if rates.fs is not None:
             raise RecordError("holds FRFs, which have no sampling rate")
-        return to_frf(used, [_numbers(body, c, cells) for c in used])
+        return to_frf(used, [_numbers(body, c, cells, needed=True)[0] for c in used])
     layout = body.layout
     above = [line.decode().rstrip() for line in body.data[: body.begin].splitlines()]
     known = find_rate(above, layout.style)
     axis, of_time = time_of(body, used, cells, rates, known)
-    kept = _channels(body, used, of_time, notes)
-    found = [c.channel(axis.samples(_numbers(body, c, cells)), axis.fs, axis.start) for c in kept]
-    if not found:
+    columns = _channels(body, used, of_time, notes)
+    if not columns:
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
-    return found
+    parts = [(c, *_numbers(body, c, cells)) for c in columns]
+    return gapless_channels(
+        [Samples(c.name, axis.samples(value), axis.fs, axis.start, c.channel, code) for c, value, code in parts], notes
+    )
 
 
 def _said(layout: Layout, above: Sequence[str]) -> list[str]:
@@ -184,21 +189,23 @@ def _useless(body: Body, column: Column) -> str:
     return ""
 
 
-def _numbers(body: Body, column: Column, cells: Sequence[str]) -> np.ndarray:
-    """(n,) numbers of a column, all finite."""
+def _numbers(body: Body, column: Column, cells: Sequence[str], needed: bool = False) -> tuple[np.ndarray, str]:
+    """Return (n,) numbers of a column, nan where there is a code, and the first code; ``needed``: there is none."""
     index, name = column.index, cells[column.index]
     if index >= body.frame.shape[1]:
         line, width = body.lines[0][0], len(body.cells(0))
         raise RecordError(f"line {line}: has {width} columns, the header {len(cells)}")
     values = body.numbers(index)
     faulty = np.flatnonzero(~np.isfinite(values))
-    if not faulty.size:
-        return values
-    line, row = body.lines[faulty[0]][0], body.cells(faulty[0])
+    rows = [(at, body.cells(at)) for at in faulty[:MOST_CODES]]
+    wrong = [(at, row) for at, row in rows if needed or index >= len(row) or not is_code(row[index])]
+    if not wrong:
+        return values, f"{rows[0][1][index] or 'an empty cell'} in line {body.lines[faulty[0]][0]}" if rows else ""
+    line, row = body.lines[wrong[0][0]][0], wrong[0][1]
     if index >= len(row):
         raise RecordError(f"line {line}: has {len(row)} columns, the header {len(cells)}")
     found = f'"{row[index]}"' if row[index] else "an empty cell"
-    more = f" (so have {faulty.size - 1} more lines)" if faulty.size > 1 else ""
+    more = f" (so have {len(wrong) - 1} more lines)" if len(wrong) > 1 else ""
     raise RecordError(
         f'line {line}, column {index + 1} "{name}": {found} is not a number{more}; mend it, end the file before it, or '
         f'leave the column out ("{name}={SKIP}")'
@@ -206,6 +213,7 @@ def _numbers(body: Body, column: Column, cells: Sequence[str]) -> np.ndarray:
 
 
 register(Format(
-    "CSV", (".csv", ".tsv", ".txt"), (Channel, FRF), read_csv, write_csv, options=("columns", "fs", "resample"),
+    "CSV", (".csv", ".tsv", ".txt", ".asc"), (Channel, FRF), read_csv, write_csv,
+    options=("columns", "fs", "resample"),
     note="a header or a map of columns, also as data loggers write it; `.csv.gz` is read",
 ))  # fmt: skip

@@ -23,7 +23,7 @@ from ..signals.frf import FRF
 from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
-from . import csv_tables, lvm, mat, mdf, results, tdms, uff
+from . import csv_tables, lvm, mat, mdf, results, sheets, tdms, uff
 from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
@@ -46,7 +46,7 @@ __all__ = [
     "write",
 ]
 
-BUILT_IN = (uff, csv_tables, mat, lvm, tdms, mdf, results)  # modules of the package that register formats
+BUILT_IN = (uff, csv_tables, mat, lvm, tdms, mdf, sheets, results)  # modules of the package that register formats
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is", "units": "units are"}
 Contents = (
     list[Channel] | Response | FRF | Spectra | Modes | Geometry | Rig | Law | Dataset | FileContents

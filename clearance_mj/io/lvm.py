@@ -21,6 +21,7 @@ from ..core.files import read_text, replacing
 from ..core.notes import note
 from .channels import Channel, require_one_time
 from .columns import Columns, raw_header
+from .gaps import is_code
 from .registry import Format, register
 from .time_axis import Rate, Rates
 from .waveforms import Waveform, named_channels, not_over_time
@@ -278,7 +279,7 @@ class _Lines:
         while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith(_NEXT):
             fields = line.split(self.separator)[:columns]
             try:
-                numbers = [float(f.replace(self.point, ".")) if f.strip() else np.nan for f in fields]
+                numbers = [np.nan if is_code(f) else float(f.replace(self.point, ".")) for f in fields]
             except ValueError:
                 numbers = []
             known, decimals = decimals, len(fields[-1].partition(self.point)[2])

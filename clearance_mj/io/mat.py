@@ -24,8 +24,12 @@ from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
 from .columns import Column, Columns, Contents, frf_names, listed, resolve, table_of_channels, to_frf
+from .containers import waveforms
+from .gaps import Samples, gapless_channels
 from .registry import Format, register
+from .tables.headers import is_time
 from .time_axis import Rate, Rates, TimeAxis, since_start, time_axis
+from .waveforms import named_channels
 
 __all__ = ["read_mat", "read_variables", "write_mat"]
 
@@ -99,11 +103,19 @@ def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
 
 def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: Rates) -> Contents:
     table = dict(_vectors(variables))
+    is_plain = not {"time", "fs", "columns"}.isdisjoint((*variables, *mapped.values())) or any(map(is_time, table))
+    if not is_plain and any(isinstance(value, dict | list) for value in variables.values()):
+        if waves := [*waveforms(variables, rates.notes)]:
+            return named_channels(waves, mapped, rates)
     if not table:
-        raise RecordError("holds no numeric vectors or matrices (structures are passed over); save plain variables")
+        raise RecordError(
+            "holds no numeric vectors or matrices; save plain variables, or structures with fields such as data, dt "
+            "(s) or fs (Hz), unit and name"
+        )
     used = resolve([*table], mapped)
     vectors = list(table.values())
     values = [vectors[c.index] for c in used]
+    is_frf = any(c.reference for c in used)
     for column, value in zip(used, values):
         if value.size != values[0].size:
             raise RecordError(
@@ -111,12 +123,16 @@ def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: 
             )
         if np.iscomplexobj(value) and (not column.reference or column.part):
             raise RecordError(f'variable "{column.name}" is complex; needs real numbers')
-        if not np.isfinite(value).all():
+        if is_frf and not np.isfinite(value).all():
             raise RecordError(f'variable "{column.name}": number {np.argmin(np.isfinite(value)) + 1} is not finite')
-    if any(c.reference for c in used):
+    if is_frf:
         return to_frf(used, values)
     axis = _timing(used, values, rates, variables.get("fs"))
-    return [c.channel(axis.samples(v), axis.fs, axis.start) for c, v in zip(used, values) if c.quantity != "time"]
+    parts = [
+        Samples(c.name, axis.samples(v), axis.fs, axis.start, c.channel)
+        for c, v in zip(used, values) if c.quantity != "time"
+    ]  # fmt: skip
+    return gapless_channels(parts, rates.notes)
 
 
 def _vectors(variables: Mapping[str, Value]) -> Iterator[tuple[str, np.ndarray]]:

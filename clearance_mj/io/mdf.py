@@ -17,10 +17,11 @@ from ..core.errors import RecordError
 from ..core.files import most_unpacked, replacing
 from .channels import Channel
 from .columns import Columns
+from .gaps import GAPS
 from .mdf_blocks import require_whole
 from .registry import Format, register
 from .time_axis import Rate, Rates
-from .waveforms import GAPS, Program, Waveform
+from .waveforms import Program, Waveform
 
 __all__ = ["read_mdf", "write_mdf"]
 
@@ -53,13 +54,17 @@ def _waves(data: bytes) -> Iterator[Waveform]:
             if max(known.samples_byte_nr, known.samples_byte_nr * known.cycles_nr) > most_unpacked(len(data)):
                 raise RecordError(f"not a whole MDF file: group {number + 1} declares more samples than it holds")
             for channel in group.channels:  # asammdf reads beyond the sample, which may end the process
-                last = 8 * channel.byte_offset + channel.bit_offset + channel.bit_count
+                if file.version < "4":
+                    first = channel.start_offset + 8 * getattr(channel, "additional_byte_offset", 0)
+                else:
+                    first = 8 * channel.byte_offset + channel.bit_offset
+                last = first + channel.bit_count
                 if channel.channel_type not in VIRTUAL and last > 8 * known.samples_byte_nr:
                     raise RecordError(f'not a whole MDF file: "{channel.name}" lies behind the samples of its group')
             master = file.masters_db.get(number)
             label = str(getattr(known, "acq_name", "") or f"group {number + 1}")
             time = None if master is None else np.asarray(file.get_master(number), float)
-            over = "" if master is None else AXES.get(group.channels[master].sync_type, "")
+            over = "" if master is None else AXES.get(getattr(group.channels[master], "sync_type", 1), "")
             fault = f"is over {over}, not over time; choose others" if over else ""
             for index, channel in enumerate(group.channels):
                 if index == master:
@@ -107,5 +112,5 @@ def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 
 register(Format(
     "MDF", (".mf4", ".mdf"), (Channel,), read_mdf, write_mdf, options=("columns", "fs", "resample"),
-    note='loggers of cars, version 4; needs asammdf: `pip install "clearance-mj[mdf]"`',
+    note='loggers of cars, versions 2 to 4; needs asammdf: `pip install "clearance-mj[mdf]"`',
 ))  # fmt: skip

@@ -19,6 +19,7 @@ import numpy as np
 from ..core.checks import check_dof, naming
 from ..core.errors import RecordError
 from ..core.files import TOO_DENSE, most_unpacked, plain_file, replacing
+from ..core.notes import note
 from ..signals.ema import Modes
 from ..signals.frf import FRF
 from ..signals.labelled import KIND, UNITS, attribute, labels, require_kind, values
@@ -26,7 +27,11 @@ from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from .channels import UNKNOWN, Channel, require_one_time
+from .columns import Columns
+from .containers import fields_of_hdf5, waveforms
 from .registry import Format, register
+from .time_axis import Rate, Rates
+from .waveforms import named_channels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +39,7 @@ if TYPE_CHECKING:
 __all__ = ["load", "save", "saving"]
 
 Result = list[Channel] | FRF | Response | Spectra | Modes | Geometry
-_HDF5 = (".h5", ".hdf5")
+_HDF5 = (".h5", ".hdf5", ".nc4")
 _HDF5_MAGIC = b"\x89HDF"
 
 
@@ -133,18 +138,28 @@ def save(path: str | PathLike[str], obj: Result) -> None:
         temporary.write_bytes(dataset.to_netcdf(**form))
 
 
-def load(path: str | PathLike[str]) -> Result:
-    """Read what `save` wrote; whether it is HDF5 is seen from the first bytes."""
+def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Result:
+    """Read what `save` wrote, or the time records of other programs; whether it is HDF5 is seen from the first bytes.
+
+    ``columns`` gives channels of other programs by their names, ``fs`` (Hz) is of those that do not say theirs.
+    """
     path = Path(path)
     if not path.is_file():
         raise RecordError(f"{path}: cannot be read; there is no such file")
     try:
-        dataset = _dataset(path)
-        kind = dataset.attrs.get(KIND)
+        dataset, notes = _dataset(path), list[str]()
+        if isinstance(dataset, dict) and (waves := [*waveforms(dataset, notes)]):
+            channels = named_channels(waves, columns or {}, Rates(fs, resample, notes))
+            note(path, notes)
+            return channels
+        kind = dataset.get(KIND) if isinstance(dataset, dict) else dataset.attrs[KIND]
         if kind not in _FROM_DATASET:
             raise RecordError(
-                f"holds no results of clearance_mj; needs the attribute {KIND} = {' or '.join(_FROM_DATASET)}"
+                f"holds no results of clearance_mj; needs the attribute {KIND} = {' or '.join(_FROM_DATASET)}; and no "
+                "time records of other programs"
             )
+        if columns or fs:
+            raise RecordError("is written by clearance_mj: it names its channels and says their rate itself")
         return _FROM_DATASET[kind](without_parts(dataset))
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
@@ -185,15 +200,24 @@ def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Re
                 yield block
 
 
-def _dataset(path: Path) -> xr.Dataset:
+def _dataset(path: Path) -> xr.Dataset | dict[str, Any]:
+    """Return what `save` wrote, or the nested fields of another program's file."""
     import xarray as xr
 
     data = plain_file(path).read_bytes()
     if not data.startswith(_HDF5_MAGIC):
         # In memory, where as much can be read as there is: a damaged header may declare any size.
-        return xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)
+        found = xr.load_dataset(io.BytesIO(data), engine="scipy", decode_times=False)
+        parts = {str(name): v for name, v in found.variables.items()}
+        fields = {name: v.values for name, v in parts.items()} | {f"{name}Header": v.attrs for name, v in parts.items()}
+        return found if KIND in found.attrs else found.attrs | fields
     _require_hdf5()
     _require_stored(path, most_unpacked(len(data)))
+    import h5py
+
+    with h5py.File(path) as file:
+        if KIND not in file.attrs:
+            return fields_of_hdf5(file)
     return xr.load_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort")
 
 
@@ -215,9 +239,12 @@ def _require_hdf5() -> None:
 
 register(Format(
     "NetCDF", (".nc",), (Channel, Response, FRF, Spectra, Modes, Geometry), load, save,
+    options=("columns", "fs", "resample"),
     note="NetCDF 3; `simulate` writes its response here, with contact and grease forces",
 ))  # fmt: skip
 register(Format(
     "HDF5", _HDF5, (Channel, Response, FRF, Spectra, Modes, Geometry), load, save,
-    note='the same as NetCDF 4; needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
+    options=("columns", "fs", "resample"),
+    note='the same as NetCDF 4, and time records of other programs, such as Rattlesnake; '
+    'needs h5netcdf: `pip install "clearance-mj[hdf5]"`',
 ))  # fmt: skip

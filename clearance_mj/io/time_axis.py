@@ -14,6 +14,7 @@ from ..core.checks import even_rate
 from ..core.errors import RecordError
 from ..signals.resample import resampled
 from .channels import Channel
+from .gaps import without_codes
 
 __all__ = ["Rate", "Rates", "TimeAxis", "on_one_axis", "since_start", "time_axis"]
 
@@ -53,7 +54,12 @@ class TimeAxis:
         if self.time is None or self.order is None:
             return value
         size = math.floor((self.time[-1] - self.start) * self.fs + _ON_GRID) + 1
-        return _spline(self.time, value[self.order], self.start + np.arange(size) / self.fs)
+        instants = self.start + np.arange(size) / self.fs
+        value = without_codes(value)[0][self.order]
+        lacking = np.isnan(value)
+        found = _spline(self.time[~lacking], value[~lacking], instants)
+        after = np.clip(np.searchsorted(self.time, instants), 1, value.size - 1)
+        return np.where(lacking[after] | lacking[after - 1], np.nan, found)  # a gap stays one
 
 
 def time_axis(time: np.ndarray, digits: float, rates: Rates) -> TimeAxis:

@@ -20,12 +20,11 @@ from ..core.overview import few
 from ..core.units import quantity_of
 from .channels import Channel
 from .columns import SKIP, as_channel, raw_header, resolve
+from .gaps import GAPS, Samples, gapless_channels
 from .time_axis import Rates, TimeAxis, time_axis
 
-__all__ = ["GAPS", "Program", "Waveform", "named_channels", "not_over_time"]
+__all__ = ["Program", "Waveform", "named_channels", "not_over_time"]
 
-GAPS = 0.1
-"""Share of a column's numbers that are missing from which on it is taken for one that is sampled more slowly"""
 _SPECTRUM = re.compile(r"\b(?:FFT|PSD|ASD|spectr(?:um|a)|spektrum|(?:power )?spectral density)\b", re.IGNORECASE)
 _LEVEL = re.compile(r"(?:\b|_)dB\w?\b", re.IGNORECASE)
 
@@ -126,7 +125,7 @@ def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: 
     used = [as_channel(c) if c.is_raw_time else c for c in resolve(headers, mapped, None, notes)]
     if any(column.reference or column.quantity in ("time", "frequency") for column in used):
         raise RecordError("its columns are channels over time: needs names such as acc:1, no FRFs and no time")
-    found = []
+    parts = []
     said: dict[str, list[str]] = {}
     for column in used:
         wave = waves[column.index]
@@ -138,12 +137,13 @@ def named_channels(waves: Sequence[Waveform], mapped: Mapping[str, str], rates: 
             axis, value = _sampled(wave, own)
         except RecordError as error:
             raise RecordError(f'"{column.name}": {error}, or leave it out ("{column.name}={SKIP}")') from None
-        found.append(column.channel(value, axis.fs, axis.start))
+        parts.append(Samples(column.name, value, axis.fs, axis.start, column.channel))
         for words in own.notes:
             said.setdefault(words, []).append(f'"{column.name}"')
-    if not found:
+    if not parts:
         raise RecordError("holds no time records")
     notes += [f"{few(names, 3)}: {words}" for words, names in said.items()]
+    found = gapless_channels(parts, notes)
     counts = Counter((c.fs, c.size) for c in found)
     if len(counts) > 1:
         listed = [f"{counts[rate]} at {rate[0]:.9g} Hz" for rate in sorted(counts)]
@@ -158,10 +158,11 @@ def _sampled(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
     value, time, has = wave.value, wave.time, np.isfinite(wave.value)
     rate = wave.fs or rates.fs or 0.0
     if time is None and not rate:
-        raise RecordError("does not say its time step; give the sampling rate (--fs)")
-    if not has.all():
-        if has.mean() > 1 - GAPS:
-            raise RecordError(f"has no number at sample {int(np.argmin(has))}; mend it")
+        raise RecordError("does not say its sampling interval or rate; give the sampling rate (--fs)")
+    if has.mean() <= 1 - GAPS:  # sampled more slowly; fewer are gaps
         value, time = value[has], (np.arange(value.size) / rate if time is None else time)[has]
+    if time is not None and not np.isfinite(time).all():
+        known = np.flatnonzero(np.isfinite(time))
+        time = np.interp(np.arange(time.size), known, time[known])
     axis = TimeAxis(rate) if time is None else time_axis(time, wave.digits, rates)
     return dataclasses.replace(axis, start=axis.start + wave.start), axis.samples(value)

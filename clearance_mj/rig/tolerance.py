@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 
-from ..core.errors import RigError
+from ..core.errors import RecordError, RigError
+from ..core.units import UNITS, unit_factor
 from ..core.validation import Text, checked
 
 __all__ = ["Tolerance", "unit_of"]
@@ -24,23 +24,6 @@ FIELDS = dict.fromkeys(LENGTHS, "m") | {
     "wear": "m²/N",
 }  # fmt: skip
 """SI units of the fields that may be uncertain"""
-UNITS: dict[str, dict[str, float]] = {
-    "m": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
-    "Pa": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
-    "kg/m³": {"kg/m3": 1.0},
-    "kg": {"kg": 1.0, "g": 1e-3},
-    "kg m²": {"kg m2": 1.0},
-    "N/m": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3},
-    "N s/m": {"N s/m": 1.0},
-    "N m/rad": {"N m/rad": 1.0},
-    "N m s/rad": {"N m s/rad": 1.0},
-    "Hz": {"Hz": 1.0, "kHz": 1e3},
-    "rad": {"rad": 1.0, "deg": math.pi / 180},
-    "rad/m": {"rad/m": 1.0},
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "Pa s": {"Pa s": 1.0, "mPa s": 1e-3},
-    "m²/N": {"m2/N": 1.0, "mm3/(N m)": 1e-9},
-}  # in SI units
 _STD = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 CLAMP_COMPLIANCES = ("beam.clamp.rotation", "beam.clamp.translation")
 """Known as a length: the clamp gives as so much more shaft would."""
@@ -58,7 +41,7 @@ class Tolerance:
     def __post_init__(self) -> None:
         unit = unit_of(self.of)
         match = _STD.fullmatch(self.std)
-        known = ["%", *UNITS.get(unit, {})]
+        known = ["%", *next((units for units in UNITS.values() if unit in units), [unit] * bool(unit))]
         if self.of in CLAMP_COMPLIANCES:
             known.remove("%")
         use = f"a number and one of the units {', '.join(known)}"
@@ -68,8 +51,11 @@ class Tolerance:
             raise ValueError(f'std "{self.std}" has no unit: {use}')
         if float(match[1]) < 0:
             raise ValueError(f'std "{self.std}" is negative; 0 stands for an exact value')
-        if _plain(match[2]) not in known:
-            raise ValueError(f'std "{self.std}" has a unit that {self.of} has not: {use}')
+        try:
+            if match[2] not in known:
+                unit_factor(match[2], unit)
+        except RecordError:
+            raise ValueError(f'std "{self.std}" has a unit that {self.of} has not: {use}') from None
 
     @property
     def relative(self) -> bool:
@@ -81,11 +67,7 @@ class Tolerance:
         """Standard deviation, SI units, or the share."""
         match = _STD.fullmatch(self.std)
         assert match
-        return float(match[1]) * (0.01 if self.relative else UNITS[unit_of(self.of)][_plain(match[2])])
-
-
-def _plain(unit: str) -> str:
-    return unit.translate(str.maketrans("³²µμ", "32uu"))
+        return float(match[1]) * (0.01 if self.relative else unit_factor(match[2], unit_of(self.of)))
 
 
 def unit_of(path: str) -> str:

@@ -6,14 +6,12 @@ from typing import NamedTuple
 
 from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
-from ..core.units import ratio_factor, unit_factor
+from ..core.units import UNITS, ratio_factor, unit_factor
 from .dataset_58 import Function
 from .fields import SI, Block, Units, quantity_of, read_real, text_set
 
 _NO_LABEL = ("", "NONE", "UNKNOWN", "-")
 _TOLERANCE = 1e-6  # relative, between a label's factor and the file's, which is written with few digits
-_LENGTHS = {"m": 1.0, "dm": 10.0, "cm": 100.0, "mm": 1e3, "um": 1e6, "in": 1 / 0.0254, "ft": 1 / 0.3048}
-_FORCES = {"N": 1.0, "mN": 1e3, "kN": 1e-3, "kgf": 1 / 9.80665, "lbf": 1 / 4.4482216152605}
 UNIT_SET = text_set(
     164,
     (
@@ -44,12 +42,13 @@ def parse_units(text: str) -> Units:
         The names.
     """
     length, _, force = ("m,N" if text.strip().upper() == "SI" else text).partition(",")
-    if length.strip() not in _LENGTHS or force.strip() not in _FORCES:
+    try:
+        return Units(1 / unit_factor(length, "displacement"), 1 / unit_factor(force, "force"))
+    except RecordError:
         raise RecordError(
-            f'units "{text}" are unknown; use SI, or a length of {", ".join(_LENGTHS)} and a force of '
-            f'{", ".join(_FORCES)}, such as "mm,N"'
-        )
-    return Units(_LENGTHS[length.strip()], _FORCES[force.strip()])
+            f'units "{text}" are unknown; use SI, or a length of {", ".join(UNITS["displacement"])} and a force of '
+            f'{", ".join(UNITS["force"])}, such as "mm,N"'
+        ) from None
 
 
 def read_units(block: Block, notes: list[str]) -> Units:

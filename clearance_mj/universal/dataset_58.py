@@ -11,7 +11,19 @@ import numpy as np
 
 from ..core.checks import DIRECTIONS, NAME_LIMIT, NOWHERE, require_finite
 from ..core.errors import RecordError
-from .fields import CLOSE, DELIMITER, SI, Units, closing_line, decoded, read_dof, read_integer, read_real
+from .fields import (  # fmt: skip
+    CLOSE,
+    DELIMITER,
+    END,
+    SI,
+    Units,
+    closing_line,
+    decoded,
+    read_dof,
+    read_integer,
+    read_real,
+    with_exponents,
+)
 from .kinds import FUNCTION_TYPES
 
 TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
@@ -19,7 +31,7 @@ TIME, FREQUENCY, UNSAID = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
 UNIT_LABELS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
 """Labels of the units that are written"""
-_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]{2,3})?")
+_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]{2,3}(?=[0-9]\.|[-+\s]|$))?")
 REFERRED = (CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY)  # function types that have a reference
 FIELDS = {
     "kind": (6, 0, 5, "function type"),
@@ -236,28 +248,37 @@ def numbers(data: bytes, function: Function) -> np.ndarray:
 def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
     """Read ``count`` numbers: between blanks, in the columns of the format, or one after the other without either.
 
-    Fortran leaves no blank between two numbers that fill their columns; some programs use other columns, or fill the
-    last line.
+    Fortran leaves no blank between two numbers that fill their columns, and no E before an exponent of three digits;
+    some programs use other columns, or fill the last line with zeros.
     """
     text = text.upper().replace(b"D", b"E")
     edges = itertools.pairwise(np.cumsum([0, *widths]))
     cuts = [slice(a, b) for a, b in edges]
     found: list[np.ndarray] = []
-    for words in (
-        text.split(),
-        [word for line in text.splitlines() for cut in cuts if (word := line[cut].strip())],
-        _NUMBER.findall(text),
+    for cells in (
+        text.split,
+        lambda: with_exponents(text).split(),
+        lambda: with_exponents(b"\n".join(line[cut].strip() for line in text.splitlines() for cut in cuts)).split(),
+        lambda: _glued(text),
     ):
-        if count < len(words) < count + len(widths):
-            del words[count:]
+        words = cells()
         try:
             values = np.array(words, dtype=bytes).astype(float)
         except ValueError:
             values = np.full(len(words), np.nan)
-        if len(words) == count and np.isfinite(values).all():
+        if count < len(words) < count + len(widths) and not values[count:].any():
+            values = values[:count]
+        if len(values) == count and np.isfinite(values).all():
             return values
         found.append(values)
     return next((values for values in found if values.size == count), found[0])
+
+
+def _glued(text: bytes) -> list[bytes]:
+    """Return numbers between which there may be no blanks; none if something else stands between them."""
+    text = with_exponents(text, rb"(?=[0-9]\.|[-+\s]|$)" if b"E" in text else END)
+    words = _NUMBER.findall(text)
+    return words if sum(map(len, words)) == len(b"".join(text.split())) else []
 
 
 def samples(data: bytes, function: Function, scale: float = 1.0) -> np.ndarray:

@@ -14,6 +14,7 @@ from ..core.errors import RecordError
 DELIMITER = f"{-1:6d}\n"
 CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
 _CLOSING_LINE = re.compile(rb"^ {0,6}-1[ \t]*(?:\r?\n|\Z)", re.MULTILINE)  # some editors strip blanks
+END = rb"(?=[-+\s]|$)"  # of a number, which another with a sign may follow
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
 
@@ -87,13 +88,21 @@ def read_integer(text: str, what: str) -> int:
 
 def read_real(text: str, what: str) -> float:
     """Read a finite number; a blank field is zero."""
-    text = text.strip().upper().replace("D", "E")
+    text = with_exponents(text.strip().upper().replace("D", "E").encode()).decode()
     if text and not _REAL.fullmatch(text):
         raise RecordError(f"{what} is {text!r}, needs a number")
     value = float(text or 0)
     if not np.isfinite(value):
         raise RecordError(f"{what} is {text!r}, needs a finite number")
     return value
+
+
+def with_exponents(text: bytes, behind: bytes = END) -> bytes:
+    """Return numbers with the E that Fortran leaves out before exponents of three digits: 2.00000-101 is 2.00000E-101.
+
+    ``behind``: expression of what follows such an exponent.
+    """
+    return re.sub(rb"(\.[0-9]*)([+-][0-9]{3})" + behind, rb"\1E\2", text)
 
 
 def read_dof(node: str, direction: str, what: str) -> str:

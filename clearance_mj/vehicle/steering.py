@@ -20,6 +20,7 @@ from ..beam import ritz_model
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
 from ..core.errors import ClearanceError, ManoeuvreError
+from ..core.units import quantity_of
 from ..engines import Engine, get_engine
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
@@ -57,21 +58,16 @@ def _steering_shaft() -> Rig:
 
 STEERING_SHAFT = _steering_shaft()  # The steering's shaft as `Steering` takes it by default.
 
-_UNITS = {"deg": math.radians(1), "mrad": 1e-3, "rad": 1.0}
-_LENGTHS = {"um": 1e-6, "µm": 1e-6, "mm": 1e-3, "m": 1.0}
-
 
 def parse_gap(text: str, lever_arm: float = LEVER_ARM) -> float:
     """Half-gap at the road wheel, rad, from a number with a unit; the lever arm, m, makes an angle of a length.
 
     Such as "0.2deg", "3.5mrad" (road-wheel angle) or "0.15mm" (radial clearance of the shaft).
     """
-    match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*([a-zµ°]*)\s*", text)
+    match = re.fullmatch(r"\s*(\d+\.?\d*(?:e[-+]?\d+)?|\.\d+)\s*(.*?)\s*", text)
     number, unit = match.groups() if match else ("", "")
-    if unit in _UNITS:
-        return float(number) * _UNITS[unit]
-    if unit in _LENGTHS:
-        return float(number) * _LENGTHS[unit] / lever_arm
+    if found := quantity_of(unit, ["angle", "displacement"]):
+        return float(number) * found[1] / (1.0 if found[0] == "angle" else lever_arm)
     known = "give an angle at the road wheel (0.2deg, 3.5mrad) or a radial clearance of the shaft (0.15mm)"
     raise ManoeuvreError(f'gap "{text}" {"has no unit" if number and not unit else "is not a gap"}; {known}')
 

@@ -84,7 +84,7 @@ def test_units_of_headers_and_of_what_is_given(tmp_path, angle, radians, torque,
 def test_what_is_taken_for_a_unit_is_said(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text(table(heading="t,q_deg,tau"))
-    said = '"t" is taken for s, without .*"q_deg" is taken for deg, as .*"tau" is taken for Nm'
+    said = '"t" is taken for s, without .*"q_deg" is taken for deg, as .*"tau" is taken for N m'
     with pytest.warns(RecordNote, match=said):
         record = DriveRecord.read(path, {"motor_angle": "q_deg", "motor_torque": "tau"})
     np.testing.assert_allclose(record.motor_angle, np.radians(np.sin(3 * TIME)), atol=1e-7)
@@ -94,7 +94,7 @@ def test_what_is_taken_for_a_unit_is_said(tmp_path):
     ("heading", "given", "said"),
     [
         ("time,q [ticks],tau [Nm]", {}, r'"q \[ticks\]" .motor_angle.: unit "ticks" of angle needs the number that'),
-        ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use Nm, .* or a number of these, such'),
+        ("time,q [deg],tau [A]", {}, r'unit "A" of torque is unknown; use N m, .* or a number of these, such'),
         ("time,q [mm],tau [Nm]", {}, 'unit "mm" of angle is unknown; use rad, deg, turn'),
         ("time,q [rad],q [deg]", {"motor_torque": "q"}, r'several columns are "q" .*give its unit too'),
     ],

@@ -76,7 +76,7 @@ TIMES = {"time": "time", "base": "skip", "acc:1": "skip", "disp:6": "skip"}
 BAD = {
     "a name like it": ("time,base,acx:1,disp:6", {}, None, r'line 1, column 3 "acx:1": .*did you mean "acc:1"'),
     "another": ("time,base,acc:1,dips:6", {}, None, r'line 1, column 4 "dips:6": .*did you mean "disp:6"'),
-    "unit": ("time,base,acc:1 [ft/s2],disp:6", {}, None, r'3 "acc:1 \[ft/s2\]": unit "ft/s2" .* m/s2, mm/s2, g'),
+    "unit": ("time,base,acc:1 [yd/s2],disp:6", {}, None, r'3 "acc:1 \[yd/s2\]": unit "yd/s2" .* m/s2, mm/s2, g'),
     "unit of another": ("time,base,acc:1 [mm],disp:6", {}, None, r'unit "mm" of acceleration is unknown'),
     "too few": ("time,base,acc:1", {}, None, "line 2: has 4 columns, the header 3"),
     "no such column": (HEADER, {}, {"Acc:1": "acc:1"}, r'line 1: has no column "Acc:1" \(did you mean "acc:1"'),
@@ -94,7 +94,7 @@ def test_tables_that_cannot_be_used(tmp_path, numbers, name):
     assert str(error.value).startswith(str(file))
 
 
-@pytest.mark.parametrize("cell", ["nan", "inf", "", "overload", "1..2"])
+@pytest.mark.parametrize("cell", ["one", "1..2"])
 def test_cells_that_are_not_numbers(tmp_path, numbers, cell):
     file = write(tmp_path / "a.csv", numbers)
     lines = file.read_text().splitlines()

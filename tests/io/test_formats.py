@@ -217,7 +217,7 @@ def test_plain_time_series_are_refused_with_a_hint(tmp_path, suffix):
         formats.read(path)
 
 
-@pytest.mark.parametrize("name", ["a", "a.xlsx", "a.gz"])
+@pytest.mark.parametrize("name", ["a", "a.numbers", "a.gz"])
 def test_unknown_suffixes(tmp_path, name, frf):
     for call in (lambda: formats.read(tmp_path / name), lambda: formats.write(tmp_path / name, frf)):
         with pytest.raises(RecordError, match=r"suffix .* is unknown; use \.uff"):
@@ -250,8 +250,14 @@ def test_wrong_kind_of_file(tmp_path, channels, frf):
         formats.read_frf(tmp_path / "a.nc")
     with pytest.raises(RecordError, match=r"h\.nc: holds FRFs, needs time records"):
         formats.read_channels(tmp_path / "h.nc")
-    with pytest.raises(RecordError, match="a sampling rate is for CSV, LVM, MATLAB, MDF, TDMS files"):
+    with pytest.raises(
+        RecordError, match="is written by clearance_mj: it names its channels and says their rate itself"
+    ):
         formats.read(tmp_path / "h.nc", fs=10.0)
+    with pytest.raises(
+        RecordError, match="a sampling rate is for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files"
+    ):
+        formats.read("models/table1_rig.toml", fs=10.0)
 
 
 # FRFs in CSV, as people write them

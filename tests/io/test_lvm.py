@@ -82,7 +82,7 @@ def test_no_file(tmp_path):
 
 
 def test_time_records(tmp_path):
-    """The map gives the unit of the force, whose own, lb, is unknown; that of the acceleration, g, is the file's."""
+    """The unit that the map gives the force goes before its own, lb; that of the acceleration, g, is the file's."""
     columns = {"Force": "force:5 [kN]", "Acc": "acc:3:-Z"}
     force, acceleration = cm.read(write(tmp_path, text()), columns)
     assert [(c.label, c.quantity, c.fs, c.start) for c in (force, acceleration)] == [
@@ -94,12 +94,14 @@ def test_time_records(tmp_path):
     arguments = [part for header, name in columns.items() for part in ("--column", f"{header}={name}")]
     assert main(["convert", str(tmp_path / "a.lvm"), str(tmp_path / "a.csv"), *arguments]) == 0
     np.testing.assert_allclose(cm.read(tmp_path / "a.csv")[1].value, acceleration.value)
+    in_pounds, _ = cm.read(tmp_path / "a.lvm")
+    np.testing.assert_allclose(in_pounds.value, 4.4482216152605 * np.array([1, 2, 3]))
 
 
 @pytest.mark.parametrize(
     ("segments", "columns", "part"),
     [
-        (1, {"Force": "force:5"}, 'variable "Force \\[lb\\]": unit "lb" of force is unknown'),
+        (1, {"Force": "force:5 [st]"}, 'variable "Force \\[lb\\]": unit "st" of force is unknown'),
         (1, {"Force": "frequency [Hz]", "Acc": "acc:3/force [g/N]"}, "channels over time"),
     ],
 )
@@ -215,11 +217,14 @@ def test_uneven_times_need_a_rate(tmp_path):
 
 
 def test_a_missing_number(tmp_path):
-    """One of twelve: no slower channel."""
+    """One of twelve: no slower channel, and read from behind it, at its own times."""
     rows = "".join(f"{i / 4}\t{'' if i == 5 else i}\n" for i in range(12))
     path = write(tmp_path, HEAD.format(point=".", layout="One") + SECONDS.format(clock="10:00:00") + rows)
-    with pytest.raises(RecordError, match=r'"A": has no number at sample 5; mend it, .*\("A=skip"\)'):
-        cm.read(path)
+    with pytest.warns(
+        RecordNote, match=r'"A" lacks 1 of 12 numbers .*, the first at 1\.25 s; .* from 1\.5 s to 2\.75 s'
+    ):
+        (channel,) = cm.read(path)
+    np.testing.assert_array_equal(channel.value, channel.time * 4)
     spectrum = text().replace("Samples", "X_Dimension\tFrequency\nSamples")
     with pytest.raises(RecordError, match="is over Frequency, not over time; read_lvm reads it"):
         cm.read(write(tmp_path, spectrum))
@@ -341,8 +346,9 @@ def test_a_column_with_a_hole_or_nothing_is_skipped(tmp_path, recwarn):
     rows = "".join(f"{i / 4}\t{i}\t{'' if i == 5 else i}\t\n" for i in range(12))
     head = SECONDS.format(clock="10:00:00").replace("Channels\t1", "Channels\t3").replace("\tA\t", "\tA\tB\tC\t")
     path = write(tmp_path, HEAD.format(point=".", layout="One") + head + rows)
-    with pytest.raises(RecordError, match='"B": has no number at sample 5'):
-        cm.read(path, {"C": "skip"})
+    with pytest.warns(RecordNote, match='"B" lacks 1 of 12 numbers'):
+        assert [channel.size for channel in cm.read(path, {"C": "skip"})] == [6, 6]
+    recwarn.clear()
     [channel] = cm.read(path, {"B": "skip", "C": "skip"})
     np.testing.assert_array_equal(channel.value, np.arange(12))
     assert not recwarn.list

@@ -82,7 +82,9 @@ def test_groups_of_other_rates_and_a_channel_of_time(tmp_path):
 
 def test_tdms_without_a_rate(tmp_path):
     path = tdms(tmp_path, ChannelObject("g", "A", VALUE))
-    with pytest.raises(RecordError, match=r'a\.tdms: "A": does not say its time step; .* \(--fs\), .*\("A=skip"\)'):
+    with pytest.raises(
+        RecordError, match=r'a\.tdms: "A": does not say its sampling interval or rate; .* \(--fs\), .*\("A=skip"\)'
+    ):
         cm.read(path)
     assert cm.read(path, fs=100.0)[0].fs == 100.0
 
@@ -113,9 +115,38 @@ def test_mdf_at_uneven_times(tmp_path):
         assert cm.read(path, fs=64.0)[0].fs == 64.0
 
 
-def test_other_versions_of_mdf(tmp_path):
+@pytest.mark.parametrize("version", ["2.14", "3.00", "3.10", "3.30"])
+def test_other_versions_of_mdf(tmp_path, version):
+    group = [Signal(VALUE, np.arange(N) / 64, "g", "A"), Signal(np.arange(N, dtype="u2"), np.arange(N) / 64, "V", "B")]
+    one, other = cm.read(mdf(tmp_path, group, version=version))
+    assert told((one, other)) == [("A", "acceleration", "", 64.0, 0.0, N), ("B", "unknown", "V", 64.0, 0.0, N)]
+    np.testing.assert_array_equal(one.value, 9.80665 * VALUE)
+    np.testing.assert_array_equal(other.value, np.arange(N))
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        (lambda data: data[:66], "behind its end"),
+        (lambda data: data[: len(data) // 2], "not a whole MDF file"),
+        (lambda data: data[:68] + (64).to_bytes(4, "little") + data[72:], "holds no time records|not a whole MDF"),
+        (lambda data: data[:68] + (2**31).to_bytes(4, "little") + data[72:], "behind its end"),
+    ],
+)
+def test_damaged_files_of_mdf_3(tmp_path, change, part):
     path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")], version="3.30")
-    with pytest.raises(RecordError, match=r"is MDF 3\.30; version 4 is read: convert it with asammdf"):
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(RecordError, match=part):
+        cm.read(path)
+
+
+def test_a_list_of_mdf_3_without_an_end(tmp_path):
+    """The first link of a group of channels leads to the next; here to itself."""
+    path = mdf(tmp_path, [Signal(VALUE, np.arange(N) / 64, "g", "A")], version="3.30")
+    data = path.read_bytes()
+    first = int.from_bytes(data[68:72], "little")
+    path.write_bytes(data[: first + 4] + first.to_bytes(4, "little") + data[first + 8 :])
+    with pytest.raises(RecordError, match="leads back to itself"):
         cm.read(path)
 
 

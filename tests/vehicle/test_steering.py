@@ -219,7 +219,7 @@ ELSEWHERE = STEERING_SHAFT.replace(bushings=STEERING_SHAFT.bushings[:1])
     ("refused", "says"),
     [
         (lambda: parse_gap("0.2"), r'gap "0.2" has no unit.*0\.2deg'),
-        *((lambda text=text: parse_gap(text), GAP.format(text)) for text in ("", "-1deg", "1inch", "deg")),
+        *((lambda text=text: parse_gap(text), GAP.format(text)) for text in ("", "-1deg", "1lb", "deg")),
         (lambda: Steering(-0.1), RANGE),
         (lambda: Steering(float("nan")), RANGE),
         (lambda: Steering(fidelity="exact"), '"play" or an engine: engine "exact" is unknown; known: links, modal'),

@@ -20,6 +20,8 @@ NEAR = 1.35  # factor within which a gain is that of a unit
 SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity
 ALSO = 1.5  # more, by the share of such channels
 NO_UNIT = 6.0  # ln of the odds against a gain that is that of no unit
+GUESSED = ("m/s2", "mm/s2", "g", "m/s", "mm/s", "m", "mm", "um", "cm", "N", "mN", "kN", "MN")
+"""Units that a channel is guessed to be in: with many more, some unit would be near to any gain"""
 UNUSUAL = {
     "m/s2": 0.0,
     "g": 0.0,
@@ -99,7 +101,7 @@ def decide_units(
 
 def _candidates(quantity: str, said: bool) -> list[Unit]:
     """Units that a channel's numbers may have."""
-    units = UNITS[quantity]
+    units = {unit: factor for unit, factor in UNITS[quantity].items() if unit in GUESSED}
     if not said:
         return [Unit(factor, unit) for unit, factor in units.items() if unit in UNUSUAL]
     # Numbers in one unit that are read as if they were in another; SI units of a file are what is meant most often.

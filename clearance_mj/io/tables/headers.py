@@ -22,25 +22,20 @@ _TIME = re.compile(
     rf"(?:[ _-]?(?:in[ _])?((?<=[ _-])s|secs?|seconds|[mnuµμ]s(?:ec)?|{_UNIT}))?|({_UNIT})",
     re.IGNORECASE,
 )
-_OF_TIME = (*UNITS["time"], "sec", "msec", "usec", "nsec")
 _INDEX = re.compile(r"(?:samples?|scan|index|idx|point|row|record|n|nr|no|#)\.?(?: ?(?:no|nr|number|#)\.?)?", re.I)
+_NOT_MASS = [quantity for quantity in UNITS if quantity != "mass"]  # "t" is the name of time
 OTHER_UNITS = frozenset((
     "v", "mv", "a", "ma", "°c", "c", "degc", "deg c", "k", "°f", "pa", "kpa", "mpa", "bar", "mbar", "psi", "%", "rpm",
-    "1/min", "hz", "khz", "rad", "rad/s", "deg", "°", "°/s", "ue", "µe", "με", "µm/m", "um/m", "mm/m", "strain", "lb",
-    "lbf", "in", "in/s", "in/s2", "in/s²", "ft", "ft/s2", "nm", "knm", "w", "db", "eu", "-", "1", "mv/v", "ml", "l",
-    "kg", "volt", "volts", "pc", "h", "hh:mm:ss", "datetime", "utc", "raw", "counts", "none", "n/a",
+    "1/min", "hz", "khz", "rad", "rad/s", "deg", "°", "°/s", "ue", "µe", "με", "µm/m", "um/m", "mm/m", "strain", "nm",
+    "knm", "w", "db", "eu", "-", "1", "mv/v", "ml", "l", "kg", "volt", "volts", "pc", "h", "hh:mm:ss", "datetime",
+    "utc", "raw", "none", "n/a",
 ))  # fmt: skip
 """Labels, in lower case, that are a unit where they stand in round brackets or in a row of units"""
 
 
 def is_unit(label: str) -> bool:
     """Whether a label is that of a unit: one of ours, or one that loggers write."""
-    return (
-        bool(quantity_of(label))
-        or is_angular(label)
-        or label.replace("µ", "u").replace("μ", "u") in _OF_TIME
-        or label.lower() in OTHER_UNITS
-    )
+    return bool(quantity_of(label, _NOT_MASS)) or is_angular(label) or label.lower() in OTHER_UNITS
 
 
 def split_header(cell: str) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...core.errors import RecordError
+from ..gaps import is_code
 from .headers import is_unit
 from .stamps import STAMP
 
@@ -32,8 +33,8 @@ _NUMBER = {
     )
     for point, group in DECIMALS
 }
+_DIGITS = re.compile(r"\d")
 _LIKE_NUMBER = re.compile(r"[+-]?[\d.,][\d., '\xa0]*(?:[eE][+-]?\d+)?")
-_NO_NUMBER = re.compile(r"[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
 _UNITS = ("unit", "units", "einheit", "einheiten", "[unit]", "y_unit_label")
 _NUMBERS = ("channel", "channels", "ch", "no", "no.", "nr", "nr.", "number", "index", "kanal", "#", "")
 
@@ -62,7 +63,7 @@ class Style:
         """Return "n" for a number, "d" for a date or a clock time, "e" for an empty cell, "t" for text."""
         if not cell:
             return "e"
-        if _NUMBER[self.point, self.thousands].fullmatch(cell) or _NO_NUMBER.fullmatch(cell):
+        if _NUMBER[self.point, self.thousands].fullmatch(cell) or is_code(cell):
             return "n"
         return "d" if len(cell) < 50 and STAMP.fullmatch(cell) else "t"
 
@@ -107,7 +108,8 @@ def _try(lines: Sequence[str], separator: str) -> tuple[int, bool, Layout] | Non
         return None
     rows = _split(lines, filled, separator)
     style = _style(rows, separator)
-    kinds = [tuple(style.kind(cell) for cell in row) for row in rows]
+    # A row of dashes is a line below the names, although dashes may stand for a number.
+    kinds = [tuple(style.kind(cell) if any(map(_DIGITS.search, row)) else "t" for cell in row) for row in rows]
     begin, end = _longest(kinds)
     if begin == end:
         return None
@@ -230,6 +232,8 @@ def _is_row_of_units(row: Sequence[str], labelled_only: bool) -> bool:
 
 
 def _is_row_of_numbers(row: Sequence[str]) -> bool:
+    if not any(map(str.isalnum, "".join(row))):
+        return True  # a line of dashes
     counted = [cell for cell in row[1:] if cell]
     is_counted = bool(counted) and all(cell.isdecimal() for cell in counted)
     return is_counted and (row[0].lower() in _NUMBERS or row[0].isdecimal())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import RecordError
+from ..gaps import WORDS
 from .layout import BLANKS, Layout
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Body", "read_body"]
 
 TAIL = 2**16  # bytes at the end of a file in which lines are looked for that are no numbers
+_CODES = [sign + spelled for word in WORDS for sign in ("", "+", "-") for spelled in {word, word.upper(), word.title()}]
 _KINDS = {"n": "number", "d": "stamp", "t": "text"}
 
 
@@ -112,10 +114,15 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # numbers and text in one column
-            frame = pd.read_csv(plain, header=None, decimal=style.point, **options)
+            read = functools.partial(pd.read_csv, header=None, decimal=style.point, **options)
+            at = plain.tell()
+            found = Body(read(plain), data, begin, end, layout)
+            if any(dtype.kind not in "iuf" and found.kind(i) == "number" for i, dtype in enumerate(found.frame.dtypes)):
+                plain.seek(at)  # to look for codes takes a quarter more time, which most tables need not
+                found = Body(read(plain, na_values=_CODES), data, begin, end, layout)
+            return found
     except pd.errors.ParserError as error:
         raise _refusal(str(error), data[begin:end], layout) from None
-    return Body(frame, data, begin, end, layout)
 
 
 def _refusal(words: str, body: bytes, layout: Layout) -> RecordError:

@@ -29,9 +29,10 @@ from ...universal.kinds import named_sets
 from ...universal.mode_shapes import ModeShapes, mode_sets, read_modes
 from ..channels import Channel, ChannelHeader
 from ..contents import FileContents
+from ..gaps import gapless_channels
 from ..registry import Format, register
 from .frfs import frf_blocks, is_frf, read_frfs
-from .functions import channel_block, distinct_names, is_of_time, read_channel, read_channel_header, why_no_record
+from .functions import channel_block, distinct_names, is_of_time, read_channel_header, read_samples, why_no_record
 from .geometry import GEOMETRY_SETS, geometry_sets, read_geometry_blocks, rig_geometry
 from .spectra import read_spectra, spectra_blocks
 
@@ -125,7 +126,8 @@ def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileCo
         others.append(f)
         if why:
             notes.append(f"data set {f.number}: {why}; read as a function of time, not as a record")
-    channels = [read_channel(data, f, notes, name) for f, name in zip(records, distinct_names(records))]
+    parts = [read_samples(data, f, notes, name) for f, name in zip(records, distinct_names(records))]
+    channels = gapless_channels(parts, notes) if parts else []
     frfs, left = read_frfs(data, others, reference, notes)
     rest = [f for f in others if not is_frf(f) and f.kind != COHERENCE]
     spectra = read_spectra(data, [*rest, *left]) if reference is None or not frfs else []

@@ -24,6 +24,7 @@ from ...universal.dataset_58 import (  # fmt: skip
 )
 from ...universal.dataset_164 import time_measure
 from ..channels import Channel, ChannelHeader
+from ..gaps import Samples
 
 __all__ = [
     "abscissa",
@@ -31,8 +32,8 @@ __all__ = [
     "distinct_names",
     "is_of_time",
     "name_of",
-    "read_channel",
     "read_channel_header",
+    "read_samples",
     "why_no_record",
 ]
 
@@ -69,12 +70,15 @@ def read_channel_header(data: bytes, function: Function, notes: list[str], name:
     return ChannelHeader(name, int(node), direction, measure.quantity, size, fs, start, unit)
 
 
-def read_channel(data: bytes, function: Function, notes: list[str], name: str) -> Channel:
-    """Return the channel that a time function holds, in SI units where its quantity is known."""
-    header = read_channel_header(data, function, notes, name)
-    value = samples(data, function, time_measure(function, []).scale).real
+def read_samples(data: bytes, function: Function, notes: list[str], name: str) -> Samples:
+    """Return the numbers that a time function holds, and how they become a channel in SI units."""
+    header, scale = read_channel_header(data, function, notes, name), time_measure(function, []).scale
     place = header.node, header.direction, header.quantity
-    return Channel(header.name, *place, value, header.fs, header.start, header.unit)
+
+    def channel(value: np.ndarray, fs: float, start: float) -> Channel:
+        return Channel(header.name, *place, scale * value, fs, start, header.unit)
+
+    return Samples(name, samples(data, function).real, header.fs, header.start, channel)
 
 
 def name_of(function: Function) -> str:

@@ -1,0 +1,67 @@
+"""Sheets of Excel and OpenDocument, tables as in CSV files; by the package python-calamine."""
+
+from __future__ import annotations
+
+import zipfile
+from os import PathLike
+
+from ..core.checks import naming
+from ..core.errors import RecordError
+from ..core.files import TOO_DENSE, most_unpacked, plain_file
+from ..core.notes import note
+from ..signals.frf import FRF
+from .channels import Channel
+from .columns import Columns, Contents
+from .csv_tables import read_table
+from .registry import Format, register
+from .time_axis import Rate, Rates
+from .waveforms import Program
+
+__all__ = ["read_sheet"]
+
+CALAMINE = Program("python-calamine", "python_calamine", "a spreadsheet", "sheets")
+
+
+def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
+    """Read the time records or the FRFs of the first sheet that holds a table, as `read_csv` reads those of a text."""
+    import pandas as pd
+
+    notes: list[str] = []
+    reasons: list[str] = []
+    with naming(path):
+        CALAMINE.require()
+        try:
+            size = plain_file(path).stat().st_size
+            if zipfile.is_zipfile(path):
+                with zipfile.ZipFile(path) as file:
+                    if sum(part.file_size for part in file.infolist()) > most_unpacked(size):
+                        raise RecordError(TOO_DENSE)
+            sheets = pd.read_excel(path, None, header=None, dtype=object, na_filter=False, engine="calamine")
+        except RecordError:
+            raise
+        except OSError as error:
+            raise RecordError(error.strerror or str(error)) from None
+        except Exception as error:  # whatever the package raises of a damaged file
+            raise RecordError(f"not a whole spreadsheet: {' '.join(str(error).split())}") from None
+        for name, frame in sheets.items():
+            said = [f'sheet "{name}" of {len(sheets)}'] if len(sheets) > 1 else []
+            try:
+                contents = read_table(
+                    frame.to_csv(sep="\t", header=False, index=False).encode(), columns or {}, Rates(fs, resample, said)
+                )
+            except RecordError as error:
+                reasons.append(f'sheet "{name}": {error}')
+                continue
+            notes += said
+            break
+        else:
+            raise RecordError("; ".join(reasons) or "holds no sheet")
+    note(path, notes)
+    return contents
+
+
+register(Format(
+    "Excel", (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"), (Channel, FRF), read_sheet,
+    options=("columns", "fs", "resample"),
+    note='the first sheet with a table; needs python-calamine: `pip install "clearance-mj[sheets]"`',
+))  # fmt: skip
