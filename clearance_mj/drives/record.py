@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -155,7 +155,8 @@ class DriveRecord:
         columns, name = dict(columns or {}), Path(path).name.split(".")[0]
         if unknown := columns.keys() - QUANTITIES:
             raise RecordError(f'"{min(unknown)}" is no column of a drive; known: {", ".join(QUANTITIES)}')
-        table, notes, found = read_table(path), list[str](), dict[str, np.ndarray]()
+        table = {str(header): column for header, column in read_table(path).items()}
+        notes, found = list[str](), dict[str, np.ndarray]()
         times = sorted((h for h in table if is_time(split_header(h)[0])), key=lambda h: split_header(h)[0] != "time")
         names = {known: known for known in QUANTITIES} | dict.fromkeys(("time",), [*times, "time"][0]) | columns
         with naming(path):
@@ -164,7 +165,7 @@ class DriveRecord:
                     values = pd.to_numeric(table[header[0]], errors="coerce").to_numpy(dtype=float)
                     found[what] = values * _factor(what, *header, notes)
                 elif column != SKIP and (what in REQUIRED or what in columns):
-                    listed = ", ".join(map(str, table.columns))
+                    listed = ", ".join(table)
                     raise RecordError(f'no column "{column.removeprefix("-")}" ({what}); it has {listed}')
         time = found.pop("time")
         fs = _rate(time, str(path))
@@ -176,7 +177,7 @@ class DriveRecord:
         return cls(name, fs, *(found.get(what) for what in COLUMNS))  # type: ignore[arg-type]
 
 
-def _header(table: pd.DataFrame, what: str, column: str) -> tuple[str, float, str] | None:
+def _header(table: Iterable[str], what: str, column: str) -> tuple[str, float, str] | None:
     """The header of a column, 1 or -1 as it counts, and its unit: given with it, or that in the file; None of none."""
     known = {header: split_header(header) for header in table}
     for sign, given in ((1.0, column), (-1.0, column.removeprefix("-"))):

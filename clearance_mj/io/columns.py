@@ -36,7 +36,6 @@ EXAMPLES = ("time", "base", "force", "acc:1", "disp:6")
 Columns = Mapping[str, str] | None  # channels by header
 Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
-ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0}
 
 PULSES = "keyphasor"
 _PREFIX = {"acceleration": "acc", "velocity": "vel", "displacement": "disp", "force": "force"}
@@ -177,9 +176,9 @@ def _frf_column(index: int, name: str, unit: str | None, response: str, referenc
     (above, dof), (below, reference) = _place(response), _place(reference)
     part = part or ""
     if part == "phase":
-        if unit not in ANGLES:
-            raise RecordError(f"a phase needs its unit, [deg] or [rad], got {f'[{unit}]' if unit else 'none'}")
-        scale = ANGLES[unit]
+        if not unit:
+            raise RecordError("a phase needs its unit, [deg] or [rad], got none")
+        scale = unit_factor(unit, "angle")
     elif part == "coherence" or not unit:
         scale = 1.0
     else:

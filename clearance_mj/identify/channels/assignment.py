@@ -76,7 +76,9 @@ class Search:
         """Return whether the file leaves open that a channel is at a place."""
         return self.signals.quantities[channel] in (UNKNOWN, self.places[place].quantity)
 
-    def closest_assignments(self, stretch: float = 1.0, delays: Sequence[float] = (0.0,)) -> list[Assignment]:
+    def closest_assignments(
+        self, stretch: float = 1.0, delays: Sequence[float] | np.ndarray = (0.0,)
+    ) -> list[Assignment]:
         """Return for each channel that may be the excitation the assignment most like the rig, the likeliest first.
 
         Parameters

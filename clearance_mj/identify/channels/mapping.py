@@ -98,16 +98,15 @@ def map_channels(
             notes.append(words)
         judge, units = judged(search, best)
         if judge.misfit > FITS and judge.enough and (late := _late(search, judge.misfit)):
-            search, best, judge, units, said = late
-            notes = said
+            search, best, judge, units, notes = late
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
-    found = _Answer(search, judge, units, rivals, best, notes).written()
-    used = {name for name, given in found.channels.items() if given != SKIP}
-    faults = [(n, channel_faults([c for c in channels if c.name in used], False)) for n, channels in named]
-    words = (f"{name}: {fault}" for name, found_there in faults for fault in found_there)
-    return dataclasses.replace(found, notes=(*found.notes, *words))
+    answer = _Answer(search, judge, units, rivals, best, notes).written()
+    used = {name for name, given in answer.channels.items() if given != SKIP}
+    faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
+    said = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
+    return dataclasses.replace(answer, notes=(*answer.notes, *said))
 
 
 def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
