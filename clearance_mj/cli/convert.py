@@ -39,7 +39,14 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
     )  # fmt: skip
-    option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart")
+    option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1) with lines this far apart")
+    option(
+        "--window", choices=("hann", "boxcar"),
+        help="of the segments of --frf (default: hann; of hits none, on segments that begin with them)",
+    )  # fmt: skip
+    option(
+        "--kind", choices=("base", "force"), help="what drove a record (default: the rig's shaker, or what is there)"
+    )
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
     option("--role", help="of the records of a dataset: identify, validate or sine (default: identify)")
@@ -83,6 +90,8 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
     if options.band and not options.frf:
         raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
+    if options.window and not options.frf:
+        raise ClearanceError(f"{out}: --window is for --frf")
     read = [*inputs, *([options.rig] if options.rig else [])]
     out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
     beside = out.with_name(f"{out.name}{BESIDE}")
@@ -143,6 +152,7 @@ def _is_readable(path: Path) -> bool:
 
 def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace) -> FRF:
     from ..io.dataset import Record
+    from ..io.formats import driving_kind
     from ..signals.frf import FRF, estimate_frf
     from ..signals.response import Response
 
@@ -152,10 +162,12 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
         if isinstance(obj, list):
             if rig is None:
                 raise RecordError("--frf needs --rig, which says which channels are sensors and what drives them")
-            obj = Record("record", "identify", rig, obj[0].fs, obj, rig.shaker.kind).response()
+            kind = options.kind or driving_kind(obj, rig)
+            obj = Record("record", "identify", rig, obj[0].fs, obj, kind).response()
         if not isinstance(obj, Response):
             raise RecordError("holds no time records, which --frf needs")
-        return estimate_frf(obj, resolution=options.frf, band=tuple(options.band) if options.band else None)
+        band = tuple(options.band) if options.band else None
+        return estimate_frf(obj, resolution=options.frf, band=band, window=options.window)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
 
@@ -247,6 +259,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         channel_map=load_map(options),
         level=options.level,
         band=band,
+        kind=options.kind,
     )
     made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
     record = dataclasses.replace(record, provenance=made | record.provenance)

@@ -6,7 +6,7 @@ Each format is a file that registers itself, see `clearance_mj.io.registry`; tho
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -15,6 +15,7 @@ from ..clearance.law import Law
 from ..clearance.law_files import load_law
 from ..core.checks import naming
 from ..core.errors import RecordError
+from ..core.notes import note
 from ..rig import Rig
 from ..signals.ema import Modes
 from ..signals.frf import FRF
@@ -25,13 +26,15 @@ from . import csv_tables, lvm, mat, mdf, results, tdms, uff
 from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
-from .dataset import Dataset, Record
+from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
+from .record import Kind
 from .registry import FORMATS, WORDS, Format, format_of, register
 
 __all__ = [
     "FORMATS",
     "Contents",
     "Format",
+    "driving_kind",
     "format_of",
     "read",
     "read_channels",
@@ -148,19 +151,42 @@ def read_record(
     fs: float | None = None,
     units: str | None = None,
     channel_map: ChannelMap | None = None,
+    kind: Kind | None = None,
     **described: Any,
 ) -> Record:
     """Read a file with the time records of one test on a rig, which is named after the file.
 
-    ``columns``, ``fs``, ``units`` and ``channel_map`` as `read_channels` takes them; ``described``: description, level,
-    seed, band of `Record`.
+    ``columns``, ``fs``, ``units`` and ``channel_map`` as `read_channels` takes them; ``kind``: of the excitation, else
+    what the rig's shaker does, or the other input if that alone was recorded; ``described``: description, level, seed,
+    band of `Record`.
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
-        return Record(name, role, rig, channels[0].fs, channels, rig.shaker.kind, provenance=origin, **described)
+        driven = kind or driving_kind(channels, rig)
+        return Record(name, role, rig, channels[0].fs, channels, driven, provenance=origin, **described)
+
+
+def driving_kind(channels: Sequence[Channel], rig: Rig) -> Kind:
+    """Return what drove a test: what the rig's shaker does, or the other input if that alone was recorded.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        What was recorded.
+    rig : Rig
+        The rig; its shaker says where a force acts.
+    """
+    recorded = {(c.node, c.quantity) for c in channels}
+    if rig.shaker.kind == "force":
+        return "force" if (SHAKER_NODE, "force") in recorded or (BASE_NODE, "acceleration") not in recorded else "base"
+    if (BASE_NODE, "acceleration") in recorded or (SHAKER_NODE, "force") not in recorded:
+        return "base"
+    if rig.shaker.position is None:
+        raise RecordError("a force drives this record, and the rig does not say where: give [shaker] its position")
+    return "force"
 
 
 def read_frf(
@@ -239,6 +265,8 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         raise RecordError(
             f"{path}: {known.name} files cannot take {WORDS.get(_kind(obj), type(obj).__name__)}{instead}"
         )
+    if isinstance(obj, FRF) and obj.window_rate and known.name in ("CSV", "MATLAB"):
+        note(path, [f"has no place for the exponential window of the FRFs, {obj.window_rate:.4g} 1/s; .uff has"])
     if known.geometry:
         known.write(path, obj, rig)
     else:
