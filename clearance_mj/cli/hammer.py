@@ -62,10 +62,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     rig, count = Rig.load(options.rig) if options.rig else None, len(options.records)
     if wrong := [given for given in (options.at, options.sensor_at) if len(given) not in (0, 1, count)]:
         raise ClearanceError(f"{' '.join(wrong[0])}: give one place, or one for each of the {count} files")
-    places = [
-        [(given * count)[i] if given else None for given in (options.at, options.sensor_at)] for i in range(count)
-    ]
-    records = [_record(path, rig, *place, options) for path, place in zip(options.records, places)]
+    both = (options.at, options.sensor_at)
+    ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in both)
+    records = [_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
     try:
         settings = {name: getattr(options, name) for name in SETTINGS}
         test = hammer_frf(records, band=tuple(options.band) if options.band else None, **settings)
@@ -92,7 +91,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return result
 
 
-def _record(path: Path, rig: Rig | None, at: str | None, place: str | None, options: argparse.Namespace) -> Response:
+def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, options: argparse.Namespace) -> Response:
     """The force and the accelerations of a file."""
     import numpy as np
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["HammerTest", "hammer_frf"]
 
 DECAYED_TO = 0.01  # what that window takes it down to
+SHOWN = 6  # lengths of a touch that its figure shows
 WEAKEST = 0.1  # of the force's strongest line (-20 dB): where the band of the FRFs ends
 
 
@@ -47,9 +48,38 @@ class HammerTest:
 
     def plot(self) -> Figure:
         """Draw the forces with their hits, the blocks, and the force's spectrum; ``frf.plot()`` draws the FRFs."""
-        from .hammer_figure import hammer_figure
+        from ..core.drawing import ALARM, COLOURS, REPEAT, TEST, canvas, envelope, tidy
 
-        return hammer_figure(self)
+        figure, first = canvas(4.6), self.blocks[0]
+        (hits, pulses), (response, spectrum) = figure.subplots(2, 2)
+        starts = np.cumsum([0.0, *(record.duration for record in self.records)])
+        for start, record in zip(starts, self.records):
+            hits.plot(*envelope(start + record.time, record.excitation), color=TEST, lw=0.7)
+        for faulty, marker, colour, label in ((False, "o", COLOURS[0], "averaged"), (True, "x", ALARM, "left out")):
+            at = [(starts[hit.record] + hit.time, hit.peak) for hit in self.hits if bool(hit.fault) == faulty]
+            if at:
+                hits.plot(*zip(*at), marker, color=colour, ms=5, label=f"{label}: {len(at)}")
+        used = [hit for hit in self.hits if not hit.fault]
+        for hit, block in zip(used, self.blocks):
+            record, width = self.records[hit.record], hit.pulse[1] - hit.pulse[0]
+            part = np.arange(
+                max(0, hit.start, hit.pulse[0] - width), min(hit.pulse[0] + SHOWN * width, record.excitation.size)
+            )
+            time = 1e3 * (part - hit.pulse[0]) / record.fs
+            pulses.plot(time, record.excitation[part], color=REPEAT, lw=1.6)
+            pulses.plot(time, block.excitation[part - hit.start], color=COLOURS[0], lw=0.8)
+        response.plot(*envelope(first.time, first.acceleration[0]), color=TEST, lw=0.7)
+        frequency, level = self.spectrum
+        spectrum.plot(frequency, 20 * np.log10(np.maximum(level, 1e-6)), color=COLOURS[0], lw=1.0)
+        spectrum.axvspan(*self.frf.frequency[[0, -1]], color=REPEAT, alpha=0.25, lw=0, label="lines of the FRFs")
+        spectrum.set_ylim(-60, 3)
+        tidy(hits, "Hits", "Force (N)", "Time (s)")
+        tidy(pulses, "Touches that are averaged (grey: without windows)", "Force (N)", "Time (ms)")
+        tidy(response, "First block that is averaged", f"Acceleration {self.frf.responses[0]} (m/s²)", "Time (s)")
+        tidy(spectrum, "Force over frequency", "Level (dB)", "Frequency (Hz)")
+        for ax in (hits, spectrum):
+            ax.legend(fontsize=7, frameon=False)
+        return figure
 
 
 @checks_kinds
