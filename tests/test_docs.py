@@ -306,3 +306,12 @@ def test_structures():
     for text in files:
         rig = Rig.from_dict(tomllib.loads(text))
         assert np.all(natural_frequencies(rig, 3) > 1)
+
+
+@pytest.mark.slow
+def test_hammer(tmp_path):
+    """The modes that the page states of its beam are found."""
+    out = run_python("hammer.md", tmp_path)
+    found = [float(number) for number in re.findall(r"[\d.]+", out)]
+    assert found[::2] == pytest.approx([18, 72, 162, 288], rel=1e-3)
+    assert found[1::2] == pytest.approx([0.8, 0.6, 0.5, 0.7], rel=0.03)

@@ -43,6 +43,7 @@ for _module in (
         "compare",
         "show",
         "convert",
+        "hammer",
         "modes",
     ),
     *("calibrate", "update_rig", "place", "sweep", "production", "response", "backbone", "rattle_map", "peaks", "life"),

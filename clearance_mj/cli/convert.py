@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig, Spin
     from ..signals.frf import FRF
 
-OF_DATASET = ("role", "level", "kind", "spin", "pulses")
+OF_DATASET = ("role", "level", "spin", "pulses")
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +49,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
     )  # fmt: skip
-    option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1, Hann) with lines this far apart")
+    option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1) with lines this far apart")
+    option(
+        "--window", choices=("hann", "boxcar"),
+        help="of the segments of --frf (default: hann; of hits none, on segments that begin with them)",
+    )  # fmt: skip
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
     option("--role", help="of the records of a dataset: identify, validate, sine or orbit (default: identify)")
@@ -101,6 +105,10 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
     if options.band and not options.frf:
         raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
+    if options.window and not options.frf:
+        raise ClearanceError(f"{out}: --window is for --frf")
+    if options.kind and not options.frf:
+        raise ClearanceError(f"{out}: --kind is for --frf and for a dataset folder (no suffix)")
     read = [*inputs, *([options.rig] if options.rig else [])]
     out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
     beside = out.with_name(f"{out.name}{BESIDE}")
@@ -163,6 +171,7 @@ def _is_readable(path: Path) -> bool:
 
 def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace) -> FRF:
     from ..io.dataset import Record
+    from ..io.formats import driving_kind
     from ..signals.frf import FRF, estimate_frf
     from ..signals.response import Response
 
@@ -172,10 +181,12 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
         if isinstance(obj, list):
             if rig is None:
                 raise RecordError("--frf needs --rig, which says which channels are sensors and what drives them")
-            obj = Record("record", "identify", rig, obj[0].fs, obj, rig.shaker.kind).response()
+            kind = options.kind or driving_kind(obj, rig)
+            obj = Record("record", "identify", rig, obj[0].fs, obj, kind).response()
         if not isinstance(obj, Response):
             raise RecordError("holds no time records, which --frf needs")
-        return estimate_frf(obj, resolution=options.frf, band=tuple(options.band) if options.band else None)
+        band = tuple(options.band) if options.band else None
+        return estimate_frf(obj, resolution=options.frf, band=band, window=options.window)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from . import csv_tables, lvm, mat, mdf, results, sheets, tdms, uff
 from .channel_map import ChannelMap
 from .channels import Channel
 from .contents import FileContents, picked
-from .dataset import Dataset, Record
+from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
 from .record import Kind, Role
 from .registry import FORMATS, WORDS, Format, format_of, register
 from .time_axis import on_one_axis
@@ -36,6 +36,7 @@ __all__ = [
     "FORMATS",
     "Contents",
     "Format",
+    "driving_kind",
     "format_of",
     "read",
     "read_channels",
@@ -180,16 +181,36 @@ def read_record(
     """Read a file with the time records of one test on a rig, which is named after the file.
 
     ``columns``, ``fs``, ``units``, ``channel_map`` and ``resample`` as `read_channels` takes them; ``kind`` of
-    excitation, by default as the rig's shaker, and of orbits "spin"; ``described``: description, level, seed, band,
-    spin of `Record`.
+    excitation, by default "spin" of orbits, else what the rig's shaker does, or the other input if that alone was
+    recorded; ``described``: description, level, seed, band, spin of `Record`.
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map, resample)
     name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
-        kind = kind or ("spin" if role == "orbit" else rig.shaker.kind)
-        return Record(name, role, rig, channels[0].fs, channels, kind, provenance=origin, **described)
+        driven = kind or ("spin" if role == "orbit" else driving_kind(channels, rig))
+        return Record(name, role, rig, channels[0].fs, channels, driven, provenance=origin, **described)
+
+
+def driving_kind(channels: Sequence[Channel], rig: Rig) -> Kind:
+    """Return what drove a test: what the rig's shaker does, or the other input if that alone was recorded.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        What was recorded.
+    rig : Rig
+        The rig; its shaker says where a force acts.
+    """
+    recorded = {(c.node, c.quantity) for c in channels}
+    if rig.shaker.kind == "force":
+        return "force" if (SHAKER_NODE, "force") in recorded or (BASE_NODE, "acceleration") not in recorded else "base"
+    if (BASE_NODE, "acceleration") in recorded or (SHAKER_NODE, "force") not in recorded:
+        return "base"
+    if rig.shaker.position is None:
+        raise RecordError("a force drives this record, and the rig does not say where: give [shaker] its position")
+    return "force"
 
 
 def read_frf(
@@ -268,6 +289,8 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         raise RecordError(
             f"{path}: {known.name} files cannot take {WORDS.get(_kind(obj), type(obj).__name__)}{instead}"
         )
+    if isinstance(obj, FRF) and obj.window_rate and known.name in ("CSV", "MATLAB"):
+        note(path, [f"has no place for the exponential window of the FRFs, {obj.window_rate:.4g} 1/s; .uff has"])
     if known.geometry:
         known.write(path, obj, rig)
     else:

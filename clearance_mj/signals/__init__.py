@@ -16,6 +16,7 @@ from .excitation import Excitation
 from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references
 from .frf_error import random_db, random_error
 from .full_spectra import FullSpectrum, SpeedCascade, full_spectrum, speed_cascade
+from .hammer import HammerTest, hammer_frf
 from .nonlinear import BestLinear, best_linear, stepped_harmonics
 from .orbits import FilteredOrbit, Orbits, orbits_by_turn, shaft_angle
 from .psd import PSD
@@ -28,9 +29,10 @@ from .stepped_sines import SineSteps, sine_steps
 
 __all__ = [
     "FRF", "PSD", "Alignment", "BestLinear", "Comparison", "DirectionalFRF", "Excitation", "FilteredOrbit",
-    "FullSpectrum", "Modes", "Orbits", "QuarterCar", "Response", "Road", "SineSteps", "Spectra", "SpeedCascade",
-    "accelerance", "align", "best_linear", "compare", "convert_quantity", "csac", "csf", "directional_frfs",
-    "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac", "frf_from_spectra", "full_spectrum",
-    "join_references", "mac", "mre", "orbits_by_turn", "random_db", "random_error", "relative_error", "rmse_db",
-    "road_psd", "shaft_angle", "sine_steps", "speed_cascade", "stepped_harmonics", "with_quantity",
+    "FullSpectrum", "HammerTest", "Modes", "Orbits", "QuarterCar", "Response", "Road", "SineSteps", "Spectra",
+    "SpeedCascade", "accelerance", "align", "best_linear", "compare", "convert_quantity", "csac", "csf",
+    "directional_frfs", "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac",
+    "frf_from_spectra", "full_spectrum", "hammer_frf", "join_references", "mac", "mre", "orbits_by_turn", "random_db",
+    "random_error", "relative_error", "rmse_db", "road_psd", "shaft_angle", "sine_steps", "speed_cascade",
+    "stepped_harmonics", "with_quantity",
 ]  # fmt: skip

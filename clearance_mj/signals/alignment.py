@@ -74,7 +74,7 @@ def convert_quantity(frf: FRF, quantity: str) -> FRF:
             f"{frf.quantity} cannot be made {quantity}: one is over a force, the other over a motion of the base"
         )
     frf = _moving(frf) if power < 0 else frf
-    value = frf.value * (2j * np.pi * frf.frequency) ** power
+    value = frf.value * (frf.window_rate + 2j * np.pi * frf.frequency) ** power
     return dataclasses.replace(frf, value=value, quantity=quantity)
 
 
@@ -127,6 +127,9 @@ def align(test: FRF, model: FRF) -> Alignment:
         require_quantity(model)
         notes.append(f"the model's {model.quantity} is converted to the test's {test.quantity}")
         model = convert_quantity(model, test.quantity)
+    if test.window_rate != model.window_rate:
+        rates = f"{test.window_rate:g} and {model.window_rate:g} 1/s"
+        notes.append(f"test and model are under exponential windows of {rates}: their peaks differ by these")
     columns = _partners("reference", test.references, model.references, notes)
     rows = _partners("response", test.responses, model.responses, notes)
     of_test, of_model = np.ix_(rows[0], columns[0]), np.ix_(rows[1], columns[1])
@@ -176,7 +179,7 @@ def _picked(frf: FRF, block: Block, common: np.ndarray, signs: np.ndarray, label
 
     value = pick(signs[:, :, None] * frf.value[block])
     coherence = None if frf.coherence is None else pick(frf.coherence[block])
-    return FRF(frf.frequency, value, coherence, *labels, frf.quantity, frf.unit_label, frf.averages)
+    return FRF(frf.frequency, value, coherence, *labels, frf.quantity, frf.unit_label, frf.averages, frf.window_rate)
 
 
 def _left(frf: FRF, block: Block, common: np.ndarray) -> Labels:

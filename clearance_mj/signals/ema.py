@@ -111,7 +111,7 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
     frf : FRF
         Accelerations over base acceleration, H = 1 + ω² Σ ..., or over force: both are s² times a sum over modes,
         plus what the modes outside the band and the motion of the base leave. Of several references, each pair of
-        response and reference is a row of the shapes.
+        response and reference is a row of the shapes. The damping of their exponential window is taken out.
     n_modes : int
         Largest number of modes to return; fewer come back if fewer stand out of the noise, none from noise alone.
     band : (float, float), optional
@@ -128,9 +128,9 @@ def extract_modes(frf: FRF, n_modes: int = 4, band: tuple[float, float] | None =
     frf = frf.within(band) if band else frf
     max_order = _usable_order(frf, n_modes, max_order)
     value = frf.functions
-    fit = ModalFit(frf.frequency, value, line_weight(value))
+    fit = ModalFit(frf.frequency, value, line_weight(value), frf.window_rate)
 
-    candidates, persistence = _cluster(_stable_poles(frf.frequency, value, max_order), max_order - MIN_ORDER)
+    candidates, persistence = _cluster(_stable_poles(frf, value, max_order), max_order - MIN_ORDER)
     poles = _refine(fit, _strongest(fit, candidates, persistence, n_modes))
     return _modes(frf, fit, _with_noisy(fit, poles, n_modes))
 
@@ -146,7 +146,7 @@ def refitted_modes(frf: FRF, modes: Modes) -> Modes:
         Where to begin.
     """
     value = frf.functions
-    fit = ModalFit(frf.frequency, value, line_weight(value))
+    fit = ModalFit(frf.frequency, value, line_weight(value), frf.window_rate)
     poles = poles_of(np.log(np.concatenate((modes.frequency / frf.frequency[-1], modes.damping))))
     return _modes(frf, fit, _refine(fit, poles))
 
@@ -182,14 +182,14 @@ def _near(a: np.ndarray, b: np.ndarray, limits: tuple[float, float]) -> np.ndarr
     return (frequency < limits[0]) & (damping < limits[1])
 
 
-def _stable_poles(frequency: np.ndarray, value: np.ndarray, max_order: int) -> np.ndarray:
+def _stable_poles(frf: FRF, value: np.ndarray, max_order: int) -> np.ndarray:
     """Poles that stay from one order of the common denominator to the next, over the highest frequency of the band.
 
     LSCF: Σ |N_o(z) - H_o D(z)|² is least over the numerators N_o and the denominator D, polynomials in z with
     complex coefficients; the band is spread over the unit circle, where the powers of z are nearly orthogonal.
     """
-    first, last = frequency[0], frequency[-1]
-    angle = 2 * np.pi * CIRCLE * (frequency - first) / (last - first)
+    first, last = frf.frequency[0], frf.frequency[-1]
+    angle = 2 * np.pi * CIRCLE * (frf.frequency - first) / (last - first)
     turning = np.exp(1j * np.outer(angle, np.arange(-max_order, max_order + 1)))
     # Products of two powers of z depend on the difference of the powers alone. (einsum: BLAS would start threads)
     factors = np.vstack((np.ones(angle.size), np.sum(np.abs(value) ** 2, axis=0), value))
@@ -206,7 +206,7 @@ def _stable_poles(frequency: np.ndarray, value: np.ndarray, max_order: int) -> n
     for order in range(MIN_ORDER, max_order + 1):
         roots = _denominator_roots(normal[order, : order + 1, : order + 1])
         turns = (np.log(np.abs(roots)) + 1j * np.mod(np.angle(roots), 2 * np.pi)) / (2 * np.pi * CIRCLE)
-        poles = (turns * (last - first) + 1j * first) / last
+        poles = (turns * (last - first) + 1j * first + frf.window_rate / (2 * np.pi)) / last
         damping, frequency = damping_of(poles), np.abs(poles)
         poles = poles[(damping > 0) & (damping < LARGEST_DAMPING) & (frequency >= first / last) & (frequency <= 1)]
         stable.append(poles[_near(poles, previous, STABLE).any(axis=1)])

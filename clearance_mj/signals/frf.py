@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike
 from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
+from ..core.notes import note
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
+from .hits import hit_blocks, is_impulsive
 from .labelled import UNITS
 from .response import Response
 from .welch import ESTIMATORS, WINDOWS, Band, Welch, lines_within
@@ -60,6 +62,9 @@ class FRF(Shown, ArrayData):
     """unit in its file of an FRF whose quantity is unknown"""
     averages: float | None = field(default=None, compare=False)
     """independent averages that the estimate is made of; None: not known, as of most files"""
+    window_rate: float = 0.0
+    """1/s, of the exponential window that is in the FRF: it is H(jω + rate), and its peaks look as much more damped;
+    `extract_modes` and `structure.modes_from_frf` take it out"""
 
     def __post_init__(self) -> None:
         frequency, value = read_only(self.frequency), read_only(_with_inputs(self.value), complex)
@@ -143,7 +148,7 @@ class FRF(Shown, ArrayData):
         if coherence is not None and np.isnan(coherence).all():
             coherence = None
         responses = tuple(self.responses[i] for i in rows)
-        what = responses, (reference,), self.quantity, self.unit_label, self.averages
+        what = responses, (reference,), self.quantity, self.unit_label, self.averages, self.window_rate
         return FRF(self.frequency, self.value[rows, j], coherence, *what)
 
     def _overview(self) -> Overview:
@@ -209,6 +214,8 @@ class FRF(Shown, ArrayData):
         coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
         if self.averages:
             attributes |= {"averages": self.averages}
+        if self.window_rate:
+            attributes |= {"window_rate": self.window_rate}
         found = labelled.dataset("frf", variables, coordinates, attributes)
         found["value"].attrs["long_name"] = self.quantity
         return found
@@ -231,8 +238,8 @@ class FRF(Shown, ArrayData):
             raise RecordError(f"needs different references, got {', '.join(references)}")
         frequency, quantity = labelled.values(ds, "frequency", "frequency"), str(labelled.attribute(ds, "quantity"))
         unit, averages = str(ds.attrs.get("unit_label", "")), ds.attrs.get("averages")
-        known = float(averages) if averages else None
-        return cls(frequency, value, coherence, responses, references, quantity, unit, known)
+        known, rate = float(averages) if averages else None, float(ds.attrs.get("window_rate", 0.0))
+        return cls(frequency, value, coherence, responses, references, quantity, unit, known, rate)
 
 
 def _with_inputs(value: ArrayLike) -> np.ndarray:
@@ -242,12 +249,12 @@ def _with_inputs(value: ArrayLike) -> np.ndarray:
 
 
 def join_references(frfs: Sequence[FRF]) -> FRF:
-    """Put FRFs to different references into one; pairs of which there is none become nan.
+    """Put FRFs to different references, or of different responses, into one; pairs of which there is none become nan.
 
     Parameters
     ----------
     frfs : sequence of FRF
-        FRFs on the same lines and of one quantity; others raise RecordError.
+        FRFs on the same lines and of one quantity; others raise RecordError, and so does a pair that comes twice.
     """
     first, *others = frfs
     if not others:
@@ -259,21 +266,24 @@ def join_references(frfs: Sequence[FRF]) -> FRF:
             raise RecordError(f"{pair} are {one} and {other}; needs one quantity")
         if not np.array_equal(frf.frequency, first.frequency):
             raise RecordError(f"{pair} are not on the same lines")
+        if frf.window_rate != first.window_rate:
+            raise RecordError(f"{pair} are under different exponential windows")
     responses = tuple(dict.fromkeys(label for frf in frfs for label in frf.responses))
-    references = tuple(label for frf in frfs for label in frf.references)
+    references = tuple(dict.fromkeys(label for frf in frfs for label in frf.references))
     value = np.full((len(responses), len(references), first.frequency.size), complex(np.nan, np.nan))
     coherence = np.full(value.shape, np.nan)
-    column = 0
+    taken = np.zeros(value.shape[:2], dtype=bool)
     for frf in frfs:
-        rows = [responses.index(label) for label in frf.responses]
-        columns = slice(column, column + len(frf.references))
-        value[rows, columns] = frf.value
-        if frf.coherence is not None:
-            coherence[rows, columns] = frf.coherence
-        column = columns.stop
+        for i, j in np.argwhere(frf.measured):
+            at = responses.index(frf.responses[i]), references.index(frf.references[j])
+            if taken[at]:
+                raise RecordError(f"the FRF of {frf.responses[i]} to {frf.references[j]} comes twice")
+            value[at], taken[at] = frf.value[i, j], True
+            if frf.coherence is not None:
+                coherence[at] = frf.coherence[i, j]
     known = any(frf.coherence is not None for frf in frfs)
     averages = first.averages if len({frf.averages for frf in frfs}) == 1 else None
-    what = responses, references, first.quantity, first.unit_label, averages
+    what = responses, references, first.quantity, first.unit_label, averages, first.window_rate
     return FRF(first.frequency, value, coherence if known else None, *what)
 
 
@@ -284,13 +294,14 @@ def estimate_frf(
     resolution: float = 0.5,
     overlap: float = 0.5,
     band: Band | None = None,
-    window: str = "hann",
+    window: str | None = None,
 ) -> FRF:
     """Estimate the FRFs of a record by averaging over windowed segments (Welch).
 
-    A constant offset of a channel reaches only the lines 0 and 1, so none is removed. For hammer hits and
-    burst random take ``window="boxcar"``, ``overlap=0`` and 1 / (time from hit to hit) as the resolution:
-    every segment then holds one hit and its whole decay.
+    A constant offset of a channel reaches only the lines 0 and 1, so none is removed. Of an excitation that is
+    hits, segments begin with the hits and have no window, see `hammer_frf`; a `RecordNote` says so, and what is
+    left out. For burst random take ``window="boxcar"``, ``overlap=0`` and 1 / (time from burst to burst) as the
+    resolution: every segment then holds one burst and its whole decay.
 
     Parameters
     ----------
@@ -305,8 +316,9 @@ def estimate_frf(
         Share of a segment that the next one repeats, 0 <= overlap < 1.
     band : (float, float), optional
         Lines to return, Hz; else the band of the record's excitation, or every line if that is not known.
-    window : {"hann", "boxcar"}
-        Periodic Hann, or none.
+    window : {"hann", "boxcar"}, optional
+        Periodic Hann, or none, on segments that follow one another from the first sample on. If left out: Hann, but
+        of hits see above.
 
     Returns
     -------
@@ -324,7 +336,12 @@ def estimate_frf(
     Bendat and Piersol, Random Data, 4th ed., 2010, chapters 6, 9 and 11; Hv: Rocklin, Crowley and Vold,
     A comparison of H1, H2, and Hv frequency response functions, IMAC 3, 1985.
     """
-    return estimate_frf_blocks([resp], estimator, resolution, overlap, band, window)
+    if window is None and is_impulsive(resp.excitation, resp.fs):
+        blocks, words = hit_blocks(resp, resolution)
+        note(f"the excitation {resp.reference}", words)
+        if blocks:
+            return estimate_frf_blocks(blocks, estimator, resolution, 0.0, band or resp.band, "boxcar")
+    return estimate_frf_blocks([resp], estimator, resolution, overlap, band, window or "hann")
 
 
 def estimate_frf_blocks(

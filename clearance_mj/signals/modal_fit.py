@@ -19,10 +19,11 @@ class ModalFit:
     """The modal model of FRFs as a least-squares problem: linear in the residues, nonlinear in the poles.
 
     H_o = Σ s² (A_o / (s - p) + A_o* / (s - p*)) + B_o0 + B_o2 s² + B_o4 s⁴, s and p over the highest frequency.
+    FRFs under an exponential window of a rate, 1/s, are those at s = jω + rate.
     """
 
-    def __init__(self, frequency: np.ndarray, value: np.ndarray, weight: np.ndarray) -> None:
-        self.s = 1j * frequency[:, None] / frequency[-1]
+    def __init__(self, frequency: np.ndarray, value: np.ndarray, weight: np.ndarray, rate: float = 0.0) -> None:
+        self.s = (rate / (2 * np.pi) + 1j * frequency[:, None]) / frequency[-1]
         self.weight = weight[:, None]
         self.target = self.weighted(value.T)
         """(2 n_f, n_sensors)"""

@@ -169,7 +169,7 @@ def _accelerance(frf: FRF, names: dict[str, str]) -> FRF:
     finite = np.isfinite(frf.functions[:, lines]).all(axis=0)
     if not finite.all():
         raise RecordError(f"the FRF is not finite at {frf.frequency[lines][np.argmin(finite)]:g} Hz")
-    power = (2j * np.pi * frf.frequency[lines]) ** INTEGRATED[above]
+    power = (frf.window_rate + 2j * np.pi * frf.frequency[lines]) ** INTEGRATED[above]
     references = tuple(names.get(name, name) for name in frf.references)
     value = frf.value[..., lines] * power
     return replace(
@@ -201,7 +201,7 @@ def _structure(frf: FRF, pairs: list[Pair], frequency: np.ndarray, damping: np.n
     omega = 2 * np.pi * frequency
     poles = omega / last * (-damping + 1j * np.sqrt(1 - damping**2))
     value = sign[:, None] * frf.functions
-    fit = ModalFit(frf.frequency, value, line_weight(value))
+    fit = ModalFit(frf.frequency, value, line_weight(value), frf.window_rate)
     residues = fit.residues(poles)
     shapes = [_shape((a * 2j * p.imag).real, at, len(places)) for a, p in zip(residues, poles)]
     kept = np.array([shape is not None for shape in shapes])
@@ -250,9 +250,9 @@ def _shape(product: np.ndarray, at: np.ndarray, size: int) -> np.ndarray | None:
     return scipy.optimize.least_squares(lambda phi: phi[at[:, 0]] * phi[at[:, 1]] - product, start, slopes).x
 
 
-def _modal(w: np.ndarray, products: np.ndarray, omega: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """(n_functions, n_f) accelerance of modes with products φ_a φ_b (n_functions, n) at ω (n_f,)."""
-    return products @ (-(w**2) / (omega[:, None] ** 2 - w**2 + 2j * (damping * omega)[:, None] * w))
+def _modal(s: np.ndarray, products: np.ndarray, omega: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """(n_functions, n_f) accelerance of modes with products φ_a φ_b (n_functions, n) at s = jω (n_f,)."""
+    return products @ (s**2 / (omega[:, None] ** 2 + s**2 + 2 * (damping * omega)[:, None] * s))
 
 
 def _rest(
@@ -266,7 +266,7 @@ def _rest(
 ) -> tuple[np.ndarray, list[int], np.ndarray]:
     """Residual flexibility (n_dofs, n_loads), its loads, and shapes (n_dofs, k) of modes below the band."""
     w = fit.s[:, 0].imag * last
-    left = value - _modal(w, phi[at[:, 0]] * phi[at[:, 1]], omega, damping)
+    left = value - _modal(fit.s[:, 0] * last, phi[at[:, 0]] * phi[at[:, 1]], omega, damping)
     columns = np.column_stack(
         (w**2 / (w**2 - (LOW_RATIO * w[0]) ** 2), -(w**2) / (1 - (w / (OMEGA_RATIO * omega[-1])) ** 2))
     )
@@ -305,7 +305,7 @@ def _certain_root(term: np.ndarray, spread: np.ndarray, at: np.ndarray, size: in
 def _synthesis(structure: ModalStructure, frf: FRF) -> FRF:
     """What the structure gives for the measured functions."""
     linear = structure.assemble(frf.references, 0)
-    w = 2 * np.pi * frf.frequency
-    dynamic = linear.stiffness.diagonal()[:, None] - w**2 + 1j * w * linear.viscous.diagonal()[:, None]
-    value = np.einsum("om,rm,mf->orf", linear.rows(frf.responses), linear.rows(frf.references), -(w**2) / dynamic)
+    s = frf.window_rate + 2j * np.pi * frf.frequency
+    dynamic = linear.stiffness.diagonal()[:, None] + s**2 + s * linear.viscous.diagonal()[:, None]
+    value = np.einsum("om,rm,mf->orf", linear.rows(frf.responses), linear.rows(frf.references), s**2 / dynamic)
     return replace(frf, value=np.where(frf.measured[..., None], value, np.nan))

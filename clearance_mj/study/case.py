@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections import Counter
 from dataclasses import dataclass
 
 from ..core.errors import RecordError
+from ..core.notes import note
 from ..io.dataset import Dataset, Record
 from ..signals.comparison import Comparison
 from ..signals.frf import FRF
 
-__all__ = ["Case", "require_comparable"]
+__all__ = ["Case", "of_one_input", "require_comparable"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,3 +48,21 @@ def require_comparable(dataset: Dataset) -> None:
     for record in dataset.validate:
         if record.level is None and record.excitation_kind != "spin":
             raise RecordError(f'{dataset.path}: record "{record.name}" has no level; validation records need one')
+
+
+def of_one_input(dataset: Dataset) -> Dataset:
+    """Return a dataset whose records to compare with have one input, if its rig is in a plane; a note names the others.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Its records to identify from stay, whatever their input.
+    """
+    kinds = Counter(record.excitation_kind for record in dataset.validate if record.excitation_kind != "spin")
+    if dataset.rig.is_spatial or len(kinds) < 2:
+        return dataset
+    (kept, _), *_ = kinds.most_common()
+    left = [r for r in dataset.validate if r.excitation_kind not in (kept, "spin")]
+    names = ", ".join(record.name for record in left)
+    note(dataset.path, [f'compared with records of kind "{kept}"; left out {names}, of the other input'])
+    return dataclasses.replace(dataset, records=tuple(r for r in dataset.records if r not in left))

@@ -22,7 +22,7 @@ from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band
 from . import stored
 from .bands import law_band, model_content, models_of
-from .case import Case, require_comparable
+from .case import Case, of_one_input, require_comparable
 from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
 from .laws import StudiedLaws
@@ -78,7 +78,7 @@ class Study:
         for engine in engines:
             get_engine(engine)
         require_comparable(dataset)
-        self.dataset, self.engines = dataset, tuple(engines)
+        self.dataset, self.engines = of_one_input(dataset), tuple(engines)
         self.found = StudiedLaws(dataset, methods, cache, progress)
         """the laws"""
         self.condition: Condition | None = None

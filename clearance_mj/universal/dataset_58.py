@@ -67,6 +67,7 @@ class Header:
     axis_unit: str = "NONE"
     entity: str = "NONE"  #: name of the place that responds
     unit_title: str = "NONE"  #: what the ordinate is
+    note: str = "NONE"  #: second line of its description
 
     @property
     def type_name(self) -> str:
@@ -191,6 +192,7 @@ def _parse_header(lines: list[str]) -> Header:
     return Header(
         **found | {"even": found["even"] == 1},
         name=_printable(lines[1][:80]),
+        note=_printable(lines[2][:80]),
         response=read_dof(lines[6][41:51], lines[6][51:55], "response"),
         reference=read_dof(*place, "reference") if found["kind"] in REFERRED else _reference(*place),
         first=read_real(lines[7][30:43], "abscissa minimum"),
@@ -296,7 +298,7 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
     )
     lines = [
         f"{58:6d}b{1:6d}{2:6d}{11:12d}{values.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}",
-        *(f"{text:<80}" for text in (header.name, "NONE", "NONE", "NONE", "NONE")),
+        *(f"{text:<80}" for text in (header.name, header.note, "NONE", "NONE", "NONE")),
         f"{header.kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{int(node):10d}{DIRECTIONS[direction]:4d} "
         f"{'NONE':<10}{int(reference_node):10d}{DIRECTIONS[reference_direction]:4d}",
         f"{header.ordinate:10d}{header.size:10d}{header.even:10d}{header.first:13.5e}{header.step:>13}{0:13.5e}",

@@ -284,7 +284,7 @@ def test_channels_of_tdms_that_are_skipped(tmp_path, recwarn):
     path = tdms(tmp_path, ChannelObject("g", "A", np.ones(9), WAVE), ChannelObject("g", "Setpoint", np.ones(3)),
                 ChannelObject("g", "words", ["one", "two"]), ChannelObject("g", "A (FFT - (Peak))", np.ones(5), WAVE),
                 ChannelObject("g", "S", np.ones(5), over))  # fmt: skip
-    for name, part in (("Setpoint", "interval or rate"), ("A (FFT - (Peak))", "is a spectrum"), ("S", "is over Frequency")):
+    for name, part in (("Setpoint", "interval or rate"), ("A (FFT - (Peak))", "is a spectrum"), ("S", "is over F")):
         others = {other: "skip" for other in ("Setpoint", "words", "A (FFT - (Peak))", "S") if other != name}
         with pytest.raises(RecordError, match=part):
             cm.read(path, others)

@@ -236,7 +236,7 @@ def _stretches(name: str, test: Response, model: Response, edges: np.ndarray) ->
 def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.ndarray) -> Stretch:
     measured = Response(test.fs, test.excitation[part], test.acceleration[:, part], kind=test.kind, band=_band(test))
     rest = dataclasses.replace(measured, acceleration=(test.acceleration - model.acceleration)[:, part])
-    frf, difference = (estimate_frf(response, resolution=RESOLUTION) for response in (measured, rest))
+    frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, rest))
     size = np.abs(frf.functions)
     missed = DB * np.abs(np.log(np.abs(frf.functions - difference.functions) / size))
     error = DB * random_error(difference)[:, 0] * np.abs(difference.functions) / size

@@ -252,7 +252,7 @@ def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
         signals.append(acceleration)
     else:
         part = Response(response.fs, excitation, acceleration, kind=response.kind, band=response.band)
-        found = estimate_frf(part, resolution=RESOLUTION)
+        found = estimate_frf(part, resolution=RESOLUTION, window="hann")
         frf = np.abs(found.functions).ravel()
         frf_error = DB * random_error(found).ravel()
         band = np.tile((found.frequency // BAND).astype(int), len(found.value))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -30,6 +31,8 @@ from .functions import abscissa
 __all__ = ["even_lines", "frf_blocks", "is_frf", "read_frfs"]
 
 Pair = tuple[str, str]  # response and reference
+_WINDOW = re.compile(r"exponential window (\S+) 1/s")
+"""The second line of the description of FRFs under an exponential window, as this package writes it"""
 
 
 @dataclass
@@ -113,7 +116,8 @@ def _to_reference(data: bytes, group: _Group, reference: str) -> FRF:
     rising = slice(None, None, -1 if group.frequency[-1] < group.frequency[0] else 1)  # sweeps go down, too
     known = None if np.isnan(coherence).all() else coherence[:, rising]
     labels = responses, (reference,), group.measure.quantity, group.measure.unit
-    return FRF(group.frequency[rising], value[:, rising], known, *labels)
+    said = _WINDOW.fullmatch(group.functions[pairs[0]].note)
+    return FRF(group.frequency[rising], value[:, rising], known, *labels, window_rate=float(said[1]) if said else 0.0)
 
 
 def frf_blocks(frf: FRF) -> list[bytes]:
@@ -161,6 +165,7 @@ def _frf_blocks(frf: FRF) -> Iterator[bytes]:
         numerator=QUANTITIES.get(names[0], 0),
         denominator=QUANTITIES.get(names[1], 0),
         unit=unit,
+        note=f"exponential window {frf.window_rate:.9g} 1/s" if frf.window_rate else "NONE",
     )
     axis = () if even else (frf.frequency,)
     for what, header, rows in (("FRF", ratio, frf.value), ("coherence", plain, frf.coherence)):

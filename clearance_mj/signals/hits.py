@@ -1,0 +1,284 @@
+"""Hits in a record: one block of samples for each, what is wrong with it, and the windows that are put on it.
+
+A block begins shortly before its hit, where the structure is at rest. It is left out if a second hit is in it, if a
+channel is clipped in it, or if the record does not hold all of it. The force window keeps the pulse and takes out what
+the force channel shows when the hammer does not touch: noise, and the hammer's own ringing. Both channels are then
+multiplied by the same exponential, which moves the FRF exactly to H(jω + rate) (Ewins, Modal Testing, 2nd ed., 2000,
+section 3.10; Fladung, Windows used for impact testing, IMAC 15, 1997).
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+
+from ..core.errors import RecordError
+from .response import Response
+
+__all__ = [
+    "DECAYED", "TRIGGER", "Hit", "find_hits", "hit_blocks", "is_impulsive", "left_out", "tail_level", "windowed_blocks",
+]  # fmt: skip
+
+TRIGGER = 0.1
+"""Of a record's largest hit: a pulse that is as high is a hit."""
+TOUCH = 0.05  # of a hit: a further pulse that is as high makes it a double one
+NOISE = 6.0  # standard deviations of the resting force that a pulse exceeds
+BOUNCE = 0.25  # s: a further pulse within a block that comes sooner makes the hit before a double one
+RINGING, RINGING_TIME = 0.5, 0.01  # a peak is ringing if the force is so large the other way within these s of it
+OFFSET_TIME = 1.0  # s over which the offset of the force is the median
+BRIEF, QUIET = 0.05, 0.02  # share of the time above TRIGGER, and median over the peak, of a force that is hits
+EQUAL, FLAT = 1e-6, 1e-3  # of a channel's range: two samples that are equal, and several that are alike
+COARSEST = 1 / 256  # of a channel's range: the coarsest step of a converter
+STEEP = 8.0  # times the latter that a clipped peak falls by from its last sample to the next
+STRONG = 0.01  # of the strongest line's power
+WHOLE = 0.8  # of a block: what must follow its hit
+OVERLOAD = "overload"
+DECAYED = 0.05
+"""What may be left of a response at the end of its block."""
+
+
+@dataclass(frozen=True)
+class Hit:
+    """One hit of a record, and its block of samples."""
+
+    record: int
+    """index of its record"""
+    time: float
+    """s from the record's first sample to the peak"""
+    peak: float
+    """N (m/s² of a base), with its sign"""
+    start: int
+    """first sample of its block; below 0 where the record begins later, and zeros stand before it"""
+    pulse: tuple[int, int]
+    """samples between which the hammer touches"""
+    fault: str = ""
+    """why it is left out; "" if it is averaged"""
+
+
+@dataclass(frozen=True)
+class _Pulses:
+    """Pulses of a force in rising order: peaks that stand alone on one side, and so no ringing and no noise."""
+
+    at: np.ndarray  # (n,) samples of the peaks
+    height: np.ndarray  # (n,) above 0
+    hit: np.ndarray  # (n,) whether each is high enough for a hit
+    push: np.ndarray  # (n_t,) force without offset, positive in the sense of the largest
+    sign: int
+    noise: float
+    width: int  # samples of the largest
+
+
+def _without_offset(force: np.ndarray, fs: float) -> np.ndarray:
+    """A force that rests at zero between hits, whatever offset its channel has and however that drifts."""
+    parts = max(1, int(force.size / (OFFSET_TIME * fs)))
+    size = force.size // parts
+    middle = np.median(force[: parts * size].reshape(parts, size), axis=1)
+    return force - np.interp(np.arange(force.size), size * (np.arange(parts) + 0.5), middle)
+
+
+def is_impulsive(force: np.ndarray, fs: float) -> bool:
+    """Return whether an excitation is a few pulses with silence between them.
+
+    Parameters
+    ----------
+    force : ndarray, shape (n_t,)
+        Samples.
+    fs : float
+        Samples per second.
+    """
+    if not force.size or not np.isfinite(force).all():
+        return False
+    size = np.abs(_without_offset(force, fs))
+    top = size.max()
+    return bool(np.mean(size > TRIGGER * top) < BRIEF and np.median(size) < QUIET * top)
+
+
+def _pulses(force: np.ndarray, fs: float, trigger: float) -> _Pulses:
+    rest = _without_offset(force, fs)
+    sign = 1 if rest.max() >= -rest.min() else -1
+    push, noise = sign * rest, 1.4826 * float(np.median(np.abs(rest)))  # the deviation of Gaussian noise
+    low = max(trigger * TOUCH * push.max(), NOISE * noise)
+    padded = np.pad(push, 1)  # so that a pulse cut by an end of the record has a peak
+    at, found = scipy.signal.find_peaks(padded, height=low, prominence=low / 2)
+    height = found["peak_heights"]
+    if not at.size:
+        raise RecordError("no hit stands out of the noise of the force")
+    width = max(2, int(np.ceil(scipy.signal.peak_widths(padded, at[[height.argmax()]], rel_height=0.9)[0][0])))
+    reach = max(3 * width, round(RINGING_TIME * fs))
+    back = np.array([-padded[max(0, k - reach) : k + reach + 1].min() for k in at])
+    alone = (found["prominences"] > height / 2) & (back < RINGING * height)
+    if not alone.any():
+        raise RecordError("the force has no pulse that stands alone; needs hits with silence between them")
+    at, height = at[alone] - 1, height[alone]
+    return _Pulses(at, height, height >= trigger * height.max(), push, sign, noise, width)
+
+
+def find_hits(
+    records: Sequence[Response], length: int | None = None, trigger: float = TRIGGER, lead: int = 0
+) -> tuple[list[Hit], int]:
+    """Return the hits of records in time order, with the faults of those to leave out, and the samples of a block.
+
+    Parameters
+    ----------
+    records : sequence of Response
+        Records of one rate, each with one hit or several.
+    length : int, optional
+        Samples of a block; None: what holds many hits and is long.
+    trigger : float
+        Of a record's largest hit: a pulse that is as high is a hit.
+    lead : int
+        Samples of a block before the peak, at least; twice the width of the largest pulse if that is more.
+    """
+    if len({record.fs for record in records}) > 1:
+        raise RecordError(f"records are sampled at {', '.join(f'{r.fs:g}' for r in records)} Hz; needs one rate")
+    found = [_pulses(record.excitation, record.fs, trigger) for record in records]
+    if length is None:
+        after = np.concatenate([np.diff(p.at[p.hit], append=p.push.size) for p in found])
+        before = np.concatenate([np.diff(p.at[p.hit], prepend=-np.inf) for p in found])[:, None]
+        whole = (after[:, None] >= after) & ((before >= after) | (before < BOUNCE * records[0].fs))
+        length = int(after[np.argmax(whole.sum(axis=0) ** 2 * after)])
+    pairs = enumerate(zip(records, found))
+    return [hit for i, (record, p) in pairs for hit in _hits(i, record, p, length, max(lead, 2 * p.width))], length
+
+
+def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int) -> Iterator[Hit]:
+    names = record.responses or tuple(f"response {i + 1}" for i in range(len(record.acceleration)))
+    clipped = {"the force": _clipped(record.excitation)} | dict(zip(names, map(_clipped, record.acceleration)))
+    size, fs, before = record.excitation.size, record.fs, -np.inf
+    for at, height in zip(pulses.at[pulses.hit].tolist(), pulses.height[pulses.hit]):
+        near = (pulses.height >= TOUCH * height) & (np.abs(pulses.at - at) < length)
+        earlier, later = np.flatnonzero(near & (pulses.at < at)), np.flatnonzero(near & (pulses.at > at))
+        if earlier.size and at - before < BOUNCE * fs:
+            continue  # the second of a double hit, which is named with the first
+        before, start = at, min(at - lead, size - length)
+        low = np.flatnonzero(pulses.push <= max(TOUCH / 2 * height, 3 * pulses.noise))
+        touch = [*low[low < at][-1:], *low[low > at][:1]]
+        bad = [name for name, mask in clipped.items() if mask[max(start, 0) : start + length].any()]
+        fault = f"{OVERLOAD}, {' and '.join(bad)} clipped" if bad else ""
+        if earlier.size:
+            fault = f"{(at - pulses.at[earlier[-1]]) / fs:.3g} s after another hit, within the block of that"
+        if later.size:
+            gap, share = (pulses.at[later[0]] - at) / fs, pulses.height[later[0]] / height
+            fault = f"the next one comes {gap:.3g} s later, within its block of {length / fs:.3g} s"
+            fault = f"double hit, {share:.0%} again {1e3 * gap:.3g} ms later" if gap < BOUNCE else fault
+        if len(touch) < 2 or size - at < WHOLE * length or size < length - lead:
+            fault = f"the record does not hold its block of {length / fs:.3g} s"
+            touch = [at, at]
+        yield Hit(number, at / fs, pulses.sign * float(height), start, (int(touch[0]), int(touch[1])), fault)
+
+
+def _clipped(signal: np.ndarray) -> np.ndarray:
+    """(n_t,) whether each sample is at a limit of the converter: equal samples to which the signal comes steeply.
+
+    Where three samples lie within a step of a smooth peak's top, the next ones lie within four. Two samples that are
+    equal lie on either side of it, and so the next ones are alike.
+    """
+    rest, found = signal - np.median(signal), np.zeros(signal.size, dtype=bool)
+    for side in (rest, -rest):
+        top = side.max()
+        steps = np.diff(np.unique(side[side > 0.9 * top]))
+        flat = max(FLAT * top, steps.min(initial=COARSEST * top) if (steps < COARSEST * top).any() else 0.0)
+        near = side >= top - flat
+        edges = np.flatnonzero(np.diff(np.pad(near, 1))).reshape(-1, 2)
+        fall = top - np.pad(side, 1, mode="edge")[edges + np.array((0, 1))]
+        run, steep = np.diff(edges)[:, 0], fall.max(axis=1) > STEEP * flat
+        pair = (run == 2) & (np.abs(np.subtract(*side[edges - np.array((0, 1))].T)) <= EQUAL * top)
+        if top > 0 and (steep & ((run > 2) | (pair & (np.ptp(fall, axis=1) > STEEP * flat)))).any():
+            found |= near
+    return found
+
+
+def windowed_blocks(
+    record: Response, hits: Sequence[Hit], length: int, force_window: float = 0.0, rate: float = 0.0
+) -> Iterator[Response]:
+    """Yield the block of each hit that is not left out, with its windows on it.
+
+    Parameters
+    ----------
+    record : Response
+        The record of the hits.
+    hits : sequence of Hit
+        As `find_hits` finds them.
+    length : int
+        Samples of a block.
+    force_window : float
+        s after the touch for which the force is kept.
+    rate : float
+        Of the exponential window, 1/s.
+    """
+    force, offset = _without_offset(record.excitation, record.fs), np.median(record.acceleration, axis=1, keepdims=True)
+    signals = np.vstack((force, record.acceleration - offset))
+    for hit in (hit for hit in hits if not hit.fault):
+        (begin, end), sample = hit.pulse, np.arange(hit.start, hit.start + length)
+        width = end - begin
+        last = end + force_window * record.fs
+        block = np.pad(signals[:, max(hit.start, 0) : hit.start + length], ((0, 0), (max(-hit.start, 0), 0)))
+        block *= np.exp(-rate / record.fs * np.arange(length))
+        block[0] *= np.interp(sample, (begin - 2 * width, begin - width, last, last + width), (0, 1, 1, 0))
+        yield Response(record.fs, block[0], block[1:], None, None, None, record.kind, record.band, record.responses,
+                       record.reference)  # fmt: skip
+
+
+def tail_level(blocks: Sequence[Response]) -> float:
+    """Return how much of the slowest strong vibration is left at the end of blocks, of that at their beginning.
+
+    Of a decay of one frequency, the power in the second half of a block over that in the first is just that.
+
+    Parameters
+    ----------
+    blocks : sequence of Response
+        Blocks of one length without an exponential window.
+    """
+    half, signals = blocks[0].excitation.size // 2, np.concatenate([block.acceleration for block in blocks])
+    halves = (signals[:, :half], signals[:, half : 2 * half])
+    first, second = (np.sum(np.abs(scipy.fft.rfft(part)) ** 2, axis=0) for part in halves)
+    strong = first > STRONG * first.max()
+    return float(np.max(second[strong] / first[strong], initial=0.0))
+
+
+def left_out(hits: Sequence[Hit]) -> list[str]:
+    """Return which hits are left out and why, in words.
+
+    Parameters
+    ----------
+    hits : sequence of Hit
+        As `find_hits` finds them.
+    """
+    several = len({hit.record for hit in hits}) > 1
+    places = [f"{f'of record {h.record + 1} ' if several else ''}at {h.time:.3f} s" for h in hits]
+    return [f"left out the hit {place}: {hit.fault}" for place, hit in zip(places, hits) if hit.fault]
+
+
+def hit_blocks(record: Response, resolution: float) -> tuple[list[Response], list[str]]:
+    """Return the windowed blocks of a record's hits, of 1 / resolution each, and what to say of them.
+
+    Hits that are clipped are taken where there are no others. There is no block if none holds one hit alone.
+
+    Parameters
+    ----------
+    record : Response
+        A record whose excitation `is_impulsive`.
+    resolution : float
+        Hz.
+    """
+    hits: list[Hit] = []
+    length = round(min(record.fs / resolution, record.excitation.size + 1.0)) if resolution > 0 else 0
+    with contextlib.suppress(RecordError):  # no pulse that stands alone
+        hits, _ = find_hits([record], length)
+    taken, lasts = [hit for hit in hits if not hit.fault], f"{length / record.fs:.3g} s"
+    words = [f"is hits: a block of {lasts} from each of {len(taken)}, without a window", *left_out(hits)]
+    if not taken:
+        taken = [replace(hit, fault="") for hit in hits if hit.fault.startswith(OVERLOAD)]
+        words = [f"is hits: a block of {lasts} from each of {len(taken)}, all of which are clipped: the FRFs are wrong"]
+    if not taken:
+        hann = "has pulses, and a Hann window damps what they excite: damping is too high, peaks are too low"
+        words = [f"{hann}; no block of {lasts} holds one hit alone", *left_out(hits)]
+    blocks = list(windowed_blocks(record, taken, length))
+    if blocks and (level := tail_level(blocks)) > DECAYED:
+        words.append(f"{level:.0%} of the response is left at the end of a block: peaks are too low by as much")
+    return blocks, words
