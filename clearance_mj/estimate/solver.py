@@ -33,7 +33,13 @@ class Stop:
     """coordinates by which each parameter moved at most"""
 
     def least_fall(self, cost: float) -> float:
-        """Return what a step must take off a cost for the search to go on."""
+        """Return what a step must take off a cost for the search to go on.
+
+        Parameters
+        ----------
+        cost : float
+            Before the step.
+        """
         return self.decrease * abs(cost) if self.decrease < 0 else max(self.decrease * abs(cost), 2 * self.gain)
 
 

@@ -142,7 +142,7 @@ def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
         (bench, "b.uff", "--column", "t"): "needs HEADER=CHANNEL",
         (bench, "b.uff", "--column", "Time=time"): 'has no column "Time"',
         (uff, "b.wav"): "does not say what its samples are",
-        (uff, "b.xls"): 'suffix ".xls" is unknown',
+        (uff, "b.doc"): 'suffix ".doc" is unknown',
         ("a.wav", "b.uff"): "does not say what its samples are",
         (uff, "b.csv", "--fs", 100): "a sampling rate is for CSV, LVM, MATLAB, MDF, TDMS files",
         (uff, "b.csv", "--role", "identify"): "--role are for a dataset folder",
