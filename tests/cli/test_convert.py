@@ -144,7 +144,7 @@ def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
         (uff, "b.wav"): "does not say what its samples are",
         (uff, "b.doc"): 'suffix ".doc" is unknown',
         ("a.wav", "b.uff"): "does not say what its samples are",
-        (uff, "b.csv", "--fs", 100): "a sampling rate is for CSV, LVM, MATLAB, MDF, TDMS files",
+        (uff, "b.csv", "--fs", 100): "a sampling rate is for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files",
         (uff, "b.csv", "--role", "identify"): "--role are for a dataset folder",
         (uff, "b.csv", "--band", 5, 220): "--band is for --frf",
         (uff, "b.csv", "--frf", 1): "--frf needs --rig",
