@@ -6,7 +6,7 @@ The drawn rigs have springs in their clearances, between the filling's and the w
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,26 +76,24 @@ class Search:
         """Return whether the file leaves open that a channel is at a place."""
         return self.signals.quantities[channel] in (UNKNOWN, self.places[place].quantity)
 
-    def closest_assignments(
-        self, stretch: float = 1.0, delays: Sequence[float] | np.ndarray = (0.0,)
-    ) -> list[Assignment]:
+    def closest_assignments(self, stretch: float = 1.0, delays: Iterable[float] = (0.0,)) -> list[Assignment]:
         """Return for each channel that may be the excitation the assignment most like the rig, the likeliest first.
 
         Parameters
         ----------
         stretch : float
             Factor of all frequencies, as of a wrong sampling rate.
-        delays : sequence of float
+        delays : iterable of float
             s, of which each channel has the likeliest.
         """
         models = [transfer_functions(self.rig, d, self.kind, stretch * self.frequency) for d in self.drawn]
         power, last = np.einsum("fii->fi", self.cross_spectra).real, len(self.places) - 1
-        found = []
+        found, tried = [], np.array([*delays])
         for driven in range(len(self.signals.names)):
             if self.may_be(driven, last):
                 measured = self.cross_spectra[:, :, driven] / power[:, [driven]]
                 coherence = np.abs(self.cross_spectra[:, :, driven]) ** 2 / (power * power[:, [driven]])
-                found.append(self._closest(driven, measured, coherence, np.array(models), np.array(delays)))
+                found.append(self._closest(driven, measured, coherence, np.array(models), tried))
         return sorted(found, key=lambda one: -one.likeness)
 
     def _closest(
