@@ -85,7 +85,8 @@ def si_value(text: str, quantity: str) -> float:
     if not found:
         known = ", ".join(UNITS.get(quantity, [quantity]))
         raise ClearanceError(f'"{text}" is no number, alone or with a unit: {known}')
-    return float(found[1]) * (unit_factor(found[2], quantity) if found[2] else 1.0)
+    # Fifteen digits: 24 in are 0.6096 m, not 0.6095999999999999 m.
+    return float(f"{float(found[1]) * unit_factor(found[2], quantity):.15g}" if found[2] else found[1])
 
 
 def quantity_of(label: str, among: Sequence[str] = (*QUANTITIES,)) -> tuple[str, float] | None:

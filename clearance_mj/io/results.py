@@ -152,8 +152,8 @@ def load(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, re
             channels = named_channels(waves, columns or {}, Rates(fs, resample, notes))
             note(path, notes)
             return channels
-        kind = dataset.get(KIND) if isinstance(dataset, dict) else dataset.attrs[KIND]
-        if kind not in _FROM_DATASET:
+        kind = None if isinstance(dataset, dict) else dataset.attrs[KIND]
+        if isinstance(dataset, dict) or kind not in _FROM_DATASET:
             raise RecordError(
                 f"holds no results of clearance_mj; needs the attribute {KIND} = {' or '.join(_FROM_DATASET)}; and no "
                 "time records of other programs"

@@ -11,10 +11,9 @@ import numpy as np
 
 from ..core.checks import DIRECTIONS, NAME_LIMIT, NOWHERE, require_finite
 from ..core.errors import RecordError
-from .fields import (  # fmt: skip
+from .fields import (
     CLOSE,
     DELIMITER,
-    END,
     SI,
     Units,
     closing_line,
@@ -278,7 +277,7 @@ def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
 
 def _glued(text: bytes) -> list[bytes]:
     """Return numbers between which there may be no blanks; none if something else stands between them."""
-    text = with_exponents(text, rb"(?=[0-9]\.|[-+\s]|$)" if b"E" in text else END)
+    text = with_exponents(text, *([rb"(?=[0-9]\.|[-+\s]|$)"] * (b"E" in text)))
     words = _NUMBER.findall(text)
     return words if sum(map(len, words)) == len(b"".join(text.split())) else []
 

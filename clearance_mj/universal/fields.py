@@ -14,7 +14,6 @@ from ..core.errors import RecordError
 DELIMITER = f"{-1:6d}\n"
 CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
 _CLOSING_LINE = re.compile(rb"^ {0,6}-1[ \t]*(?:\r?\n|\Z)", re.MULTILINE)  # some editors strip blanks
-END = rb"(?=[-+\s]|$)"  # of a number, which another with a sign may follow
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(E[+-]?[0-9]{1,3})?")
 
@@ -97,7 +96,7 @@ def read_real(text: str, what: str) -> float:
     return value
 
 
-def with_exponents(text: bytes, behind: bytes = END) -> bytes:
+def with_exponents(text: bytes, behind: bytes = rb"(?=[-+\s]|$)") -> bytes:
     """Return numbers with the E that Fortran leaves out before exponents of three digits: 2.00000-101 is 2.00000E-101.
 
     ``behind``: expression of what follows such an exponent.

@@ -114,12 +114,13 @@ def read_body(data: bytes, begin: int, layout: Layout, notes: list[str]) -> Body
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # numbers and text in one column
-            read = functools.partial(pd.read_csv, header=None, decimal=style.point, **options)
             at = plain.tell()
-            found = Body(read(plain), data, begin, end, layout)
+            frame: pd.DataFrame = pd.read_csv(plain, header=None, decimal=style.point, **options)
+            found = Body(frame, data, begin, end, layout)
             if any(dtype.kind not in "iuf" and found.kind(i) == "number" for i, dtype in enumerate(found.frame.dtypes)):
                 plain.seek(at)  # to look for codes takes a quarter more time, which most tables need not
-                found = Body(read(plain, na_values=_CODES), data, begin, end, layout)
+                frame = pd.read_csv(plain, header=None, decimal=style.point, na_values=_CODES, **options)
+                found = Body(frame, data, begin, end, layout)
             return found
     except pd.errors.ParserError as error:
         raise _refusal(str(error), data[begin:end], layout) from None
