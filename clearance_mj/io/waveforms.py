@@ -162,7 +162,8 @@ def _sampled(wave: Waveform, rates: Rates) -> tuple[TimeAxis, np.ndarray]:
     if has.mean() <= 1 - GAPS:  # sampled more slowly; fewer are gaps
         value, time = value[has], (np.arange(value.size) / rate if time is None else time)[has]
     if time is not None and not np.isfinite(time).all():
-        known = np.flatnonzero(np.isfinite(time))
+        if not (known := np.flatnonzero(np.isfinite(time))).size:
+            raise RecordError("has no times; give the sampling rate (--fs)")
         time = np.interp(np.arange(time.size), known, time[known])
     axis = TimeAxis(rate) if time is None else time_axis(time, wave.digits, rates)
     return dataclasses.replace(axis, start=axis.start + wave.start), axis.samples(value)

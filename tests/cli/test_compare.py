@@ -130,7 +130,11 @@ def test_bad_input(tmp_path, measured, small_dataset, monkeypatch, refused):
         (measured, "--band", "500", "600"): "no line between 500 and 600 Hz",
         (measured, "--modes", "-1"): "n_modes must be >= 1",
         (measured, "--out", "file"): "is a file; give a folder",
-        (measured, "--model-column", "a=b"): "names of columns are for CSV, LVM, MATLAB, MDF, TDMS files",
+        (
+            measured,
+            "--model-column",
+            "a=b",
+        ): "names of columns are for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files",
         (measured, "--test-column", "a"): '--test-column "a": needs HEADER=CHANNEL',
     }
     for (model, *options), part in cases.items():

@@ -164,7 +164,7 @@ def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
     assert "does not exist; a dataset is" in refused("identify", tmp_path / "no.csv.zip", *out)
     assert "no.csv" in refused("identify", tmp_path / "no.csv", "--rig", RIG, *out)
     write_uff(tmp_path / "a.uff", ramp)
-    assert "a sampling rate is for CSV, LVM, MATLAB, MDF, TDMS files" in refused(
+    assert "a sampling rate is for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files" in refused(
         "identify", tmp_path / "a.uff", "--rig", RIG, "--fs", "2048", *out
     )
     assert 'method "guess" is unknown' in refused("identify", small_dataset, "--method", "guess", *out)

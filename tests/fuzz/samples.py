@@ -157,7 +157,16 @@ def mat() -> list[bytes]:
     return found
 
 
-BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS": loggers.tdms, "MDF": loggers.mdf}
+def excel() -> list[bytes]:
+    from ..io.test_sheets import TABLE as RECORD
+    from ..io.test_sheets import xlsx
+
+    xlsx(file := io.BytesIO(), Notes=[["of a bench"]], Data=RECORD)
+    return [file.getvalue()]
+
+
+BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS": loggers.tdms, "MDF": loggers.mdf,
+           "Excel": excel}  # fmt: skip
 
 
 @functools.cache
