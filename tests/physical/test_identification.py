@@ -180,6 +180,67 @@ def test_csv(tmp_path, record):
         identification.ModelRecord.read_csv(path, drive())
 
 
+UNITS = """<mujoco><worldbody>
+  <body><joint name="hinge" type="hinge"/><geom size=".1"/><site name="s"/></body>
+  <body pos="1 0 0"><joint name="slide" type="slide"/><geom size=".1"/></body></worldbody>
+  <actuator><motor name="motor" joint="hinge"/><motor name="push" joint="slide"/></actuator>
+  <sensor><jointpos name="enc" joint="hinge"/><jointpos name="scale" joint="slide"/>
+  <jointvel name="gyro" joint="hinge"/><actuatorfrc name="torque" actuator="motor"/>
+  <actuatorfrc name="load" actuator="push"/>
+  <accelerometer name="acc" site="s"/><framequat name="pose" objtype="site" objname="s"/></sensor></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("header", "si"),
+    [
+        ("enc[deg]", np.pi / 180), ("enc (deg)", np.pi / 180), ("enc [rad]", 1.0), ("enc [rev]", 2 * np.pi),
+        ("enc [counts/4096]", 2 * np.pi / 4096), ("sensor:enc [°]", np.pi / 180), ("scale[mm]", 1e-3), ("enc", 1.0),
+        ("gyro [rpm]", np.pi / 30), ("gyro [deg/s]", np.pi / 180), ("torque [mNm]", 1e-3), ("torque [Ncm]", 1e-2),
+        ("load [kN]", 1e3), ("load [lbf]", 4.4482216152605), ("motor [mNm]", 1e-3), ("actuator:push [mN]", 1e-3),
+    ],
+)  # fmt: skip
+def test_units_of_csv(tmp_path, header, si):
+    """Numbers are in SI units by what a unit in a header says (BIPM, The SI, 9th edition; NIST SP 811, B.8)."""
+    path, values = tmp_path / "run.csv", 1 + np.arange(30.0)
+    table = np.stack((np.arange(30) * 2.0, values, values), axis=1)
+    np.savetxt(path, table, delimiter=",", header=f"time [ms],{header},acc[0] [g]", comments="")
+    read = identification.ModelRecord.read_csv(path, mujoco.MjSpec.from_string(UNITS))
+    assert read.fs == pytest.approx(500.0)
+    (found,) = [v for k, v in (*read.control.items(), *read.sensors.items()) if k != "acc"]
+    np.testing.assert_allclose(found, si * values, rtol=1e-12)
+    np.testing.assert_allclose(read.sensors["acc"], 9.80665 * values, rtol=1e-12)
+
+
+def test_columns_of_one_sensor_go_by_their_index(tmp_path):
+    path, time = tmp_path / "run.csv", np.arange(30) / 500
+    table = np.stack((time, time + 2, time + 1, 1e3 * time), axis=1)
+    np.savetxt(path, table, delimiter=",", header="time,acc[2],acc[1],acc[0] [mm/s^2]", comments="")
+    read = identification.ModelRecord.read_csv(path, mujoco.MjSpec.from_string(UNITS))
+    np.testing.assert_allclose(read.sensors["acc"], np.stack((time, time + 1, time + 2), axis=1), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("header", "says"),
+    [
+        ("enc[mm]", 'column "enc.mm.": unit "mm" of angle is unknown; use rad, deg'),
+        ("scale [deg]", 'unit "deg" of displacement is unknown'),
+        ("torque [N]", 'unit "N" of torque is unknown'),
+        ("enc [counts]", "needs the number that makes a turn"),
+        ("motor [furlong]", 'unit "furlong" of angle is unknown'),
+        ("pose[0] [deg]", "its sensor has no unit"),
+        ("acc[1]", r"has columns acc\[1\]; write them all"),
+        ("enc,enc", 'column "enc" is there twice'),
+        ("enc_deg", 'did you mean "enc"'),
+    ],
+)
+def test_units_of_csv_that_cannot_be(tmp_path, header, says):
+    path = tmp_path / "run.csv"
+    columns = [np.arange(30) / 500] * (2 + header.count(","))
+    np.savetxt(path, np.stack(columns, axis=1), delimiter=",", header=f"time,{header}", comments="")
+    with pytest.raises(RecordError, match=f"run.csv: .*{says}"):
+        identification.ModelRecord.read_csv(path, mujoco.MjSpec.from_string(UNITS))
+
+
 def test_step_of_a_sensor_that_counts_is_seen():
     """Of 4096 counts per turn."""
     step = 2 * np.pi / 4096

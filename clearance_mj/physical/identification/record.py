@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,14 +14,25 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.checks import naming
 from ...core.errors import RecordError
 from ...core.files import plain_file
+from ...core.units import quantity_of, unit_factor
 from ..elements import compiled
 
 __all__ = ["ModelRecord"]
 
 UNEVEN = 1e-2  # of the sampling interval, by which times may be off
 SAMPLES = 20  # that a record has at least
+TURNING, SLIDING = ("angle", "spin", "torque"), ("displacement", "velocity", "force")  # quantities of a joint
+MEASURED = {
+    "LINVEL": ["velocity"], "ANGVEL": ["spin"], "LINACC": ["acceleration"], "FRAMEPOS": ["displacement"],
+    "ACCELEROMETER": ["acceleration"], "VELOCIMETER": ["velocity"], "GYRO": ["spin"], "TOUCH": ["force"],
+    "_FORCE": ["force"], "_TORQUE": ["torque"], "RANGEFINDER": ["displacement"], "CLOCK": ["time"],
+    "POS": ["angle", "displacement"], "VEL": ["spin", "velocity"], "FRC": ["torque", "force"],
+}  # fmt: skip
+"""Quantities of a MuJoCo sensor, by how the name of its type ends"""
+_HEADER = re.compile(r"(.*?)\s*(?:\[(\d+)\])?\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
 REPEATED = 0.3  # of the samples, that are equal to another one, from which on a sensor counts
 
 
@@ -130,7 +142,8 @@ class ModelRecord:
         """Read a CSV file with the columns time (s), and names of the model's actuators and sensors.
 
         A sensor of several numbers has columns NAME[0], NAME[1]; where an actuator and a sensor have one name, write
-        actuator:NAME and sensor:NAME.
+        actuator:NAME and sensor:NAME. A unit behind a name, such as NAME [deg], NAME[0] [mm] or time (ms), is brought
+        to SI units if it is one of what the sensor measures; numbers without one are in SI units.
 
         Parameters
         ----------
@@ -142,32 +155,71 @@ class ModelRecord:
         Raises
         ------
         RecordError
-            For a file that cannot be read, a column of another name, a cell that is not a number, and whatever
+            For a file that cannot be read, a column of another name or unit, a cell that is not a number, and whatever
             `ModelRecord` refuses.
         """
         names, values = _read(Path(path))
-        if "time" not in names:
-            raise RecordError(f'{path} has no column "time": {", ".join(names)}')
-        model = compiled(spec)
+        model, time = compiled(spec), None
         known = {
             "actuator": [model.actuator(i).name for i in range(model.nu)],
             "sensor": [model.sensor(i).name for i in range(model.nsensor)],
         }
-        found: dict[str, dict[str, list[np.ndarray]]] = {"actuator": {}, "sensor": {}}
-        for name, column in zip(names, values.T):
-            if name == "time":
-                continue
-            kind, _, rest = name.rpartition(":")
-            base = (rest if kind in known else name).split("[")[0]
-            kinds = [k for k in ([kind] if kind in known else known) if base in known[k]]
-            if len(kinds) != 1:
-                raise RecordError(f"{path}: column {_why_not(name, base, kinds, known)}")
-            found[kinds[0]].setdefault(base, []).append(column)
-        control, sensors = (
-            {name: np.squeeze(np.stack(columns, axis=1), axis=1) if len(columns) == 1 else np.stack(columns, axis=1)
-             for name, columns in found[kind].items()} for kind in ("actuator", "sensor")
-        )  # fmt: skip
-        return cls.of_time(values[:, names.index("time")], control, sensors)
+        found: dict[str, dict[str, dict[int, np.ndarray]]] = {"actuator": {}, "sensor": {}}
+        with naming(path):
+            for header, column in zip(names, values.T):
+                name, index, unit = _parts(header, known)
+                if name == "time" and time is None:
+                    time = column * (unit_factor(unit, "time") if unit else 1.0)
+                    continue
+                kind, _, rest = name.rpartition(":")
+                base = rest if kind in known else name
+                kinds = [k for k in ([kind] if kind in known else known) if base in known[k]]
+                if len(kinds) != 1:
+                    raise RecordError(f"column {_why_not(header, base, kinds, known)}")
+                columns = found[kinds[0]].setdefault(base, {})
+                if index in columns:
+                    raise RecordError(f'column "{header}" is there twice; write {base}[0], {base}[1]')
+                columns[index] = column * (_factor(header, unit, _quantities(model, kinds[0], base)) if unit else 1.0)
+            if time is None:
+                raise RecordError(f'has no column "time": {", ".join(names)}')
+            control, sensors = ({n: _joined(n, c) for n, c in columns.items()} for columns in found.values())
+            return cls.of_time(time, control, sensors)
+
+
+def _parts(header: str, known: Mapping[str, list[str]]) -> tuple[str, int, str]:
+    """Name, index and unit of a column; a name of the model may have brackets of its own."""
+    if any(header.removeprefix(f"{kind}:") in names for kind, names in known.items()):
+        return header, 0, ""
+    name, index, square, curved = _HEADER.fullmatch(header).groups()  # type: ignore[union-attr]
+    return name, int(index or 0), (square or curved or "").strip()
+
+
+def _quantities(model: mujoco.MjModel, kind: str, name: str) -> list[str]:
+    """Quantities that a sensor, or the control of an actuator, may have; those of its joint if it has one."""
+    found, of, number = [*TURNING, *SLIDING], mujoco.mjtObj.mjOBJ_ACTUATOR, getattr(model, kind)(name).id
+    if kind == "sensor":
+        of, type_ = model.sensor_objtype[number], mujoco.mjtSensor(model.sensor_type[number]).name
+        found = next((quantities for end, quantities in MEASURED.items() if type_.endswith(end)), [])
+        number = model.sensor_objid[number]
+    if of == mujoco.mjtObj.mjOBJ_ACTUATOR and model.actuator_trntype[number] == mujoco.mjtTrn.mjTRN_JOINT:
+        of, number = mujoco.mjtObj.mjOBJ_JOINT, model.actuator_trnid[number, 0]
+    if of != mujoco.mjtObj.mjOBJ_JOINT:
+        return found
+    return [q for q in found if q in (SLIDING if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE else TURNING)]
+
+
+def _factor(header: str, unit: str, quantities: list[str]) -> float:
+    if not quantities:
+        raise RecordError(f'column "{header}": its sensor has no unit; give its numbers as MuJoCo has them')
+    with naming(f'column "{header}"'):
+        return unit_factor(unit, (quantity_of(unit, quantities) or quantities)[0])
+
+
+def _joined(name: str, columns: Mapping[int, np.ndarray]) -> np.ndarray:
+    """Columns (n,) or (n, dim) in the order of their indices."""
+    if sorted(columns) != [*range(len(columns))]:
+        raise RecordError(f'"{name}" has columns {", ".join(f"{name}[{i}]" for i in sorted(columns))}; write them all')
+    return columns[0] if len(columns) == 1 else np.stack([columns[i] for i in range(len(columns))], axis=1)
 
 
 def _read(path: Path) -> tuple[list[str], np.ndarray]:
