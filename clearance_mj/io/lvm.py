@@ -106,7 +106,7 @@ def _wave(segment: LvmSegment, i: int, suffix: str, fs: float | None, notes: lis
     if not has.any():
         notes.append(f'left out "{name}", which is empty')
         return None
-    if has.mean() > 1 - GAPS:  # these are gaps; of more it is a channel that is sampled more slowly
+    if has.mean() > 1 - GAPS and np.isfinite(x).any():  # gaps; with more it is a channel that is sampled more slowly
         known = np.flatnonzero(np.isfinite(x))
         x, has = np.interp(np.arange(x.size), known, x[known]), np.ones_like(has)
     rate, start = fs or 0.0, 0.0
