@@ -74,7 +74,7 @@ def time_axis(time: np.ndarray, digits: float, rates: Rates) -> TimeAxis:
     except RecordError as error:
         if rates.resample and time.size > 1:
             return _interpolated(time, rates.resample, rates.notes)
-        if fs is None:
+        if not fs:
             words = f"{error}; --resample RATE interpolates, or give the sampling rate in place of the times (--fs)"
             raise RecordError(words) from None
         mean = (time.size - 1) / (float(np.ptp(time)) or np.inf)

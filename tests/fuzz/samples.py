@@ -33,6 +33,8 @@ from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure import ModalStructure
 from clearance_mj.structure.geometry import Geometry
 from clearance_mj.sweep.store import Table
+from tests.io.sheets_by_hand import TABLE as SHEET
+from tests.io.sheets_by_hand import ods, xlsx
 from tests.io.test_lvm import AS_LABVIEW, BODY, restarted
 from tests.io.test_lvm import text as lvm_text
 from tests.structures import chain, stepped, two_shafts
@@ -146,6 +148,15 @@ def lvm() -> list[bytes]:
     return [text.encode() for text in texts]
 
 
+def sheets() -> list[bytes]:
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for write in (xlsx, ods):
+            write(Path(folder) / "a", Notes=[["a note"]], Data=SHEET[:9])
+            found.append((Path(folder) / "a").read_bytes())
+    return found
+
+
 def mat() -> list[bytes]:
     variables = {"fs": 64.0, "base": np.arange(4.0), "acc_6": np.ones(4, "f4"), "s": {"x": 1}, "note": "text"}
     matrix = {"time": T, "data": np.ones((N, 2)), "columns": np.array(["base", "acc:6"], dtype=object)}
@@ -157,16 +168,8 @@ def mat() -> list[bytes]:
     return found
 
 
-def excel() -> list[bytes]:
-    from ..io.test_sheets import TABLE as RECORD
-    from ..io.test_sheets import xlsx
-
-    xlsx(file := io.BytesIO(), Notes=[["of a bench"]], Data=RECORD)
-    return [file.getvalue()]
-
-
 BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS": loggers.tdms, "MDF": loggers.mdf,
-           "Excel": excel}  # fmt: skip
+           "Excel": sheets}  # fmt: skip
 
 
 @functools.cache
