@@ -8,13 +8,15 @@ import numpy as np
 
 from .response import Response
 
-__all__ = ["SineSteps", "harmonic_amplitudes", "sine_steps"]
+__all__ = ["SineSteps", "harmonic_amplitudes", "is_stepped_sine", "sine_steps"]
 
 WINDOW = 0.5  # s of the excitation that are looked at at once
 MAX_RESIDUE = 0.05  # share of the amplitude that a sine may leave of the excitation; windows across a step leave more
 FREQUENCY_TOLERANCE = 2e-3  # relative difference up to which windows belong to one step
 HARMONICS = 9  # harmonics that are fitted to a response
 MIN_PERIODS = 3.0  # periods that a window must hold
+MOST, LOOKS = 0.4, 40  # of the windows, without a sine only across steps; windows that are looked at
+STEP = 0.05  # of frequency or amplitude, from one sine to another
 POINTS_PER_PERIOD = 256  # points of a period, from which a history's highest and lowest values are taken
 
 
@@ -65,6 +67,26 @@ def sine_steps(response: Response) -> SineSteps:
         frequency, np.array([found[k][1] for k in ends]), change >= 0, amplitudes(response.acceleration),
         None if probes is None else amplitudes(probes),
     )  # fmt: skip
+
+
+def is_stepped_sine(signal: np.ndarray, fs: float) -> bool:
+    """Return whether a signal is one sine after the other, of other frequency or amplitude, from 6 Hz on.
+
+    One sine that stays, as the mains' hum in a channel without a sensor, is none.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n_t,)
+        Of an excitation or a response.
+    fs : float
+        Samples per second.
+    """
+    size, signal = max(1, round(WINDOW * fs)), signal - np.mean(signal)
+    count = signal.size // size
+    starts = [size * i for i in range(0, count, -(-count // LOOKS) or 1)]
+    found = np.array([_sine(signal[i : i + size], fs) for i in starts]).reshape(-1, 2)
+    sines = found[found[:, 0] > 0]
+    return len(sines) > MOST * len(found) and bool(np.any(np.ptp(sines, axis=0) > STEP * sines.max(axis=0)))
 
 
 def _starts(response: Response, size: int) -> range:

@@ -5,6 +5,7 @@ import pytest
 
 from clearance_mj.signals import Response, sine_steps
 from clearance_mj.signals.excitation import random, stepped_sine
+from clearance_mj.signals.stepped_sines import is_stepped_sine
 
 FREQUENCIES = [7.0, 8.5, 10.1, 10.4, 40.0, 55.5, 40.0, 10.0]
 LEVELS = [1.0] * 4 + [2.0] * 4
@@ -40,3 +41,17 @@ def test_without_noise_they_are_exact():
 def test_what_is_no_stepped_sine_has_no_steps(signal):
     found = sine_steps(Response(2048.0, signal, np.array([signal, signal])))
     assert found.frequency.size == 0 and found.acceleration.shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("signal", "is_one"),
+    [
+        (record(0.01).excitation, True), (5 + record(0.01).excitation, True),
+        (np.repeat([1.0, 2.0], 4500) * np.sin(0.1 * np.arange(9000)), True), (np.sin(0.1 * np.arange(9000)), False),
+        (random(8.0, 2048.0, (5, 220), 1.0, 1).value, False), (np.arange(9000.0), False), (np.ones(9000), False),
+        (np.exp(-0.002 * np.arange(9000)) * np.sin(0.1 * np.arange(9000)), False), (np.zeros(3), False),
+    ],
+    ids=["steps", "on an offset", "levels", "hum", "noise", "clock", "constant", "decay", "short"],
+)  # fmt: skip
+def test_what_is_a_stepped_sine(signal, is_one):
+    assert is_stepped_sine(signal, 2048.0) == is_one and not is_stepped_sine(signal, 0.4)

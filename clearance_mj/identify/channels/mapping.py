@@ -16,6 +16,7 @@ from ...io.channels import UNKNOWN, Channel, channel_faults
 from ...io.columns import SKIP, channel_name
 from ...io.formats import read_channels
 from ...rig import Rig
+from ...signals.stepped_sines import is_stepped_sine
 from .assignment import Assignment, Search
 from .names import agreement_of_name
 from .raw_signals import gather
@@ -40,6 +41,7 @@ FARTHEST, FINEST, TIMELY = 20.0, 0.1, 0.15
 """Samples: by which a channel may be late, steps in which that is looked for, and up to which it counts as in time."""
 CLOSE = 2.5  # factor within which a unit is tried instead
 STRETCHES = {0.5: "half", 2.0: "twice", 1e3: "a thousand times", 1e-3: "a thousandth of"}  # of a wrong sampling rate
+SINES = "the records are under a stepped sine alone"
 BETTER = 0.1  # more likeness by which another sampling rate is named
 _TURNED = str.maketrans("+-", "-+")
 
@@ -53,7 +55,8 @@ def map_channels(
 
     Transfer functions between the channels are compared with those of the rig, whose uncertain numbers are drawn from
     its tolerances. What decides is by how much the channels contradict each other more under any other assignment;
-    names decide only between what the records do not tell apart.
+    names decide only between what the records do not tell apart. Records under stepped sines decide only where there
+    are no others.
 
     Parameters
     ----------
@@ -81,10 +84,14 @@ def map_channels(
     """
     with tqdm(total=4, desc="map", disable=not progress) as bar:
         named = [*files.items()] if isinstance(files, Mapping) else [_read(f, n) for n, f in enumerate(files, 1)]
-        signals = gather(named)
+        sines = {name: found for name, channels in named if (found := _sines(channels))}
+        deciding = [(name, channels) for name, channels in named if name not in sines]
+        notes = [f"{name}: is a stepped sine, the other records decide" for name in sines if deciding]
+        signals = gather(deciding or named)
         bar.update()
         band = band or signals.band()
-        signals = signals.without(signals.unrelated(band))
+        excited = set[str]() if deciding else set[str]().union(*sines.values())
+        signals = signals.without({n: why for n, why in signals.unrelated(band).items() if n not in excited})
         search = Search(rig, signals, kind or rig.shaker.kind, band)
         found = search.closest_assignments()
         bar.update()
@@ -93,20 +100,27 @@ def map_channels(
                 f"no channel can be the excitation of rig “{rig.name}”, {search.places[-1].quantity} of the "
                 f"{'base' if search.kind == 'base' else 'shaker'}: was it recorded?"
             )
-        best, notes = found[0], []
-        if words := _wrong_rate(search, best):
-            notes.append(words)
+        best, doubts = found[0], list[str]()
+        if not excited and (words := _wrong_rate(search, best)):
+            doubts.append(words)
         judge, units = judged(search, best)
-        if judge.misfit > FITS and judge.enough and (late := _late(search, judge.misfit)):
-            search, best, judge, units, notes = late
+        if excited and judge.misfit > FITS:
+            doubts.append(f"{SINES}, which does not tell the channels apart: give one under noise or hits, too")
+        elif judge.misfit > FITS and judge.enough and (late := _late(search, judge.misfit)):
+            search, best, judge, units, doubts = late
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
-    answer = _Answer(search, judge, units, rivals, best, notes).written()
+    answer = _Answer(search, judge, units, rivals, best, doubts).written()
     used = {name for name, given in answer.channels.items() if given != SKIP}
     faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
     said = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
-    return dataclasses.replace(answer, notes=(*answer.notes, *said))
+    return dataclasses.replace(answer, notes=(*notes, *answer.notes, *said))
+
+
+def _sines(channels: Sequence[Channel]) -> list[str]:
+    """Names of the channels that show one sine after the other, as the excitation of such a record does."""
+    return [channel.name for channel in channels if is_stepped_sine(channel.value, channel.fs)]
 
 
 def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:
@@ -218,7 +232,8 @@ class _Answer:
                 "the rig of these records, was its excitation recorded, is its structure as drawn?"
             )
         last = len(best.places) - 1
-        common = "the records are not of this rig" if foreign else ""
+        of_sines = any(note.startswith(SINES) for note in self.notes)
+        common = (SINES if of_sines else "the records are not of this rig") if foreign else ""
         if not common and self._rivalled(best.places[last]):
             common = "which channel is the excitation is not sure"
         for number, place in enumerate(best.places):

@@ -3,6 +3,7 @@
 import dataclasses
 import warnings
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.channels.units import decide_units
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.io.channels import UNKNOWN, Channel
+from clearance_mj.io.columns import channel_name
 from experiments.benches.logger import as_logged, drawn_bench, measured
 from experiments.benches.mapping import map_drawn_bench
 
+TABLE1 = Path(__file__).parents[3] / "data" / "table1_rig"
 FOUR_ACCELEROMETERS = 11  # seed of a bench with one bushing, four accelerometers and no probe
 
 
@@ -126,6 +129,43 @@ def test_voltages_are_asked_for():
     found = cm.map_channels(volts, rig)
     assert all('its unit "V"' in found.reasons[name] for name in found.channels)
     assert len(found.undecided) == 5
+
+
+def stepped(channel, size=8192, steps=(10.0, 17.0, 31.0)):
+    """A channel under sines of 2 s, one after the other."""
+    sines = [np.sin(2 * np.pi * f * np.arange(size // len(steps)) / channel.fs) for f in steps]
+    return dataclasses.replace(channel, value=np.concatenate(sines))
+
+
+def test_a_stepped_sine_leaves_the_map_to_the_other_records():
+    """The truth is that of the drawn logger."""
+    channels, truth = logged(said=0.0)
+    files = {f"{i}.csv": record for i, record in enumerate(channels)} | {"sine.csv": [*map(stepped, channels[0])]}
+    found = cm.map_channels(files, bench()[0])
+    assert dict(found.channels) == truth
+    assert found.notes[0] == "sine.csv: is a stepped sine, the other records decide"
+
+
+def test_the_excitation_of_a_stepped_sine_is_taken_for_what_it_is():
+    """Three steps of a record, whose labels are the truth, tell the excitation, and are no records of another rig."""
+    rig = cm.Rig.load(TABLE1 / "rig.toml")
+    channels = cm.read(TABLE1 / "sine_1.uff")
+    three = [dataclasses.replace(c, node=0, direction="S", value=c.value[: int(4.5 * c.fs)]) for c in channels]
+    found = cm.map_channels([three], rig)
+    assert not any(
+        "not of this rig" in words or "sampling rate" in words for words in (*found.reasons.values(), *found.notes)
+    )
+    (base,) = [c.name for c in channels if c.node == 100]
+    assert found.channels[base] == "base" or found.reasons[base].endswith("likeliest base")
+    assert "the records are under a stepped sine alone" in found.notes[0]
+
+
+@pytest.mark.slow
+def test_a_stepped_sine_of_many_steps_is_mapped():
+    rig = cm.Rig.load(TABLE1 / "rig.toml")
+    channels = cm.read(TABLE1 / "sine_1.uff")
+    found = cm.map_channels([[dataclasses.replace(c, node=0, direction="S") for c in channels]], rig)
+    assert dict(found.channels) == {c.name: channel_name(c.label, c.quantity) for c in channels}
 
 
 @pytest.mark.parametrize(
