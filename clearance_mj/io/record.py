@@ -29,6 +29,8 @@ __all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
 _QUANTITIES = {"base": "acceleration", "force": "force"}
 STEADY = 0.02  # of the speed that a record is said to turn at: by so much it may be another one, and change
 RAMP = 0.2  # of the fastest speed of a ramp: no machine follows one exactly
+SENSOR = "a sensor of the rig"
+ALL_SENSORS = "; a record has all of them: put this one into a dataset of its own, whose rig file lacks the sensor"
 _OTHER_SIGN = str.maketrans("+-", "-+")
 _RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
 
@@ -130,11 +132,12 @@ class Record(Shown):
         if self.role == "orbit" or (kind == "spin" and not self._has_sensors):
             needed |= {(label, "displacement"): "a probe of an orbit" for label in self.rig.probe_labels}
         else:
-            needed |= {(label, "acceleration"): "a sensor of the rig" for label in self.rig.sensor_labels}
+            needed |= {(label, "acceleration"): SENSOR for label in self.rig.sensor_labels}
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
-                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{_way_out(headers)}")
+                way_out = _way_out(headers) or (ALL_SENSORS if what == SENSOR else "")
+                raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{way_out}")
 
     def _check_turning(self, headers: Sequence[Channel | ChannelHeader]) -> None:
         turns = self._turns

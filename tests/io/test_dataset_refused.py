@@ -143,7 +143,7 @@ def swap(index, **changes):
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        (without(4), "has no acceleration at node 4 along Z, a sensor of the rig"),
+        (without(4), "has no acceleration at node 4 along Z, a sensor of the rig; a record has all of them: put"),
         (without(100), "has no acceleration at node 100 along Z, the excitation"),
         (lambda given: [], "has no channels"),
         (swap(2, value=np.zeros(N - 1)), 'channel "acceleration 6" has 255 samples, channel "acceleration 8" has 256'),
