@@ -56,6 +56,8 @@ def gapless_channels(parts: Sequence[Samples], notes: list[str]) -> list[Channel
     """Return channels over the longest stretch in which all of the same times have numbers; notes say what lacks."""
     groups: dict[tuple[int, float, float], list[tuple[Samples, np.ndarray]]] = {}
     for part in parts:
+        if not part.fs > 0:
+            raise RecordError(f'channel "{part.name}": fs must be > 0 Hz, got {part.fs}')
         value, code = _without_codes(part.value)
         lacking = np.isnan(value)
         words = f'"{part.name}" lacks {lacking.sum()} of {value.size} numbers ({part.code or code or "no number"})'
