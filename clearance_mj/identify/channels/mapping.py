@@ -84,7 +84,7 @@ def map_channels(
     """
     with tqdm(total=4, desc="map", disable=not progress) as bar:
         named = [*files.items()] if isinstance(files, Mapping) else [_read(f, n) for n, f in enumerate(files, 1)]
-        sines = {name: found for name, channels in named if (found := _sines(channels))}
+        sines = {name: steps for name, channels in named if (steps := _sines(channels))}
         deciding = [(name, channels) for name, channels in named if name not in sines]
         notes = [f"{name}: is a stepped sine, the other records decide" for name in sines if deciding]
         signals = gather(deciding or named)
