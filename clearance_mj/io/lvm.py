@@ -268,6 +268,17 @@ class _Lines:
                 self.notes.append(f'"{name}" begins {second:.9g} s after the first channel (Time)')
         return after
 
+    def numbers(self, fields: Sequence[str]) -> list[float]:
+        """Return the numbers of a line, nan where it has a code or nothing; none of a line of other words."""
+        try:
+            return [float(f.replace(self.point, ".")) for f in fields]  # nearly always, and fast
+        except ValueError:
+            pass
+        try:
+            return [np.nan if is_code(f) else float(f.replace(self.point, ".")) for f in fields]
+        except ValueError:
+            return []
+
     def rows(self, columns: int, samples: int) -> np.ndarray:
         """Return (n, columns) numbers of the lines after the titles; a comment may follow them.
 
@@ -278,10 +289,7 @@ class _Lines:
         decimals = 0
         while self.at < len(self.lines) and (line := self.lines[self.at]).strip() and not line.startswith(_NEXT):
             fields = line.split(self.separator)[:columns]
-            try:
-                numbers = [np.nan if is_code(f) else float(f.replace(self.point, ".")) for f in fields]
-            except ValueError:
-                numbers = []
+            numbers = self.numbers(fields)
             known, decimals = decimals, len(fields[-1].partition(self.point)[2])
             is_cut = self.is_cut and (decimals < known or len(rows) + 1 < samples)
             if rows and self.at == self.last and (len(numbers) < columns or is_cut):
