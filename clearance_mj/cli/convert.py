@@ -57,7 +57,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
     option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
     option("--role", help="of the records of a dataset: identify, validate, sine or orbit (default: identify)")
-    add_kind(parser, "spin")
+    add_kind(
+        parser, "spin", default="as the rig's shaker, or the other input if that alone was recorded; of orbits spin"
+    )
     option(
         "--spin", metavar="SPEED", help="of the shaft in records of a dataset, such as 20Hz or 3000rpm (without a unit "
         "rad/s), or FROM:TO:SECONDS of a run-up, such as 20Hz:60Hz:20; < 0: from z to y (default: as the rig file)",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_columns, add_map, add_plugin, add_units, load_map, load_plugin, parse_columns
+from .options import add_columns, add_map, add_plugin, add_rate, add_units, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.channels import Channel
@@ -40,7 +40,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     words = "what the exponential window falls to in a block, 1: none (default: 1, or as slow decays need)"
     option("--exponential", type=float, metavar="END", help=words)
     option("--modes", type=int, default=10, help="most modes to find, 0: none (default: %(default)s)")
-    option("--fs", type=float, help="samples per second of a CSV or MATLAB file without time")
+    add_rate(parser)
     add_columns(parser)
     add_map(parser)
     add_units(parser)
@@ -101,7 +101,7 @@ def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, opti
     from ..signals.response import Response
 
     columns, mapped = dict(parse_columns(options.column)), load_map(options)
-    channels = read_channels(path, columns, options.fs, rig, options.units, mapped)
+    channels = read_channels(path, columns, options.fs, rig, options.units, mapped, options.resample)
     with naming(path):
         hammer = _hammer(channels, rig, options.hammer)
         at = at or (hammer.label if hammer.placed else None)

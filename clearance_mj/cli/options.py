@@ -184,9 +184,9 @@ def periodic_settings(options: argparse.Namespace) -> dict[str, Any]:
     return {f"n_{name}": getattr(options, name) for name in PERIODIC}
 
 
-def add_kind(parser: argparse.ArgumentParser, *more: str) -> None:
-    """Add the option that says what excites: base, force, or ``more``."""
-    parser.add_argument("--kind", choices=("base", "force", *more), help="what excites (default: as the rig's shaker)")
+def add_kind(parser: argparse.ArgumentParser, *more: str, default: str = "as the rig's shaker") -> None:
+    """Add the option that says what excites: base, force, or ``more``; ``default`` says what does without it."""
+    parser.add_argument("--kind", choices=("base", "force", *more), help=f"what excites (default: {default})")
 
 
 def add_periodic_kind(parser: argparse.ArgumentParser) -> None:

@@ -28,15 +28,6 @@ def rows(width, digits, per_line, letter="E"):
     return ["".join(words[i : i + per_line]) for i in range(0, len(words), per_line)]
 
 
-@pytest.fixture
-def write(tmp_path):
-    def write(data):
-        (tmp_path / "file.uff").write_bytes(data)
-        return tmp_path / "file.uff"
-
-    return write
-
-
 @pytest.mark.parametrize("letter", ["E", "D"])
 @pytest.mark.parametrize(
     "ordinate, width, digits, per_line",

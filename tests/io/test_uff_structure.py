@@ -33,15 +33,6 @@ def modal_frf(quantity="acceleration/force"):
     return FRF(FREQUENCY, value, None, ("1:+Z", "2:+Z", "3:+Z"), "1:+Z", quantity)
 
 
-@pytest.fixture
-def write(tmp_path):
-    def write(data):
-        (tmp_path / "file.uff").write_bytes(data)
-        return tmp_path / "file.uff"
-
-    return write
-
-
 # Units
 
 
