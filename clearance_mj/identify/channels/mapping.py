@@ -111,7 +111,7 @@ def map_channels(
         bar.update()
         rivals = judge.rivals() if judge.enough else []
         bar.update()
-    answer = _Answer(search, judge, units, rivals, best, doubts).written()
+    answer = _Answer(search, judge, units, rivals, best, doubts, bool(excited)).written()
     used = {name for name, given in answer.channels.items() if given != SKIP}
     faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
     said = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
@@ -211,10 +211,11 @@ class _Answer:
     """A map in words, with a question wherever it is not sure."""
 
     def __init__(
-        self, search: Search, judge: Judge, units: Units, rivals: list[Rival], best: Assignment, notes: list[str]
-    ) -> None:
+        self, search: Search, judge: Judge, units: Units, rivals: list[Rival], best: Assignment, notes: list[str],
+        of_sines: bool,
+    ) -> None:  # fmt: skip
         self.search, self.best, self.units, self.judge, self.rivals = search, best, units, judge, rivals
-        self.names, self.notes = search.signals.names, notes
+        self.names, self.notes, self.of_sines = search.signals.names, notes, of_sines
         self.contradiction = judge.contradiction()
         self.sure = SURE if judge.misfit <= FITS else SURE_OF_ANOTHER
 
@@ -232,7 +233,7 @@ class _Answer:
                 "the rig of these records, was its excitation recorded, is its structure as drawn?"
             )
         last = len(best.places) - 1
-        of_sines = any(note.startswith(SINES) for note in self.notes)
+        of_sines = self.of_sines and self.judge.misfit > FITS
         common = (SINES if of_sines else "the records are not of this rig") if foreign else ""
         if not common and self._rivalled(best.places[last]):
             common = "which channel is the excitation is not sure"
