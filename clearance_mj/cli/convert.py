@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig, Spin
     from ..signals.frf import FRF
 
-OF_DATASET = ("role", "level", "spin", "pulses")
+OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +65,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "rad/s), or FROM:TO:SECONDS of a run-up, such as 20Hz:60Hz:20; < 0: from z to y (default: as the rig file)",
     )  # fmt: skip
     option("--pulses", type=int, metavar="N", help="of the keyphasor in a turn (default: 1, or as the rig file)")
+    option(
+        "--leave-out", nargs="+", default=(), metavar="DOF",
+        help="accelerometers that records of a dataset lack, or that cannot be used in them, such as 3:+Z: the other "
+        "records keep theirs",
+    )  # fmt: skip
     option(
         "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
     )
@@ -103,7 +108,7 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
 
     if len(inputs) > 1:
         raise ClearanceError(f"{out}: one file is written from one; several go into a dataset folder (no suffix)")
-    if given := [f"--{name}" for name in OF_DATASET if getattr(options, name) is not None]:
+    if given := [f"--{name.replace('_', '-')}" for name in OF_DATASET if getattr(options, name) not in (None, ())]:
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
     if options.band and not options.frf:
         raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
@@ -288,9 +293,16 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         level=options.level,
         band=band,
         kind=options.kind,
+        left_out=tuple(options.leave_out),
         spin=None if spin == rig.spin else spin,
     )
-    note(path, channel_faults(record.channels))
+    faults: list[str] = []
+    for channel in record.channels:
+        sensor = channel.quantity == "acceleration" and channel.label in rig.sensor_labels
+        if not (sensor and channel.label in record.left_out):
+            way_out = f"; --leave-out {channel.label} leaves it out of this record alone" if sensor else ""
+            faults += [f"{fault}{way_out}" for fault in channel_faults([channel])]
+    note(path, faults)
     made = {"file": str(path), "sha256": sha256(path), MARK: __version__}
     record = dataclasses.replace(record, provenance=made | record.provenance)
     if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":

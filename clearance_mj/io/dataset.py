@@ -277,14 +277,17 @@ class _Entry:
     """(x, y, z) along which the base moved or the force acted; None: that of the rig's shaker"""
     spin: Spin | None = None
     """how the shaft turned; None: as the rig file says"""
+    left_out: tuple[Text, ...] = ()
+    """accelerometers of the rig, such as "3:+Z", that were not recorded or cannot be used in this test"""
 
     def record(self, folder: Path, rig: Rig, where: str) -> Record:
         channels = FileChannels(folder / self.file, scan_uff(folder / self.file), self.fs)
         of_excitation = self.kind, self.excitation, self.level, self.seed, self.band
         try:
             return Record(
-                self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance, self.direction, self.spin
-            )
+                self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance, self.direction,
+                self.spin, self.left_out,
+            )  # fmt: skip
         except RecordError as error:
             raise RecordError(f"{where}: {error}") from None
 
@@ -312,6 +315,7 @@ def _table(record: Record) -> dict[str, Any]:
         "provenance": record.provenance,
         "direction": record.direction,
         "spin": None if record.spin is None else to_plain(record.spin),
+        "left_out": list(record.left_out) or None,
     }
     return {key: value for key, value in table.items() if value is not None}
 

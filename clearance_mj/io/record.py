@@ -30,7 +30,7 @@ _QUANTITIES = {"base": "acceleration", "force": "force"}
 STEADY = 0.02  # of the speed that a record is said to turn at: by so much it may be another one, and change
 RAMP = 0.2  # of the fastest speed of a ramp: no machine follows one exactly
 SENSOR = "a sensor of the rig"
-ALL_SENSORS = "; a record has all of them: put this one into a dataset of its own, whose rig file lacks the sensor"
+LEAVE_OUT = '; leave it out of this record alone with left_out = ["{}"] in dataset.toml, or convert --leave-out {}'
 _OTHER_SIGN = str.maketrans("+-", "-+")
 _RATE_TOLERANCE = 1e-5  # A universal file writes six digits of the time step.
 
@@ -90,6 +90,8 @@ class Record(Shown):
     """(x, y, z) along which the base moved or the force acted; None: that of the rig's shaker"""
     spin: Spin | None = None
     """how the shaft turned; None: as the rig file says"""
+    left_out: tuple[Text, ...] = ()
+    """accelerometers of the rig, such as "3:+Z", that were not recorded or cannot be used in this test"""
 
     def __post_init__(self) -> None:
         if not isinstance(self.channels, FileChannels):
@@ -97,10 +99,23 @@ class Record(Shown):
         try:
             if self.band and self.fs < 2 * self.band[1]:
                 raise RecordError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
+            self._check_left_out()
             self._check_channels(self._headers)
             self._check_turning(self._headers)
         except RecordError as error:
             raise RecordError(f'record "{self.name}": {error}') from None
+
+    def _check_left_out(self) -> None:
+        sensors = self.rig.sensor_labels
+        if unknown := sorted(set(self.left_out) - set(sensors)):
+            raise RecordError(f'left_out: "{unknown[0]}" is no accelerometer of the rig; it has {", ".join(sensors)}')
+        if self.left_out and self.role == "validate":
+            raise RecordError(
+                "left_out is for records to identify: FRFs that validate are compared at all sensors; put this record "
+                "into a dataset of its own, whose rig file lacks the sensor"
+            )
+        if sensors and not self._recorded:
+            raise RecordError("left_out leaves no accelerometer")
 
     def _check_channels(self, headers: Sequence[Channel | ChannelHeader]) -> None:
         if not headers:
@@ -132,11 +147,12 @@ class Record(Shown):
         if self.role == "orbit" or (kind == "spin" and not self._has_sensors):
             needed |= {(label, "displacement"): "a probe of an orbit" for label in self.rig.probe_labels}
         else:
-            needed |= {(label, "acceleration"): SENSOR for label in self.rig.sensor_labels}
+            needed |= {(label, "acceleration"): SENSOR for label in self._recorded}
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
-                way_out = _way_out(headers) or (ALL_SENSORS if what == SENSOR else "")
+                leave_out = LEAVE_OUT.format(label, label) if what == SENSOR and self.role != "validate" else ""
+                way_out = _way_out(headers) or leave_out
                 raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{way_out}")
 
     def _check_turning(self, headers: Sequence[Channel | ChannelHeader]) -> None:
@@ -168,6 +184,7 @@ class Record(Shown):
         _, *values = self.row()
         facts = dict(zip(("role", "level RMS", "duration", "rate", "band", "excitation"), values))
         facts["channels"] = str(len(self._headers))
+        facts["left out"] = ", ".join(self.left_out)
         facts["from"] = ", ".join(f"{name}: {value}" for name, value in self.provenance.items())
         return Overview(f"Record “{self.name}” of rig “{self.rig.name}”", facts)
 
@@ -194,10 +211,15 @@ class Record(Shown):
         return self.tested_rig.shaker.label(kind), _QUANTITIES[kind]
 
     @property
+    def _recorded(self) -> list[str]:
+        """Degrees of freedom of the rig's accelerometers that are not left out."""
+        return [label for label in self.rig.sensor_labels if label not in self.left_out]
+
+    @property
     def _has_sensors(self) -> bool:
-        """Whether every accelerometer of the rig was recorded, along either sense of its direction."""
+        """Whether every accelerometer that is not left out was recorded, along either sense of its direction."""
         found = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "acceleration"}
-        return all((node, axis) in found for node, _, axis in map(_split, self.rig.sensor_labels))
+        return all((node, axis) in found for node, _, axis in map(_split, self._recorded))
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
@@ -282,15 +304,15 @@ class Record(Shown):
         Returns
         -------
         Response
-            ``acceleration`` (n_sensors, n_t) in the order of the rig's sensors; ``displacement`` (n_bushings, n_t) if
-            every clearance has a probe, a displacement channel at its `Rig.probe_labels`. A channel of the other sign
-            is turned round.
+            ``acceleration`` (n_sensors, n_t) in the order of the rig's sensors, without those left out;
+            ``displacement`` (n_bushings, n_t) if every clearance has a probe, a displacement channel at its
+            `Rig.probe_labels`. A channel of the other sign is turned round.
         """
         measured = self._measured(self.channels)
         probed = [(label, "displacement") for label in self.rig.probe_labels]
         has_probes = bool(probed) and not self.missing_probes
         by_spin, turning = self.excitation_kind == "spin", self.turning()
-        labels = self.rig.sensor_labels if self._has_sensors else []
+        labels = self._recorded if self._has_sensors else []
         return Response(
             fs=self.fs,
             excitation=np.zeros(self.size) if by_spin else measured[self._driven],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -96,6 +97,17 @@ class Response(Shown, ArrayData):
     def duration(self) -> float:
         """S"""
         return self.excitation.size / self.fs
+
+    def at(self, responses: Sequence[str]) -> Response:
+        """Return the response at some of the sensors alone.
+
+        Parameters
+        ----------
+        responses : sequence of str
+            Their degrees of freedom.
+        """
+        rows = [self.responses.index(label) for label in responses]
+        return dataclasses.replace(self, acceleration=self.acceleration[rows], responses=tuple(responses))
 
     @property
     def is_round(self) -> bool:

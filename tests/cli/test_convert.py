@@ -131,6 +131,23 @@ def test_a_dataset_out_of_single_files(tmp_path, bench, columns, record, answer,
     assert (folder / "dataset.toml").read_text() == before
 
 
+def test_one_sensor_is_left_out_of_one_record(tmp_path, bench, columns, record, answer, refused):
+    """The channel was not recorded, or is in the file and of no use; the other record keeps its own."""
+    folder, uff = tmp_path / "data", tmp_path / "dead.uff"
+    lacking = [c for c in record.channels if (c.node, c.quantity) != (3, "acceleration")]
+    formats.write(uff, lacking)
+    answer("convert", bench, folder, "--rig", RIG, *columns)
+    assert "a sensor of the rig; leave it out of this record alone with" in refused("convert", uff, folder)
+    answer("convert", uff, folder, "--leave-out", "3:+Z")
+    flat = dataclasses.replace(record.channels[3], node=3, value=np.ones(record.size))
+    formats.write(tmp_path / "flat.uff", [*lacking, flat])
+    answer("convert", tmp_path / "flat.uff", "--out", folder, "--leave-out", "3:+Z")
+    found = Dataset.load(folder).records
+    assert [len(r.response().responses) for r in found] == [8, 7, 7]
+    assert "3:+Z" not in found[2].response().responses
+    assert "--leave-out are for a dataset folder" in refused("convert", uff, tmp_path / "x.csv", "--leave-out", "3:+Z")
+
+
 def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
     uff, out = tmp_path / "r.uff", tmp_path / "out"
     formats.write(uff, list(record.channels))

@@ -143,7 +143,7 @@ def swap(index, **changes):
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        (without(4), "has no acceleration at node 4 along Z, a sensor of the rig; a record has all of them: put"),
+        (without(4), "has no acceleration at node 4 along Z, a sensor of the rig; leave it out of this record alone"),
         (without(100), "has no acceleration at node 100 along Z, the excitation"),
         (lambda given: [], "has no channels"),
         (swap(2, value=np.zeros(N - 1)), 'channel "acceleration 6" has 255 samples, channel "acceleration 8" has 256'),
@@ -163,6 +163,19 @@ def test_channels_that_do_not_fit(folder, change, part):
     if changed := change(channels()):
         write_uff(folder / "level-0.5.uff", changed)
         refused(folder, "dataset.toml: records[0] (level-0.5.uff)", part)
+
+
+@pytest.mark.parametrize(
+    ("changed", "part"),
+    [
+        ({"left_out": ("9:+Z",)}, 'left_out: "9:+Z" is no accelerometer of the rig; it has 1:+Z, '),
+        ({"left_out": ("4:+Z",), "role": "validate"}, "left_out is for records to identify: FRFs that validate are"),
+        ({"left_out": tuple(RIG.sensor_labels)}, "left_out leaves no accelerometer"),
+    ],
+)
+def test_sensors_that_cannot_be_left_out(changed, part):
+    with pytest.raises(RecordError, match='record "level-0.5": ' + re.escape(part)):
+        record(**changed)
 
 
 def test_file_of_frfs_instead_of_a_record(folder):

@@ -38,6 +38,9 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
     RecordError
         Says which channels, and what they are; other assignments are much worse, and this one fits the rig.
     """
+    records = [record for record in records if not record.absent]
+    if not records:
+        return
     first = records[0]
     alike = [r for r in records if (r.fs, r.kind, r.channels) == (first.fs, first.kind, first.channels)]
     if len(first.channels) <= len(first.rig.bushings) + 2 or any(r.faults for r in alike):

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..structure.faults.assessment import distance, predicted_spectra
 from ..structure.force_gains import Lines, force_gains
-from ..structure.rig_fit import channel_weights
+from ..structure.rig_fit import channel_deviation
 from ..structure.spectra import complex_frequency, complex_spectra, rms
 from .assignment import Assignment, Search
 
@@ -119,7 +119,7 @@ class Judge:
         column, found = self.assignment.places.index(places[-1]), [0.0]
         for gains, spectra, record in zip(self._gains[0], measured, search.signals.records):
             own = spectra[:, [self.assignment.places.index(i) for i in places]]
-            weights = channel_weights(rms(own), own)
+            weights = 1 / channel_deviation(rms(own), own)
             forces = [
                 np.linalg.lstsq(g * w[:, None], y * w, rcond=None)[0] for g, w, y in zip(gains[:, places], weights, own)
             ]

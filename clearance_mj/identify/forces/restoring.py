@@ -63,7 +63,8 @@ class RestoringForce:
     noise_frequency: np.ndarray  #: (n_f,) Hz
     noise_density: np.ndarray  #: (n_bushings, n_f) one-sided density of the force's noise, N/sqrt(Hz)
     noise: np.ndarray
-    """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units"""
+    """(n_sensors + n_bushings + 1,) noise found in the accelerometers, probes and excitation, in their units; infinite
+    of what was left out"""
     spin: np.ndarray | None = None
     """(n_t,) rad/s, of a shaft that turned"""
 
@@ -105,7 +106,8 @@ def restoring_force(
     """
     record = prepared(record)
     require_measurable(record, needs_probes=low <= 0)
-    rig, fs, measured = rig or record.rig, record.fs, record.signals
+    rig, fs, present = rig or record.rig, record.fs, record.present
+    measured = np.compress(present, record.signals, axis=1)
     high = BAND * fs if high is None else float(high)
     if not low < high <= fs / 2:
         raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
@@ -117,12 +119,12 @@ def restoring_force(
     omega = 2 * np.pi * frequency[inside]
     model = SpatialGains(spatial_model(rig, MODES)).driven(record.tested) if rig.is_spatial else ritz_model(rig, MODES)
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
-    seen = model.channel_gains(rows, record.kind, omega)
+    seen = np.compress(present, model.channel_gains(rows, record.kind, omega), axis=1)
     moved = model.displacement_gains(model.at_points, record.kind, omega)
     whirl: np.ndarray | float = 0.0  # of the points, under unbalance alone
     if isinstance(model, SpatialGains) and record.turning is not None and rig.unbalances:
         turned = spun_spectra(record.turning, fs, flanks(n, fs), size)[inside]
-        spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega), turned)
+        spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega)[:, present], turned)
         whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.model.unbalance.T, omega), turned)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
@@ -144,6 +146,8 @@ def restoring_force(
     def spread(power: np.ndarray) -> np.ndarray:
         return np.sqrt(power.sum(axis=0) * fs / size)
 
+    every = np.full(present.size, np.inf)  # what was left out is noise alone
+    every[present] = sigma
     motion = np.einsum("fij,fj->fi", moved, theta) + whirl
     noise = density(np.broadcast_to(np.eye(m, m + 1), (omega.size, m, m + 1)))
     time = np.arange(n) / fs
@@ -162,7 +166,7 @@ def restoring_force(
         valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
         noise_frequency=frequency[inside],
         noise_density=np.sqrt(noise).T,
-        noise=sigma,
+        noise=every,
         spin=None if record.turning is None else record.turning.speed,
     )
 

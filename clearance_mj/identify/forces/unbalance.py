@@ -169,7 +169,7 @@ def _at_turns(
     of_both = np.stack([shown([one]) for one in unit], axis=2)
     left = measured - shown(others) if others else measured
     white = NOISE * np.sqrt(np.mean(record.signals**2, axis=0) * np.sum(window**2)) + QUIET
-    noise = np.hypot(white, MODEL_ERROR * np.abs(measured))[:, :, None]
+    noise = np.where(record.present, np.hypot(white, MODEL_ERROR * np.abs(measured)), np.inf)[:, :, None]
     basis, _ = np.linalg.qr(seen / noise)
     targets = np.concatenate((of_both, left[:, :, None]), axis=2) / noise
     rest = targets - basis @ (basis.conj().transpose(0, 2, 1) @ targets)

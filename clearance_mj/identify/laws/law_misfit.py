@@ -50,7 +50,7 @@ class Stretch:
     level: float  #: RMS of the excitation, m/s² or N
     missed: np.ndarray
     """(n_sensors, n_bands) dB, typical difference of the magnitudes: its median size as a standard deviation; nan in
-    bands that the record does not have"""
+    bands and at sensors that the record does not have"""
     random: np.ndarray  #: (n_sensors, n_bands) dB, typical random error of that difference
 
     @property
@@ -67,7 +67,8 @@ class Decay:
     start: float  #: s
     duration: float  #: s
     peak: float  #: of the hit, m/s² or N
-    missed: np.ndarray  #: (n_sensors, 2) dB, RMS of the model over that of the record, first and second half
+    missed: np.ndarray
+    """(n_sensors, 2) dB, RMS of the model over that of the record, first and second half; nan where not recorded"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +180,7 @@ class LawMisfit:
              "first_half_db": float(first), "second_half_db": float(second)}
             for d in self.decays
             for sensor, (first, second) in zip(self.sensors, d.missed)
+            if np.isfinite(first)
         ]  # fmt: skip
 
 
@@ -219,6 +221,11 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     return LawMisfit(tuple(model.rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
 
 
+def _rows(test: Response, model: Response) -> list[int]:
+    """Which of a model's sensors were recorded."""
+    return [model.responses.index(label) for label in test.responses]
+
+
 def _is_of_hits(response: Response) -> bool:
     return bool(np.abs(response.excitation).max() > CREST * response.excitation.std())
 
@@ -235,17 +242,17 @@ def _stretches(name: str, test: Response, model: Response, edges: np.ndarray) ->
 
 def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.ndarray) -> Stretch:
     measured = Response(test.fs, test.excitation[part], test.acceleration[:, part], kind=test.kind, band=_band(test))
-    rest = dataclasses.replace(measured, acceleration=(test.acceleration - model.acceleration)[:, part])
+    rows = _rows(test, model)
+    rest = dataclasses.replace(measured, acceleration=(test.acceleration - model.acceleration[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, rest))
     size = np.abs(frf.functions)
     missed = DB * np.abs(np.log(np.abs(frf.functions - difference.functions) / size))
     error = DB * random_error(difference)[:, 0] * np.abs(difference.functions) / size
     band = np.searchsorted(edges, frf.frequency, side="right") - 1
-    shape = len(size), edges.size - 1
-    found = np.full((2, *shape), np.nan)
-    for i in range(shape[1]):
+    found = np.full((2, len(model.responses), edges.size - 1), np.nan)
+    for i in range(edges.size - 1):
         if (band == i).any():
-            found[:, :, i] = NORMAL * np.median(missed[:, band == i], axis=1), np.median(error[:, band == i], axis=1)
+            found[:, rows, i] = NORMAL * np.median(missed[:, band == i], axis=1), np.median(error[:, band == i], axis=1)
     start, level = part.start / test.fs, float(np.std(measured.excitation))
     return Stretch(name, start, measured.duration, level, found[0], found[1])
 
@@ -261,7 +268,8 @@ def _decays(name: str, test: Response, model: Response) -> list[Decay]:
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)
             rms = [[np.std(r.acceleration[:, half], axis=1) for half in halves] for r in (model, test)]
-            missed = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T
+            missed = np.full((len(model.responses), 2), np.nan)
+            missed[_rows(test, model)] = DB * np.log(np.array(rms[0])[:, _rows(test, model)] / np.array(rms[1])).T
             peak = float(size[begin : begin + shortest].max())
             found.append(Decay(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
     return found

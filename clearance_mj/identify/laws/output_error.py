@@ -213,7 +213,7 @@ class Sight:
     """
 
     def __init__(self, measured: Response):
-        self.probes = measured.displacement is not None
+        self.probes, self.sensors = measured.displacement is not None, measured.responses
         self.pieces = [(piece, self._averages(measured, measured.excitation[piece])) for piece in _pieces(measured)]
 
     @staticmethod
@@ -229,8 +229,10 @@ class Sight:
         Parameters
         ----------
         response : Response
-            Response at the record's sensors.
+            Response at the rig's sensors.
         """
+        if response.responses != self.sensors:
+            response = response.at(self.sensors)
         frf, squares = [np.empty(0)], [np.empty(0)]
         for piece, averages in self.pieces:
             signals = [response.displacement[:, piece]] if self.probes and response.displacement is not None else []

@@ -77,13 +77,7 @@ def _remedy(record: PreparedRecord, channel: str) -> str:
         return "nothing can be identified from this record"
     if kind == "probe":
         return "without the probes, bench, output-error and constant still can be used"
-    node = label.partition(":")[0]
-    if label in record.rig.probe_labels:
-        return (
-            f"without node {node} in the rig file the probe there is lost too; bench, output-error and constant still "
-            "can be used"
-        )
-    return f"without node {node} in the rig file everything still can be identified"
+    return f'with left_out = ["{label}"] for this record in dataset.toml everything still can be identified'
 
 
 def check_length(records: Sequence[Record], needed: float, methods: Mapping[str, float]) -> None:

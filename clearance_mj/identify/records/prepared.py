@@ -40,6 +40,8 @@ class PreparedRecord:
     """(n_t, n_channels), SI units; channels side by side, so that sums over time are taken sample by sample"""
     probes: bool  #: whether every clearance has a displacement probe, and two a round one
     turning: ShaftTurning | None = None  #: of a shaft that turned
+    absent: tuple[str, ...] = ()
+    """channels that were left out of this record: their samples are 0, and nothing may be concluded from them"""
     slow_roll: float = 0.0
     """rad/s, of the slow turning whose motion over the shaft's angle was subtracted from the probes; 0: of none"""
 
@@ -47,6 +49,11 @@ class PreparedRecord:
     def duration(self) -> float:
         """Duration in s."""
         return len(self.signals) / self.fs
+
+    @property
+    def present(self) -> np.ndarray:
+        """(n_channels,) bool, channels that were not left out."""
+        return np.array([name not in self.absent for name in self.channels])
 
     @property
     def displacement(self) -> np.ndarray | None:
@@ -70,10 +77,11 @@ class PreparedRecord:
 
     def response(self) -> Response:
         """Return what the sensors measured, as `Record.response` does."""
+        recorded = np.flatnonzero(self.present[: self._n_sensors])
         return Response(
-            self.fs, self.signals[:, -1], self.signals[:, : self._n_sensors].T, self.displacement,
-            kind="force" if self.kind == "force" else "base",
-            band=self.band, responses=tuple(self.rig.sensor_labels[: self._n_sensors]), reference=self.reference,
+            self.fs, self.signals[:, -1], self.signals[:, recorded].T, self.displacement,
+            kind="force" if self.kind == "force" else "base", band=self.band,
+            responses=tuple(self.rig.sensor_labels[i] for i in recorded), reference=self.reference,
         )  # fmt: skip
 
     def away_from_turns(self, frequency: np.ndarray) -> np.ndarray:
@@ -96,7 +104,7 @@ class PreparedRecord:
         """Why channels cannot be used, by their names; empty if all can."""
         found = {}
         for name, signal in zip(self.channels, self.signals.T):
-            if name == EXCITATION and self.kind == "spin":
+            if (name == EXCITATION and self.kind == "spin") or name in self.absent:
                 continue
             try:
                 check_channel(f'record "{self.name}": {name}', signal, self.fs)
@@ -159,12 +167,16 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
         return record
     response = record.response()
     displacement = [] if response.displacement is None else [response.displacement]
-    channels = [f"accelerometer {label}" for label in response.responses]
+    sensors = record.rig.sensor_labels if response.responses else []
+    acceleration = np.zeros((len(sensors), record.size))
+    acceleration[[sensors.index(label) for label in response.responses]] = response.acceleration
+    channels = [f"accelerometer {label}" for label in sensors]
     channels += [f"probe {label}" for label in record.rig.probe_labels] if displacement else []
-    signals = np.ascontiguousarray(np.vstack((response.acceleration, *displacement, response.excitation)).T)
+    signals = np.ascontiguousarray(np.vstack((acceleration, *displacement, response.excitation)).T)
+    absent = tuple(f"accelerometer {label}" for label in sensors if label not in response.responses)
     return PreparedRecord(
         record.name, record.rig, record.tested_rig, record.fs, record.excitation_kind, response.band,
-        response.reference, (*channels, EXCITATION), signals, bool(displacement), record.turning(),
+        response.reference, (*channels, EXCITATION), signals, bool(displacement), record.turning(), absent,
     )  # fmt: skip
 
 

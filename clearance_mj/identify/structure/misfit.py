@@ -9,7 +9,7 @@ import numpy as np
 from ...rig import Rig
 from .spectra import complex_frequency, rms
 
-__all__ = ["RecordMisfit"]
+__all__ = ["RecordMisfit", "share_missed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,5 +33,10 @@ class RecordMisfit:
 
     @property
     def share(self) -> np.ndarray:
-        """(n_channels,) RMS of what is left over that of the channel."""
-        return rms((self.fitted - self.measured).T) / self.level
+        """(n_channels,) RMS of what is left over that of the channel; nan of one that was left out."""
+        return share_missed(rms((self.fitted - self.measured).T), self.level)
+
+
+def share_missed(left: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Return what is left of channels (n_channels,) over their level; nan of those that were left out."""
+    return np.divide(left, level, out=np.full(left.shape, np.nan), where=level > 0)

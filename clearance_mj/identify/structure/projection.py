@@ -39,10 +39,13 @@ class Projection:
         return self._measured - noise**2 * (self.residual[:, None, :] @ self.whitening.conj())[:, 0]
 
     def freedom(self, noise: np.ndarray) -> float:
-        """Return the share of noise of standard deviation (n_f, n_channels) that neither forces nor couples explain."""
+        """Return the share of noise of standard deviation (n_f, n_channels) that neither forces nor couples explain.
+
+        Channels without noise do not count.
+        """
         own = self.whitening * noise[:, None, :]
         taken = self._basis.conj().transpose(0, 2, 1) @ own
-        return float(np.sum(np.abs(own) ** 2) - np.sum(np.abs(taken) ** 2)) / noise.size
+        return float(np.sum(np.abs(own) ** 2) - np.sum(np.abs(taken) ** 2)) / np.count_nonzero(noise)
 
     def changed(self, gains: np.ndarray) -> np.ndarray:
         """Return the change (n_f, n_channels) of what the same forces do, of other gains."""

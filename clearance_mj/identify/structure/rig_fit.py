@@ -23,10 +23,11 @@ from .projection import Projection
 from .rig_update import RigUpdate
 from .spectra import ChannelSpectra, rms
 
-__all__ = ["RigFit", "channel_weights"]
+__all__ = ["RigFit", "channel_deviation"]
 
 MODEL_ERROR = 0.01  # of a line's level: what the model misses
 NOISE_START = 0.01  # of a channel's level: its noise, to start with
+ABSENT = 1e6  # times the loudest channel's level: the noise of one that was left out, so that it says nothing
 QUIETEST = 1e-4  # of a channel's level: no channel is taken to be quieter
 ROUNDS = 3  # fits, each with the weights that the last one showed
 STOP = Stop(steps=8, decrease=0.0, move=0.05)  # of a fit: a step below 0.05 prior standard deviations ends it
@@ -49,9 +50,9 @@ CHANNELWISE = (
 )  # fields on which an instrument's own channel alone depends
 
 
-def channel_weights(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Return one over the standard deviation with which lines (n_f, n_channels) count at first."""
-    return 1 / np.hypot(NOISE_START * level, 3 * MODEL_ERROR * np.abs(measured))
+def channel_deviation(level: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Return the standard deviation with which lines (n_f, n_channels) count at first."""
+    return np.hypot(NOISE_START * level, 3 * MODEL_ERROR * np.abs(measured))
 
 
 class RigFit:
@@ -84,7 +85,7 @@ class RigFit:
             record.require_usable(EXCITATION)
         self.probes = all(record.probes for record in records) and bool(rig.bushings)
         n_forces = rig.n_coordinates * len(rig.bushings)
-        sensors = len(rig.sensors) + n_forces * self.probes
+        sensors = min(int(r.present[: len(rig.sensors)].sum()) for r in records) + n_forces * self.probes
         if sensors <= n_forces:
             raise RecordError(
                 f"{sensors} sensors cannot tell the rig from the unknown forces in {len(rig.bushings)} clearances; "
@@ -101,8 +102,11 @@ class RigFit:
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
         self.held = dict(held or {})
         parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]
-        free = sensors - n_forces  # of each line: the excitation is a channel and an unknown
-        radius = [np.full(s.frequency.size, OUTLYING * np.sqrt(free / s.correlated_lines)) for s in self.spectra]
+        # Free of each line, of which the excitation is a channel and an unknown.
+        free = [int(s.present.sum()) - n_forces - 1 for s in self.spectra]
+        radius = [
+            np.full(s.frequency.size, OUTLYING * np.sqrt(n / s.correlated_lines)) for n, s in zip(free, self.spectra)
+        ]
         self.problem = Problem(
             parameters, self._residuals, loss=GroupedHuber(np.concatenate(radius)), linearise=self._linearised,
             lanes=False,
@@ -114,7 +118,7 @@ class RigFit:
         if like:
             self.noise, self.whitening = like.noise, like.whitening
             return
-        self.noise = [1 / channel_weights(rms(s.measured), s.measured) for s in self.spectra]
+        self.noise = [_without_absent(s, channel_deviation(rms(s.measured), s.measured)) for s in self.spectra]
         self.whitening = [1 / noise[:, :, None] * np.eye(noise.shape[1]) for noise in self.noise]
 
     def run(self, start: Mapping[str, float] | None = None, before: Rig | None = None) -> RigUpdate:
@@ -142,10 +146,11 @@ class RigFit:
         estimates = solution.estimates(solution.covariance)
         misfit = tuple(
             RecordMisfit(
-                s.name, s.tested, s.kind, s.duration, s.frequency, s.level, s.measured.T, b.T, f.fitted(noise).T
+                s.name, s.tested, s.kind, s.duration, s.frequency, s.level,
+                *((part * s.present).T for part in (s.measured, b, f.fitted(noise))),
             )
             for s, b, f, noise in zip(self.spectra, missed, found, self.noise)
-        )
+        )  # fmt: skip
         rig = rig_with(self.rig, self.named(solution.values)).replace(tolerances=self.rig.tolerances)
         channels = self.records[0].channels
         return RigUpdate(rig, self.rig, self.records, estimates, misfit, channels, self.probes, self.in_clearances)
@@ -228,12 +233,12 @@ class RigFit:
     def _find_noise(self, found: Sequence[Projection]) -> None:
         """Take the noise from the last fit's residuals: their median in every band of a channel."""
         for i, (s, f) in enumerate(zip(self.spectra, found)):
-            squares = np.abs(s.measured - f.fitted(self.noise[i])) ** 2 / f.freedom(self.noise[i])
+            squares = np.abs(s.measured - f.fitted(self.noise[i])) ** 2 / f.freedom(self.noise[i] * s.present)
             noise, band = np.empty_like(squares), np.digitize(s.frequency, NOISE_BANDS)
             for b in np.unique(band):
                 noise[band == b] = np.median(squares[band == b], axis=0) / np.log(2)
             noise = np.maximum(noise, (QUIETEST * rms(s.measured)) ** 2)
-            self.noise[i] = np.sqrt(noise + (MODEL_ERROR * np.abs(s.measured)) ** 2)
+            self.noise[i] = _without_absent(s, np.sqrt(noise + (MODEL_ERROR * np.abs(s.measured)) ** 2))
 
     def _whiten(self, at: np.ndarray, found: Sequence[Projection]) -> None:
         """Whiten noise, and what depends on where in a clearance the last fit's forces acted, on the last fit's rig.
@@ -262,6 +267,11 @@ class RigFit:
             for gain, noise, s, moved in zip(self._gains(at), self.noise, self.spectra, coupled)
         ]
         return likeliest_share(lines, COUPLES, OUTLYING)
+
+
+def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
+    """Noise (n_f, n_channels) with which channels that were left out say nothing."""
+    return np.where(spectra.present, noise, ABSENT * rms(spectra.measured).max())
 
 
 def _acts_in_clearance(name: str) -> bool:

@@ -52,7 +52,7 @@ class RigUpdate:
     @property
     def share(self) -> np.ndarray:
         """(n_channels,) what is left of each channel over its level, RMS over the records."""
-        return np.sqrt(np.mean([m.share**2 for m in self.misfit], axis=0))
+        return np.sqrt(np.nanmean([m.share**2 for m in self.misfit], axis=0))
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -100,7 +100,11 @@ class RigUpdate:
             "parameters": self.estimates.beside_priors(),
             "covariance": self.estimates.covariance.tolist(),
             "records": [
-                {"record": m.record, "duration": m.duration, "misfit": dict(zip(self.channels, m.share.tolist()))}
+                {
+                    "record": m.record,
+                    "duration": m.duration,
+                    "misfit": {c: share for c, share in zip(self.channels, m.share.tolist()) if share == share},
+                }
                 for m in self.misfit
             ],
             "only_prior": list(self.only_prior),

@@ -34,7 +34,7 @@ class ChannelSpectra:
 
     def __init__(self, record: PreparedRecord, thin: int = 1) -> None:
         self.name, self.kind, self.duration, fs = record.name, record.kind, record.duration, record.fs
-        self.tested = record.tested
+        self.tested, self.present = record.tested, record.present
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
         found = complex_spectra(record.signals, fs, band, MAX_LINES // record.rig.n_coordinates)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
+from .misfit import share_missed
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
 from .spectra import rms
@@ -53,5 +54,7 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
     """
     fit = RigFit(rig, records)
     found = fit.projected(None)
-    residual = [rms(f.fitted(n) - s.measured) / rms(s.measured) for f, n, s in zip(found, fit.noise, fit.spectra)]
-    return np.asarray(np.sqrt(np.mean(np.square(residual), axis=0)))
+    residual = [
+        share_missed(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(found, fit.noise, fit.spectra)
+    ]
+    return np.asarray(np.sqrt(np.nanmean(np.square(residual), axis=0)))

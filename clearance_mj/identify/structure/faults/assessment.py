@@ -12,7 +12,8 @@ from ....core.errors import ClearanceError
 from ....rig import Rig
 from ...records.prepared import PreparedRecord
 from ..force_gains import Lines, force_gains
-from ..rig_fit import channel_weights
+from ..misfit import RecordMisfit
+from ..rig_fit import channel_deviation
 from ..rig_update import RigUpdate
 from ..updating import update_from
 
@@ -60,21 +61,25 @@ class Assessment:
 
     @functools.cached_property
     def measured(self) -> list[np.ndarray]:
-        """(n_f, n_channels) some lines of each record."""
-        return [m.measured.T[:: self._step] for m in self.update.misfit]
+        """(n_f, n_channels) some lines of each record that has all channels; none if no record has."""
+        return [m.measured.T[:: self._step] for m in self._whole]
 
     @property
     def frequency(self) -> np.ndarray:
-        """(n,) Hz, of these lines of all records."""
-        return np.concatenate([m.frequency[:: self._step] for m in self.update.misfit])
+        """(n,) Hz, of these lines."""
+        return np.concatenate([m.frequency[:: self._step] for m in self._whole])
 
     @property
     def _step(self) -> int:
-        return -(-sum(m.frequency.size for m in self.update.misfit) // COMPARED_LINES)
+        return -(-sum(m.frequency.size for m in self._whole) // COMPARED_LINES)
+
+    @functools.cached_property
+    def _whole(self) -> list[RecordMisfit]:
+        return [m for m in self.update.misfit if m.level.all()]
 
     def gains(self, rig: Rig, values: Mapping[str, float]) -> list[np.ndarray]:
         """Return gains of unknown forces and the excitation on these lines, of a rig with values of its parameters."""
-        lines = [Lines(m.kind, m.omega[:: self._step], m.tested) for m in self.update.misfit]
+        lines = [Lines(m.kind, m.omega[:: self._step], m.tested) for m in self._whole]
         return force_gains(rig, values, self.update.probes, lines)
 
     @functools.cached_property
@@ -140,7 +145,7 @@ def predicted_spectra(
     """
     seen, found = np.vstack(gains), np.vstack(measured)
     level = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
-    weights = channel_weights(np.vstack(level), found)
+    weights = 1 / channel_deviation(np.vstack(level), found)
     kept = np.setdiff1d(np.arange(found.shape[1]), without)
     basis, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
     forces = basis.conj().transpose(0, 2, 1) @ (found * weights)[:, kept, None]

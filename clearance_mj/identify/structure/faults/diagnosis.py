@@ -161,7 +161,7 @@ def _foreign_record(before: Assessment) -> Found:
     misfits = before.update.misfit
     if len(misfits) < 2:
         return None
-    worst = max(misfits, key=lambda m: float(np.mean(m.share**2)))
+    worst = max(misfits, key=lambda m: float(np.nanmean(m.share**2)))
     after = assess(before.rig, [record for record in before.records if record.name != worst.record])
     if after is None or after.unexplained:
         return None

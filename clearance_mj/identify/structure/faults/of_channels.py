@@ -36,7 +36,13 @@ class ChannelCorrection:
 
     def applied(self, records: Sequence[PreparedRecord]) -> list[PreparedRecord]:
         """Return the records as they would be."""
-        return [dataclasses.replace(r, signals=self.of([r.signals])[0]) for r in records]
+        corrected = []
+        for r in records:
+            from_where = np.arange(len(r.channels))
+            from_where[list(self.channels)] = [source for source, _ in self.channels.values()]
+            absent = tuple(r.channels[i] for i in np.flatnonzero(~r.present[from_where]))
+            corrected.append(dataclasses.replace(r, signals=self.of([r.signals])[0], absent=absent))
+        return corrected
 
     def of(self, measured: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return samples or spectra (n, n_channels) as they would be."""
@@ -52,6 +58,8 @@ def channel_corrections(assessment: Assessment) -> list[ChannelCorrection]:
     rig, update, measured = assessment.rig, assessment.update, assessment.measured
     kept = {name: v for name, v in update.values.items() if channel_of(name, rig) not in assessment.suspects}
     found: list[tuple[float, ChannelCorrection]] = []
+    if not measured:
+        return []
     for given in (kept, {}):
         gains = assessment.gains(rig, given)
         now = distance(gains, measured)

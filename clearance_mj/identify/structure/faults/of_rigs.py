@@ -59,6 +59,8 @@ def _evidence(before: Assessment, after: Assessment) -> str:
 def rig_corrections(assessment: Assessment) -> list[RigCorrection]:
     """Return of each kind the correction with which the sensors contradict each other least, best first."""
     rig = assessment.rig
+    if not assessment.measured:
+        return []
 
     def distance_of(candidate: Rig) -> float:
         return distance(assessment.gains(candidate, {}), assessment.measured)

@@ -23,7 +23,7 @@ WHOLE = 0.95  # likeness from which on a channel is whole
 
 def describe_signal_fault(assessment: Assessment) -> str:
     """Return in words what is likeliest wrong with the channel that the others contradict most; "" if none."""
-    if not assessment.suspects:
+    if not assessment.suspects or not assessment.measured:
         return ""
     gains, distance = assessment.gains(assessment.update.rig, {}), dict[int, float]()
     for i in assessment.suspects:
