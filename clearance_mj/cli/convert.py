@@ -23,10 +23,12 @@ from .options import (
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
+    from ..io.channels import Channel
     from ..io.dataset import Record
     from ..io.formats import Contents
     from ..rig import Rig, Spin
     from ..signals.frf import FRF
+    from ..signals.response import Response
 
 OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
 
@@ -49,7 +51,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
     )  # fmt: skip
-    option("--frf", type=float, metavar="HZ", help="write a record's FRFs (H1) with lines this far apart")
+    option(
+        "--frf",
+        type=float,
+        metavar="HZ",
+        help="write a record's FRFs (H1) with lines this far apart: of the rig's sensors to its "
+        "shaker, or without --rig of all accelerations to the column NAME=base or NAME=force",
+    )
     option(
         "--window", choices=("hann", "boxcar"),
         help="of the segments of --frf (default: hann; of hits none, on segments that begin with them)",
@@ -185,17 +193,41 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
     if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
     try:
-        if isinstance(obj, list):
-            if rig is None:
-                raise RecordError("--frf needs --rig, which says which channels are sensors and what drives them")
+        if isinstance(obj, list) and rig:
             kind = options.kind or driving_kind(obj, rig)
             obj = Record("record", "identify", rig, obj[0].fs, obj, kind).response()
+        elif isinstance(obj, list):
+            obj = _driven(obj, options.kind)
         if not isinstance(obj, Response):
             raise RecordError("holds no time records, which --frf needs")
         band = tuple(options.band) if options.band else None
         return estimate_frf(obj, resolution=options.frf, band=band, window=options.window)
     except RecordError as error:
         raise RecordError(f"{path}: {error}") from None
+
+
+def _driven(channels: list[Channel], kind: str | None) -> Response:
+    """Accelerations and what drives them, without a rig that says so."""
+    import numpy as np
+
+    from ..io.channels import require_one_time
+    from ..rig import BASE_NODE
+    from ..signals.response import Response
+
+    placed = [c for c in channels if c.placed]
+    kinds = {c: "force" for c in placed if c.quantity == "force"}
+    kinds |= {c: "base" for c in placed if (c.quantity, c.node) == ("acceleration", BASE_NODE)}
+    drives = [c for c, own in kinds.items() if kind in (None, own)]
+    sensors = [c for c in placed if c.quantity == "acceleration" and c not in kinds]
+    if len(drives) != 1 or not sensors:
+        raise RecordError(
+            '--frf needs --rig, or one channel that drives ("NAME=base" or "NAME=force") and accelerations at their '
+            'places ("NAME=acc:1 [g]")'
+        )
+    require_one_time([*drives, *sensors])
+    motion, labels = np.array([c.value for c in sensors]), tuple(c.label for c in sensors)
+    (drive,) = drives
+    return Response(drive.fs, drive.value, motion, kind=kinds[drive], responses=labels, reference=drive.label)
 
 
 def _words(obj: Contents, out: Path, rig: Rig | None) -> str:

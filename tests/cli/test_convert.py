@@ -72,6 +72,20 @@ def test_frfs_of_a_record_with_the_rigs_geometry(tmp_path, record, rig, answer):
     assert len(read_geometry(tmp_path / "h.uff").nodes) == 1 + len(rig.sensors)
 
 
+def test_frfs_of_any_two_channels_without_a_rig(tmp_path, rng, answer):
+    """A seat that moves twice as far as its rail, two samples late: a gain of 2, and its phase."""
+    rail, fs = rng.standard_normal(8192), 1024.0
+    seat = 2 * np.roll(rail, 2)
+    rows = np.column_stack((np.arange(rail.size) / fs, rail, seat))
+    np.savetxt(tmp_path / "car.csv", rows, "%.9g", ",", header="time,rail [m/s2],seat [m/s2]", comments="")
+    said = answer("convert", tmp_path / "car.csv", tmp_path / "frf.csv", "--frf", 1, "--band", 5, 100, "--column",
+        "rail=base [m/s2]", "--column", "seat=acc:1 [m/s2]")  # fmt: skip
+    assert said["holds"] == "1 FRFs, acceleration/acceleration to 100:+Z, 96 lines"
+    frf = formats.read_frf(tmp_path / "frf.csv")
+    expected = 2 * np.exp(-2j * np.pi * frf.frequency * 2 / fs)
+    np.testing.assert_allclose(frf.functions[0], expected, rtol=0.02)
+
+
 def test_a_simulated_response(capsys, tmp_path, record, rig, answer):
     formats.write(tmp_path / "r.nc", record.response())
     assert main(["convert", str(tmp_path / "r.nc"), str(tmp_path / "a.uff"), "--json"]) == 0
@@ -164,7 +178,7 @@ def test_bad_input(tmp_path, bench, record, monkeypatch, refused):
         (uff, "b.csv", "--fs", 100): "a sampling rate is for CSV, Excel, HDF5, LVM, MATLAB, MDF, NetCDF, TDMS files",
         (uff, "b.csv", "--role", "identify"): "--role are for a dataset folder",
         (uff, "b.csv", "--band", 5, 220): "--band is for --frf",
-        (uff, "b.csv", "--frf", 1): "--frf needs --rig",
+        (uff, "b.csv", "--frf", 1, "--kind", "force"): "--frf needs --rig, or one channel that drives",
         (uff, "b.csv", "--frf", 0.001, "--rig", RIG): "shorter than one segment",
         (uff, uff, "b.csv"): "one file is written from one",
         (uff,): "needs a file to read and one to write",
