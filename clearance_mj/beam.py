@@ -127,8 +127,8 @@ class ModalModel:
                     "give another shaker.direction"
                 )
             return -self.participation
-        points, factors = zip(*self.rig.shaker.forces)
-        return np.array(factors) @ self.shapes(points)
+        points, factors = self.rig.shaker.pushed()
+        return factors @ self.shapes(points)
 
     def receptance(self, omega: np.ndarray) -> np.ndarray:
         """Return the modes' displacement per unit force on them at circular frequencies (n_f,), 1/s.

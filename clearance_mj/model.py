@@ -59,15 +59,15 @@ class Model(Shown):
         law = f"{self.law.kind}{', as the datasheet in the rig file says' if datasheet else ''}"
         return Overview(f"Model of {title[0].lower()}{title[1:]}", facts | {"law": law} | over, [columns, *table])
 
-    def simulate(self, excitation: Excitation, engine: str | Engine = "links", progress: bool = False) -> Response:
+    def simulate(self, excitation: Excitation, engine: str | Engine | None = None, progress: bool = False) -> Response:
         """Simulate the model under an excitation, as `clearance_mj.simulate` does.
 
         Parameters
         ----------
         excitation : Excitation
             Base acceleration or shaker force.
-        engine : str or Engine
-            "links", "modal", "modal-mj", or an engine with settings of its own.
+        engine : str or Engine, optional
+            "links", "modal", "modal-mj", or an engine with settings of its own; by default that of `default_engine`.
         progress : bool
             Show a progress bar.
 

@@ -138,7 +138,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         write_text(path, text)
         print(f"written: {path}")
     if rigs := [path for path in files if path.suffix == ".toml"]:
-        print(f"next: clearance-mj map FILE... --rig {rigs[0]}: which channel of your records is which sensor")
+        way = "simulate" if options.motion == "spatial" else "map FILE... --rig"
+        why = "how it vibrates" if way == "simulate" else "which channel of your records is which sensor"
+        print(f"next: clearance-mj {way} {rigs[0]}: {why}")
     return {"files": [str(path) for path in files]}
 
 

@@ -139,7 +139,9 @@ def load_model(options: argparse.Namespace) -> Model:
 
     model, values = Model.load(options.rig, options.law), [text.rpartition("=") for text in options.gap]
     if getattr(options, "engine", "") is None:
-        options.engine = "modal" if model.rig.is_spatial else "links"
+        from ..engines import default_engine
+
+        options.engine = default_engine(model.rig)
     if not values:
         return model
     if len(values) > 1 and not all(name for name, _, _ in values):
@@ -158,7 +160,7 @@ def add_simulation(
     """Add the options of a command that simulates a rig; its engine, if none is given, see `load_model`."""
     add_rig(parser)
     option = parser.add_argument
-    default = engine or "links; of a spatial rig modal"
+    default = engine or "links where it can, else modal"
     option("--engine", default=engine, help=f"links, modal or modal-mj (default: {default})")
     option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")

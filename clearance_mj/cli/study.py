@@ -14,7 +14,7 @@ from .options import add_plugin, load_plugin
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument(
-        "--engines", help="comma-separated; modal-mj too (default: links,modal); of a rig in space modal"
+        "--engines", help="comma-separated; modal-mj too (default: links,modal, or modal where links cannot)"
     )
     parser.add_argument(
         "--methods",

@@ -4,7 +4,7 @@ import importlib
 import pkgutil
 
 from ..rig import Rig
-from .base import Engine, get_engine, register
+from .base import Engine, default_engine, get_engine, register
 from .batch import simulate_batch, simulate_each
 from .equilibrium import Equilibrium, static_equilibrium
 from .links import Links, build_links
@@ -19,6 +19,7 @@ __all__ = [
     "Links",
     "Modal",
     "ModalMujoco",
+    "default_engine",
     "get_engine",
     "mjcf",
     "register",

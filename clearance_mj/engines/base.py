@@ -110,6 +110,19 @@ class Engine(Registered, ABC):
         """
 
 
+def default_engine(rig: Rig) -> str:
+    """Return the name of the engine that simulates a rig if none is asked for: "links" where it can, else "modal".
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig; one in space is simulated by its modes.
+    """
+    from .linkage import cannot_be_linked
+
+    return "modal" if rig.is_spatial or cannot_be_linked(rig) else "links"
+
+
 def get_engine(engine: str | Engine) -> Engine:
     """Return the engine of a name, with its default settings, or the engine itself.
 

@@ -32,7 +32,7 @@ from ..clearance.modelled import Modelled, rig_and_law
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .base import Engine, Run, get_engine
+from .base import Engine, Run, default_engine, get_engine
 from .energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .energy_space import spatial_energies
 from .simulation import Simulation
@@ -166,7 +166,7 @@ class EnergyBalance:
 
 
 def energy_balance(
-    model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine = "links",
+    model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine | None = None,
     progress: bool = False,
 ) -> EnergyBalance:  # fmt: skip
     """Simulate a model as `simulate` does, and balance its energy and log its impacts step by step.
@@ -189,7 +189,7 @@ def energy_balance(
         As `simulate`, and if the engine does not tell its equations and states.
     """
     rig, law = rig_and_law(model, law)
-    simulation = Simulation(rig, excitation, law, get_engine(engine))
+    simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
     if rig.is_spatial:
         return EnergyBalance(**spatial_energies(simulation, Impact, progress))
     factor, n = simulation.interpolator.factor, excitation.value.size

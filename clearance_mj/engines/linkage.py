@@ -210,6 +210,28 @@ class Linkage:
 
 
 @functools.lru_cache(maxsize=32)
+def cannot_be_linked(rig: Rig) -> str:
+    """Return in words why a rig in a plane is no chain of rigid links; "" if it is.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
+    if not shafts:
+        return f"links needs a shaft; use {others}"
+    if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
+        return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
+    for what, there in (
+        ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
+        ("oscillators", rig.oscillators),
+    ):  # fmt: skip
+        if there:
+            return f"links knows no {what}; use {others}"
+    return ""
+
+
 def linkage(rig: Rig, links: int) -> Linkage:
     """Cut every shaft of a rig into so many links.
 
@@ -225,19 +247,9 @@ def linkage(rig: Rig, links: int) -> Linkage:
     RigError
         If the rig's structure has no shafts, or shafts with shear flexibility.
     """
-    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
-    if not shafts:
-        raise RigError(f"rig {rig.name!r}: links needs a shaft; use {others}")
-    if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
-        raise RigError(
-            f'rig {rig.name!r}: links has no shear flexibility; use modal, or theory = "euler" for the shaft'
-        )
-    for what, there in (
-        ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
-        ("oscillators", rig.oscillators),
-    ):  # fmt: skip
-        if there:
-            raise RigError(f"rig {rig.name!r}: links knows no {what}; use {others}")
+    if refusal := cannot_be_linked(rig):
+        raise RigError(f"rig {rig.name!r}: {refusal}")
+    shafts = rig.linear.shafts
     masses = [list(of_discs(shaft)) for shaft in shafts]
     for mass in rig.point_masses:
         i, x = rig.linear.place(mass.position)

@@ -126,8 +126,8 @@ class SpatialLinkage:
 
     def push(self) -> np.ndarray:
         """Return the force (nv,) of the shaker per N."""
-        points, factors = zip(*self.rig.shaker.forces)
-        return np.asarray(np.array(factors) @ self.directed(points, self.rig.shaker.unit_direction))
+        points, factors = self.rig.shaker.pushed()
+        return np.asarray(factors @ self.directed(points, self.rig.shaker.unit_direction))
 
     @functools.cached_property
     def unbalance(self) -> np.ndarray:

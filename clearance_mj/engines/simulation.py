@@ -28,7 +28,7 @@ from ..signals.response import Response
 from ..signals.sampling import Decimator, Interpolator
 from ..structure import find_truncation
 from ..version import __version__
-from .base import Engine, diverged, get_engine, step_factor
+from .base import Engine, default_engine, diverged, get_engine, step_factor
 from .late import LateChannels
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -39,7 +39,7 @@ MAX_STEPS = 1000  # steps per sample beyond which a law is taken for a mistake
 
 
 def simulate(
-    model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine = "links",
+    model: Rig | Modelled, excitation: Excitation, law: Law | None = None, engine: str | Engine | None = None,
     progress: bool = False,
 ) -> Response:  # fmt: skip
     """Simulate a model, or a rig with a law, under an excitation.
@@ -52,8 +52,9 @@ def simulate(
         Base acceleration or shaker force.
     law : Law, optional
         Contact and filling of a rig at each moment; without one, its datasheet values. A model brings its own.
-    engine : str or Engine
-        Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own.
+    engine : str or Engine, optional
+        Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own; by default that of
+        `default_engine`.
     progress : bool
         Show a progress bar, over the seconds of the record, if it takes long.
 
@@ -72,7 +73,7 @@ def simulate(
         If the rig has no position for a force.
     """
     rig, law = rig_and_law(model, law)
-    simulation = Simulation(rig, excitation, law, get_engine(engine))
+    simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
     seconds = round(excitation.value.size / excitation.fs, 1)
     with tqdm(total=seconds, desc="simulating", unit="s", delay=DELAY, disable=not progress) as bar:
         return simulation.whole(lambda share: bar.update(round(share * seconds, 1) - bar.n))
@@ -80,7 +81,7 @@ def simulate(
 
 def simulate_blocks(
     model: Rig | Modelled, excitation: Excitation | Iterable[Excitation], law: Law | None = None,
-    engine: str | Engine = "links",
+    engine: str | Engine | None = None,
 ) -> Iterator[Response]:  # fmt: skip
     """Simulate a model and hand over its response block by block: memory does not grow with the duration.
 
@@ -92,7 +93,7 @@ def simulate_blocks(
         One excitation or consecutive pieces of one, such as `excitation.random_blocks` makes.
     law : Law, optional
         Contact and filling of a rig, as in `simulate`.
-    engine : str or Engine
+    engine : str or Engine, optional
         Name or settings of the engine, as in `simulate`.
 
     Yields
@@ -110,7 +111,7 @@ def simulate_blocks(
     if first is None:
         raise ExcitationError("there is no piece of an excitation")
     rig, law = rig_and_law(model, law)
-    simulation = Simulation(rig, first, law, get_engine(engine))
+    simulation = Simulation(rig, first, law, get_engine(engine or default_engine(rig)))
     for excited, block in simulation.outputs(itertools.chain([first], pieces)):
         yield simulation.response(excited, block)
 

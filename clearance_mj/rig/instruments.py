@@ -153,6 +153,19 @@ class Shaker:
             () if self.position is None else ((self.position, 1.0), *((f.position, f.factor) for f in self.also or ()))
         )
 
+    def pushed(self) -> tuple[list[float | str], np.ndarray]:
+        """Return the points at which the force acts, and its factor (n,) at each.
+
+        Raises
+        ------
+        RigError
+            If the rig file does not say where.
+        """
+        if not self.forces:
+            raise RigError("a force drives the rig, and its file does not say where: give [shaker] its position")
+        points, factors = zip(*self.forces)
+        return list(points), np.array(factors)
+
     @property
     def unit_direction(self) -> np.ndarray:
         """(3,) unit vector along which the base moves."""

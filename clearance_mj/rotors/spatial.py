@@ -143,8 +143,8 @@ class SpatialModel:
                     "structure; give another shaker.direction"
                 )
             return force
-        points, factors = zip(*self.rig.shaker.forces)
-        return np.asarray(np.array(factors) @ self.directed(points, along))
+        points, factors = self.rig.shaker.pushed()
+        return np.asarray(factors @ self.directed(points, along))
 
     @property
     def weight(self) -> np.ndarray:

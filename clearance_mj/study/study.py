@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.cache import ResultCache, code_outside
 from ..core.tasks import run_tasks
-from ..engines import get_engine, simulate
+from ..engines import default_engine, get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
 from ..identify.records.in_test import in_test
 from ..io.dataset import Dataset, Record
@@ -34,7 +34,7 @@ from .whirl_in_test import PlacedWhirl
 __all__ = ["ENGINES", "N_MODES", "RESOLUTION", "Study"]
 
 ENGINES = ("links", "modal")
-"""of a rig in a plane; one in space is simulated by the last of them"""
+"""of rigs that are chains of links; others are simulated by the last of them"""
 RESOLUTION = 0.5
 """Hz, of the FRFs that are compared"""
 N_MODES = 4
@@ -53,7 +53,7 @@ class Study:
     methods : sequence of str, optional
         Ways to a law, see `identify.identify`; default: those of `laws.METHODS` that the records allow.
     engines : sequence of str, optional
-        Engines to run; default: `ENGINES`, of a rig in space "modal" alone.
+        Engines to run; default: `ENGINES`, or "modal" alone of a rig in space or a model that is no chain of links.
     cache : ResultCache, optional
         Where results are kept for the next study; default: nowhere.
     workers : int, optional
@@ -74,11 +74,8 @@ class Study:
         self, dataset: Dataset, methods: Sequence[str] | None = None, engines: Sequence[str] | None = None,
         cache: ResultCache | None = None, workers: int | None = None, progress: bool = False,
     ):  # fmt: skip
-        engines = engines or (ENGINES[-1:] if dataset.rig.is_spatial else ENGINES)
-        for engine in engines:
-            get_engine(engine)
         require_comparable(dataset)
-        self.dataset, self.engines = of_one_input(dataset), tuple(engines)
+        self.dataset, self._engines = of_one_input(dataset), tuple(get_engine(engine).name for engine in engines or ())
         self.found = StudiedLaws(dataset, methods, cache, progress)
         """the laws"""
         self.condition: Condition | None = None
@@ -99,7 +96,7 @@ class Study:
     def _part(self, condition: Condition, records: tuple[Record, ...]) -> Study:
         """The same study of some of the validation records; results are shared."""
         part = Study.__new__(Study)
-        shared = ("engines", "found", "_workers", "_progress", "_tests", "_cases")
+        shared = ("_engines", "found", "_workers", "_progress", "_tests", "_cases")
         part.__dict__ |= {name: self.__dict__[name] for name in shared}
         others = tuple(r for r in self.dataset.records if r.role != "validate")
         part.dataset, part.condition = dataclasses.replace(self.dataset, records=(*others, *records)), condition
@@ -138,6 +135,12 @@ class Study:
     @cache.setter
     def cache(self, cache: ResultCache | None) -> None:
         self.found.cache = cache
+
+    @functools.cached_property
+    def engines(self) -> tuple[str, ...]:
+        """Names of the engines: those asked for, or those that can simulate all models that were found."""
+        linked = self._engines or all(default_engine(law.model.rig) == "links" for law in self.laws)
+        return self._engines or (ENGINES if linked else ENGINES[1:])
 
     @functools.cached_property
     def methods(self) -> tuple[str, ...]:
@@ -370,7 +373,7 @@ class Study:
     @property
     def combinations(self) -> list[tuple[str, str]]:
         """Laws and engines, in the order in which they were asked for."""
-        return list(itertools.product(self.methods, self.engines))
+        return [*itertools.product(self.methods, self.engines)]
 
     def rows(self) -> list[dict]:
         """Return one row per level, law and engine: means over the level's records, and the repeatability.

@@ -370,6 +370,15 @@ def test_refusals() -> None:
         cm.energy_balance(SPACE, still(0.1), engine="links")
 
 
+def test_what_is_no_chain_of_links_is_simulated_by_its_modes() -> None:
+    """Unless an engine is asked for: a deep shaft with shear, in the plane and in space, and what hangs on springs."""
+    deep = Shaft((Section(0.2, (0.05, 0.05)),), (Support(0.0, "clamped"),), (), STEEL)
+    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep)
+    for rig, engine in ((thick, "modal"), (TABLE1, "links"), (SPACE, "modal")):
+        assert cm.simulate(rig, still(0.1)).provenance["engine"] == engine
+        assert cm.Model(rig).simulate(still(0.1)).provenance["engine"] == engine
+
+
 def test_a_spring_beside_a_shaft_acts_in_space_as_in_the_plane() -> None:
     """Stiff enough to raise the first frequency, and without it another motion."""
     beside = TABLE1.replace(springs=(Spring(0.5, 3e4, damping=5.0),))

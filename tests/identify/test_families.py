@@ -7,6 +7,7 @@ import pytest
 
 from clearance_mj.clearance import ContactLaw
 from clearance_mj.clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES
+from clearance_mj.clearance.greases.maxwell_slip import slip_start
 from clearance_mj.estimate.parameter import Parameter
 from clearance_mj.identify.forces.restoring import RestoringForce
 from clearance_mj.identify.laws.comparison import fit_families, fit_from_rival
@@ -224,3 +225,19 @@ def test_forces_that_are_not_known_at_rest_still_tell_gap_and_offset(rig):
     assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
     spectrum = np.abs(np.fft.rfft(of_record.forces([(found.bushing, found.law)])[:, 0]))
     assert spectrum[: int(2.0 * SECONDS)].max() < 1e-9 * spectrum.max()
+
+
+class Forceless:
+    """A record in which no filling shows."""
+
+    def in_gap(self, bushing, fillings):
+        return np.random.default_rng(1).standard_normal((400, len(fillings))), np.zeros(400)
+
+
+@pytest.mark.parametrize("stiffness", [4000.0, 0.0])
+def test_a_search_begins_somewhere_where_neither_the_record_nor_the_rig_file_knows_a_grease(stiffness):
+    """Springs have logarithms: a thousandth of the file's, or of a tenth of the contact's where it has none."""
+    dry = dataclasses.replace(NOMINAL, grease=Grease(stiffness))
+    found = slip_start(dry, Forceless())
+    assert all(np.isfinite(value) and value > 0 for value in found.values())
+    assert found["grease stiffness"] == pytest.approx(1e-3 * (stiffness or 0.1 * NOMINAL.contact.stiffness))

@@ -15,7 +15,7 @@ from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
 from clearance_mj.identify.laws.round_comparison import along_valley
-from clearance_mj.identify.laws.round_fit import fit_round, parameters_of
+from clearance_mj.identify.laws.round_fit import fit_round, parameters_of, placed
 from clearance_mj.identify.laws.round_motion import RoundCase, RoundMotion, smallest_circle
 from clearance_mj.identify.laws.round_motion import forces_along as round_forces_along
 from clearance_mj.identify.records.prepared import prepare, prepare_turning, prepared
@@ -167,6 +167,15 @@ def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(share
     assert abs(first.bushing.gap / gap - 1) > 0.05
     assert found.bushing.gap == pytest.approx(gap, rel=0.01)
     np.testing.assert_allclose(found.case.rest, rest, atol=0.01 * gap)
+
+
+def test_a_gap_may_be_drawn_smaller_than_the_offset_was():
+    """The shaft is placed anew: its old offset is not held against the new gap, and its new one stays in it."""
+    bushing = Bushing(0.56, 2e-4, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.0, offset=1.9e-4)
+    drawn = placed(bushing, np.array([3e-5, -4e-5]), gap=1.5e-4)
+    assert (drawn.gap, drawn.offset_y, drawn.offset) == (1.5e-4, 3e-5, -4e-5)
+    beyond = placed(bushing, np.array([0.0, 3e-4]), gap=1.5e-4)
+    assert (beyond.offset_y, beyond.offset) == (0.0, pytest.approx(0.999 * 1.5e-4))
 
 
 def test_an_unbalance_beside_a_known_one(turning):

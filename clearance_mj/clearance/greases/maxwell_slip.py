@@ -260,7 +260,8 @@ def slip_start(bushing: Bushing, forces: GapForces) -> dict[str, float]:
     columns, measured = forces.in_gap(bushing, parts)
     found = _not_negative(columns, measured)
     springs, stiffness, films = np.split(found, [SLIP_SAMPLES, SLIP_SAMPLES + 1])
-    stiffest = float(stiffness[0] + springs.sum()) or bushing.grease.stiffness  # the rig file's, where none shows
+    # Where none shows, that of a fit without a record.
+    stiffest = float(stiffness[0] + springs.sum()) or Friction().parameters(bushing)[0].start
     softest = SOFTEST_SPRING * stiffest
     values = {"grease stiffness": max(float(stiffness[0]), softest)}
     if films.any():

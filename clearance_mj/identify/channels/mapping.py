@@ -80,8 +80,16 @@ def map_channels(
     Raises
     ------
     RecordError
-        If a file cannot be read or is too short, channels differ between files, or nothing in them moves as the rig.
+        If a file cannot be read or is too short, channels differ between files, nothing in them moves as the rig, or
+        that has round clearances.
+    RigError
+        If a force drives the rig and its file does not say where.
     """
+    if rig.is_spatial and rig.bushings:
+        raise RecordError(
+            f"rig “{rig.name}” moves in space, where maps are not found: say of each channel what it is, such as "
+            '--column "A1=acc:1:+Y [g]"'
+        )
     with tqdm(total=4, desc="map", disable=not progress) as bar:
         named = [*files.items()] if isinstance(files, Mapping) else [_read(f, n) for n, f in enumerate(files, 1)]
         sines = {name: steps for name, channels in named if (steps := _sines(channels))}

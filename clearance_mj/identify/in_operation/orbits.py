@@ -137,7 +137,7 @@ def _result(
         bushing = rig.bushings[place.number]
         if clearance.seen:
             sag = np.array(rests_of(rig)[place.number]) - (bushing.offset_y, bushing.offset)
-            bushing = placed(dataclasses.replace(bushing, gap=clearance.gap), np.array(clearance.rest) - sag)
+            bushing = placed(bushing, np.array(clearance.rest) - sag, gap=clearance.gap)
         bushings.append(bushing)
     misfit = float(found.loss.scale(found.residuals)) ** 0.5
     names = tuple(r.name for r in records)

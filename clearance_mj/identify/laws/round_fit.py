@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -49,8 +49,9 @@ class RoundFit(ForceFit):
         values, names = self.estimates.draw(1, seed)[0], self.estimates.names
         case, known = _case(values, names, self.nominal, self.contact, self.filling), dict(zip(names, values))
         offset = np.array([v for n, v in known.items() if n.endswith((".offset_y", ".offset"))])
-        own = dataclasses.replace(bushing, gap=case.bushing.gap, friction=case.bushing.friction, film=case.bushing.film)
-        return placed(own, offset), case.law
+        own = case.bushing
+        offset = offset if offset.size else np.array([bushing.offset_y, bushing.offset])
+        return placed(bushing, offset, gap=own.gap, friction=own.friction, film=own.film), case.law
 
     def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> RoundFit:
         """Return the fit with the unloaded shaft's offsets in the place of where it rests.
@@ -80,11 +81,12 @@ class RoundFit(ForceFit):
         return dataclasses.replace(self, bushing=bushing, estimates=estimates)
 
 
-def placed(bushing: Bushing, offset: np.ndarray) -> Bushing:
-    """Return a bushing with the unloaded shaft at an offset (2,) along y and z, short of its wall."""
-    size = float(np.hypot(*offset))
-    y, z = (offset * min(1.0, 0.999 * bushing.gap / max(size, 1e-300))).tolist()
-    return dataclasses.replace(bushing, offset_y=y, offset=z)
+def placed(bushing: Bushing, offset: np.ndarray, **changed: Any) -> Bushing:
+    """Return a bushing with the unloaded shaft at an offset (2,) along y and z, short of its wall, and other fields."""
+    size, gap = float(np.hypot(*offset)), changed.get("gap", bushing.gap)
+    y, z = (offset * min(1.0, 0.999 * gap / max(size, 1e-300))).tolist()
+    # Changed at once: with the old offset, a smaller gap would be no bushing.
+    return dataclasses.replace(bushing, **changed, offset_y=y, offset=z)
 
 
 def parameters_of(motion: RoundMotion, priors: Sequence[Parameter], rest: tuple[float, float]) -> list[Parameter]:
