@@ -111,11 +111,6 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
 @functools.singledispatch
 def place(solver: Any, parameter: float) -> str:
     """Return where a solver's parameter is in words, such as frequency and level."""
-    raise TypeError(f"no place of a {type(solver).__name__}")
-
-
-@place.register
-def _planar_place(solver: Solver, parameter: float) -> str:
     system = solver.system
     omega, share = (parameter, 1.0) if solver.at is None else (solver.at, parameter)
     unit = "m/s²" if system.kind == "base" else "N"
@@ -131,11 +126,6 @@ def strongest(excitation: np.ndarray) -> complex:
 @functools.singledispatch
 def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     """Expand motions at the clearances to everything that a branch knows."""
-    raise TypeError(f"no branch of a {type(solver).__name__}")
-
-
-@expanded.register
-def _planar_expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     system = solver.system
     rig, poles, linear, periods = system.rig, system.poles, system.linear, system.periods
     model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]
