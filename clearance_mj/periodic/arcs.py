@@ -170,10 +170,7 @@ def _at_edge(solver: Solver | RoundSolver, omega: float) -> Motion:
     """The motion at which the gap is just filled."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     scale = max(float(np.linalg.norm(z)), solver.least)
-    motion = solver.solve(omega, z, y, np.append(np.zeros(solver.size), 1.0), scale)
-    if motion is None:
-        raise NoConvergence(omega)
-    return motion
+    return solver.solved_at(omega, z, y, scale)
 
 
 def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:

@@ -16,7 +16,7 @@ from .continuation import CameBack, Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest"]
+__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest", "watched"]
 
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
@@ -57,6 +57,16 @@ def follow(
     except CameBack as end:
         ended = str(end)
     return expanded(solver, points, ended)
+
+
+def watched(
+    motions: Iterator[Motion], watch: Callable[[float], None] | None, unit: float = 2 * np.pi
+) -> Iterator[Motion]:
+    """Motions as they come, whose parameters in units are told to ``watch``: by default frequencies in Hz."""
+    for motion in motions:
+        if watch is not None:
+            watch(motion.omega / unit)
+        yield motion
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:

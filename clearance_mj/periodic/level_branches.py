@@ -150,9 +150,7 @@ def _in_gap(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Mo
 def _at_contact(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Motion:
     """The motion that just fills a gap, with its tangent towards larger ones."""
     guess = _in_gap(solver, omega, level)
-    motion = solver.solve(level, guess.z, guess.y, guess.tangent, guess.scale)
-    if motion is None:
-        raise NoConvergence(omega)
+    motion = solver.solved_at(level, guess.z, guess.y, guess.scale)
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
 
 
