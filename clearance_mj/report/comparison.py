@@ -10,7 +10,7 @@ import matplotlib
 import numpy as np
 from markupsafe import escape
 
-from ..core.drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, of_curves, tidy
+from ..core.drawing import COLOURS, REPEAT, TEST, canvas, key, of_curves, tidy
 from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
@@ -25,7 +25,7 @@ from ..signals.figures import (
 )
 from ..signals.frf import FRF
 from . import html
-from .style import Drawing
+from .style import Drawing, colour_bar, write_numbers
 from .tables import Column, Table
 
 __all__ = ["draw", "write_page"]
@@ -124,14 +124,10 @@ def _mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
     figure = canvas(3.4, 4.4)
     ax = figure.subplots()
     image = ax.imshow(matrix, cmap=matplotlib.colormaps["cividis"], vmin=0, vmax=1)
-    for (i, j), value in np.ndenumerate(matrix):
-        ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT, color="w" if value < 0.5 else "k")
     tidy(ax, ylabel="Mode of the test (Hz)", xlabel="Mode of the model (Hz)")
-    ax.grid(False)
+    write_numbers(ax, matrix, "{:.2f}".format, lambda value: value < 0.5)
     ax.set_xticks(np.arange(matrix.shape[1]), [f"{f:.4g}" for f in model_modes.frequency])
     ax.set_yticks(np.arange(matrix.shape[0]), [f"{f:.4g}" for f in test_modes.frequency])
-    bar = figure.colorbar(image, ax=ax)
-    bar.set_label("MAC (1)", fontsize=FONT)
-    bar.ax.tick_params(labelsize=FONT - 1)
+    colour_bar(figure, image, [ax], "MAC (1)")
     caption = "Modal assurance criterion of each mode of the test with each of the model; 1 is one shape."
     return Drawing("mac", figure, caption, f"MAC matrix, {matrix.shape[0]} by {matrix.shape[1]} modes.")

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from ..core.files import to_json, write_text
 from ..periodic.axes import level_axis
@@ -16,7 +15,7 @@ from ..sweep.sensitivity import Sensitivity
 from ..tolerance import Production, Tightening
 from . import html
 from .random_production import Hours
-from .style import COLOURS, FONT, WIDE, Drawing, canvas, frequency_axis, tidy
+from .style import COLOURS, FONT, Drawing, canvas, colour_bar, frequency_ends, tidy
 from .sweep import draw_sensitivity
 from .tables import Column, Table, write_csv
 from .tightening import draw_tightening, tightening_table, tightening_words
@@ -25,7 +24,6 @@ from .writer import ReportWriter
 __all__ = ["draw_over_level", "draw_shares", "rows", "words", "write_production"]
 
 CONTOURS = (0.01, 0.1, 0.5, 0.9)
-STRENGTHS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 def draw_shares(found: Production) -> Drawing:
@@ -44,24 +42,13 @@ def draw_shares(found: Production) -> Drawing:
             ax.clabel(lines, fmt=lambda value: f"{100 * value:.0f} %", fontsize=FONT - 2)
         tidy(ax, title, level_axis(found.kind).title if i == 0 else "", "")
         ax.grid(False)
-        _frequencies(ax, found)
-    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30)
-    bar.set_label("Share of the designs (1)", fontsize=FONT)
-    bar.ax.tick_params(labelsize=FONT - 1)
+        frequency_ends(ax, found.frequency, "Frequency (Hz)", True)
+    colour_bar(figure, image, axes, "Share of the designs (1)", pad=0.01, aspect=30)
     caption = (
         f"Shares of {found.designs} designs of rig “{found.nominal.rig.name}” over frequency and amplitude of a sine, "
         "the larger one of sweeps up and down. May jump: there is more than one vibration."
     )
     return Drawing("production", figure, caption, "Maps of the shares of designs over frequency and level.", False)
-
-
-def _frequencies(ax: Axes, found: Production) -> None:
-    ends = float(found.frequency[0]), float(found.frequency[-1])
-    if ends[1] >= WIDE * ends[0]:
-        frequency_axis(ax, ends, True)
-    else:
-        ax.set_xlim(*ends)
-        ax.set_xlabel("Frequency (Hz)", fontsize=FONT)
 
 
 def draw_over_level(found: Production) -> Drawing:

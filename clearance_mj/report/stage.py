@@ -6,7 +6,8 @@ a bushing is drawn as yielding by as much as the shaft goes beyond the gap: what
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
 from ..structure import Support
-from .clip import Clip
+from .clip import Clip, Shown
 from .outline import outline, starts_clamped
 from .style import COLOURS, FONT, tidy
 
-__all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Stage"]
+__all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Pictures", "Stage"]
 
 DPI, WIDTH = 100, 7.2
 LEFT, RIGHT, TRACE, ABOVE, BETWEEN, BELOW = 0.62, 0.12, 1.1, 0.3, 0.62, 0.42
@@ -33,12 +34,50 @@ height of the picture, as shares of the shafts' length"""
 STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 
 
-class Stage:
+class Pictures(ABC):
+    """A figure that becomes one picture after the other, by what moves on it."""
+
+    figure: Figure
+    shown: Shown
+
+    def begin(self, moving: Sequence[Artist]) -> None:
+        """Begin with what moves, in the order in which it is drawn."""
+        self.canvas, self.background, self.moving = FigureCanvasAgg(self.figure), None, list(moving)
+
+    def trace_of(self, ax: Axes, width: float) -> Line2D:
+        """Draw the contact forces over time with lines of a width; return the line of the picture's time."""
+        for j, force in enumerate(self.shown.trace.T):
+            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=width, label=f"bushing {j + 1}")
+        tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
+        ax.set_xlim(*self.shown.trace_time[[0, -1]])
+        return ax.axvline(0, color="black", lw=0.8)
+
+    def picture(self, i: int) -> np.ndarray:
+        """Return (height, width, 3) pixels of one picture. Only what moves is drawn anew."""
+        if self.background is None:
+            for artist in self.moving:
+                artist.set_animated(True)
+            self.canvas.draw()
+            self.background = self.canvas.copy_from_bbox(self.figure.bbox)
+        self.canvas.restore_region(self.background)
+        self._move(i)
+        for artist in self.moving:
+            self.figure.draw_artist(artist)
+        return np.array(self.canvas.buffer_rgba())[..., :3]
+
+    @abstractmethod
+    def _move(self, i: int) -> None:
+        """Move everything to where it is in one picture."""
+
+
+class Stage(Pictures):
     """The figure that becomes one picture after the other: the shafts above, the trace of contact forces below.
 
     Above, x is in m and y in mm, with the aspect that the exaggeration makes: what MuJoCo draws to the same scale
     lies under the same axes. Several shafts are drawn one above another, each at a level of its own.
     """
+
+    shown: Clip
 
     def __init__(self, shown: Clip):
         self.shown, self.length = shown, shown.length
@@ -62,12 +101,11 @@ class Stage:
         across = WIDTH - LEFT - RIGHT
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
         self.figure = Figure(facecolor="white", dpi=DPI)
-        self.canvas, self.background = FigureCanvasAgg(self.figure), None
         self.above, below = self._axes()
         self._label(self.above)
         self.cursor = self._trace(below)
         self.words = self.above.set_title("", fontsize=FONT, loc="left", pad=4)
-        self.moving = [self.cursor, self.words, *self._gaps(self.above)]
+        self.begin([self.cursor, self.words, *self._gaps(self.above)])
 
     def _axes(self) -> tuple[Axes, Axes]:
         whole = BELOW + TRACE + BETWEEN + self.size[1] + ABOVE
@@ -107,13 +145,10 @@ class Stage:
         return 1e3 * drawn / self.shown.exaggeration
 
     def _trace(self, ax: Axes) -> Line2D:
-        for j, force in enumerate(self.shown.trace.T):
-            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=1, label=f"bushing {j + 1}")
-        tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
-        ax.set_xlim(*self.shown.trace_time[[0, -1]])
+        cursor = self.trace_of(ax, 1)
         ax.legend(fontsize=FONT - 1, frameon=False, loc="lower right", bbox_to_anchor=(1, 0.97), ncols=4)
         self.figure.align_ylabels()
-        return ax.axvline(0, color="black", lw=0.8)
+        return cursor
 
     def height(self) -> np.ndarray:
         """Return (n, n_x) drawn height of the shafts' lines, m."""
@@ -211,19 +246,6 @@ class Stage:
             y = level - radius - wall * np.array([0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0])
             ax.plot(x + 0.2 * wide * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0]), y, color=HALF, lw=0.8, zorder=0)
             ax.add_patch(Rectangle((x - wide / 2, y[-1]), wide, -0.2 * wall, **look))
-
-    def picture(self, i: int) -> np.ndarray:
-        """Return (height, width, 3) pixels of one picture. Only what moves is drawn anew."""
-        if self.background is None:
-            for artist in self.moving:
-                artist.set_animated(True)
-            self.canvas.draw()
-            self.background = self.canvas.copy_from_bbox(self.figure.bbox)
-        self.canvas.restore_region(self.background)
-        self._move(i)
-        for artist in self.moving:
-            self.figure.draw_artist(artist)
-        return np.array(self.canvas.buffer_rgba())[..., :3]
 
     def _move(self, i: int) -> None:
         shown = self.shown

@@ -203,11 +203,8 @@ def write_report(
         write_csv(folder / f"histories_{outcome.case.controller}.csv", _history(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
-    for name, text in (
-        ("summary.json", to_json({"runs": rows, "provenance": provenance})),
-        ("report.html", _page(outcomes, drawings)),
-    ):
-        write_text(folder / name, text)
+    write_text(folder / "summary.json", to_json({"runs": rows, "provenance": provenance}))
+    write_text(folder / "report.html", _page(outcomes, drawings))
     return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 
 
