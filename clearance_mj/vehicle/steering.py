@@ -19,6 +19,7 @@ import numpy as np
 from ..beam import ritz_model
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
+from ..clearance.modelled import nominal_law
 from ..core.errors import ClearanceError, ManoeuvreError
 from ..core.units import quantity_of
 from ..engines import Engine, get_engine
@@ -113,8 +114,7 @@ class Steering:
     @functools.cached_property
     def datasheet_law(self) -> ConstantLaw:
         """Stiffness and damping of the shaft's contacts."""
-        contacts = [b.contact for b in self.shaft.bushings]
-        return ConstantLaw(np.array([c.stiffness for c in contacts]), np.array([c.damping for c in contacts]))
+        return nominal_law(self.shaft)
 
     @property
     def contact_law(self) -> Law:

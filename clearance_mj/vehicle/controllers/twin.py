@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ...core.errors import ManoeuvreError
 from ..steering import Steering
@@ -83,27 +84,11 @@ def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Cont
 
 
 PRIOR = "half-gap, stiffness and friction, to begin with; then estimates them from the car's signals"
-register(
-    Registration(
-        "smc-twin", "SMC-CM, twin", SlidingMode, tuned_as="smc-cm", adapt=with_twin, prior=PRIOR, colour="#44aadd",
-        line=(0, (5, 1)),
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "mpc-twin", "MPC-CM, twin", ModelPredictive, tuned_as="mpc-cm", adapt=with_twin, prior=PRIOR, colour="#117733",
-        line=(0, (5, 1)),
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "smc-twin-dob", "SMC-CM-DOB, twin", SlidingWithObserver, tuned_as="smc-cm-dob", adapt=with_twin, prior=PRIOR,
-        colour="#7755cc", line=(0, (5, 1)),
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "mpc-twin-dob", "MPC-CM-DOB, twin", PredictiveWithObserver, tuned_as="mpc-cm-dob", adapt=with_twin, prior=PRIOR,
-        colour="#dd77aa", line=(0, (5, 1)),
-    )
-)  # fmt: skip
+for _name, _label, _controller, _tuned_as, _colour in (
+    ("smc-twin", "SMC-CM, twin", SlidingMode, "smc-cm", "#44aadd"),
+    ("mpc-twin", "MPC-CM, twin", ModelPredictive, "mpc-cm", "#117733"),
+    ("smc-twin-dob", "SMC-CM-DOB, twin", SlidingWithObserver, "smc-cm-dob", "#7755cc"),
+    ("mpc-twin-dob", "MPC-CM-DOB, twin", PredictiveWithObserver, "mpc-cm-dob", "#dd77aa"),
+):
+    _look: dict[str, Any] = {"prior": PRIOR, "colour": _colour, "line": (0, (5, 1))}
+    register(Registration(_name, _label, _controller, tuned_as=_tuned_as, adapt=with_twin, **_look))
