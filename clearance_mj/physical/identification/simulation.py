@@ -25,11 +25,11 @@ from ...estimate.parameter import Parameter
 from ..bristles import frictions
 from ..checks import compile as physical_compile
 from ..drives import drives
-from ..elements import asked
+from ..elements import asked, nearest
 from ..softener import Softener
 from ..step import largest_step
 from .quantities import put
-from .record import ModelRecord, nearest
+from .record import ModelRecord
 
 __all__ = ["Run", "Simulator"]
 
