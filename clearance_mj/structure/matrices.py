@@ -133,9 +133,8 @@ class Matrices(StructureOfFiles):
                 'units is missing; write "m-kg-s" for matrices in m, kg, N, "mm-t-s" for mm, t, N, or another of '
                 + ", ".join([*UNITS][2:])
             )
-        if (self.file is None) == (self.mass is None):
-            raise ValueError("give either file, or mass and stiffness")
-        if self.file is not None and (self.stiffness is not None or self.damping is not None):
+        beside = self.stiffness is not None or self.damping is not None
+        if (self.file is None) == (self.mass is None) or (self.file is not None and beside):
             raise ValueError("give either file, or mass and stiffness")
         if self.file is None and self.stiffness is None:
             raise ValueError("stiffness is missing; a structure needs it beside its mass")
