@@ -84,8 +84,7 @@ def _table(ax: Axes, found: Calibration, target: ModalTarget) -> None:
 
 
 def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
-    count = min(MAX_SENSORS, len(target.nodes))
-    shown = np.unique(np.linspace(0, len(target.nodes) - 1, count).astype(int))
+    shown = np.unique(np.linspace(0, len(target.nodes) - 1, min(MAX_SENSORS, len(target.nodes))).astype(int))
     frfs = (("test", target.frf.functions, TEST, 1.5), ("start", target.model(found.start), START, 0.9),
             ("calibrated", target.model(found.rig), FOUND, 0.9))  # fmt: skip
     axes = part.subplots(1, len(shown), sharey=True, squeeze=False)[0]

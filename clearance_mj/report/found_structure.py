@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import matplotlib
 import numpy as np
 from markupsafe import escape
 from matplotlib.colors import LogNorm
@@ -83,13 +82,7 @@ def draw_misfits(update: RigUpdate) -> Drawing:
     )
     for ax, title, misfits in zip(axes, ("as drawn", "with what was found"), parts):
         share = 100 * _by_band(misfits, edges)
-        image = ax.pcolormesh(
-            edges,
-            np.arange(len(names) + 1),
-            share,
-            norm=LogNorm(SMALLEST, LARGEST),
-            cmap=matplotlib.colormaps["cividis"],
-        )
+        image = ax.pcolormesh(edges, np.arange(len(names) + 1), share, norm=LogNorm(SMALLEST, LARGEST), cmap="cividis")
         band_axes(ax, title, edges, names)
     label = "Misfit (% of the channel’s level in the band)"
     colour_bar(figure, image, axes, label, FONT - 1, pad=0.01, aspect=15, extend="both")

@@ -39,11 +39,8 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     laws = [law_force(force, found.law) for force in forces]
     drawn = _drawn(found)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
-        x, measured, law = (
-            np.concatenate(parts)
-            for parts in zip(*((f.displacement[j, f.valid], f.force[j, f.valid], of[j, f.valid])
-                               for f, of in zip(forces, laws)))
-        )  # fmt: skip
+        x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))
+        law = np.concatenate([of[j, f.valid] for f, of in zip(forces, laws)])
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
         walls = [w for w in zip(bushing.walls, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
         for ax in line:
@@ -109,18 +106,10 @@ def draw_misfit(found: LawMisfit) -> Drawing | None:
     stretches = [found.stretches[i] for i in shown]
     figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(found.sensors)), 8.5)
     axes = figure.subplots(2, len(stretches), squeeze=False, sharex=True, sharey=True)
-    missed, ratio = (
-        np.array([s.missed for s in stretches]),
-        ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND),
-    )
+    ratio = ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND)
+    most = max(1.0, float(np.nanmax([s.missed for s in stretches])))
     rows = (
-        (
-            axes[0],
-            "missed",
-            "Missed (dB)",
-            matplotlib.colormaps["cividis"],
-            Normalize(0, max(1.0, float(np.nanmax(missed)))),
-        ),
+        (axes[0], "missed", "Missed (dB)", matplotlib.colormaps["cividis"], Normalize(0, most)),
         (axes[1], "ratio", "Over random error (1)", ratio, BoundaryNorm(RATIOS, ratio.N)),
     )
     for line, name, label, colours, norm in rows:

@@ -55,8 +55,7 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
             ax.plot([support.position], [-0.13], "^" if support.kind == "pinned" else "s", ms=7, mfc="white", mec=TEST)
     ax.axhline(0, color="#444444", lw=3, alpha=0.4)
     x = np.linspace(start, end, 401)
-    shapes = mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1]
-    for i, shape in enumerate(shapes.T):
+    for i, shape in enumerate(mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1].T):
         look: dict[str, Any] = {"color": MODES[i % 6], "ls": STYLES[i % 6], "lw": 1.2, "label": f"mode {modes[i]}"}
         ax.plot(x, shape / np.max(np.abs(shape)), **look)
     ax.plot(places.position, np.full(places.position.size, -1.32), "|", color=REPEAT, ms=6, label="candidates")
@@ -68,8 +67,7 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
         ax.plot([position] * 2, [0, height], color=TEST, lw=0.7, zorder=1)
         ax.plot(position, 0, "o", color=TEST, ms=4)
         ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=BOX)
-    clamped = starts_clamped(rig.linear.shafts)
-    words = "Distance from the clamp (m)" if clamped else "Position along the shaft (m)"
+    words = "Distance from the clamp (m)" if starts_clamped(rig.linear.shafts) else "Position along the shaft (m)"
     tidy(ax, "", "Mode shape over its largest (1)", words)
     ax.set_xlim(start - 0.02 * length, end + 0.02 * length)
     ax.set_ylim(-1.45, top)

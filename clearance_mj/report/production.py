@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,12 +129,8 @@ def write_production(
         result["exceeding_over_level"] = found.over_level("exceeding").tolist()
     writer = ReportWriter(folder)
     body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
-    sections = [
-        html.Section(
-            "production", "How many rattle",
-            body + writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found)),
-        )
-    ]  # fmt: skip
+    body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
+    sections = [html.Section("production", "How many rattle", body)]
     if hours:
         result["random"] = hours.rows()
         said = "".join(html.paragraph(html.formula(each)) for each in hours.words())
@@ -146,9 +141,8 @@ def write_production(
     if tightening:
         result["tightening"] = tightening_table(tightening)
         said = "".join(html.paragraph(html.formula(each)) for each in tightening_words(tightening))
-        sections.append(
-            html.Section("tightening", "Which tolerance to tighten", said + writer.figure(draw_tightening(tightening)))
-        )
+        said += writer.figure(draw_tightening(tightening))
+        sections.append(html.Section("tightening", "Which tolerance to tighten", said))
     sections.append(html.Section("numbers", "What scatters", _numbers(found)))
     writer.close()
     write_text(folder / "production.json", to_json(result | made_from))
@@ -163,10 +157,6 @@ def _numbers(found: Production) -> str:
         (name, column.mean(), column.std(), column.min(), column.max())
         for name, column in zip(found.names, found.values.T)
     )
-    heads: Sequence[Column] = [
-        Column("Number"),
-        *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")),
-    ]
-    return html.table(
-        Table("numbers", f"What scatters, of {found.designs} designs as they were drawn.", tuple(heads), table)
-    )
+    heads = (Column("Number"), *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")))
+    caption = f"What scatters, of {found.designs} designs as they were drawn."
+    return html.table(Table("numbers", caption, heads, table))

@@ -90,8 +90,7 @@ def _gap(found: RattleMap, gap: int) -> str:
 
 def rows(found: RattleMap) -> pd.DataFrame:
     """Return a row per gap, level, frequency and direction of a sweep, SI units; empty where none was found."""
-    shape = found.contact_share.shape[:-1]
-    sweep, gap, level, frequency = (index.ravel() for index in np.indices(shape))
+    sweep, gap, level, frequency = (index.ravel() for index in np.indices(found.contact_share.shape[:-1]))
     columns: dict[str, Any] = {}
     for j, label in enumerate(found.clearances):
         columns[f"gap_{label}_m"] = found.gap[gap, j]

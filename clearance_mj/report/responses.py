@@ -109,7 +109,8 @@ def draw(
             _curve(ax, branch, quantity, row, colour)
         for steps in measured:
             _steps(ax, steps, rig, quantity, row)
-        _label(ax, f"{letter} {_title(rig, quantity, row)}", quantity)
+        title = sensor_title(rig, row) if quantity == "acceleration" else f"clearance {row + 1}"
+        _label(ax, f"{letter} {title}", quantity)
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
     what = "level" if branches[0].over == "level" else "frequency"
@@ -142,10 +143,6 @@ def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> No
         ax.plot(x[at], y[at], marker, color=TEST, mfc="white", ms=3.5, mew=0.7)
     if is_cut(branch):
         ax.plot(x[-1], y[-1], "x", color=TEST, ms=4.5, mew=0.9)
-
-
-def _title(rig: Rig, quantity: str, row: int) -> str:
-    return sensor_title(rig, row) if quantity == "acceleration" else f"clearance {row + 1}"
 
 
 def _label(ax: Axes, title: str, quantity: str) -> None:

@@ -9,14 +9,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from .outline import outline
 from .space_clip import SpaceClip
 from .space_view import View
-from .stage import CLAMP, DPI, HALF, MASS, STEEL, Pictures
+from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy
 
 __all__ = ["SpaceStage"]
@@ -36,15 +34,9 @@ class SpaceStage(Pictures):
     shown: SpaceClip
 
     def __init__(self, shown: SpaceClip):
-        self.shown, self.view = shown, View()
-        self.shafts = shown.rig.linear.shafts
-        self.edges = [outline(shaft) for shaft in self.shafts]
-        self.numbers = [shown.shaft == i for i in range(len(self.shafts))]
-        self.radii = np.concatenate(
-            [np.interp(shown.position[on], *edges[:2]) for on, edges in zip(self.numbers, self.edges)]
-        )
+        super().__init__(shown)
+        self.view = View()
         self.discs = self._discs()
-        self.figure = Figure(facecolor="white", dpi=DPI)
         self.moving: list[Artist] = []
         self.above, self.orbits, below = self._axes()
         self._draw_above(self.above)
@@ -156,8 +148,7 @@ class SpaceStage(Pictures):
         if self.shown.rig.gravity is not None:
             g = np.array(self.shown.rig.gravity)
             tip = length * self.view(*g / np.linalg.norm(g))
-            start = origin - [1.6 * length, -length]
-            self._arrow(ax, start, tip, "g", COLOURS[1])
+            self._arrow(ax, origin - [1.6 * length, -length], tip, "g", COLOURS[1])
         for name, tip in arrows.items():
             self._arrow(ax, origin, tip, name, HALF)
 
@@ -260,5 +251,4 @@ class SpaceStage(Pictures):
             y, z = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
             ends = [self.view(x + side * half, y, z) for side in (-1, 1)]
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
-            gap = np.full((2, 1), np.nan)
-            rings.set_data(*np.concatenate((ends[0], gap, ends[1]), axis=1))
+            rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))

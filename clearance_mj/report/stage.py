@@ -37,8 +37,14 @@ STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 class Pictures(ABC):
     """A figure that becomes one picture after the other, by what moves on it."""
 
-    figure: Figure
     shown: Shown
+
+    def __init__(self, shown: Shown):
+        self.shown, self.shafts = shown, shown.rig.linear.shafts
+        self.edges = [outline(shaft) for shaft in self.shafts]
+        self.numbers = [shown.shaft == i for i in range(len(self.shafts))]
+        radii = [np.interp(shown.position[on], *edges[:2]) for on, edges in zip(self.numbers, self.edges)]
+        self.radii, self.figure = np.concatenate(radii), Figure(facecolor="white", dpi=DPI)
 
     def begin(self, moving: Sequence[Artist]) -> None:
         """Begin with what moves, in the order in which it is drawn."""
@@ -80,16 +86,11 @@ class Stage(Pictures):
     shown: Clip
 
     def __init__(self, shown: Clip):
-        self.shown, self.length = shown, shown.length
+        super().__init__(shown)
+        self.length, self.radius = shown.length, max(float(edges[1].max()) for edges in self.edges)
         self.images: list[np.ndarray] = []
-        self.shafts = shown.rig.linear.shafts
-        outlines = [outline(shaft) for shaft in self.shafts]
-        self.radius = max(float(edges[1].max()) for edges in outlines)
-        self.radii = np.concatenate(
-            [np.interp(shown.position[shown.shaft == i], *edges[:2]) for i, edges in enumerate(outlines)]
-        )
         self.places = [shown.rig.linear.place(b.position) for b in shown.rig.bushings]
-        self.at_bushings = [np.interp(x, *outlines[i][:2]) for i, x in self.places]
+        self.at_bushings = [np.interp(x, *self.edges[i][:2]) for i, x in self.places]
         self.level = np.zeros(len(self.shafts))
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in shown.rig.bushings))
         self.per_newton = ARROW * self.length / max(np.abs(shown.trace).max(), 1e-12)
@@ -100,7 +101,6 @@ class Stage(Pictures):
         self.left, self.right = first - 0.04 * self.length, last + 0.03 * self.length
         across = WIDTH - LEFT - RIGHT
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
-        self.figure = Figure(facecolor="white", dpi=DPI)
         self.above, below = self._axes()
         self._label(self.above)
         self.cursor = self._trace(below)
@@ -208,8 +208,7 @@ class Stage(Pictures):
         ax, rig, plate = self.above, self.shown.rig, self.millimetres(PLATE * self.length)
         for support, i, side in self.supports():
             self._draw_support(support, i, side)
-        numbers = [self.shown.shaft == i for i in range(len(self.shafts))]
-        self.lines = [(on, ax.fill_between(self.shown.position[on], 0, 0, color=STEEL, lw=0)) for on in numbers]
+        self.lines = [(on, ax.fill_between(self.shown.position[on], 0, 0, color=STEEL, lw=0)) for on in self.numbers]
         on_shafts = self.masses_on_shafts()
         self.of_masses = np.array([height for _, height in on_shafts]).reshape(len(on_shafts), self.shown.time.size)
         (self.masses,) = ax.plot([x for x, _ in on_shafts], [0] * len(on_shafts), "o", color=MASS, ms=9)
@@ -229,7 +228,7 @@ class Stage(Pictures):
         """A wall at an end, blocks or a foot between."""
         ax, x, level = self.above, support.position, self.millimetres(self.level[i])
         wall, wide = self.millimetres(WALL * self.length), 0.02 * self.length
-        radius = self.millimetres(np.interp(x, *outline(self.shafts[i])[:2]))
+        radius = self.millimetres(np.interp(x, *self.edges[i][:2]))
         look: dict[str, Any] = {"facecolor": CLAMP, "hatch": "////", "lw": 0}
         if support.kind in ("clamped", "guided") and side:
             away = (0.004 * self.length if support.kind == "guided" else 0.0) * side

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -137,7 +137,7 @@ def band_axes(ax: Axes, title: str, edges: np.ndarray, names: Sequence[str]) -> 
 
 
 def colour_bar(
-    figure: Figure, image: ScalarMappable, axes: Sequence[Axes], label: str, font: float = FONT, **look: Any
+    figure: Figure, image: ScalarMappable, axes: Iterable[Axes], label: str, font: float = FONT, **look: Any
 ) -> None:
     """Explain an image's colours beside axes, in words of a size."""
     bar = figure.colorbar(image, ax=list(axes), **look)
@@ -145,9 +145,7 @@ def colour_bar(
     bar.ax.tick_params(labelsize=font - 1)
 
 
-def write_numbers(
-    ax: Axes, matrix: np.ndarray, words: Callable[[float], str], on_dark: Callable[[float], bool]
-) -> None:
+def write_numbers(ax: Axes, matrix: np.ndarray, words: Callable[[float], str], on_dark: Callable[[Any], bool]) -> None:
     """Write the numbers of a matrix on its picture, in white on dark colours."""
     for (i, j), value in np.ndenumerate(matrix):
         colour = "white" if on_dark(value) else "black"

@@ -122,8 +122,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
     n = len(found.quantity)
     columns = min(n, 4)
     rows = -(-n // columns)
-    height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))
-    figure = canvas(height)
+    figure = canvas(0.55 + rows * (0.5 + 0.22 * len(found.parameter)))
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     places = np.arange(len(found.parameter))
     for ax in axes.ravel()[n:]:
