@@ -136,8 +136,7 @@ class Steering:
 
     def start(self, seed: int = 0) -> SteeringRun:
         """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""
-        rack = RACK_DAMPING * self.lever_arm**2
-        motor = Motor(self.torque_limit, COLUMN_INERTIA * RATIO**2, rack, self.friction)
+        motor = Motor(self.torque_limit, COLUMN_INERTIA * RATIO**2, RACK_DAMPING * self.lever_arm**2, self.friction)
         servo = ServoStep.of(self.frequency, self.damping, self.rate_limit, motor)
         engine, road = self._engine(), np.zeros(1)
         shaft: Shaft = QuasiStaticShaft(self.lost_motion, self.wear)
