@@ -175,8 +175,7 @@ def _contact_rows(whole: SpatialLinkage, held: np.ndarray) -> np.ndarray:
     n = len(whole.rig.bushings)
     found = np.zeros((n, 2, whole.size))
     for d, part in enumerate(whole.spans):
-        of_plane = held[held[:, part].any(axis=1)][:, part]
-        rows = contact_rows(whole.at_points[n:, d, part], of_plane)
+        rows = contact_rows(whole.at_points[n:, d, part], held[held[:, part].any(axis=1)][:, part])
         if len(rows) != n:
             return np.zeros((0, 2, whole.size))
         found[:, d, part] = rows

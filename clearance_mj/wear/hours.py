@@ -91,14 +91,12 @@ def wear_on(source: Source, model: Model, limits: np.ndarray, hours: float, accu
 
 def _longest(now: Moment, share: float) -> float:
     """Hours in which no gap grows by more than a share."""
-    gaps = clearances_of(now.model.rig)[:, 0]
-    fastest = float(np.max(np.abs(now.rate).max(axis=1) / gaps))
+    fastest = float(np.max(np.abs(now.rate).max(axis=1) / clearances_of(now.model.rig)[:, 0]))
     return share / fastest if fastest > 0 else np.inf
 
 
 def _growth(now: Moment, step: float) -> float:
-    gaps = clearances_of(now.model.rig)[:, 0]
-    return float(np.max(np.abs(now.rate).max(axis=1) * step / gaps))
+    return float(np.max(np.abs(now.rate).max(axis=1) * step / clearances_of(now.model.rig)[:, 0]))
 
 
 def _reached(now: Moment, limits: np.ndarray) -> bool:
