@@ -163,8 +163,7 @@ def joined(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return copies of records and numbers, part after part; the fields that are named say where numbers begin."""
     bushings, states, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
-    starts = np.cumsum([0, *(part[2].size for part in parts[:-1])])
-    start = np.repeat(starts, [part[0].size for part in parts])
+    start = np.repeat(np.cumsum([0, *(part[2].size for part in parts[:-1])]), [part[0].size for part in parts])
     for records, names in ((bushings, of_bushings), (states, of_states)):
         for name in names:
             records[name] += start

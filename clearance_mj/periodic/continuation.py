@@ -230,8 +230,7 @@ class Follower(ABC):
     def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
         """Return the motion at a frequency between two neighbours."""
         share = (omega - before.omega) / (after.omega - before.omega)
-        z = before.z + share * (after.z - before.z)
-        found = self.solved_at(omega, z, after.y, after.scale)
+        found = self.solved_at(omega, before.z + share * (after.z - before.z), after.y, after.scale)
         return replace(found, tangent=found.tangent * np.sign(found.tangent @ after.tangent))
 
 

@@ -54,8 +54,7 @@ def without_contact(solver: Any, omega: np.ndarray) -> tuple[np.ndarray, np.ndar
 def filled(solver: Any, omega: np.ndarray) -> np.ndarray:
     """Return the largest share (n,) of the way to a wall that is moved without contact; there is some above 1."""
     walls = np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1)
-    count = len(walls)
-    return np.max(np.abs(_driven(solver.system, omega)[:, count:]) / np.repeat(walls, 2), axis=1)
+    return np.max(np.abs(_driven(solver.system, omega)[:, len(walls) :]) / np.repeat(walls, 2), axis=1)
 
 
 @functools.singledispatch

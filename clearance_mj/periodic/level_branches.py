@@ -77,8 +77,7 @@ class LevelBranch:
             share = np.where(crossed, (levels - low) / (high - low), 0.0)
 
         def largest(of: np.ndarray) -> np.ndarray:
-            between = of[:-1, None] + share * np.diff(of)[:, None]
-            return np.where(crossed, between, 0.0).max(axis=0, initial=0.0)
+            return np.where(crossed, of[:-1, None] + share * np.diff(of)[:, None], 0.0).max(axis=0, initial=0.0)
 
         return crossed.sum(axis=0), largest(self.depth), np.array([largest(row) for row in self.values])
 
@@ -216,8 +215,7 @@ def _finer(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
     ahead[:, -1] = motions.tangent[:, -1] * of_level
     places = np.interp(np.arange(PARTS * (count - 1) + 1) / PARTS, np.arange(count), way)
     slope = most * ahead[:, -1] / np.linalg.norm(ahead, axis=1)
-    level = CubicHermiteSpline(way, motions.omega, slope)(places)
-    return level, PchipInterpolator(way, values, axis=1)(places)
+    return CubicHermiteSpline(way, motions.omega, slope)(places), PchipInterpolator(way, values, axis=1)(places)
 
 
 def _values(

@@ -27,15 +27,9 @@ _FRICTION = (
 )  # fmt: skip
 _NOT_DRY = ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")
 _DRY = [*(f"friction_{name}" for name in _FRICTION if name not in _NOT_DRY), "loss_forward", "loss_backward"]
-DRIVE = np.dtype(
-    [
-        (name, np.float64)
-        for name in (
-            "inertia", "gap", "k", "c", "encoder", "dynamics", "early",
-            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward",
-        )
-    ]
-)  # fmt: skip
+_OWN = "inertia", "gap", "k", "c", "encoder", "dynamics", "early"
+_LOSSES = *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward"
+DRIVE = np.dtype([(name, np.float64) for name in (*_OWN, *_LOSSES)])
 """Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics``, ``early``: of the actuator before"""
 
 ANGLE, SPEED, MOTOR_TORQUE, BEGUN, INPUT, BRISTLES = range(6)
@@ -190,8 +184,7 @@ def add_drive(
         inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
         model.actuator_actearly[index], *friction_numbers(friction),
     )  # fmt: skip
-    data = [*values, *(value for slip in slips for value in slip)]
-    write_numbers(spec, f"{MARK}drive:{name}", data)
+    write_numbers(spec, f"{MARK}drive:{name}", [*values, *(value for slip in slips for value in slip)])
     saved = [np.array(key.act) for key in spec.keys]
     if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED:
         motor.gainprm[1:3] = 0

@@ -81,8 +81,7 @@ class Softener:
         own |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
         own["of_actuators"] = self._of_actuators.ctypes.data
         own["soften"] = address(loop.soften, loop.SOFTEN)
-        values = {**self._parts.places(), **loop.PLACES, **own}
-        for name, value in values.items():
+        for name, value in {**self._parts.places(), **loop.PLACES, **own}.items():
             self._head[name] = value
         self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), key
         self._address = self._head.ctypes.data
@@ -223,8 +222,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
         _describe_friction(model, friction, row)
     first_friction = 2 + len(laws) * loop.KEPT.itemsize // 8
     first_record = first_friction + loop.OF_FRICTION * len(bristles)
-    own = np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8)
-    memory = np.concatenate((own, whole.numbers))
+    memory = np.concatenate((np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8), whole.numbers))
     return _Parts(elements, found, joints, tendons, whole, memory, first_friction, first_record)
 
 

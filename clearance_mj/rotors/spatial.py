@@ -135,8 +135,7 @@ class SpatialModel(InSpace):
         direction : ndarray, shape (n_points, 3) or (3,)
             Unit vectors, for positions on shafts.
         """
-        along = np.broadcast_to(direction, (len(points), 3))
-        found = np.einsum("pd,pdn->pn", along[:, 1:], self.moved(points))
+        found = np.einsum("pd,pdn->pn", np.broadcast_to(direction, (len(points), 3))[:, 1:], self.moved(points))
         named = [i for i, point in enumerate(points) if parse_dof(point)]
         if named:  # its own direction may be X, or a rotation
             (own,) = self._reductions

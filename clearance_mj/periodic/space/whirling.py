@@ -164,8 +164,7 @@ def _out_of_rest(
 def _dry(
     system: RoundCondensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[Motion], WhirlSolver]:
-    guesses = dry_guesses(system, ends[0])
-    for guess in guesses:
+    for guess in dry_guesses(system, ends[0]):
         solver = WhirlSolver(system, harmonics, samples, guess.omega)
         place = np.zeros((solver.rows, solver.shape[1]))
         place[:, 1], place[:, 2] = guess.whirl.real, -guess.whirl.imag
