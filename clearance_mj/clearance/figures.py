@@ -91,8 +91,7 @@ def over_time_figure(table: LawTable) -> Figure:
     """Draw contact stiffness and damping of every bushing over time."""
     n = table.parameters.shape[1]
     figure = canvas(0.1 + 1.9 * n)
-    grid = figure.subplots(n, 2, squeeze=False, sharex=True)
-    for j, line in enumerate(grid):
+    for j, line in enumerate(figure.subplots(n, 2, squeeze=False, sharex=True)):
         for i, (ax, label) in enumerate(zip(line, QUANTITIES)):
             ax.plot(table.abscissa, table.parameters[:, j, i], color=COLOURS[0], linewidth=1.1)
             tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")

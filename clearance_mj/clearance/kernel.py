@@ -9,7 +9,7 @@ with the shaft's static load, so that only what they change by moves it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple, Protocol, get_type_hints
 
 import numpy as np
@@ -27,7 +27,7 @@ from .table import LawTable
 
 __all__ = [
     "Clearance", "clearance_records", "contact_step", "follow_law", "grease_step", "greases_of", "joined",
-    "side_by_side",
+    "one_each", "side_by_side", "tabulate",
 ]  # fmt: skip
 
 
@@ -102,8 +102,11 @@ class WithTable(Protocol):
 
 def greases_of(rig: WithBushings, law: WithTable) -> list[GreaseModel]:
     """Return the grease model of each bushing: the law's, if it has one, or else the rig's."""
-    n = len(rig.bushings)
-    greases: Sequence[Grease | GreaseModel] = [b.grease for b in rig.bushings] if law.grease is None else law.grease
+    return one_each([b.grease for b in rig.bushings] if law.grease is None else law.grease, len(rig.bushings))
+
+
+def one_each(greases: Sequence[Grease | GreaseModel], n: int) -> list[GreaseModel]:
+    """Return the model of each of n bushings, of what a rig or a law gives for all or each."""
     if len(greases) not in (1, n):
         raise LawError(f"the law holds grease for {len(greases)} bushings, the rig has {n}; give one or {n}")
     models = [g if isinstance(g, GreaseModel) else BoucWen(g) for g in greases]
@@ -115,21 +118,10 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
     n = len(rig.bushings)
     table, bushings, states = law.table(n), np.zeros(n, BUSHING), np.zeros(n, STATE)
     numbers: list[float] = [0.0] * 2 * n
-
-    def place(values: Iterable[float]) -> int:
-        start = len(numbers)
-        numbers.extend(values)
-        return start
-
+    place = tabulate(bushings, table, step, numbers)
     for j, bushing in enumerate(rig.bushings):
         bushings["gap"][j], bushings["offset"][j] = bushing.gap, bushing.offset
         bushings["lower"][j], bushings["upper"][j] = bushing.walls
-    bushings["step"] = step
-    bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
-    bushings["rows"], _, bushings["width"] = table.parameters.shape
-    bushings["abscissa"] = place(table.abscissa)
-    for name in ("by_amplitude", "adhesion", "contact_law", "contact_energy"):
-        bushings[name] = getattr(table, name)
     states["impact"] = 2 * np.arange(n)
     for j, model in enumerate(greases_of(rig, law)):
         bushings["grease_law"][j], bushings["grease_energy"][j] = model.addresses()
@@ -142,6 +134,25 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
     return Clearance(bushings, states, np.array(numbers, dtype=float))
 
 
+def tabulate(
+    bushings: np.ndarray, table: LawTable, step: float, numbers: list[float]
+) -> Callable[[Iterable[float]], int]:
+    """Write what a law's table says into records of bushings; return what adds more numbers and says where they are."""
+
+    def place(values: Iterable[float]) -> int:
+        start = len(numbers)
+        numbers.extend(values)
+        return start
+
+    bushings["step"] = step
+    bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
+    bushings["rows"], _, bushings["width"] = table.parameters.shape
+    bushings["abscissa"] = place(table.abscissa)
+    for name in ("by_amplitude", "adhesion", "contact_law", "contact_energy"):
+        bushings[name] = getattr(table, name)
+    return place
+
+
 def side_by_side(parts: Sequence[Clearance]) -> Clearance:
     """Return copies of the records of several rigs as those of one, rig after rig."""
     return Clearance(*joined(parts, ("abscissa", "table", "grease"), ("impact", "grease", "contact", "out")))
@@ -152,8 +163,7 @@ def joined(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return copies of records and numbers, part after part; the fields that are named say where numbers begin."""
     bushings, states, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
-    starts = np.cumsum([0, *(part[2].size for part in parts[:-1])])
-    start = np.repeat(starts, [part[0].size for part in parts])
+    start = np.repeat(np.cumsum([0, *(part[2].size for part in parts[:-1])]), [part[0].size for part in parts])
     for records, names in ((bushings, of_bushings), (states, of_states)):
         for name in names:
             records[name] += start

@@ -11,20 +11,18 @@ is that of friction, then slide. They turn with n, so that a shaft may roll arou
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple, get_type_hints
 
 import numpy as np
 
-from ..core.errors import LawError
 from ..core.jit import inlined
 from ..rig import Grease, Rig
 from ..rig.dimensions import shaft_radius
 from .follower import SLOWEST_IMPACT, end_values
 from .grease import GreaseModel
-from .greases.bouc_wen import BoucWen
 from .greases.oil_film import film_bearing
-from .kernel import WithTable, joined
+from .kernel import WithTable, joined, one_each, tabulate
 from .pointers import at, call_law
 
 __all__ = [
@@ -99,11 +97,7 @@ class RoundClearance(NamedTuple):
 def fillings_of(rig: Rig, law: WithTable) -> list[GreaseModel]:
     """Return what fills each bushing: the law's grease, if it has one, or else the rig's film or grease."""
     n = len(rig.bushings)
-    given = [_own_filling(rig, j) for j in range(n)] if law.grease is None else list(law.grease)
-    if len(given) not in (1, n):
-        raise LawError(f"the law holds grease for {len(given)} bushings, the rig has {n}; give one or {n}")
-    models = [g if isinstance(g, GreaseModel) else BoucWen(g) for g in given]
-    return models * n if len(models) == 1 else models
+    return one_each([_own_filling(rig, j) for j in range(n)] if law.grease is None else law.grease, n)
 
 
 def _own_filling(rig: Rig, j: int) -> Grease | GreaseModel:
@@ -116,18 +110,7 @@ def round_records(rig: Rig, law: WithTable, step: float) -> RoundClearance:
     n = len(rig.bushings)
     table, bushings, states = law.table(n), np.zeros(n, BUSHING), np.zeros(n, STATE)
     numbers: list[float] = [0.0] * (2 * END_MEMORY * n)
-
-    def place(values: Iterable[float]) -> int:
-        start = len(numbers)
-        numbers.extend(values)
-        return start
-
-    bushings["step"] = step
-    bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
-    bushings["rows"], _, bushings["width"] = table.parameters.shape
-    bushings["abscissa"] = place(table.abscissa)
-    for name in ("by_amplitude", "adhesion", "contact_law", "contact_energy"):
-        bushings[name] = getattr(table, name)
+    place = tabulate(bushings, table, step, numbers)
     states["ends"] = 2 * END_MEMORY * np.arange(n)
     for j, (bushing, model) in enumerate(zip(rig.bushings, fillings_of(rig, law))):
         record, state = bushings[j], states[j]

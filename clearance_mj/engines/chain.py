@@ -108,8 +108,7 @@ class Chain:
         """(nv,) of the joints, N s/m of the slide and N m s/rad of the turn."""
         own = [s for s in self.shaft.supports if self.at_start(s)]
         slide, turn = sum(s.translation_damping for s in own), sum(s.rotation_damping for s in own)
-        root = [slide] * self.slides + [turn] * self.turns
-        return np.concatenate((root, np.zeros(self.hinges.size)))
+        return np.concatenate(([slide] * self.slides + [turn] * self.turns, np.zeros(self.hinges.size)))
 
     @functools.cached_property
     def starts(self) -> np.ndarray:
@@ -211,8 +210,7 @@ def _element(shaft: Shaft, start: float, end: float, size: int) -> _Element:
     at, weight, rigidity = shaft.integration(start, end)
     flexibility, half = weight / rigidity.bending, (end - start) / 2
     xi = (at - start) / half - 1
-    root = np.sqrt(flexibility)
-    basis = np.linalg.qr(root[:, None] * np.vander(xi, size, increasing=True))[0]
+    basis = np.linalg.qr(np.sqrt(flexibility)[:, None] * np.vander(xi, size, increasing=True))[0]
     nodes, vectors = np.linalg.eigh(basis.T @ (xi[:, None] * basis))
     return _Element(shaft, start, end, start + half * (1 + nodes), flexibility.sum() * vectors[0] ** 2)
 

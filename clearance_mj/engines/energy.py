@@ -262,9 +262,8 @@ class _BalancedRun(Run):
     def result(self, response: Response, fs: float, size: int) -> EnergyBalance:
         """Return the balance of so many samples."""
         n = len(self.walls)
-        rows = np.concatenate(self.rows)[:size].T
         input_, damping, film, contact_loss, hysteresis, law_work, kinetic, strain, grease, contact = np.split(
-            rows, np.cumsum((1, 1, n, n, n, n, 1, 1, n))
+            np.concatenate(self.rows)[:size].T, np.cumsum((1, 1, n, n, n, n, 1, 1, n))
         )
         lost = {"damping": damping[0], "hysteresis": hysteresis, "film": film, "contact_loss": contact_loss}
         stored = {"kinetic": kinetic[0], "strain": strain[0], "grease": grease, "contact": contact}

@@ -24,8 +24,7 @@ class _BalancedRun(Run):
 
     def __init__(self, run: SpatialRun, factor: int, bar: tqdm[Any]):
         self.run, self.factor, self.bar, self.steps = run, factor, bar, 0
-        n = len(run.rig.bushings)
-        names = [*OF_RIG, *(name for _ in range(n) for name in OF_BUSHING)]
+        names = [*OF_RIG, *(name for _ in range(len(run.rig.bushings)) for name in OF_BUSHING)]
         self.flows = np.array([name not in STORED for name in names])
         self.sums = np.zeros(self.flows.sum())
         self.rows: list[np.ndarray] = []

@@ -15,6 +15,7 @@ import numpy as np
 import scipy.linalg
 
 from ..rig import Rig
+from ..rotors.spatial import InSpace
 from ..structure import Beam
 from .chain import Chain
 from .linkage import Linkage, linkage
@@ -26,7 +27,7 @@ RIGID = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialLinkage:
+class SpatialLinkage(InSpace):
     """A rig's shafts as chains along y and z. Made by `spatial_linkage`."""
 
     rig: Rig
@@ -99,19 +100,6 @@ class SpatialLinkage:
         return np.concatenate((middles, self._rows(lambda plane: plane.ends_of_links, 2 * n)))
 
     @functools.cached_property
-    def at_sensors(self) -> np.ndarray:
-        """(n_sensors, nv) displacement of the sensors relative to the base, in their directions, times their gains."""
-        sensors = self.rig.sensors
-        along = np.array([s.unit_direction for s in sensors])
-        return np.array([s.gain for s in sensors])[:, None] * self.directed([s.position for s in sensors], along)
-
-    @functools.cached_property
-    def sensors_on_base(self) -> np.ndarray:
-        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
-        along = self.rig.shaker.unit_direction
-        return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
-
-    @functools.cached_property
     def influence(self) -> np.ndarray:
         """(nv, 2) force of a unit gravity along y and z."""
         found = np.zeros((self.size, 2))
@@ -123,21 +111,6 @@ class SpatialLinkage:
     def weight(self) -> np.ndarray:
         """(nv,) force of gravity; that along x bends nothing in a linear shaft and is left out."""
         return self.influence @ np.array((self.rig.gravity or (0.0, 0.0, 0.0))[1:])
-
-    def push(self) -> np.ndarray:
-        """Return the force (nv,) of the shaker per N."""
-        points, factors = self.rig.shaker.pushed()
-        return np.asarray(factors @ self.directed(points, self.rig.shaker.unit_direction))
-
-    @functools.cached_property
-    def unbalance(self) -> np.ndarray:
-        """(2, nv) what Ω² cos φ and Ω² sin φ drive, φ the shaft's angle: y and z parts of all unbalances."""
-        found = np.zeros((2, self.size))
-        for each in self.rig.unbalances:
-            y, z = each.moment * self.moved([each.position])[0]
-            cos, sin = np.cos(each.phase), np.sin(each.phase)
-            found += np.array([cos * y + sin * z, cos * z - sin * y])
-        return found
 
     @functools.cached_property
     def gyroscopic(self) -> np.ndarray:

@@ -58,13 +58,10 @@ def largest_spatial_step(rig: Rig, law: Law, links: int) -> float:
     Gyroscopic moments and oil films are taken at the velocity in the middle of their kick, which limits no step.
     """
     whole = spatial_linkage(rig, links)
-    fillings = fillings_of(rig, law)
-    grease = np.array([(0.0, 0.0) if g.turned else g.largest() for g in fillings]).reshape(-1, 2)
-    contact_c = law.largest([b.gap for b in rig.bushings])[1]
-    k = np.concatenate((grease[:, 0], np.repeat(stiffest_contacts(rig, law) / 2, 2)))
-    c = np.concatenate((grease[:, 1], np.repeat(contact_c / 2, 2)))
+    grease = [(0.0, 0.0) if g.turned else g.largest() for g in fillings_of(rig, law)]
+    contacts = np.transpose((stiffest_contacts(rig, law), law.largest([b.gap for b in rig.bushings])[1]))
     return min(
-        stable_step_with(p.mass, p.stiffness, whole.at_points[:, d, part], k, c, armature(p), *p.beside)
+        stable_step_with(p.mass, p.stiffness, whole.at_points[:, d, part], grease, contacts, armature(p), *p.beside)
         for d, (p, part) in enumerate(zip(whole.planes, whole.spans))
     )
 

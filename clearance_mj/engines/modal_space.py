@@ -122,7 +122,7 @@ class SpatialRun(Run):
             part = excitation[start : start + size]
             spin = self.motion.turning[SPIN] + self.drive[0] * part.size * self.step / 2
             failed, bushing = advance_round(
-                self.steps, part, self.step, self.shaft, self._coupling(float(spin)), self.drive, self.motion,
+                self.steps, part, self.step, self.shaft, self.coupling(float(spin)), self.drive, self.motion,
                 self.clearance, out, start, works,
             )  # fmt: skip
             if failed >= 0:
@@ -144,7 +144,7 @@ class SpatialRun(Run):
         shapes = self.shaft.at_points.shape, self.shaft.at_sensors.shape
         return self.step, self.columns, shapes, self.shaft.spans.tobytes()
 
-    def _coupling(self, spin: float) -> np.ndarray:
+    def coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""
         if self.kicked is None or self.kicked[0] != spin:
             viscous = self.viscous
@@ -166,7 +166,7 @@ class SpatialSideBySide:
         stacked |= {"spans": shafts[0].spans, "of_sensors": of_sensors}
         stacked["compliance"] = np.stack([shaft.compliance for shaft in shafts])
         self.shaft = RoundShaft(**stacked)
-        coupling = _stacked([run._coupling(float(run.motion.turning[SPIN])) for run in runs])
+        coupling = _stacked([run.coupling(float(run.motion.turning[SPIN])) for run in runs])
         q, v, q_before, turning = (np.stack(part, axis=-1) for part in zip(*(run.motion for run in runs)))
         motion = RoundMotion(q, v, q_before, np.ascontiguousarray(turning.T))
         drive, clearance = np.stack([run.drive for run in runs]), rounds_side_by_side([run.clearance for run in runs])

@@ -16,12 +16,11 @@ import numpy as np
 from ..clearance.follower import contact_force
 from ..clearance.kernel import Clearance, clearance_records, contact_step, follow_law, grease_step
 from ..clearance.law import Law
-from ..core.errors import LawError
 from ..core.jit import OPTIONS, jit
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from .base import Engine, Equations, Run, diverged
-from .mujoco_step import check_warnings, contact_rows, mj_step, warnings_counted
+from .mujoco_step import check_warnings, contact_rows, mj_step, refuse_adhesion, warnings_counted
 from .plant import Maps, Plant, hold, tendon_rows
 
 __all__ = ["MujocoRun"]
@@ -50,10 +49,7 @@ class MujocoRun(Run):
         n_bushings = len(rig.bushings)
         self.engine, self.rig, self.maps, self.step, self.steps = engine, rig, plant.maps, step, 0
         self.clearance = clearance_records(rig, law, step)
-        if np.any(self.clearance.bushings["adhesion"]):
-            raise LawError(
-                f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal"
-            )
+        refuse_adhesion(engine, self.clearance.bushings)
         self.model = copy.copy(plant.model)
         self.model.opt.timestep = step
         self.model.dof_armature[:] = plant.armature * step**2 * plant.model.jnt_stiffness

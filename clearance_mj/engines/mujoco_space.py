@@ -12,7 +12,6 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of, round_records
-from ..core.errors import LawError
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rotors.spatial import spatial_model
@@ -22,7 +21,7 @@ from .linkage_space import SpatialLinkage
 from .links_plant import ChainMaps, SpatialPlant
 from .modal_space import compliance_of
 from .mujoco_round import Foresight, RoundViews, advance_links
-from .mujoco_step import check_warnings, contact_rows, warnings_counted
+from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
 from .plant import hold
 from .round_scheme import SPIN
 from .turning import SPIN_STEPS, as_probes, turning_of
@@ -39,10 +38,7 @@ class SpatialMujocoRun(Run):
         spatial_model(rig).input(kind)  # refuses what cannot be excited so
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
-        if np.any(self.clearance.bushings["adhesion"]):
-            raise LawError(
-                f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal"
-            )
+        refuse_adhesion(engine, self.clearance.bushings)
         self.weight = np.array((rig.gravity or (0.0, 0.0, 0.0))[1:])
         self.base = rig.shaker.unit_direction[1:] * float(kind == "base")
         self.model, inertia = _heavier(plant, step)
@@ -179,8 +175,7 @@ def _contact_rows(whole: SpatialLinkage, held: np.ndarray) -> np.ndarray:
     n = len(whole.rig.bushings)
     found = np.zeros((n, 2, whole.size))
     for d, part in enumerate(whole.spans):
-        of_plane = held[held[:, part].any(axis=1)][:, part]
-        rows = contact_rows(whole.at_points[n:, d, part], of_plane)
+        rows = contact_rows(whole.at_points[n:, d, part], held[held[:, part].any(axis=1)][:, part])
         if len(rows) != n:
             return np.zeros((0, 2, whole.size))
         found[:, d, part] = rows

@@ -12,12 +12,12 @@ import mujoco
 import numba
 import numpy as np
 
-from ..core.errors import SimulationError
+from ..core.errors import LawError, SimulationError
 from ..physical.library import LIBRARY, external
 from ..rig import Rig
-from .base import location
+from .base import Engine, location
 
-__all__ = ["check_warnings", "contact_rows", "mj_step", "warnings_counted"]
+__all__ = ["check_warnings", "contact_rows", "mj_step", "refuse_adhesion", "warnings_counted"]
 
 
 mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
@@ -58,6 +58,12 @@ def check_warnings(rig: Rig, data: mujoco.MjData, start: float, largest: int) ->
             f"rig {rig.name!r}: MuJoCo's solver warned {name} between t = {start:.6f} s and "
             f"{data.time:.6f} s, the largest motion {location(rig, largest)}"
         )
+
+
+def refuse_adhesion(engine: Engine, bushings: np.ndarray) -> None:
+    """Refuse records of bushings whose contacts may pull."""
+    if np.any(bushings["adhesion"]):
+        raise LawError(f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal")
 
 
 def contact_rows(ends: np.ndarray, held: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -144,19 +145,18 @@ def stable_step(
     joints of stiffness (nv,) have in these shares; ``other`` is the stiffness and damping, each (nv, nv), of all else,
     and ``free`` (nv, n) a basis of the motions that supports allow.
     """
-    grease = np.array([g.largest() for g in greases_of(rig, law)]).reshape(-1, 2)
-    contact_k, contact_c = law.largest([b.gap for b in rig.bushings])
-    k = np.concatenate((grease[:, 0], np.repeat(contact_k / 2, 2)))
-    c = np.concatenate((grease[:, 1], np.repeat(contact_c / 2, 2)))
-    return stable_step_with(mass, joints, at_points, k, c, armature, other, free)
+    contacts = np.transpose(law.largest([b.gap for b in rig.bushings]))
+    grease = [g.largest() for g in greases_of(rig, law)]
+    return stable_step_with(mass, joints, at_points, grease, contacts, armature, other, free)
 
 
 def stable_step_with(
-    mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, k: np.ndarray, c: np.ndarray,
-    armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
+    mass: np.ndarray, joints: np.ndarray, at_points: np.ndarray, grease: Sequence[tuple[float, float]],
+    contacts: np.ndarray, armature: float | np.ndarray = ARMATURE, other: tuple[np.ndarray, np.ndarray] | None = None,
     free: np.ndarray | None = None,
 ) -> float:  # fmt: skip
-    """Return the same with stiffness k and damping c, (n_points,) each, at the points."""
+    """Return the same with stiffness and damping of fillings and contacts, (n_bushings, 2) each."""
+    k, c = np.concatenate((np.reshape(grease, (-1, 2)), np.repeat(contacts / 2, 2, axis=0))).T
     springs, dampers = np.diag(joints) + (at_points.T * k) @ at_points, (at_points.T * c) @ at_points
     if other:
         springs, dampers = springs + other[0], dampers + other[1]

@@ -157,8 +157,7 @@ class Client(WebSocketHandler):
 
     def _tell(self, kind: str, **facts: Any) -> None:
         """Send from another thread."""
-        data = packed(kind, Numbers(facts))
-        self.loop.call_soon_threadsafe(self._send, data)
+        self.loop.call_soon_threadsafe(self._send, packed(kind, Numbers(facts)))
 
     async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
         last_report = 0.0

@@ -175,10 +175,8 @@ def built(model: Model, values: Mapping[str, Value]) -> Model:
         )
         for i, b in enumerate(rig.bushings)
     )  # fmt: skip
-    return Model(
-        rig.replace(bushings=bushings, **motion_changes(rig, values)),
-        _law(law, values, n, None if own else tuple(greases)),
-    )
+    changed = rig.replace(bushings=bushings, **motion_changes(rig, values))
+    return Model(changed, _law(law, values, n, None if own else tuple(greases)))
 
 
 def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:

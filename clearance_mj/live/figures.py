@@ -143,8 +143,7 @@ def orbits(rig: Rig) -> list[tuple[int, int]]:
 def shaft(rig: Rig, response: Response) -> Numbers:
     """The shafts' deflection about the strongest contact, a picture after the other; why there is none, if so."""
     try:
-        seconds = min(SHOWN, response.duration / 2)
-        seen = clip(rig, response, seconds=seconds, slow=SLOW, rate=PICTURES)
+        seen = clip(rig, response, seconds=min(SHOWN, response.duration / 2), slow=SLOW, rate=PICTURES)
     except ClearanceError as error:
         return Numbers({"shaft": str(error)})
     places = [[*rig.linear.place(b.position), b.length] for b in rig.bushings]

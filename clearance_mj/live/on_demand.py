@@ -152,8 +152,7 @@ def sweep(
         except ClearanceError as error:
             failed = str(error)
             continue
-        found = contact(shown).facts["clearances"]
-        share[:, i] = [row["share"] for row in found]
+        share[:, i] = [row["share"] for row in contact(shown).facts["clearances"]]
         rms[:, i] = shown.response.acceleration.std(axis=1)
     return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
 

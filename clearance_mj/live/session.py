@@ -100,8 +100,7 @@ class Session:
         """
         model = built(self.model, values)
         excitation = excited(model.rig, values, self.dataset)
-        engine = get_engine(str(values["engine"]))
-        response = Simulation(model.rig, excitation, model.law, engine).whole(watch)
+        response = Simulation(model.rig, excitation, model.law, get_engine(str(values["engine"]))).whole(watch)
         return Shown(dict(values), model, response, _frf(response, values))
 
     def show(self, values: Mapping[str, Value], watch: Watch = lambda share: None) -> Numbers:
@@ -120,11 +119,9 @@ class Session:
         numbers.add(figures.history(_seen(shown)))
         numbers.add(contact(shown))
         numbers.add((space.shafts if rig.is_spatial else figures.shaft)(rig, response))
-        natural = space.frequencies if rig.is_spatial else figures.frequencies_in_gap
-        numbers.facts["natural"] = natural(shown.model)
-        numbers.facts["step"] = response.provenance["step"]
-        self.shown = shown
-        numbers.facts["seconds"] = time.perf_counter() - began
+        natural = (space.frequencies if rig.is_spatial else figures.frequencies_in_gap)(shown.model)
+        self.shown, step = shown, response.provenance["step"]
+        numbers.facts |= {"natural": natural, "step": step, "seconds": time.perf_counter() - began}
         return numbers
 
     def window(self, first: float, last: float) -> Numbers:
@@ -158,8 +155,7 @@ class Session:
         order = [rows.get(label, -1) for label in self.rig.sensor_labels]
         for key in ("test_magnitude", "test_phase", "test_coherence"):
             if key in numbers.arrays:
-                found = numbers.arrays[key]
-                numbers.arrays[key] = np.where(np.array(order)[:, None] < 0, np.nan, found[order])
+                numbers.arrays[key] = np.where(np.array(order)[:, None] < 0, np.nan, numbers.arrays[key][order])
         numbers.facts["record"] = name
         model = self.shown.frf if self.shown else None
         same = model is not None and (model.responses, model.reference) == (test.responses, test.reference)

@@ -56,36 +56,36 @@ class Window:
 
 
 @dataclass(config=_STRICT)
-class Follow:
-    """Follow a branch of periodic vibrations over frequency."""
+class Between:
+    """What takes long and is of a setting, from a low end to a high one."""
 
-    type: Literal["branch"]
     values: Values
     low: Number
     high: Number
 
 
 @dataclass(config=_STRICT)
-class Step:
+class Follow(Between):
+    """Follow a branch of periodic vibrations over frequency."""
+
+    type: Literal["branch"]
+
+
+@dataclass(config=_STRICT)
+class Step(Between):
     """Step a sine through frequencies, upwards and back."""
 
     type: Literal["steps"]
-    values: Values
-    low: Number
-    high: Number
     count: Order
     hold: Number
 
 
 @dataclass(config=_STRICT)
-class Sweep:
+class Sweep(Between):
     """Simulate with one control at several values."""
 
     type: Literal["sweep"]
-    values: Values
     name: Name
-    low: Number
-    high: Number
     count: Order
 
 

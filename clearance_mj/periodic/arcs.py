@@ -85,8 +85,7 @@ def curve(solver: Solver | RoundSolver, omega: np.ndarray) -> Curve:
     if up and up[-1].ends[1] == BROKEN and (other := _walk(whole, HIGH)) and other[-1].ends[1] == LOW:
         links, up, down = whole, [], other
     order = _joined(solver, [*up, *(_reversed(link) for link in reversed(down))])
-    beside = _joined(solver, links, order)[order.cell.size :]
-    return Curve(order, beside, folds, tuple(ended))
+    return Curve(order, _joined(solver, links, order)[order.cell.size :], folds, tuple(ended))
 
 
 def _gaps(solver: Solver | RoundSolver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
@@ -120,7 +119,8 @@ def _arcs(
         motions: list[Motion] = []
         end = BROKEN
         try:
-            for motion in _from(solver, start, up, known, low, high):
+            first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
+            for motion in solver.within(first, low, high, up, MAX_MOTIONS):
                 if len(motions) > 1 and not solver.touches(motion) and solver.touches(motions[-1]):
                     end = _edge(motion, known)
                     motion = _at_edge(solver, known[end][0])
@@ -159,31 +159,17 @@ def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) ->
         yield known[end]
 
 
-def _from(
-    solver: Solver | RoundSolver, start: int, up: bool, known: list[tuple[float, bool]], low: float, high: float
-) -> Iterator[Motion]:  # fmt: skip
-    first = solver.first(low if start == LOW else high) if start < 0 else _at_edge(solver, known[start][0])
-    yield from solver.within(first, low, high, up, MAX_MOTIONS)
-
-
 def _at_edge(solver: Solver | RoundSolver, omega: float) -> Motion:
     """The motion at which the gap is just filled."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
-    scale = max(float(np.linalg.norm(z)), solver.least)
-    motion = solver.solve(omega, z, y, np.append(np.zeros(solver.size), 1.0), scale)
-    if motion is None:
-        raise NoConvergence(omega)
-    return motion
+    return solver.solved_at(omega, z, y, max(float(np.linalg.norm(z)), solver.least))
 
 
 def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
     """Where a motion that left contact came into the gap."""
     upwards = motion.tangent[-1] > 0
-    return min(
-        (i for i, (_, above) in enumerate(known) if above != upwards),
-        key=lambda i: abs(known[i][0] - motion.omega),
-        default=min(range(len(known)), key=lambda i: abs(known[i][0] - motion.omega)),
-    )
+    ends = [i for i, (_, above) in enumerate(known) if above != upwards] or range(len(known))
+    return min(ends, key=lambda i: abs(known[i][0] - motion.omega))
 
 
 def _whole(solver: Solver | RoundSolver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
@@ -286,8 +272,7 @@ def _joined(solver: Solver | RoundSolver, links: list[_Link], known: Vibrations 
         new = link.vibrations
         if not new.cell.size:
             continue
-        fresh = np.array([not _holds(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])
-        new = new[fresh]
+        new = new[np.array([not _holds(known, new.cell[i], new.z[i]) for i in range(new.cell.size)])]
         known = Vibrations(
             np.concatenate((known.cell, new.cell)), np.concatenate((known.z, new.z)), np.concatenate((known.y, new.y))
         )

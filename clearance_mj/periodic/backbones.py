@@ -20,7 +20,7 @@ from .branch import Branch
 from .condensed import condensed
 from .continuation import NoConvergence
 from .nonlinear_mode import FreeMotion, NonlinearMode
-from .resolution import resolution
+from .resolution import pair_of, resolution
 from .vibrations import UNITS, Vibrations, complex_amplitudes
 
 if TYPE_CHECKING:
@@ -211,10 +211,7 @@ def follow_backbone(
 
 
 def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[float, float]:
-    try:
-        start, stop = map(float, np.multiply(IN_GAPS, gap) if amplitudes is None else amplitudes)
-    except (TypeError, ValueError):
-        raise ClearanceError(f"amplitude_range is a pair (from, to) in m, got {amplitudes!r}") from None
+    start, stop = pair_of(np.multiply(IN_GAPS, gap) if amplitudes is None else amplitudes, "amplitude_range", " in m")
     if not 0 < start < stop < np.inf:
         raise ClearanceError(f"amplitude_range must be > 0 m and the second one larger, got {start:g} and {stop:g}")
     return start, stop

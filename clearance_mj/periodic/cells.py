@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .arcs import Vibrations
-from .continuation import Motion, Solver
+from .continuation import Motion
 from .following import expanded
 from .forces import fill_forces
 from .in_gap import linear_in_gap
@@ -28,20 +28,6 @@ def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
 
     Of the two ends of a bushing the deeper one counts, at each sample of a period; it is below 0 within the gap.
     """
-    raise TypeError(f"no places of a {type(solver).__name__}")
-
-
-@functools.singledispatch
-def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what acts beyond linear greases in a motion (n_rows, K) at a frequency, 1/s: samples (n_rows, N), in N.
-
-    With the largest force (n_bushings,) of both ends of each bushing.
-    """
-    raise TypeError(f"no forces of a {type(solver).__name__}")
-
-
-@moved.register
-def _planar_moved(solver: Solver, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
     system, count = solver.system, len(solver.system.rig.bushings)
     x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
     place = (x @ solver.grid.basis.T)[:, count:]
@@ -50,8 +36,12 @@ def _planar_moved(solver: Solver, vibrations: Vibrations) -> tuple[np.ndarray, n
     return x, depth.reshape(len(depth), count, 2, solver.samples).max(axis=2)
 
 
-@acting.register
-def _planar_acting(solver: Solver, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@functools.singledispatch
+def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what acts beyond linear greases in a motion (n_rows, K) at a frequency, 1/s: samples (n_rows, N), in N.
+
+    With the largest force (n_bushings,) of both ends of each bushing.
+    """
     basis, rate, project = solver.grid[:3]
     place, speed, count = x @ basis.T, omega * (x @ rate.T), len(solver.system.rig.bushings)
     force = np.empty_like(place)

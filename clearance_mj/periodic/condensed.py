@@ -84,8 +84,7 @@ def poles(of: Model, modes: int) -> Poles:
     if model.coupling.size:
         damping = damping + model.coupling
     n = model.size
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
-    values, vectors = np.linalg.eig(state)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
     if np.abs(values).min() < 1e-9 * np.abs(values).max() or np.linalg.eigvalsh(stiffness)[0] <= 0:
         raise RigError(
             f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
@@ -138,8 +137,7 @@ def condensed(
     linear = poles(model, modes)
     ritz = linear.model
     points = ritz.at_points @ linear.shapes
-    forced = linear.forced @ ritz.at_points.T
-    residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, forced))
+    residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, linear.forced @ ritz.at_points.T))
     driven = np.ascontiguousarray((points * (linear.forced @ ritz.input(kind))).T)
     excitation = np.zeros(harmonics + 1, dtype=complex)
     excitation[periods : periods * len(levels) + 1 : periods] = levels
@@ -158,8 +156,7 @@ def laws_of(rig: Rig, law: Law) -> Laws:
     k, c = np.ascontiguousarray(np.transpose([grease.small_motion() for grease in greases]))
     memory = np.array([_memory(g, b.gap) for g, b in zip(greases, rig.bushings)])
     linear = np.array([grease.is_linear() for grease in greases])
-    room = max(grease.states() for grease in greases)
-    return Laws(*records, k, c, memory, linear, max(room, 1))
+    return Laws(*records, k, c, memory, linear, max(max(grease.states() for grease in greases), 1))
 
 
 def coordinates_of(

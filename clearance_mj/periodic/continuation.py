@@ -122,6 +122,13 @@ class Follower(ABC):
             left, force, beside, *_ = found
         return None
 
+    def solved_at(self, parameter: float, z: np.ndarray, y: np.ndarray, scale: float) -> Motion:
+        """Return the motion at one value of the parameter, near a guess; NoConvergence where there is none."""
+        found = self.solve(parameter, z, y, np.append(np.zeros(self.size), 1.0), scale)
+        if found is None:
+            raise NoConvergence(parameter)
+        return found
+
     def coupling(self) -> float:
         """Return how many times a change of y may be left of the equations for the unknowns once y is substituted."""
         return 0.0
@@ -223,10 +230,7 @@ class Follower(ABC):
     def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
         """Return the motion at a frequency between two neighbours."""
         share = (omega - before.omega) / (after.omega - before.omega)
-        z = before.z + share * (after.z - before.z)
-        found = self.solve(omega, z, after.y, np.append(np.zeros(self.size), 1.0), after.scale)
-        if found is None:
-            raise NoConvergence(omega)
+        found = self.solved_at(omega, before.z + share * (after.z - before.z), after.y, after.scale)
         return replace(found, tangent=found.tangent * np.sign(found.tangent @ after.tangent))
 
 
@@ -306,10 +310,7 @@ class Solver(Follower):
         farthest = np.abs((self.system.linear.basis @ -left + moved) @ self.grid.basis.T).max()
         least = min(most, BEFORE_CONTACT * self.system.size / farthest)
         scale = max(least * float(np.linalg.norm(left)), self.least)
-        motion = self.solve(least, -least * left, least * moved, np.append(np.zeros(self.size), 1.0), scale)
-        if motion is None:
-            raise NoConvergence(omega)
-        return motion
+        return self.solved_at(least, -least * left, least * moved, scale)
 
     def first(self, omega: float) -> Motion:
         """Return the motion at a frequency that begins in the gap and grows with the level of the excitation.
@@ -329,11 +330,7 @@ class Solver(Follower):
             raise NoConvergence(omega) from None
         finally:
             self.at = None
-        row = np.append(np.zeros(self.size), 1.0)
-        found = self.solve(omega, motion.z, motion.y, row, motion.scale)
-        if found is None:
-            raise NoConvergence(omega)
-        return found
+        return self.solved_at(omega, motion.z, motion.y, motion.scale)
 
     def branch(self, start: float, stop: float) -> Iterator[Motion]:
         """Yield motions from a frequency, 1/s, on until the branch leaves the range between it and another one.

@@ -99,14 +99,11 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
     def reach(motion: Motion) -> float:
         return float(np.max(np.abs(solver.ends(motion)) / walls[:, None]))
 
-    row = np.append(np.zeros(solver.size), 1.0)
     linear = solver.system.linear.basis @ -left + moved
     count = len(solver.system.rig.bushings)
     least = 0.1 / float(np.max(np.abs(linear[count:] @ solver.grid.basis.T) / walls[:, None]))
     scale = max(least * float(np.linalg.norm(left)), solver.least)
-    motion = solver.solve(least, -least * left, least * moved, row, scale)
-    if motion is None:
-        raise NoConvergence(least)
+    motion = solver.solved_at(least, -least * left, least * moved, scale)
     before = after = motion
     for after in solver.within(motion, 1e-3 * least, 1e6 * least):
         if reach(after) > 1:
@@ -119,9 +116,7 @@ def _level_of_contact(solver: Solver, omega: float) -> float:
     for _ in range(BISECTIONS):
         length = (low + high) / 2
         at = before.omega + length * way[1]
-        found = solver.solve(at, before.z + length * way[0], before.y, row, before.scale)
-        if found is None:
-            raise NoConvergence(at)
+        found = solver.solved_at(at, before.z + length * way[0], before.y, before.scale)
         low, high = (low, length) if reach(found) > 1 else (length, high)
         if (high - low) * abs(way[1]) < 1e-9 * at:
             break

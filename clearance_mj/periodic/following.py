@@ -16,7 +16,7 @@ from .continuation import CameBack, Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest"]
+__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest", "watched"]
 
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
@@ -57,6 +57,16 @@ def follow(
     except CameBack as end:
         ended = str(end)
     return expanded(solver, points, ended)
+
+
+def watched(
+    motions: Iterator[Motion], watch: Callable[[float], None] | None, unit: float = 2 * np.pi
+) -> Iterator[Motion]:
+    """Motions as they come, whose parameters in units are told to ``watch``: by default frequencies in Hz."""
+    for motion in motions:
+        if watch is not None:
+            watch(motion.omega / unit)
+        yield motion
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
@@ -111,11 +121,6 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
 @functools.singledispatch
 def place(solver: Any, parameter: float) -> str:
     """Return where a solver's parameter is in words, such as frequency and level."""
-    raise TypeError(f"no place of a {type(solver).__name__}")
-
-
-@place.register
-def _planar_place(solver: Solver, parameter: float) -> str:
     system = solver.system
     omega, share = (parameter, 1.0) if solver.at is None else (solver.at, parameter)
     unit = "m/s²" if system.kind == "base" else "N"
@@ -131,11 +136,6 @@ def strongest(excitation: np.ndarray) -> complex:
 @functools.singledispatch
 def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     """Expand motions at the clearances to everything that a branch knows."""
-    raise TypeError(f"no branch of a {type(solver).__name__}")
-
-
-@expanded.register
-def _planar_expanded(solver: Solver, points: list[Located], ended: str) -> Branch:
     system = solver.system
     rig, poles, linear, periods = system.rig, system.poles, system.linear, system.periods
     model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,15 +12,13 @@ from ..model import Model
 from ..rig import Rig
 from .branch import Branch
 from .condensed import condensed
-from .continuation import Motion, Solver
-from .following import farthest, follow
-from .resolution import resolution
+from .continuation import Solver
+from .following import farthest, follow, watched
+from .resolution import different_ends, resolution
 from .space.forced import respond
 from .stability import samples_of_period
 
 __all__ = ["ends_of_range", "excitation_kind", "follow_response"]
-
-HIGHEST = 1e6  # Hz; no structure of this size vibrates beyond
 
 
 @checks_kinds
@@ -100,17 +98,9 @@ def follow_response(
         if stability:
             samples_of_period(solver, 2 * np.pi * min(start, stop))  # refused before a branch is followed there
         motions = solver.branch(2 * np.pi * start, 2 * np.pi * stop)
-        if watch is not None:
-            motions = _watched(motions, watch)
-        return follow(solver, motions, stability, progress)
+        return follow(solver, watched(motions, watch), stability, progress)
 
     return farthest(found, counts)
-
-
-def _watched(motions: Iterator[Motion], watch: Callable[[float], None]) -> Iterator[Motion]:
-    for motion in motions:
-        watch(motion.omega / (2 * np.pi))
-        yield motion
 
 
 def excitation_kind(rig: Rig, kind: str | None) -> str:
@@ -133,13 +123,4 @@ def _levels(amplitude: complex | Sequence[complex]) -> list[complex]:
 
 def ends_of_range(frequency_range: tuple[float, float]) -> tuple[float, float]:
     """Return both ends of a range of frequencies, Hz, or refuse it."""
-    try:
-        start, stop = map(float, frequency_range)
-    except (TypeError, ValueError):
-        raise ExcitationError(f"frequency_range is a pair (from, to) in Hz, got {frequency_range!r}") from None
-    if not (0 < start <= HIGHEST and 0 < stop <= HIGHEST and start != stop):
-        raise ExcitationError(
-            f"frequency_range must be two different frequencies > 0 Hz and at most {HIGHEST:g} Hz, got {start:g} and "
-            f"{stop:g}"
-        )
-    return start, stop
+    return different_ends(frequency_range, "frequency_range", "frequencies", "Hz")

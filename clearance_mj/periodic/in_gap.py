@@ -12,7 +12,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 from .condensed import Condensed
-from .continuation import Solver
 from .forces import fill_forces
 
 __all__ = ["edges", "filled", "level_of_contact", "linear_in_gap", "resonances", "without_contact"]
@@ -26,35 +25,6 @@ INNER = 0.9  # share of the gap over which that is checked
 @functools.singledispatch
 def linear_in_gap(solver: Any) -> bool:
     """Return whether nothing but stiffness and damping of the greases acts as long as no wall is touched."""
-    raise TypeError(f"no greases of a {type(solver).__name__}")
-
-
-@functools.singledispatch
-def without_contact(solver: Any, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vibrations at frequencies, 1/s, if no wall is touched: z (n, r, K) and y (n, n_points, K), m."""
-    raise TypeError(f"no vibrations of a {type(solver).__name__}")
-
-
-@functools.singledispatch
-def filled(solver: Any, omega: np.ndarray) -> np.ndarray:
-    """Return the largest share (n,) of the way to a wall that is moved without contact; there is some above 1."""
-    raise TypeError(f"no gaps of a {type(solver).__name__}")
-
-
-@functools.singledispatch
-def level_of_contact(solver: Any, omega: np.ndarray) -> np.ndarray:
-    """Return by which share (n,) of the excitation a gap is filled at frequencies, 1/s."""
-    raise TypeError(f"no gaps of a {type(solver).__name__}")
-
-
-@functools.singledispatch
-def resonances(solver: Any) -> np.ndarray:
-    """Return the poles, 1/s, near which the vibration without contact is large, those of positive frequency."""
-    raise TypeError(f"no poles of a {type(solver).__name__}")
-
-
-@linear_in_gap.register
-def _planar_is_linear(solver: Solver) -> bool:
     system = solver.system
     if system.laws.memory.any():
         return False
@@ -69,15 +39,9 @@ def _planar_is_linear(solver: Solver) -> bool:
     return bool(np.all(np.abs(force[:count]) <= LINEAR * np.maximum(known, 1e-300)[:, None]))
 
 
-def _driven(system: Condensed, omega: np.ndarray) -> np.ndarray:
-    """Displacements (n, n_points) by the excitation alone, complex amplitudes of its one harmonic, m."""
-    linear = system.linear
-    turning = 1j * system.periods * np.asarray(omega)[:, None]
-    return (1 / (turning - linear.poles)) @ linear.driven * linear.excitation[system.periods]
-
-
-@without_contact.register
-def _planar_without_contact(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@functools.singledispatch
+def without_contact(solver: Any, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vibrations at frequencies, 1/s, if no wall is touched: z (n, r, K) and y (n, n_points, K), m."""
     system = solver.system
     of_points = _driven(system, omega)
     x = np.zeros((*of_points.shape, 2 * solver.harmonics + 1))
@@ -86,22 +50,31 @@ def _planar_without_contact(solver: Solver, omega: np.ndarray) -> tuple[np.ndarr
     return z, x - np.einsum("pr,nrk->npk", system.linear.basis, z)
 
 
-@filled.register
-def _planar_filled(solver: Solver, omega: np.ndarray) -> np.ndarray:
+@functools.singledispatch
+def filled(solver: Any, omega: np.ndarray) -> np.ndarray:
+    """Return the largest share (n,) of the way to a wall that is moved without contact; there is some above 1."""
     walls = np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1)
-    count = len(walls)
-    return np.max(np.abs(_driven(solver.system, omega)[:, count:]) / np.repeat(walls, 2), axis=1)
+    return np.max(np.abs(_driven(solver.system, omega)[:, len(walls) :]) / np.repeat(walls, 2), axis=1)
 
 
-@level_of_contact.register
-def _planar_level_of_contact(solver: Solver, omega: np.ndarray) -> np.ndarray:
+@functools.singledispatch
+def level_of_contact(solver: Any, omega: np.ndarray) -> np.ndarray:
+    """Return by which share (n,) of the excitation a gap is filled at frequencies, 1/s."""
     return 1 / filled(solver, omega)
 
 
-@resonances.register
-def _planar_resonances(solver: Solver) -> np.ndarray:
+@functools.singledispatch
+def resonances(solver: Any) -> np.ndarray:
+    """Return the poles, 1/s, near which the vibration without contact is large, those of positive frequency."""
     poles = solver.system.linear.poles
     return poles[poles.imag > 0] / solver.system.periods
+
+
+def _driven(system: Condensed, omega: np.ndarray) -> np.ndarray:
+    """Displacements (n, n_points) by the excitation alone, complex amplitudes of its one harmonic, m."""
+    linear = system.linear
+    turning = 1j * system.periods * np.asarray(omega)[:, None]
+    return (1 / (turning - linear.poles)) @ linear.driven * linear.excitation[system.periods]
 
 
 def edges(solver: Any, omega: np.ndarray) -> list[tuple[float, bool]]:

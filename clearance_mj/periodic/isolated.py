@@ -55,8 +55,7 @@ class Isolas(ArrayData):
     def basins(self) -> np.ndarray:
         """(n, n_branches + 1) share of the starts that came to each branch; last, to no vibration that repeats."""
         count = len(self.known) + len(self.branches)
-        columns = [(self.branch == i).mean(axis=1) for i in (*range(count), -1)]
-        return np.stack(columns, axis=1)
+        return np.stack([(self.branch == i).mean(axis=1) for i in (*range(count), -1)], axis=1)
 
     def plot(self, quantity: str = "acceleration", row: int = 0) -> Figure:
         """Draw amplitudes over frequency, known branches black, and below what share of the starts came to each.
@@ -230,14 +229,12 @@ def _came_to(
         return -1
     first = branches[0]
     harmonics = periods * (first.acceleration.shape[-1] - 1) // first.periods
-    levels = list(first.level[0])
-    system = condensed(first.model, first.kind, levels, harmonics, first.n_modes, periods)
+    system = condensed(first.model, first.kind, list(first.level[0]), harmonics, first.n_modes, periods)
     solver = Solver(system, harmonics, periods * first.n_samples // first.periods)
     x = motion @ solver.grid.project.T
     z = system.linear.basis.T @ x
     row, scale = np.append(np.zeros(solver.size), 1.0), float(np.linalg.norm(z))
-    omega = 2 * np.pi * frequency / periods
-    exact = solver.solve(omega, z, x - system.linear.basis @ z, row, scale)
+    exact = solver.solve(2 * np.pi * frequency / periods, z, x - system.linear.basis @ z, row, scale)
     if exact is None:
         return -1
     here = complex_amplitudes((system.linear.basis @ exact.z + exact.y)[None])[0]

@@ -77,8 +77,7 @@ class LevelBranch:
             share = np.where(crossed, (levels - low) / (high - low), 0.0)
 
         def largest(of: np.ndarray) -> np.ndarray:
-            between = of[:-1, None] + share * np.diff(of)[:, None]
-            return np.where(crossed, between, 0.0).max(axis=0, initial=0.0)
+            return np.where(crossed, of[:-1, None] + share * np.diff(of)[:, None], 0.0).max(axis=0, initial=0.0)
 
         return crossed.sum(axis=0), largest(self.depth), np.array([largest(row) for row in self.values])
 
@@ -150,9 +149,7 @@ def _in_gap(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Mo
 def _at_contact(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Motion:
     """The motion that just fills a gap, with its tangent towards larger ones."""
     guess = _in_gap(solver, omega, level)
-    motion = solver.solve(level, guess.z, guess.y, guess.tangent, guess.scale)
-    if motion is None:
-        raise NoConvergence(omega)
+    motion = solver.solved_at(level, guess.z, guess.y, guess.scale)
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
 
 
@@ -218,8 +215,7 @@ def _finer(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
     ahead[:, -1] = motions.tangent[:, -1] * of_level
     places = np.interp(np.arange(PARTS * (count - 1) + 1) / PARTS, np.arange(count), way)
     slope = most * ahead[:, -1] / np.linalg.norm(ahead, axis=1)
-    level = CubicHermiteSpline(way, motions.omega, slope)(places)
-    return level, PchipInterpolator(way, values, axis=1)(places)
+    return CubicHermiteSpline(way, motions.omega, slope)(places), PchipInterpolator(way, values, axis=1)(places)
 
 
 def _values(

@@ -66,8 +66,7 @@ def row_of(case: Case) -> Row:
         if not tried[-1][1].ended:
             break
     solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
-    cells = np.concatenate((found.order.cell, found.beside.cell))
-    vibrations = np.bincount(cells, minlength=frequency.size)
+    vibrations = np.bincount(np.concatenate((found.order.cell, found.beside.cell)), minlength=frequency.size)
     known, first = np.unique(found.order.cell, return_index=True)
     last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)

@@ -82,9 +82,7 @@ class NonlinearMode(Follower):
         z = np.zeros(self.size)
         z[self.mode * self.order.size + 1] = within
         z[-2:] = within, within * self.damping[self.mode, self.mode] / (2 * self.own)
-        first = self.solve(within, z, np.zeros(0), np.append(np.zeros(self.size), 1.0), within)
-        if first is None:
-            raise NoConvergence(within)
+        first = self.solved_at(within, z, np.zeros(0), within)
         if within < start:
             *_, first = self.within(first, within, start)
             if first.omega != start:

@@ -12,10 +12,10 @@ from ..model import Model
 from ..rig.dimensions import planar
 from .branch import Branch
 from .condensed import condensed
-from .continuation import Motion, NoConvergence, Solver
+from .continuation import Motion, Solver
 from .following import farthest, follow
 from .forced import excitation_kind
-from .resolution import resolution
+from .resolution import pair_of, resolution
 
 __all__ = ["follow_response_over_level"]
 
@@ -77,10 +77,7 @@ def follow_response_over_level(
         If the rig has no clearance, or in the gap moves without stiffness.
     """
     planar(model.rig, "follow_response_over_level")
-    try:
-        start, stop = map(float, amplitude_range)
-    except (TypeError, ValueError):
-        raise ExcitationError(f"amplitude_range is a pair (from, to), got {amplitude_range!r}") from None
+    start, stop = pair_of(amplitude_range, "amplitude_range", "")
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
         raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")
     if not 0 < frequency < np.inf:
@@ -99,7 +96,5 @@ def _louder(solver: Solver, omega: float, stop: float) -> Iterator[Motion]:
     """Motions at shares of the level from 1 to another one."""
     first = solver.first(omega)
     solver.over_level(omega)
-    motion = solver.solve(1.0, first.z, first.y, np.append(np.zeros(solver.size), 1.0), first.scale)
-    if motion is None:
-        raise NoConvergence(1.0)
+    motion = solver.solved_at(1.0, first.z, first.y, first.scale)
     yield from solver.within(motion, min(1.0, stop), max(1.0, stop), stop > 1.0)

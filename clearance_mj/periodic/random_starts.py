@@ -63,8 +63,7 @@ class March:
 
         The motion: (n_points, samples) of so many periods.
         """
-        memory = 2 * max(periods, 2)
-        states = np.full((memory, 2 * len(self.together.motion.q), LANES), np.nan)
+        states = np.full((2 * max(periods, 2), 2 * len(self.together.motion.q), LANES), np.nan)
         after = np.zeros(LANES, dtype=int)
         for _ in range(longest):
             states = np.roll(states, 1, axis=0)

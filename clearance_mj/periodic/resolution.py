@@ -3,17 +3,39 @@
 from __future__ import annotations
 
 import numbers
+from collections.abc import Iterable
 
 import numpy as np
 
 from ..beam import MAX_MODES
-from ..core.errors import ClearanceError
+from ..core.errors import ClearanceError, ExcitationError
 
-__all__ = ["resolution"]
+__all__ = ["different_ends", "pair_of", "resolution"]
 
 MAX_HARMONICS, MAX_SAMPLES = 500, 16384
 SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
 FINER = 4  # times as many samples where a branch ends early with fewer
+LARGEST = 1e6  # Hz or rad/s; no structure of this size vibrates beyond, and no shaft turns faster
+
+
+def pair_of(ends: Iterable[float], name: str, unit: str) -> tuple[float, float]:
+    """Return both ends of a range as numbers, or refuse what is none; ``unit`` such as " in Hz"."""
+    try:
+        start, stop = map(float, ends)
+    except (TypeError, ValueError):
+        raise ExcitationError(f"{name} is a pair (from, to){unit}, got {ends!r}") from None
+    return start, stop
+
+
+def different_ends(ends: tuple[float, float], name: str, quantities: str, unit: str) -> tuple[float, float]:
+    """Return both ends of a range of frequencies or speeds in their unit, or refuse it."""
+    start, stop = pair_of(ends, name, f" in {unit}")
+    if not (0 < start <= LARGEST and 0 < stop <= LARGEST and start != stop):
+        raise ExcitationError(
+            f"{name} must be two different {quantities} > 0 {unit} and at most {LARGEST:g} {unit}, got {start:g} and "
+            f"{stop:g}"
+        )
+    return start, stop
 
 
 def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, tuple[int, ...]]:

@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from ..core.errors import ExcitationError
 from .condensed import grid, slopes
-from .continuation import Follower, Motion, Solver, difference
+from .continuation import Follower, Motion, difference
 from .floquet import monodromy
 from .forces import fill_forces
 
@@ -53,11 +53,6 @@ def multipliers(solver: Any, motion: Motion) -> np.ndarray:
 
     What greases and contacts remember adds multipliers, of which the smallest are left out.
     """
-    raise TypeError(f"no multipliers of a {type(solver).__name__}")
-
-
-@multipliers.register
-def _planar_multipliers(solver: Solver, motion: Motion) -> np.ndarray:
     system, omega = solver.system, solver.frequency(motion)
     samples = samples_of_period(solver, omega)
     fine = grid(solver.harmonics, samples)

@@ -67,8 +67,7 @@ def stable_points(branch: Branch) -> np.ndarray:
     if branch.stable is not None:
         return branch.stable
     passed = np.zeros(branch.frequency.size, dtype=int)
-    folds = [point.index for point in branch.special if point.kind == "fold"]
-    np.add.at(passed, folds, 1)
+    np.add.at(passed, [point.index for point in branch.special if point.kind == "fold"], 1)
     return np.cumsum(passed) % 2 == 0
 
 
@@ -83,10 +82,8 @@ def jumps(branch: Branch) -> list[JumpAtFold]:
     amplitude = branch.amplitude("clearance_displacement")
     folds = [point.index for point in branch.special if point.kind == "fold"]
     for last, i, following in zip([-1, *folds], folds, [*folds[1:], x.size]):
-        before, after = (
-            slice(max(last + 1, i - BESIDE_FOLD), i),
-            slice(i + 1, min(following, i + 1 + BESIDE_FOLD)),
-        )
+        before = slice(max(last + 1, i - BESIDE_FOLD), i)
+        after = slice(i + 1, min(following, i + 1 + BESIDE_FOLD))
         if not (stable[before].any() or stable[after].any()):
             continue
         j = int(np.argmax(amplitude[i]))
@@ -148,9 +145,7 @@ def of_backbone(found: Backbone) -> dict[str, Any]:
         "clearance": found.clearances[found.clearance],
         "harmonics": found.acceleration.shape[-1] - 1,
         "amplitude": motion(found).tolist(),
-        "frequency": found.frequency.tolist(),
-        "damping": found.damping.tolist(),
-        "level": found.level.tolist(),
+        **{name: getattr(found, name).tolist() for name in ("frequency", "damping", "level")},
         "ended": found.ended,
     }
 
@@ -159,10 +154,7 @@ def of_map(found: RattleMap) -> dict[str, Any]:
     """Return a map's axes, first contact and jumps as plain data."""
     return {
         "kind": found.kind,
-        "gap": found.gap.tolist(),
-        "level": found.level.tolist(),
-        "frequency": found.frequency.tolist(),
-        "first_contact": found.first_contact.tolist(),
+        **{name: getattr(found, name).tolist() for name in ("gap", "level", "frequency", "first_contact")},
         "rattles": [float(share) for share in np.mean(found.rattles, axis=(1, 2))],
         "several": [float(share) for share in np.mean(found.vibrations > 1, axis=(1, 2))],
         "jumps": [jump._asdict() for jump in found.jumps],

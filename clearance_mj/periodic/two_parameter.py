@@ -296,8 +296,7 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
         last = solver.system.periods * found[-1].omega / (2 * np.pi)
         ended = f"no further fold was found beyond {last:.6g} Hz and {over} {begun * end.args[0]:g}"
     frequency = solver.system.periods * np.array([each.omega for each in found]) / (2 * np.pi)
-    value = begun * np.array([each.share for each in found])
-    return Curve(FOLD, over, branch.kind, frequency, value, ended)
+    return Curve(FOLD, over, branch.kind, frequency, begun * np.array([each.share for each in found]), ended)
 
 
 def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]:

@@ -50,12 +50,9 @@ class Vibrations(ArrayData):
 
     def _variables(self) -> dict[str, Any]:
         """Harmonics as variables of a labelled dataset."""
+        of = {name: "response" if name in ("acceleration", "displacement") else "clearance" for name in UNITS}
         return {
-            name: (
-                ("point", "response" if name in ("acceleration", "displacement") else "clearance", "harmonic"),
-                getattr(self, name),
-                unit.replace("/s²", " s-2"),
-            )
+            name: (("point", of[name], "harmonic"), getattr(self, name), unit.replace("/s²", " s-2"))
             for name, unit in UNITS.items()
         }
 

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import LawError, ModelError
-from .elements import MARK, compiled, find, name_of, specification
+from .elements import MARK, compiled, find, joint_kind, marked, name_of, specification, write_numbers
 
 __all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
 
@@ -61,7 +61,7 @@ def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: f
     ids = {find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names}
     for i, pair in enumerate(zip(model.pair_geom1, model.pair_geom2)):
         if set(pair) == ids and model.pair_dim[i] == 1 and model.pair(i).name:
-            _write(spec, "pair", model.pair(i).name, coefficient, k, c)
+            write_numbers(spec, f"{MARK}friction:pair:{model.pair(i).name}", (coefficient, k, c))
             return
     raise ModelError(
         f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
@@ -93,13 +93,9 @@ def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: f
         For values out of range.
     """
     _check("force", force, k, c)
-    model, name = compiled(specification(spec)), name_of(joint)
-    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
-    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
-        raise ModelError(
-            f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; friction needs a hinge or slide'
-        )
-    _write(spec, "joint", name, force, k, c)
+    name = name_of(joint)
+    joint_kind(compiled(specification(spec)), name, "friction")
+    write_numbers(spec, f"{MARK}friction:joint:{name}", (force, k, c))
 
 
 def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c: float = 0.0) -> None:
@@ -131,31 +127,18 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     _check("force", force, k, c)
     name = name_of(tendon)
     find(compiled(specification(spec)), mujoco.mjtObj.mjOBJ_TENDON, name)
-    _write(spec, "tendon", name, force, k, c)
+    write_numbers(spec, f"{MARK}friction:tendon:{name}", (force, k, c))
 
 
 def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
     """Yield the bristles that were asked of a model's elements."""
-    for i in range(model.nnumeric):
-        before, _, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_NUMERIC, i) or "").partition(
-            f"{MARK}friction:"
-        )
+    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
         kind, _, name = after.partition(":")
-        if kind and model.numeric_size[i] != 3:
+        if model.numeric_size[i] != 3:
             raise ModelError(
                 f'numeric "{model.numeric(i).name}" has {model.numeric_size[i]} numbers, needs 3: force k c'
             )
-        if kind:
-            yield Friction(kind, before + name, int(model.numeric_adr[i]))
-
-
-def _write(spec: mujoco.MjSpec, kind: str, name: str, *numbers: float) -> None:
-    key = f"{MARK}friction:{kind}:{name}"
-    for numeric in spec.numerics:
-        if numeric.name == key:
-            numeric.data = numbers
-            return
-    spec.add_numeric(name=key, data=numbers, size=3)
+        yield Friction(kind, before + name, int(model.numeric_adr[i]))
 
 
 def _check(what: str, largest: float, k: float, c: float) -> None:

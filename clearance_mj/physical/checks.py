@@ -77,13 +77,8 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     tuple of str
         One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
     """
-    found = (
-        *_settings(model),
-        *_elements(model),
-        *_without_softener(model),
-        *_slow_ringing(model, poses),
-        *_geoms(model),
-    )
+    found = [*_settings(model), *_elements(model), *_without_softener(model)]
+    found += [*_slow_ringing(model, poses), *_geoms(model)]
     return *found, *_step_too_long(model, poses)
 
 

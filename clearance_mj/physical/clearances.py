@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .elements import Softness, compiled, find, give, name_of, softness, specification
+from .elements import Softness, compiled, find, give, joint_kind, name_of, softness, specification
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
@@ -62,11 +62,7 @@ def add_backlash(
     """
     wanted = _check(gap, k, c, law)
     name, model = name_of(joint), compiled(specification(spec))
-    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
-    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
-        raise ModelError(
-            f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; backlash needs a hinge or slide'
-        )
+    kind = joint_kind(model, name, "backlash")
     if spec.joint(f"{name} drive"):
         raise ModelError(f'joint "{name}" has backlash already')
     load = spec.joint(name)

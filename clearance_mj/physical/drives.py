@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .elements import MARK, compiled, find, name_of, note_softener, softness, specification
+from .elements import MARK, compiled, find, marked, name_of, note_softener, softness, specification, write_numbers
 from .transmission import DriveFriction, Efficiency
 
 __all__ = ["BEGUN", "DRIVE", "DriveState", "PlacedDrive", "add_drive", "drive_state", "drives", "friction_numbers"]
@@ -27,15 +27,9 @@ _FRICTION = (
 )  # fmt: skip
 _NOT_DRY = ("k", "c", "viscous", "stribeck_speed", "stribeck_exponent")
 _DRY = [*(f"friction_{name}" for name in _FRICTION if name not in _NOT_DRY), "loss_forward", "loss_backward"]
-DRIVE = np.dtype(
-    [
-        (name, np.float64)
-        for name in (
-            "inertia", "gap", "k", "c", "encoder", "dynamics", "early",
-            *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward",
-        )
-    ]
-)  # fmt: skip
+_OWN = "inertia", "gap", "k", "c", "encoder", "dynamics", "early"
+_LOSSES = *(f"friction_{name}" for name in _FRICTION), "loss_forward", "loss_backward"
+DRIVE = np.dtype([(name, np.float64) for name in (*_OWN, *_LOSSES)])
 """Numbers of a drive; ``encoder`` 0: at the motor, 1: at the load; ``dynamics``, ``early``: of the actuator before"""
 
 ANGLE, SPEED, MOTOR_TORQUE, BEGUN, INPUT, BRISTLES = range(6)
@@ -178,7 +172,8 @@ def add_drive(
     if encoder not in _ENCODERS:
         raise ModelError(f'{where}: encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
     _refuse(model, index, where)
-    load, limits = _joint(spec, model, index), _motor_limits(model, index, where)
+    on_tendon = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON
+    load, limits = None if on_tendon else spec.joint(motor.target), _motor_limits(model, index, where)
     if inertia is None:
         if load is None or not load.armature > 0:
             raise ModelError(f"{where}: its {'tendon' if load is None else 'joint'} has no armature; give inertia > 0")
@@ -189,8 +184,7 @@ def add_drive(
         inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
         model.actuator_actearly[index], *friction_numbers(friction),
     )  # fmt: skip
-    data = [*values, *(value for slip in slips for value in slip)]
-    spec.add_numeric(name=f"{MARK}drive:{name}", data=data, size=len(data))
+    write_numbers(spec, f"{MARK}drive:{name}", [*values, *(value for slip in slips for value in slip)])
     saved = [np.array(key.act) for key in spec.keys]
     if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED:
         motor.gainprm[1:3] = 0
@@ -225,12 +219,7 @@ def drives(model: mujoco.MjModel) -> Iterator[PlacedDrive]:
     ModelError
         For one whose actuator is gone or has been changed.
     """
-    for i in range(model.nnumeric):
-        before, mark, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_NUMERIC, i) or "").partition(
-            f"{MARK}drive:"
-        )
-        if not mark:
-            continue
+    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}drive:"):
         name, more = before + after, int(model.numeric_size[i]) - len(DRIVE.names or ())
         actuator = find(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
         if (
@@ -254,9 +243,7 @@ def _refuse(model: mujoco.MjModel, index: int, where: str) -> None:
     )
     for kind, can in zip(found, allowed):
         if kind not in can:
-            raise ModelError(
-                f"{where} is {kind.name.partition('_')[2].lower()}; a drive needs {' or '.join(_name(c) for c in can)}"
-            )
+            raise ModelError(f"{where} is {_name(kind)}; a drive needs {' or '.join(_name(c) for c in can)}")
     joint = model.actuator_trnid[index, 0]
     if found[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
         mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
@@ -278,12 +265,6 @@ def _name(kind: Any) -> str:
 def _output(model: mujoco.MjModel, index: int) -> int:
     """Which of the forces, lengths and gears is an actuator's; MuJoCo 3 has one for each."""
     return int(model.actuator_outadr[index]) if hasattr(model, "actuator_outadr") else index
-
-
-def _joint(spec: mujoco.MjSpec, model: mujoco.MjModel, index: int) -> mujoco.MjsJoint | None:
-    if model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON:
-        return None
-    return spec.joint(spec.actuators[index].target)
 
 
 def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import json
 import numbers
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KINDS", "MARK", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "compiled", "find", "give",
-    "inverse_inertia", "name_of", "note_softener", "softness", "specification", "texts", "write_text",
+    "inverse_inertia", "joint_kind", "marked", "name_of", "nearest", "note_softener", "softness", "specification",
+    "texts", "write_numbers", "write_text",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -110,21 +111,26 @@ def find(model: mujoco.MjModel, object_type: mujoco.mjtObj, name: str) -> int:
     index = mujoco.mj_name2id(model, object_type, name)
     if index >= 0:
         return index
-    noun, known = object_type.name.removeprefix("mjOBJ_").lower(), list(_names(model, object_type))
-    near = difflib.get_close_matches(name, known, n=1)
-    there = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
-    raise ModelError(
-        f'the model has no {noun} "{name}"'
-        + (f'; did you mean "{near[0]}"?' if near else f"; it has {there or 'none with a name'}")
-    )
+    places = range(model.nnames_map)  # of which no kind of element has more
+    known = [mujoco.mj_id2name(model, object_type, i) for i in places]
+    noun = object_type.name.removeprefix("mjOBJ_").lower()
+    raise ModelError(f'the model has no {noun} "{name}"; {nearest(name, known)}')
 
 
-def _names(model: mujoco.MjModel, object_type: mujoco.mjtObj) -> Iterator[str]:
-    count = {
-        "JOINT": model.njnt, "TENDON": model.ntendon, "PAIR": model.npair, "GEOM": model.ngeom, "ACTUATOR": model.nu
-    }  # fmt: skip
-    number = count.get(object_type.name.removeprefix("mjOBJ_"), model.nsite)
-    return filter(None, (mujoco.mj_id2name(model, object_type, i) for i in range(number)))
+def nearest(name: str, known: Iterable[str | None]) -> str:
+    """Return words that point to a known name that is like one that is not; else to some that are known."""
+    names = [each for each in known if each]
+    near = difflib.get_close_matches(name, names, n=1)
+    there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    return f'did you mean "{near[0]}"?' if near else f"it has {there or 'none with a name'}"
+
+
+def joint_kind(model: mujoco.MjModel, name: str, what: str) -> mujoco.mjtJoint:
+    """Return the type of a joint that is to have something: a hinge or slide; refuses other joints."""
+    kind = mujoco.mjtJoint(int(model.jnt_type[find(model, mujoco.mjtObj.mjOBJ_JOINT, name)]))
+    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+        raise ModelError(f'joint "{name}" is {kind.name.removeprefix("mjJNT_").lower()}; {what} needs a hinge or slide')
+    return kind
 
 
 def inverse_inertia(model: mujoco.MjModel, kind: str, index: int) -> float:
@@ -230,13 +236,22 @@ def _read(data: str) -> Softness:
 
 def texts(model: mujoco.MjModel) -> Iterator[tuple[str, str, str]]:
     """Yield kind, name and data of every text of a model that was written by this package."""
-    for i in range(model.ntext):
-        before, mark, after = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, i) or "").partition(MARK)
+    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_TEXT, MARK):
         kind, _, name = after.partition(":")
-        if mark:
-            begin = model.text_adr[i]
-            data = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
-            yield kind, before + name, data  # a specification that is attached has its prefix before both
+        begin = model.text_adr[i]
+        data = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
+        yield kind, before + name, data
+
+
+def marked(model: mujoco.MjModel, object_type: mujoco.mjtObj, mark: str) -> Iterator[tuple[int, str, str]]:
+    """Yield number and name of the texts or numbers of a model that hold a mark: what is before it, and after.
+
+    A specification that is attached has its prefix before both.
+    """
+    for i in range(model.ntext if object_type == mujoco.mjtObj.mjOBJ_TEXT else model.nnumeric):
+        before, found, after = (mujoco.mj_id2name(model, object_type, i) or "").partition(mark)
+        if found:
+            yield i, before, after
 
 
 def write_text(spec: mujoco.MjSpec, kind: str, name: str, data: str) -> None:
@@ -247,6 +262,15 @@ def write_text(spec: mujoco.MjSpec, kind: str, name: str, data: str) -> None:
             text.data = data
             return
     spec.add_text(name=key, data=data)
+
+
+def write_numbers(spec: mujoco.MjSpec, name: str, data: Sequence[float]) -> None:
+    """Write, or write anew, custom numbers of a specification."""
+    for numeric in spec.numerics:
+        if numeric.name == name:
+            numeric.data = data
+            return
+    spec.add_numeric(name=name, data=data, size=len(data))
 
 
 def note_softener(spec: mujoco.MjSpec) -> None:

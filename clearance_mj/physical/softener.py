@@ -20,7 +20,7 @@ from . import softener_loop as loop
 from .bristles import Friction, frictions
 from .drive_loop import PLACE
 from .drives import PlacedDrive, drives
-from .elements import KINDS, MARK, Asked, asked, find, note_softener
+from .elements import KINDS, MARK, Asked, asked, find, note_softener, write_numbers
 
 __all__ = ["Softener", "reserve"]
 
@@ -81,8 +81,7 @@ class Softener:
         own |= {"drives": self._drives.ctypes.data, "n_drives": len(self._drives)}
         own["of_actuators"] = self._of_actuators.ctypes.data
         own["soften"] = address(loop.soften, loop.SOFTEN)
-        values = {**self._parts.places(), **loop.PLACES, **own}
-        for name, value in values.items():
+        for name, value in {**self._parts.places(), **loop.PLACES, **own}.items():
             self._head[name] = value
         self._head["signature"], self._head["key"] = np.uint64(model.signature).view(np.int64), key
         self._address = self._head.ctypes.data
@@ -131,12 +130,26 @@ class Softener:
         """
         if self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
             raise ModelError("flag actuation is disabled, so MuJoCo would not call it; call update() instead")
-        _install(self)
+        with _CHANGING:
+            if loop.IN_USE.all():
+                raise ModelError(f"{loop.IN_USE.size} Softeners are in use, no more can be")
+            if not loop.IN_USE.any():
+                if mujoco.get_mjcb_control() is not None:
+                    raise ModelError("MuJoCo has a control callback already; call update() in it instead")
+                if mujoco.get_mjcb_act_dyn() is not None:
+                    raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
+                mujoco.set_mjcb_control(_control())
+                mujoco.set_mjcb_act_dyn(_dynamics())
+            loop.IN_USE[np.argmin(loop.IN_USE != 0)] = self._address
         return self
 
     def __exit__(self, *_: object) -> None:
         """Take it away again."""
-        _remove(self)
+        with _CHANGING:
+            loop.IN_USE[loop.IN_USE == self._address] = 0
+            if not loop.IN_USE.any():
+                mujoco.set_mjcb_control(None)
+                mujoco.set_mjcb_act_dyn(None)
 
 
 class _Parts(NamedTuple):
@@ -199,7 +212,8 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
         element["always"] = greased or len(table.abscissa) > 1
         if kind != "pair":
             (joints if kind == "joint" else tendons)[index] = e
-        records.append(clearance_records(_Opening.of(softness.depth), law, model.opt.timestep))
+        opening = _Opening([Bushing(0.0, softness.depth, 0.0, Grease(0.0), Contact(1.0))])
+        records.append(clearance_records(opening, law, model.opt.timestep))
     whole = side_by_side(records) if laws else Clearance(np.zeros(0, BUSHING), np.zeros(0, STATE), np.zeros(0))
     elements["impact"] = whole.states["impact"]
     whole.bushings["lower"], whole.bushings["upper"] = -np.inf, 0.0  # where the model's range is not read
@@ -208,8 +222,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
         _describe_friction(model, friction, row)
     first_friction = 2 + len(laws) * loop.KEPT.itemsize // 8
     first_record = first_friction + loop.OF_FRICTION * len(bristles)
-    own = np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8)
-    memory = np.concatenate((own, whole.numbers))
+    memory = np.concatenate((np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8), whole.numbers))
     return _Parts(elements, found, joints, tendons, whole, memory, first_friction, first_record)
 
 
@@ -217,11 +230,6 @@ class _Opening(NamedTuple):
     """What laws get of a clearance."""
 
     bushings: list[Bushing]
-
-    @classmethod
-    def of(cls, gap: float) -> _Opening:
-        """Empty but for what a law puts in."""
-        return cls([Bushing(0.0, gap, 0.0, Grease(0.0), Contact(1.0))])
 
 
 def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> None:
@@ -265,11 +273,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
         return False
     spec.nuserdata = first + size
     note_softener(spec)
-    for numeric in spec.numerics:
-        if numeric.name == _MEMORY:
-            numeric.data = now
-            return True
-    spec.add_numeric(name=_MEMORY, data=now, size=len(now))
+    write_numbers(spec, _MEMORY, now)
     return True
 
 
@@ -320,25 +324,3 @@ def _dynamics() -> Any:
 
 
 _CHANGING = threading.Lock()
-
-
-def _install(softener: Softener) -> None:
-    with _CHANGING:
-        if loop.IN_USE.all():
-            raise ModelError(f"{loop.IN_USE.size} Softeners are in use, no more can be")
-        if not loop.IN_USE.any():
-            if mujoco.get_mjcb_control() is not None:
-                raise ModelError("MuJoCo has a control callback already; call update() in it instead")
-            if mujoco.get_mjcb_act_dyn() is not None:
-                raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
-            mujoco.set_mjcb_control(_control())
-            mujoco.set_mjcb_act_dyn(_dynamics())
-        loop.IN_USE[np.argmin(loop.IN_USE != 0)] = softener._address
-
-
-def _remove(softener: Softener) -> None:
-    with _CHANGING:
-        loop.IN_USE[loop.IN_USE == softener._address] = 0
-        if not loop.IN_USE.any():
-            mujoco.set_mjcb_control(None)
-            mujoco.set_mjcb_act_dyn(None)

@@ -86,8 +86,7 @@ def _place_in_use(_: Any) -> Any:
     """Address of `IN_USE`, which code that is cached between sessions knows by name."""
 
     def generate(context: Any, builder: Any, __: Any, ___: Any) -> Any:
-        kind = ir.FunctionType(ir.VoidType(), ())
-        symbol = cgutils.get_or_insert_function(builder.module, kind, _IN_USE)
+        symbol = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), ()), _IN_USE)
         return builder.ptrtoint(symbol, cgutils.intp_t)
 
     return types.intp(), generate

@@ -147,12 +147,8 @@ def _runge_kutta(pose: Pose, rows: list[Row], implicit: _Mask) -> float:
     """Longest step: that at which Σ (hλ)ⁿ/n!, n = 0...4, leaves the unit circle for an eigenvalue λ of the motion."""
     mass, stiffness, damping = _matrices(pose, rows)
     size = len(mass)
-    rates = np.linalg.eigvals(
-        np.block([
-            [np.zeros((size, size)), np.eye(size)],
-            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
-        ])
-    )  # fmt: skip
+    lower = [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]
+    rates = np.linalg.eigvals(np.block([[np.zeros((size, size)), np.eye(size)], lower]))
     rates = rates[np.abs(rates) > 0]
     turned = rates / np.abs(rates)
     turned = np.where(turned.real < -1e-9, turned, 1j * turned.imag)  # undamped but for rounding

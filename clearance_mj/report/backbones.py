@@ -12,6 +12,7 @@ from matplotlib.ticker import LogLocator, ScalarFormatter
 
 from ..periodic import Backbone
 from ..periodic.summaries import motion
+from .responses import amplitude_columns
 from .style import COLOURS, TEST, Drawing, canvas, letters, tidy
 
 __all__ = ["draw", "rows", "words"]
@@ -69,15 +70,7 @@ def _rows(found: Backbone) -> pd.DataFrame:
         "level": found.level,
         "level_unit": "m/s²" if found.model.rig.shaker.kind == "base" else "N",
     }
-    for quantity, labels, unit in (
-        ("acceleration", found.responses, "m_s2"), ("clearance_displacement", found.clearances, "m"),
-        ("contact_force", found.clearances, "n"),
-    ):  # fmt: skip
-        amplitude, first = found.amplitude(quantity), np.abs(getattr(found, quantity)[..., 1])
-        for i, label in enumerate(labels):
-            columns[f"{quantity}_{label}_amplitude_{unit}"] = amplitude[:, i]
-            columns[f"{quantity}_{label}_fundamental_{unit}"] = first[:, i]
-    return pd.DataFrame(columns)
+    return pd.DataFrame(columns | amplitude_columns(found, 1, False))
 
 
 def words(found: Backbone) -> Iterator[str]:

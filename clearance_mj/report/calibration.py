@@ -8,7 +8,7 @@ from matplotlib.figure import SubFigure
 from matplotlib.ticker import NullFormatter
 
 from ..calibrate import Calibration, FRFTarget, ModalTarget
-from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, tidy
+from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, tidy, write_numbers
 
 __all__ = ["draw"]
 
@@ -84,8 +84,7 @@ def _table(ax: Axes, found: Calibration, target: ModalTarget) -> None:
 
 
 def _frfs(part: SubFigure, found: Calibration, target: FRFTarget) -> None:
-    count = min(MAX_SENSORS, len(target.nodes))
-    shown = np.unique(np.linspace(0, len(target.nodes) - 1, count).astype(int))
+    shown = np.unique(np.linspace(0, len(target.nodes) - 1, min(MAX_SENSORS, len(target.nodes))).astype(int))
     frfs = (("test", target.frf.functions, TEST, 1.5), ("start", target.model(found.start), START, 0.9),
             ("calibrated", target.model(found.rig), FOUND, 0.9))  # fmt: skip
     axes = part.subplots(1, len(shown), sharey=True, squeeze=False)[0]
@@ -121,11 +120,8 @@ def _starts(ax: Axes, found: Calibration) -> None:
 def _correlation(ax: Axes, found: Calibration) -> None:
     ax.imshow(found.estimates.correlation, vmin=-1, vmax=1, cmap="PuOr")
     ticks = np.arange(len(found.estimates.names))
-    for (i, j), value in np.ndenumerate(found.estimates.correlation):
-        colour = "white" if abs(value) > 0.7 else "black"
-        ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT - 1, color=colour)
     tidy(ax, "correlation of the logarithms")
-    ax.grid(False)
+    write_numbers(ax, found.estimates.correlation, "{:.2f}".format, lambda value: abs(value) > 0.7)
     names = [_name(path) for path in found.estimates.names]
     ax.set_xticks(ticks, names, fontsize=FONT - 1)
     ax.set_yticks(ticks, names, fontsize=FONT - 1)

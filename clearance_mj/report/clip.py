@@ -13,8 +13,10 @@ All motion is relative to the base.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import scipy.signal
@@ -26,17 +28,7 @@ from ..signals.response import Response
 from ..structure import Shaft
 from .outline import outline
 
-__all__ = [
-    "MODES",
-    "Clip",
-    "chosen_exaggeration",
-    "clip",
-    "count_pictures",
-    "deflection",
-    "line_of",
-    "points_of",
-    "window",
-]
+__all__ = ["MODES", "Clip", "Shown", "clip", "cut", "deflection", "require_shafts"]
 
 MODES = 16  # of the shaft's shape
 POINTS = 81  # of a shaft's line, to which its steps are added
@@ -47,17 +39,18 @@ MAX_FRAMES = 600
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
-    """What an animation shows."""
+class Shown:
+    """What every animation shows."""
 
     rig: Rig  #: the rig
     time: np.ndarray  #: (n,) s, of the pictures
     position: np.ndarray  #: (n_x,) m, points of the shafts' lines
     shaft: np.ndarray  #: (n_x,) number of the shaft that each point is on
-    lift: np.ndarray  #: (n, n_x) displacement of these points relative to the base, m
-    force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards
+    lift: np.ndarray
+    """(n, n_x) displacement of these points relative to the base, m; in space (n, 2, n_x) along y and z from the
+    unloaded shaft"""
     trace_time: np.ndarray  #: (n_t,) s, of every sample from the first picture to the last
-    trace: np.ndarray  #: (n_t, n_bushings) contact force of every sample, N
+    trace: np.ndarray  #: (n_t, n_bushings) contact force of every sample, N; in space its size
     exaggeration: float  #: how many times larger lifts and gaps are drawn than they are
     slow: float  #: how many times slower the motion is shown than it is
     rate: float  #: pictures per second
@@ -68,11 +61,20 @@ class Clip:
         first, last = self.rig.linear.span
         return last - first
 
-    def lift_at(self, point: float | str) -> np.ndarray:
-        """Return (n,) displacement of a point relative to the base, m."""
+    def lift_at(self, point: float | str, pictures: int | slice = slice(None)) -> np.ndarray:
+        """Return the displacement of a point in pictures, m: as `lift` without its last axis."""
         shaft, x = self.rig.linear.place(point)
         on = self.shaft == shaft
-        return np.array([np.interp(x, self.position[on], lift[on]) for lift in self.lift])
+        lift = self.lift[pictures][..., on]
+        rows = [np.interp(x, self.position[on], row) for row in lift.reshape(-1, lift.shape[-1])]
+        return np.reshape(rows, lift.shape[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Clip(Shown):
+    """What an animation shows."""
+
+    force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards
 
 
 def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarray) -> np.ndarray:
@@ -119,29 +121,45 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
     shown of a rig and response, if what is asked for cannot.
     """
-    shafts = rig.linear.shafts
-    if not shafts:
-        raise ClearanceError(
-            f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj motion draws the "
-            "motion at the clearances"
-        )
+    require_shafts(rig, "motion")
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
-    count = count_pictures(seconds, slow, rate)
-    lines = [line_of(shaft) for shaft in shafts]
-    position, number = np.concatenate(lines), np.repeat(np.arange(len(shafts)), [line.size for line in lines])
-    lift = deflection(rig, response, points_of(shafts, lines))
-    first, last = window(response, start, seconds)
-    shown = np.linspace(first, last, count).round().astype(int)
-    largest = max(np.abs(lift[first : last + 1]).max(), max(b.gap for b in rig.bushings))
+    deflected, contact = partial(deflection, rig, response), np.asarray(response.contact_force).T
+    common, shown, trace = cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
+    return Clip(**common, trace=contact[trace], force=contact[shown])
+
+
+def require_shafts(rig: Rig, command: str) -> None:
+    """Refuse a rig without shafts, of which a command draws the motion."""
+    if not rig.linear.shafts:
+        raise ClearanceError(
+            f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj {command} draws "
+            "the motion at the clearances"
+        )
+
+
+def cut(
+    rig: Rig, response: Response, deflected: Callable[[list[float | str]], np.ndarray], start: float | None,
+    seconds: float, slow: float, exaggeration: float | None, rate: float,
+) -> tuple[dict[str, Any], np.ndarray, slice]:  # fmt: skip
+    """Return what every clip has but the trace, the samples of its pictures, and those from the first to the last."""
+    count, shafts = _count_pictures(seconds, slow, rate), rig.linear.shafts
+    lines = [_line(shaft) for shaft in shafts]
+    lift = deflected([f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()])
+    first, last = _window(response, start, seconds)
+    shown, trace = np.linspace(first, last, count).round().astype(int), slice(first, last + 1)
+    sizes = np.abs(lift[trace]) if lift.ndim == 2 else np.hypot(*lift[trace].transpose(1, 0, 2))
     left, right = rig.linear.span
-    exaggeration = chosen_exaggeration(exaggeration, largest, right - left)
-    trace, contact = slice(first, last + 1), np.asarray(response.contact_force).T
-    return Clip(rig, response.time[shown], position, number, lift[shown], contact[shown], response.time[trace],
-                contact[trace], exaggeration, slow, rate)  # fmt: skip
+    largest = float(max(sizes.max(), max(b.gap for b in rig.bushings)))
+    common = {
+        "rig": rig, "time": response.time[shown], "position": np.concatenate(lines), "lift": lift[shown],
+        "shaft": np.repeat(np.arange(len(shafts)), [line.size for line in lines]), "trace_time": response.time[trace],
+        "exaggeration": _exaggeration(exaggeration, largest, right - left), "slow": slow, "rate": rate,
+    }  # fmt: skip
+    return common, shown, trace
 
 
-def chosen_exaggeration(asked: float | None, largest: float, length: float) -> float:
+def _exaggeration(asked: float | None, largest: float, length: float) -> float:
     """Return how many times larger the largest lift (m) of shafts of a length (m) is drawn; refuses what cannot be."""
     exaggeration = float(f"{DRAWN_LIFT * length / largest:.2g}") if asked is None else asked
     most = MAX_LIFT * length / largest
@@ -153,19 +171,14 @@ def chosen_exaggeration(asked: float | None, largest: float, length: float) -> f
     return exaggeration
 
 
-def points_of(shafts: Sequence[Shaft], lines: Sequence[np.ndarray]) -> list[float | str]:
-    """Return the names of points of shafts' lines."""
-    return [f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()]
-
-
-def line_of(shaft: Shaft) -> np.ndarray:
+def _line(shaft: Shaft) -> np.ndarray:
     """Return (n_x,) points of a shaft, close on both sides of every step."""
     steps = np.unique(outline(shaft)[0])[1:-1]
     near = 1e-9 * (shaft.end - shaft.start)
     return np.sort(np.concatenate((np.linspace(shaft.start, shaft.end, POINTS), steps - near, steps + near)))
 
 
-def count_pictures(seconds: float, slow: float, rate: float) -> int:
+def _count_pictures(seconds: float, slow: float, rate: float) -> int:
     """Return the number of pictures."""
     for name, value in (("seconds", seconds), ("slow", slow), ("rate", rate)):
         if not 0 < value < math.inf:
@@ -179,7 +192,7 @@ def count_pictures(seconds: float, slow: float, rate: float) -> int:
     return round(count)
 
 
-def window(response: Response, start: float | None, seconds: float) -> tuple[int, int]:
+def _window(response: Response, start: float | None, seconds: float) -> tuple[int, int]:
     """Return the first and the last sample that is shown."""
     if seconds > response.duration:
         raise ClearanceError(f"{seconds:g} s cannot be shown of a response of {response.duration:g} s")

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from markupsafe import escape
 
-from ..core.drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, of_curves, tidy
+from ..core.drawing import COLOURS, REPEAT, TEST, canvas, key, of_curves, tidy
 from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
@@ -25,7 +24,7 @@ from ..signals.figures import (
 )
 from ..signals.frf import FRF
 from . import html
-from .style import Drawing
+from .style import Drawing, colour_bar, write_numbers
 from .tables import Column, Table
 
 __all__ = ["draw", "write_page"]
@@ -59,8 +58,10 @@ def draw(
 def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Sequence[str], folder: Path) -> Path:
     """Write ``comparison.html`` with the figures, the measures of sensors and modes, and notes; return its path."""
     figures = "".join(html.figure(drawing, number, drawing.svg()) for number, drawing in enumerate(drawings, 1))
-    sensors = Table.of("sensors", "Measures by sensor", comparison.per_sensor, {
-        "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"), **_beside(comparison),
+    per_sensor = comparison.per_sensor
+    sensors = Table.of("sensors", "Measures by sensor", per_sensor, {
+        "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"),
+        **{name: Column(words, "dB", ".2f") for name, words in BESIDE.items() if per_sensor[name].notna().any()},
         "mre": Column("MRE", "", ".3f"),
         **{name: Column(name.upper(), "", ".3f") for name in UNIT_MEASURES},
     })  # fmt: skip
@@ -76,12 +77,6 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
     path = folder / "comparison.html"
     write_text(path, html.page("FRFs of test and model", sections))
     return path
-
-
-def _beside(comparison: Comparison) -> dict[str, Column]:
-    """Columns of what the RMSE stands beside, those that are known."""
-    known = comparison.per_sensor.notna().any()
-    return {name: Column(words, "dB", ".2f") for name, words in BESIDE.items() if known[name]}
 
 
 def _found(comparison: Comparison) -> np.ndarray:
@@ -123,15 +118,11 @@ def _sensors(comparison: Comparison) -> Drawing:
 def _mac(test_modes: Modes, model_modes: Modes, matrix: np.ndarray) -> Drawing:
     figure = canvas(3.4, 4.4)
     ax = figure.subplots()
-    image = ax.imshow(matrix, cmap=matplotlib.colormaps["cividis"], vmin=0, vmax=1)
-    for (i, j), value in np.ndenumerate(matrix):
-        ax.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=FONT, color="w" if value < 0.5 else "k")
+    image = ax.imshow(matrix, cmap="cividis", vmin=0, vmax=1)
     tidy(ax, ylabel="Mode of the test (Hz)", xlabel="Mode of the model (Hz)")
-    ax.grid(False)
+    write_numbers(ax, matrix, "{:.2f}".format, lambda value: value < 0.5)
     ax.set_xticks(np.arange(matrix.shape[1]), [f"{f:.4g}" for f in model_modes.frequency])
     ax.set_yticks(np.arange(matrix.shape[0]), [f"{f:.4g}" for f in test_modes.frequency])
-    bar = figure.colorbar(image, ax=ax)
-    bar.set_label("MAC (1)", fontsize=FONT)
-    bar.ax.tick_params(labelsize=FONT - 1)
+    colour_bar(figure, image, [ax], "MAC (1)")
     caption = "Modal assurance criterion of each mode of the test with each of the model; 1 is one shape."
     return Drawing("mac", figure, caption, f"MAC matrix, {matrix.shape[0]} by {matrix.shape[1]} modes.")

@@ -71,8 +71,7 @@ def contact_drawings(
         figure = draw.contact_over_time(f"{record.name}: contact over time", measured, ridge)
         yield Drawing(f"contact_over_time_{record.name}", figure, caption, caption)
     if windows:
-        gaps = [b.gap for b in found.rig.bushings]
-        figure = draw.contact_over_amplitude(windows, _curves(found, forces), gaps)
+        figure = draw.contact_over_amplitude(windows, _curves(found, forces), [b.gap for b in found.rig.bushings])
         caption = "Contact stiffness and damping over the amplitude of the motion: of windows, and of the law."
         yield Drawing("contact_over_amplitude", figure, caption, caption)
 

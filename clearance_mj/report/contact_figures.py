@@ -18,7 +18,7 @@ from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves
 from ..clearance.law import TimeLaw
 from ..identify.laws.contact_over_time import ContactParameters
 from ..signals.wavelet import Ridge, Scalogram
-from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, tidy
+from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, colour_bar, tidy
 
 __all__ = ["contact_over_amplitude", "contact_over_time", "scalograms"]
 
@@ -60,9 +60,7 @@ def _draw_plane(figure: Figure, ax: Axes, plane: Scalogram) -> None:
     bottom = top / 10**DECADES
     image = ax.pcolormesh(plane.time[edges], plane.frequency, np.maximum(size, bottom), norm=LogNorm(bottom, top),
                           cmap="cividis", shading="nearest", rasterized=True)  # fmt: skip
-    bar = figure.colorbar(image, ax=ax, pad=0.01, aspect=25)
-    bar.ax.tick_params(labelsize=FONT - 2, width=0.6, length=2)
-    bar.set_label("Amplitude (mm)", fontsize=FONT - 1)
+    colour_bar(figure, image, [ax], "Amplitude (mm)", FONT - 1, pad=0.01, aspect=25)
 
 
 def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:

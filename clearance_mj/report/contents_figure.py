@@ -42,9 +42,7 @@ def contents_figure(obj: object) -> Figure:
         if obj.geometry is not None and len(obj.mode_sets) == 1:
             return obj.geometry.plot(obj.modes)
         return contents_figure(next(iter(obj.parts.values())))
-    if isinstance(obj, FRF):
-        return obj.plot(range(min(MOST_DRAWN, len(obj.labels))))
-    if isinstance(obj, Spectra):
+    if isinstance(obj, FRF | Spectra):
         return obj.plot(range(min(MOST_DRAWN, len(obj.labels))))
     if isinstance(obj, Response | Geometry):
         return obj.plot()

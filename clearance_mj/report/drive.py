@@ -130,10 +130,8 @@ def _errors(found: DriveFit, errors: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _estimates(found: Estimates) -> str:
-    rows = tuple(
-        (row["name"], row["unit"], row["value"], row["low"], row["high"], row["posterior_over_prior"])
-        for row in found.beside_priors()
-    )
+    names = "name", "unit", "value", "low", "high", "posterior_over_prior"
+    rows = tuple(tuple(row[name] for name in names) for row in found.beside_priors())
     columns = (
         Column("Number"), Column("Unit"), Column("Value", "", ".4g"), Column("From", "95 %", ".4g"),
         Column("To", "95 %", ".4g"), Column("Posterior over prior", "", ".2f"),
@@ -148,5 +146,4 @@ def _numbers(found: DriveFit) -> str:
         return numbers + html.paragraph("No part beside ratio, elasticity, play and friction was worth its parameters.")
     parts = tuple(zip(found.parts, found.gains))
     caption = "Parts that were accepted, in this order, and by how much each raised the logarithm of the evidence."
-    heads = Column("Part"), Column("Gain", "", ".1f")
-    return numbers + html.table(Table("parts", caption, heads, parts))
+    return numbers + html.table(Table("parts", caption, (Column("Part"), Column("Gain", "", ".1f")), parts))

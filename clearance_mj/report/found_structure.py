@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import matplotlib
 import numpy as np
 from markupsafe import escape
-from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from matplotlib.ticker import NullLocator
 
 from ..identify.structure.found_structure import FoundStructure
 from ..identify.structure.misfit import RecordMisfit
 from ..identify.structure.rig_update import RigUpdate
 from . import html
-from .style import FONT, Drawing, canvas, tidy
+from .style import FONT, Drawing, band_axes, canvas, colour_bar
 from .tables import Column, Table
 from .writer import ReportWriter
 
@@ -85,17 +82,10 @@ def draw_misfits(update: RigUpdate) -> Drawing:
     )
     for ax, title, misfits in zip(axes, ("as drawn", "with what was found"), parts):
         share = 100 * _by_band(misfits, edges)
-        image = ax.pcolormesh(
-            edges,
-            np.arange(len(names) + 1),
-            share,
-            norm=LogNorm(SMALLEST, LARGEST),
-            cmap=matplotlib.colormaps["cividis"],
-        )
-        _axes(ax, title, edges, names)
-    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=15, extend="both")
-    bar.set_label("Misfit (% of the channel’s level in the band)", fontsize=FONT - 1)
-    bar.ax.tick_params(labelsize=FONT - 2)
+        image = ax.pcolormesh(edges, np.arange(len(names) + 1), share, norm=LogNorm(SMALLEST, LARGEST), cmap="cividis")
+        band_axes(ax, title, edges, names)
+    label = "Misfit (% of the channel’s level in the band)"
+    colour_bar(figure, image, axes, label, FONT - 1, pad=0.01, aspect=15, extend="both")
     caption = (
         "What the updated rig misses of each channel under the forces in its clearances that meet all sensors best, by "
         "frequency: with the structure as the rig file draws it, and with what was found beside it."
@@ -116,13 +106,3 @@ def _by_band(misfits: tuple[RecordMisfit, ...], edges: np.ndarray) -> np.ndarray
         inside = band == b
         found[:, b] = np.sqrt(missed[:, inside].sum(axis=1) / level[:, inside].sum(axis=1))
     return found
-
-
-def _axes(ax: Axes, title: str, edges: np.ndarray, names: tuple[str, ...]) -> None:
-    tidy(ax, title, "", "Frequency (Hz)")
-    ax.grid(False)
-    ax.set_xscale("log")
-    ends = (edges[0], float(np.sqrt(edges[0] * edges[-1])), edges[-1])
-    ax.set_xticks(ends, [f"{hz:.2g}" if hz < 1 else f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_yticks(np.arange(len(names)) + 0.5, names, fontsize=FONT - 2)

@@ -211,8 +211,7 @@ def engines(study: Study) -> pd.DataFrame:
         name: ", ".join(f"{key} {value}" for key, value in dataclasses.asdict(get_engine(name)).items())
         for name in study.engines
     }
-    order = [(engine, law) for engine in study.engines for law in study.methods]
-    frame = found.loc[order].reset_index()
+    frame = found.loc[[(engine, law) for engine in study.engines for law in study.methods]].reset_index()
     frame.insert(1, "settings", frame["engine"].map(settings))
     return frame
 

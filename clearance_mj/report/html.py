@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -116,11 +116,7 @@ _ENVIRONMENT = Environment(
     undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
     keep_trailing_newline=True, autoescape=lambda name: name is None or not name.endswith((".css", ".js")),
 )  # fmt: skip
-_TESTS: dict[str, Callable[..., bool]] = {
-    "interval": lambda value: isinstance(value, Interval),
-    "finite": math.isfinite,
-}
-_ENVIRONMENT.tests.update(_TESTS)
+_ENVIRONMENT.tests.update(interval=lambda value: isinstance(value, Interval), finite=math.isfinite)
 _ENVIRONMENT.filters.update({"number": _number, "repr": repr, "formula": lambda text: Markup(formula(text))})
 _ENVIRONMENT.globals.update(
     heading=lambda anchor, title: Markup(heading(anchor, title)),

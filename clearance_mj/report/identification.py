@@ -138,15 +138,10 @@ def _parameters(found: Identified, writer: ReportWriter) -> str:
     assert found.estimates is not None
     table_rows = found.estimates.beside_priors()
     writer.csv("parameters", table_rows)
+    values = [Interval(r["value"], r["low"], r["high"]) for r in table_rows]
     rows = tuple(
-        (
-            parameter_words(r["name"]),
-            r["unit"],
-            r["before"],
-            Interval(r["value"], r["low"], r["high"]),
-            r["posterior_over_prior"],
-        )
-        for r in table_rows
+        (parameter_words(r["name"]), r["unit"], r["before"], value, r["posterior_over_prior"])
+        for r, value in zip(table_rows, values)
     )
     columns = (
         Column("Parameter"), Column("Unit"), Column("Before", "", ".4g"), Column("Found", "95 %", ".4g"),

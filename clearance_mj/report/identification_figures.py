@@ -8,15 +8,13 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import NullLocator
 
+from ..core.drawing import key, of_curves
 from ..identify.forces.law_force import law_force
 from ..identify.forces.restoring import RestoringForce
-from ..identify.laws.law_misfit import TOO_FAR, LawMisfit, Stretch
+from ..identify.laws.law_misfit import TOO_FAR, LawMisfit
 from ..identify.registry import Identified
-from .style import COLOURS, FONT, TEST, Drawing, canvas, tidy
+from .style import COLOURS, FONT, TEST, Drawing, band_axes, canvas, colour_bar, tidy
 
 __all__ = ["draw_forces", "draw_misfit"]
 
@@ -41,11 +39,8 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     laws = [law_force(force, found.law) for force in forces]
     drawn = _drawn(found)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
-        x, measured, law = (
-            np.concatenate(parts)
-            for parts in zip(*((f.displacement[j, f.valid], f.force[j, f.valid], of[j, f.valid])
-                               for f, of in zip(forces, laws)))
-        )  # fmt: skip
+        x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))
+        law = np.concatenate([of[j, f.valid] for f, of in zip(forces, laws)])
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
         walls = [w for w in zip(bushing.walls, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
         for ax in line:
@@ -61,7 +56,8 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
         _between(line[1], x, measured, bushing.walls)
     for ax in axes[-1]:
         ax.set_xlabel("Displacement at the bushing’s middle (mm)", fontsize=FONT)
-    _key(figure)
+    dots = {name: {"color": colour, "ls": "none", "marker": "."} for name, colour in (("measured", TEST), ("law", LAW))}
+    key(figure, of_curves(dots | {"walls, 95 % interval": {"color": WALL}}), 3)
     names = ", ".join(f.name for f in forces)
     caption = (
         f"Restoring force of grease and contact over displacement, records {names}: measured on the model’s rig, and "
@@ -102,15 +98,6 @@ def _between(ax: Axes, x: np.ndarray, force: np.ndarray, walls: tuple[float, flo
         ax.set_ylim(-most, most)
 
 
-def _key(figure: Figure) -> None:
-    handles = [
-        Line2D([], [], color=TEST, ls="none", marker=".", label="measured"),
-        Line2D([], [], color=LAW, ls="none", marker=".", label="law"),
-        Line2D([], [], color=WALL, label="walls, 95 % interval"),
-    ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=3, fontsize=FONT, frameon=False)
-
-
 def draw_misfit(found: LawMisfit) -> Drawing | None:
     """Draw what rig and law miss by sensor, frequency and level, in dB and over its random error; None without FRFs."""
     if not found.stretches:
@@ -119,29 +106,19 @@ def draw_misfit(found: LawMisfit) -> Drawing | None:
     stretches = [found.stretches[i] for i in shown]
     figure = canvas(1.0 + 2 * (0.55 + 0.11 * len(found.sensors)), 8.5)
     axes = figure.subplots(2, len(stretches), squeeze=False, sharex=True, sharey=True)
-    missed, ratio = (
-        np.array([s.missed for s in stretches]),
-        ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND),
-    )
+    ratio = ListedColormap(COLOURS_OF_RATIOS).with_extremes(over=COLOUR_BEYOND)
+    most = max(1.0, float(np.nanmax([s.missed for s in stretches])))
     rows = (
-        (
-            axes[0],
-            "missed",
-            "Missed (dB)",
-            matplotlib.colormaps["cividis"],
-            Normalize(0, max(1.0, float(np.nanmax(missed)))),
-        ),
+        (axes[0], "missed", "Missed (dB)", matplotlib.colormaps["cividis"], Normalize(0, most)),
         (axes[1], "ratio", "Over random error (1)", ratio, BoundaryNorm(RATIOS, ratio.N)),
     )
     for line, name, label, colours, norm in rows:
         for ax, stretch in zip(line, stretches):
             image = ax.pcolormesh(found.edges, np.arange(len(found.sensors) + 1), getattr(stretch, name), norm=norm,
                                   cmap=colours)  # fmt: skip
-            _cell_axes(ax, found, stretch)
+            band_axes(ax, f"{stretch.level:.2g} {found.unit}", found.edges, found.sensors)
         extend = "max" if name == "ratio" else "neither"
-        bar = figure.colorbar(image, ax=list(line), pad=0.01, aspect=15, extend=extend)
-        bar.set_label(label, fontsize=FONT - 1)
-        bar.ax.tick_params(labelsize=FONT - 2)
+        colour_bar(figure, image, line, label, FONT - 1, pad=0.01, aspect=15, extend=extend)
     for ax in axes[0]:
         ax.tick_params(labelbottom=False)
         ax.set_xlabel("")
@@ -155,13 +132,3 @@ def draw_misfit(found: LawMisfit) -> Drawing | None:
     )
     alt = f"Heat maps of what the law misses by sensor and frequency at {len(stretches)} levels."
     return Drawing("misfit", figure, caption, alt)
-
-
-def _cell_axes(ax: Axes, found: LawMisfit, stretch: Stretch) -> None:
-    tidy(ax, f"{stretch.level:.2g} {found.unit}", "", "Frequency (Hz)")
-    ax.grid(False)
-    ax.set_xscale("log")
-    ends = (found.edges[0], float(np.sqrt(found.edges[0] * found.edges[-1])), found.edges[-1])
-    ax.set_xticks(ends, [f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_yticks(np.arange(len(found.sensors)) + 0.5, found.sensors, fontsize=FONT - 2)

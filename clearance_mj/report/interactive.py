@@ -217,13 +217,9 @@ def thinned(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.nd
         return x, y
     edges = np.searchsorted(x, np.linspace(x[0], x[-1], most // 4 + 1)[1:-1])
     kept: set[int] = set()
-    for piece in np.split(np.arange(x.size), edges):
+    for piece in filter(len, np.split(np.arange(x.size), edges)):
         by_size = piece[np.argsort(y[piece])]
-        kept |= (
-            set(by_size[np.linspace(0, piece.size - 1, min(piece.size, 4)).astype(int)].tolist())
-            if piece.size
-            else set()
-        )
+        kept |= set(by_size[np.linspace(0, piece.size - 1, min(piece.size, 4)).astype(int)].tolist())
     chosen = sorted(kept)
     return x[chosen], y[chosen]
 

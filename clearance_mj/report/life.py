@@ -16,8 +16,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 def draw(found: Life | Lives | Remaining) -> Drawing:
     """Draw gaps over hours: a life, a life with the band of its draws, or a history with what is left."""
-    life = _nominal(found)
-    name = life.model.rig.name
+    name = _nominal(found).model.rig.name
     if isinstance(found, Remaining):
         caption = (
             f"Gaps of rig “{name}” as its history has them, and when they reach their limits: median and 90 % interval "

@@ -13,12 +13,13 @@ from ..beam import mode_shapes
 from ..placement import Candidates, Placement
 from ..rig import Rig
 from .outline import starts_clamped
-from .style import FONT, REPEAT, TEST, Drawing, canvas, tidy
+from .style import FONT, REPEAT, TEST, Drawing, canvas, tidy, write_numbers
 
 __all__ = ["draw"]
 
 MODES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2.5)))
+BOX = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "linewidth": 0.8}  # of a sensor's number
 MAX_GROWTH = 10.0  # of a standard deviation that is drawn
 
 
@@ -54,12 +55,10 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
             ax.plot([support.position], [-0.13], "^" if support.kind == "pinned" else "s", ms=7, mfc="white", mec=TEST)
     ax.axhline(0, color="#444444", lw=3, alpha=0.4)
     x = np.linspace(start, end, 401)
-    shapes = mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1]
-    for i, shape in enumerate(shapes.T):
+    for i, shape in enumerate(mode_shapes(rig, x, max(modes))[:, np.array(modes) - 1].T):
         look: dict[str, Any] = {"color": MODES[i % 6], "ls": STYLES[i % 6], "lw": 1.2, "label": f"mode {modes[i]}"}
         ax.plot(x, shape / np.max(np.abs(shape)), **look)
     ax.plot(places.position, np.full(places.position.size, -1.32), "|", color=REPEAT, ms=6, label="candidates")
-    box = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "linewidth": 0.8}
     row, previous, top = 0, -np.inf, 1.75
     for number, position in enumerate(found.position, 1):
         row = (row + 1) % 2 if position - previous < 0.035 * length else 0
@@ -67,9 +66,8 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
         top = max(top, height + 0.4)
         ax.plot([position] * 2, [0, height], color=TEST, lw=0.7, zorder=1)
         ax.plot(position, 0, "o", color=TEST, ms=4)
-        ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=box)
-    clamped = starts_clamped(rig.linear.shafts)
-    words = "Distance from the clamp (m)" if clamped else "Position along the shaft (m)"
+        ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=BOX)
+    words = "Distance from the clamp (m)" if starts_clamped(rig.linear.shafts) else "Position along the shaft (m)"
     tidy(ax, "", "Mode shape over its largest (1)", words)
     ax.set_xlim(start - 0.02 * length, end + 0.02 * length)
     ax.set_ylim(-1.45, top)
@@ -82,10 +80,9 @@ def _points(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Seq
     shapes, number = mode_shapes(rig, list(places.position), max(modes))[:, np.array(modes) - 1], len(places.position)
     for i, shape in enumerate((shapes / np.max(np.abs(shapes), axis=0)).T):
         ax.plot(shape, color=MODES[i % 6], ls=STYLES[i % 6], lw=1.0, marker=".", label=f"mode {modes[i]}")
-    box = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": TEST, "linewidth": 0.8}
     for order, i in enumerate(found.chosen, 1):
         ax.axvline(i, color=TEST, lw=0.7, zorder=1)
-        ax.text(i, 1.15, f"{order}", ha="center", va="bottom", fontsize=FONT - 1, bbox=box)
+        ax.text(i, 1.15, f"{order}", ha="center", va="bottom", fontsize=FONT - 1, bbox=BOX)
     tidy(ax, "", "Mode shape over its largest (1)", "Candidate")
     ax.set_xticks(range(number), [str(point) for point in places.position], rotation=90 if number > 8 else 0)
     ax.tick_params(axis="x", labelsize=FONT - 2)
@@ -112,11 +109,10 @@ def _carried(ax: Axes, found: Placement) -> None:
 def _lost(ax: Axes, found: Placement, modes: Sequence[int]) -> None:
     growth = np.minimum(found.std_growth, MAX_GROWTH).T
     image = ax.imshow(growth, cmap="viridis_r", aspect="auto", vmin=1, vmax=max(2.0, growth.max()))
-    for (i, j), value in np.ndenumerate(growth):
-        words = f"{value:.2f}" if value < MAX_GROWTH else f"> {MAX_GROWTH:g}"
-        dark = float(np.asarray(image.norm(value))) > 0.5
-        ax.text(j, i, words, ha="center", va="center", fontsize=FONT - 1, color="white" if dark else "black")
     tidy(ax, "standard deviation without it, over that with it (1)", "Mode (number)", "Sensor, position (m)")
-    ax.grid(False)
+    write_numbers(
+        ax, growth, lambda value: f"{value:.2f}" if value < MAX_GROWTH else f"> {MAX_GROWTH:g}",
+        lambda value: float(np.asarray(image.norm(value))) > 0.5,
+    )  # fmt: skip
     ax.set_xticks(np.arange(len(found.chosen)), _labels(found), fontsize=FONT - 1)
     ax.set_yticks(np.arange(len(modes)), [str(mode) for mode in modes])

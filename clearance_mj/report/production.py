@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from ..core.files import to_json, write_text
 from ..periodic.axes import level_axis
@@ -16,7 +14,7 @@ from ..sweep.sensitivity import Sensitivity
 from ..tolerance import Production, Tightening
 from . import html
 from .random_production import Hours
-from .style import COLOURS, FONT, WIDE, Drawing, canvas, frequency_axis, tidy
+from .style import COLOURS, FONT, Drawing, canvas, colour_bar, frequency_ends, tidy
 from .sweep import draw_sensitivity
 from .tables import Column, Table, write_csv
 from .tightening import draw_tightening, tightening_table, tightening_words
@@ -25,7 +23,6 @@ from .writer import ReportWriter
 __all__ = ["draw_over_level", "draw_shares", "rows", "words", "write_production"]
 
 CONTOURS = (0.01, 0.1, 0.5, 0.9)
-STRENGTHS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 def draw_shares(found: Production) -> Drawing:
@@ -44,24 +41,13 @@ def draw_shares(found: Production) -> Drawing:
             ax.clabel(lines, fmt=lambda value: f"{100 * value:.0f} %", fontsize=FONT - 2)
         tidy(ax, title, level_axis(found.kind).title if i == 0 else "", "")
         ax.grid(False)
-        _frequencies(ax, found)
-    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30)
-    bar.set_label("Share of the designs (1)", fontsize=FONT)
-    bar.ax.tick_params(labelsize=FONT - 1)
+        frequency_ends(ax, found.frequency, "Frequency (Hz)", True)
+    colour_bar(figure, image, axes, "Share of the designs (1)", pad=0.01, aspect=30)
     caption = (
         f"Shares of {found.designs} designs of rig “{found.nominal.rig.name}” over frequency and amplitude of a sine, "
         "the larger one of sweeps up and down. May jump: there is more than one vibration."
     )
     return Drawing("production", figure, caption, "Maps of the shares of designs over frequency and level.", False)
-
-
-def _frequencies(ax: Axes, found: Production) -> None:
-    ends = float(found.frequency[0]), float(found.frequency[-1])
-    if ends[1] >= WIDE * ends[0]:
-        frequency_axis(ax, ends, True)
-    else:
-        ax.set_xlim(*ends)
-        ax.set_xlabel("Frequency (Hz)", fontsize=FONT)
 
 
 def draw_over_level(found: Production) -> Drawing:
@@ -143,12 +129,8 @@ def write_production(
         result["exceeding_over_level"] = found.over_level("exceeding").tolist()
     writer = ReportWriter(folder)
     body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
-    sections = [
-        html.Section(
-            "production", "How many rattle",
-            body + writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found)),
-        )
-    ]  # fmt: skip
+    body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
+    sections = [html.Section("production", "How many rattle", body)]
     if hours:
         result["random"] = hours.rows()
         said = "".join(html.paragraph(html.formula(each)) for each in hours.words())
@@ -159,9 +141,8 @@ def write_production(
     if tightening:
         result["tightening"] = tightening_table(tightening)
         said = "".join(html.paragraph(html.formula(each)) for each in tightening_words(tightening))
-        sections.append(
-            html.Section("tightening", "Which tolerance to tighten", said + writer.figure(draw_tightening(tightening)))
-        )
+        said += writer.figure(draw_tightening(tightening))
+        sections.append(html.Section("tightening", "Which tolerance to tighten", said))
     sections.append(html.Section("numbers", "What scatters", _numbers(found)))
     writer.close()
     write_text(folder / "production.json", to_json(result | made_from))
@@ -176,10 +157,6 @@ def _numbers(found: Production) -> str:
         (name, column.mean(), column.std(), column.min(), column.max())
         for name, column in zip(found.names, found.values.T)
     )
-    heads: Sequence[Column] = [
-        Column("Number"),
-        *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")),
-    ]
-    return html.table(
-        Table("numbers", f"What scatters, of {found.designs} designs as they were drawn.", tuple(heads), table)
-    )
+    heads = (Column("Number"), *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")))
+    caption = f"What scatters, of {found.designs} designs as they were drawn."
+    return html.table(Table("numbers", caption, heads, table))

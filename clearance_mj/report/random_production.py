@@ -69,11 +69,8 @@ class Hours:
             largest = int(each.largest[:, 1].argmax())
             few, middle, many = each.largest[largest]
             what = f"largest {self.quantity.replace('_', ' ')}"
-            words += (
-                f"; {what} at {self.places[largest]}: {middle:.4g} {self._unit} ({few:.3g} to {many:.3g})"
-                if middle
-                else f"; too few peaks for the {what} of most designs"
-            )
+            known = f"{what} at {self.places[largest]}: {middle:.4g} {self._unit} ({few:.3g} to {many:.3g})"
+            words += f"; {known}" if middle else f"; too few peaks for the {what} of most designs"
             if self.limit:
                 share, low, high = 100 * each.exceeds[largest]
                 words += f", over {self.limit:g} {self._unit} in {share:.3g} % ({low:.3g} to {high:.3g} %)"
@@ -92,7 +89,7 @@ class Hours:
         )
         for ax, (name, places, scale, title) in zip(axes, panels):
             for i, (place, colour) in enumerate(zip(places, COLOURS)):
-                three = scale * _column(self.levels, name, i)
+                three = scale * np.array([getattr(each, name)[i] for each in self.levels]).T
                 low, middle, high = three if name != "touches" else three[[1, 0, 2]]
                 ax.plot(level, middle, "o-", color=colour, lw=1.2, ms=3, label=place)
                 ax.vlines(level, low, high, color=colour, lw=0.9)
@@ -104,8 +101,3 @@ class Hours:
             "impacts per second and the largest value: median of the designs, lines from 5 to 95 % of them."
         )
         return Drawing("production_random", figure, caption, "Shares, impact rates and largest values over level.")
-
-
-def _column(levels: tuple[LevelPeaks, ...], name: str, row: int) -> np.ndarray:
-    """(3, n_levels) of one row."""
-    return np.array([getattr(each, name)[row] for each in levels]).T

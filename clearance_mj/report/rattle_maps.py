@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from ..periodic import RattleMap
 from ..periodic.summaries import frequency_title, level_title, unit
-from .style import COLOURS, FONT, REPEAT, TEST, WIDE, Drawing, canvas, frequency_axis, tidy
+from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
 
 __all__ = ["draw", "rows", "words"]
 
@@ -42,18 +42,10 @@ def draw(found: RattleMap) -> Drawing:
             ax.set_yscale("log")
         if found.level.size > 1:
             ax.set_ylim(found.level[0], found.level[-1])
-        ends = float(found.frequency[0]), float(found.frequency[-1])
-        if ends[1] >= WIDE * ends[0]:
-            frequency_axis(ax, ends, last_row)
-        else:
-            ax.set_xlim(*ends)
-            ax.tick_params(labelbottom=last_row)
-        ax.set_xlabel(frequency_title(found) if last_row else "", fontsize=FONT)
+        frequency_ends(ax, found.frequency, frequency_title(found), last_row)
     for ax in axes[count:]:
         ax.set_axis_off()
-    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30)
-    bar.set_label("Time in contact over the period (1)", fontsize=FONT)
-    bar.ax.tick_params(labelsize=FONT - 1)
+    colour_bar(figure, image, axes, "Time in contact over the period (1)", pad=0.01, aspect=30)
     handles = _key(found)
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=FONT - 0.5, frameon=False)
     amplitude = "unbalance" if found.kind == "unbalance" else "amplitude of a sine"
@@ -98,8 +90,7 @@ def _gap(found: RattleMap, gap: int) -> str:
 
 def rows(found: RattleMap) -> pd.DataFrame:
     """Return a row per gap, level, frequency and direction of a sweep, SI units; empty where none was found."""
-    shape = found.contact_share.shape[:-1]
-    sweep, gap, level, frequency = (index.ravel() for index in np.indices(shape))
+    sweep, gap, level, frequency = (index.ravel() for index in np.indices(found.contact_share.shape[:-1]))
     columns: dict[str, Any] = {}
     for j, label in enumerate(found.clearances):
         columns[f"gap_{label}_m"] = found.gap[gap, j]

@@ -62,8 +62,7 @@ def rattling(model: Model, dataset: Dataset, writer: ReportWriter, workers: int 
 
 
 def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
-    records = dataset.to_identify()
-    loudest = max(records, key=lambda record: float(np.std(record.response().excitation)))
+    loudest = max(dataset.to_identify(), key=lambda record: float(np.std(record.response().excitation)))
     top = 2 * float(np.std(loudest.response().excitation))  # a ramp ends at about twice its RMS
     low, high = loudest.band or (share * loudest.fs for share in BAND)
     gaps = [[share * bushing.gap for bushing in model.rig.bushings] for share in SHARES]

@@ -57,8 +57,8 @@ def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> 
     environment = os.environ | ({"MUJOCO_GL": backend} if backend else {})
     with tempfile.TemporaryDirectory() as folder:
         job, pictures = Path(folder) / "job.json", Path(folder) / "pictures.npz"
-        plain = {"views": [dataclasses.asdict(view) for view in views], "strokes": [_plain(s) for s in strokes]}
-        job.write_text(json.dumps({"mjcf": mjcf} | plain))
+        plain = [dataclasses.asdict(stroke) | {"ends": np.asarray(stroke.ends).tolist()} for stroke in strokes]
+        job.write_text(json.dumps({"mjcf": mjcf, "views": list(map(dataclasses.asdict, views)), "strokes": plain}))
         command = [sys.executable, "-P", __file__, str(job), str(pictures)]  # this file alone: the package is slow
         options: dict[str, Any] = {"env": environment, "capture_output": True, "text": True, "timeout": TIMEOUT}
         try:
@@ -70,10 +70,6 @@ def render(mjcf: str, views: Sequence[View], strokes: Sequence[Stroke] = ()) -> 
             return [], f"MuJoCo has no GL backend here ({backend or 'default'}): {last}"
         with np.load(pictures) as stored:
             return [stored[name] for name in stored.files], ""
-
-
-def _plain(stroke: Stroke) -> dict:
-    return dataclasses.asdict(stroke) | {"ends": np.asarray(stroke.ends).tolist()}
 
 
 def _main(job: str, pictures: str) -> None:

@@ -12,14 +12,14 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ..periodic import Branch
+from ..periodic import Backbone, Branch
 from ..periodic.branch import MARKERS
 from ..periodic.summaries import frequency_title, is_cut, jumps, level_title, stable_points, unit
 from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
-__all__ = ["draw", "rows", "words"]
+__all__ = ["amplitude_columns", "draw", "rows", "words"]
 
 WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
@@ -67,16 +67,23 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
         "stable": stable_points(branch),
         "special": special,
     }
+    return pd.DataFrame(columns | amplitude_columns(branch, branch.periods, True))
+
+
+def amplitude_columns(found: Branch | Backbone, order: int, phases: bool) -> dict[str, np.ndarray]:
+    """Return the columns of a table: amplitudes by sensor and clearance, and their harmonic of an order."""
+    columns: dict[str, np.ndarray] = {}
     for quantity, labels, of in (
-        ("acceleration", branch.responses, "m_s2"), ("clearance_displacement", branch.clearances, "m"),
-        ("contact_force", branch.clearances, "n"),
+        ("acceleration", found.responses, "m_s2"), ("clearance_displacement", found.clearances, "m"),
+        ("contact_force", found.clearances, "n"),
     ):  # fmt: skip
-        amplitude, first = branch.amplitude(quantity), getattr(branch, quantity)[..., branch.periods]
+        amplitude, first = found.amplitude(quantity), getattr(found, quantity)[..., order]
         for i, label in enumerate(labels):
             columns[f"{quantity}_{label}_amplitude_{of}"] = amplitude[:, i]
             columns[f"{quantity}_{label}_fundamental_{of}"] = np.abs(first[:, i])
-            columns[f"{quantity}_{label}_fundamental_phase_deg"] = np.degrees(np.angle(first[:, i]))
-    return pd.DataFrame(columns)
+            if phases:
+                columns[f"{quantity}_{label}_fundamental_phase_deg"] = np.degrees(np.angle(first[:, i]))
+    return columns
 
 
 def draw(
@@ -102,7 +109,8 @@ def draw(
             _curve(ax, branch, quantity, row, colour)
         for steps in measured:
             _steps(ax, steps, rig, quantity, row)
-        _label(ax, f"{letter} {_title(rig, quantity, row)}", quantity)
+        title = sensor_title(rig, row) if quantity == "acceleration" else f"clearance {row + 1}"
+        _label(ax, f"{letter} {title}", quantity)
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
     what = "level" if branches[0].over == "level" else "frequency"
@@ -135,10 +143,6 @@ def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> No
         ax.plot(x[at], y[at], marker, color=TEST, mfc="white", ms=3.5, mew=0.7)
     if is_cut(branch):
         ax.plot(x[-1], y[-1], "x", color=TEST, ms=4.5, mew=0.9)
-
-
-def _title(rig: Rig, quantity: str, row: int) -> str:
-    return sensor_title(rig, row) if quantity == "acceleration" else f"clearance {row + 1}"
 
 
 def _label(ax: Axes, title: str, quantity: str) -> None:

@@ -11,17 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.linalg
 
-from ..core.errors import ClearanceError, RecordError
+from ..core.errors import RecordError
 from ..core.jit import jit
 from ..rig import Rig
 from ..rotors.spatial import SpatialModel, spatial_model
 from ..rotors.whirling import Whirl, whirl
 from ..signals.response import Response
-from .clip import MODES, chosen_exaggeration, count_pictures, line_of, points_of, window
+from .clip import MODES, Shown, cut, require_shafts
 
 __all__ = ["SpaceClip", "deflection_in_space", "space_clip"]
 
@@ -30,33 +31,11 @@ NODES = 6  # spins at which flows are computed where the spin changes
 
 
 @dataclass(frozen=True, eq=False)
-class SpaceClip:
+class SpaceClip(Shown):
     """What an animation in space shows."""
 
-    rig: Rig  #: the rig
-    time: np.ndarray  #: (n,) s, of the pictures
-    position: np.ndarray  #: (n_x,) m, points of the shafts' lines
-    shaft: np.ndarray  #: (n_x,) number of the shaft that each point is on
-    lift: np.ndarray  #: (n, 2, n_x) displacement of these points along y and z from the unloaded shaft, m
     angle: np.ndarray  #: (n,) rad, of the shaft; 0 of one that does not turn
-    trace_time: np.ndarray  #: (n_t,) s, of every sample from the first picture to the last
-    trace: np.ndarray  #: (n_t, n_bushings) size of the contact force of every sample, N
     path: np.ndarray  #: (n_t, n_bushings, 2) m, place of the shaft's line in its bushings, from their middles
-    exaggeration: float  #: how many times larger displacements and gaps are drawn than they are
-    slow: float  #: how many times slower the motion is shown than it is
-    rate: float  #: pictures per second
-
-    @property
-    def length(self) -> float:
-        """From the start of the first shaft to the end of the last one, m."""
-        first, last = self.rig.linear.span
-        return last - first
-
-    def lift_at(self, point: float | str) -> np.ndarray:
-        """Return (n, 2) displacement of a point along y and z, m."""
-        shaft, x = self.rig.linear.place(point)
-        on = self.shaft == shaft
-        return np.array([[np.interp(x, self.position[on], row[on]) for row in lift] for lift in self.lift])
 
 
 def deflection_in_space(rig: Rig, response: Response, x: Sequence[float | str]) -> np.ndarray:
@@ -172,24 +151,12 @@ def _flow(
 def space_clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
                exaggeration: float | None = None, rate: float = 20.0) -> SpaceClip:  # fmt: skip
     """Cut a response of a spatial rig to what an animation shows; as `clip` does of a planar one, with its defaults."""
-    if not rig.linear.shafts:
-        raise ClearanceError(
-            f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj orbits draws the "
-            "motion at the clearances"
-        )
-    seen, count = whirl(rig, response), count_pictures(seconds, slow, rate)
-    shafts = rig.linear.shafts
-    lines = [line_of(shaft) for shaft in shafts]
-    position, number = np.concatenate(lines), np.repeat(np.arange(len(shafts)), [line.size for line in lines])
-    lift = _deflection(rig, response, seen, points_of(shafts, lines))
-    first, last = window(response, start, seconds)
-    shown, trace = np.linspace(first, last, count).round().astype(int), slice(first, last + 1)
-    largest = max(np.hypot(*lift[trace].transpose(1, 0, 2)).max(), max(b.gap for b in rig.bushings))
-    left, right = rig.linear.span
-    angle = np.zeros(count) if seen.angle is None else seen.angle[shown]
+    require_shafts(rig, "orbits")
+    seen = whirl(rig, response)
+    deflected = partial(_deflection, rig, response, seen)
+    common, shown, trace = cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
     contact = np.asarray(response.contact_force).reshape(len(rig.bushings), 2, -1)
     return SpaceClip(
-        rig, response.time[shown], position, number, lift[shown], angle, response.time[trace],
-        np.hypot(*contact.transpose(1, 0, 2)).T[trace], seen.position.transpose(2, 0, 1)[trace],
-        chosen_exaggeration(exaggeration, float(largest), right - left), slow, rate,
+        **common, trace=np.hypot(*contact.transpose(1, 0, 2)).T[trace], path=seen.position.transpose(2, 0, 1)[trace],
+        angle=np.zeros(shown.size) if seen.angle is None else seen.angle[shown],
     )  # fmt: skip

@@ -9,15 +9,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from .outline import outline
 from .space_clip import SpaceClip
 from .space_view import View
-from .stage import CLAMP, DPI, HALF, MASS, STEEL
+from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy
 
 __all__ = ["SpaceStage"]
@@ -31,26 +28,21 @@ LARGEST_DISC = 0.13  # radius of a disc as it is drawn, as a share of the shaft'
 DISC_RADII = 4.0  # radii of the shaft that a disc without a polar inertia has
 
 
-class SpaceStage:
+class SpaceStage(Pictures):
     """The figure that becomes one picture after the other."""
 
+    shown: SpaceClip
+
     def __init__(self, shown: SpaceClip):
-        self.shown, self.view = shown, View()
-        self.shafts = shown.rig.linear.shafts
-        self.edges = [outline(shaft) for shaft in self.shafts]
-        self.numbers = [shown.shaft == i for i in range(len(self.shafts))]
-        self.radii = np.concatenate(
-            [np.interp(shown.position[on], *edges[:2]) for on, edges in zip(self.numbers, self.edges)]
-        )
+        super().__init__(shown)
+        self.view = View()
         self.discs = self._discs()
-        self.figure = Figure(facecolor="white", dpi=DPI)
-        self.canvas, self.background = FigureCanvasAgg(self.figure), None
         self.moving: list[Artist] = []
         self.above, self.orbits, below = self._axes()
         self._draw_above(self.above)
         self.trails = [self._draw_orbit(ax, j) for j, ax in enumerate(self.orbits)]
-        self.cursor = self._trace(below)
-        self.moving += [self.cursor, self.words]
+        self.cursor = self.trace_of(below, 0.9)
+        self.begin(sorted([*self.moving, self.cursor, self.words], key=lambda artist: artist.get_zorder()))
 
     def _axes(self) -> tuple[Axes, list[Axes], Axes]:
         corners = self._reach()
@@ -156,8 +148,7 @@ class SpaceStage:
         if self.shown.rig.gravity is not None:
             g = np.array(self.shown.rig.gravity)
             tip = length * self.view(*g / np.linalg.norm(g))
-            start = origin - [1.6 * length, -length]
-            self._arrow(ax, start, tip, "g", COLOURS[1])
+            self._arrow(ax, origin - [1.6 * length, -length], tip, "g", COLOURS[1])
         for name, tip in arrows.items():
             self._arrow(ax, origin, tip, name, HALF)
 
@@ -203,26 +194,6 @@ class SpaceStage:
         dot.set(marker="o", markersize=5)
         return self._line(ax, colour, 0.9, 3), dot
 
-    def _trace(self, ax: Axes) -> Line2D:
-        for j, force in enumerate(self.shown.trace.T):
-            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=0.9)
-        tidy(ax, "", "Contact force (N)", "Time (s)")
-        ax.set_xlim(*self.shown.trace_time[[0, -1]])
-        return ax.axvline(0, color="black", lw=0.8)
-
-    def picture(self, i: int) -> np.ndarray:
-        """Return (height, width, 3) pixels of one picture. Only what moves is drawn anew."""
-        if self.background is None:
-            for artist in self.moving:
-                artist.set_animated(True)
-            self.canvas.draw()
-            self.background = self.canvas.copy_from_bbox(self.figure.bbox)
-        self.canvas.restore_region(self.background)
-        self._move(i)
-        for artist in sorted(self.moving, key=lambda a: a.get_zorder()):
-            self.figure.draw_artist(artist)
-        return np.array(self.canvas.buffer_rgba())[..., :3]
-
     def _move(self, i: int) -> None:
         shown = self.shown
         turned = f", {np.degrees(shown.angle[i]) % 360:3.0f}°" if shown.angle.any() else ""
@@ -232,7 +203,7 @@ class SpaceStage:
         for points, body in self.bodies:
             body.set_xy(self._silhouette(shown.position[points], lift[:, points], self.radii[points]).T)
         for (point, phase, radius), (plate, spoke) in zip(self.discs, self.plates):
-            x, (y, z) = shown.rig.linear.place(point)[1], shown.exaggeration * self._at(point, i)
+            x, (y, z) = shown.rig.linear.place(point)[1], shown.exaggeration * shown.lift_at(point, i)
             plate.set_xy(self.view(x, y + radius * np.cos(TURN), z + radius * np.sin(TURN)).T)
             at = shown.angle[i] + phase
             spoke.set_data(*self.view(x, y + radius * np.cos(at) * np.array([0, 1]),
@@ -249,17 +220,10 @@ class SpaceStage:
             line.set_data(*1e6 * shown.path[trail, j].T)
             dot.set_data(*1e6 * shown.path[max(last - 1, 0), j][:, None])
 
-    def _at(self, point: float | str, i: int) -> np.ndarray:
-        """(2,) displacement of a point in one picture."""
-        shown = self.shown
-        shaft, x = shown.rig.linear.place(point)
-        on = shown.shaft == shaft
-        return np.array([np.interp(x, shown.position[on], row[on]) for row in shown.lift[i]])
-
     def _middle(self, j: int, i: int) -> np.ndarray:
         """(2,) drawn place of a bushing's middle: of one on another shaft it moves with that."""
         bushing = self.shown.rig.bushings[j]
-        carried = np.zeros(2) if bushing.to is None else self._at(bushing.to, i)
+        carried = np.zeros(2) if bushing.to is None else self.shown.lift_at(bushing.to, i)
         return np.asarray(self.shown.exaggeration * (carried - (bushing.offset_y, bushing.offset)))
 
     def _bore(self, j: int) -> float:
@@ -287,5 +251,4 @@ class SpaceStage:
             y, z = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
             ends = [self.view(x + side * half, y, z) for side in (-1, 1)]
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
-            gap = np.full((2, 1), np.nan)
-            rings.set_data(*np.concatenate((ends[0], gap, ends[1]), axis=1))
+            rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))

@@ -19,5 +19,4 @@ class View:
     def __call__(self, x: Any, y: Any, z: Any) -> np.ndarray:
         """Return (2, ...) right and up in the picture of points, in the unit of x, y and z."""
         x, y, z = np.broadcast_arrays(*(np.asarray(part, dtype=float) for part in (x, y, z)))
-        away = x * self.sin - y * self.cos
-        return np.array((x * self.cos + y * self.sin, z * self.up + away * self.tilt))
+        return np.array((x * self.cos + y * self.sin, z * self.up + (x * self.sin - y * self.cos) * self.tilt))

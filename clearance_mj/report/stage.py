@@ -6,7 +6,8 @@ a bushing is drawn as yielding by as much as the shaft goes beyond the gap: what
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
 from ..structure import Support
-from .clip import Clip
+from .clip import Clip, Shown
 from .outline import outline, starts_clamped
 from .style import COLOURS, FONT, tidy
 
-__all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Stage"]
+__all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Pictures", "Stage"]
 
 DPI, WIDTH = 100, 7.2
 LEFT, RIGHT, TRACE, ABOVE, BETWEEN, BELOW = 0.62, 0.12, 1.1, 0.3, 0.62, 0.42
@@ -33,24 +34,63 @@ height of the picture, as shares of the shafts' length"""
 STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 
 
-class Stage:
+class Pictures(ABC):
+    """A figure that becomes one picture after the other, by what moves on it."""
+
+    shown: Shown
+
+    def __init__(self, shown: Shown):
+        self.shown, self.shafts = shown, shown.rig.linear.shafts
+        self.edges = [outline(shaft) for shaft in self.shafts]
+        self.numbers = [shown.shaft == i for i in range(len(self.shafts))]
+        radii = [np.interp(shown.position[on], *edges[:2]) for on, edges in zip(self.numbers, self.edges)]
+        self.radii, self.figure = np.concatenate(radii), Figure(facecolor="white", dpi=DPI)
+
+    def begin(self, moving: Sequence[Artist]) -> None:
+        """Begin with what moves, in the order in which it is drawn."""
+        self.canvas, self.background, self.moving = FigureCanvasAgg(self.figure), None, list(moving)
+
+    def trace_of(self, ax: Axes, width: float) -> Line2D:
+        """Draw the contact forces over time with lines of a width; return the line of the picture's time."""
+        for j, force in enumerate(self.shown.trace.T):
+            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=width, label=f"bushing {j + 1}")
+        tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
+        ax.set_xlim(*self.shown.trace_time[[0, -1]])
+        return ax.axvline(0, color="black", lw=0.8)
+
+    def picture(self, i: int) -> np.ndarray:
+        """Return (height, width, 3) pixels of one picture. Only what moves is drawn anew."""
+        if self.background is None:
+            for artist in self.moving:
+                artist.set_animated(True)
+            self.canvas.draw()
+            self.background = self.canvas.copy_from_bbox(self.figure.bbox)
+        self.canvas.restore_region(self.background)
+        self._move(i)
+        for artist in self.moving:
+            self.figure.draw_artist(artist)
+        return np.array(self.canvas.buffer_rgba())[..., :3]
+
+    @abstractmethod
+    def _move(self, i: int) -> None:
+        """Move everything to where it is in one picture."""
+
+
+class Stage(Pictures):
     """The figure that becomes one picture after the other: the shafts above, the trace of contact forces below.
 
     Above, x is in m and y in mm, with the aspect that the exaggeration makes: what MuJoCo draws to the same scale
     lies under the same axes. Several shafts are drawn one above another, each at a level of its own.
     """
 
+    shown: Clip
+
     def __init__(self, shown: Clip):
-        self.shown, self.length = shown, shown.length
+        super().__init__(shown)
+        self.length, self.radius = shown.length, max(float(edges[1].max()) for edges in self.edges)
         self.images: list[np.ndarray] = []
-        self.shafts = shown.rig.linear.shafts
-        outlines = [outline(shaft) for shaft in self.shafts]
-        self.radius = max(float(edges[1].max()) for edges in outlines)
-        self.radii = np.concatenate(
-            [np.interp(shown.position[shown.shaft == i], *edges[:2]) for i, edges in enumerate(outlines)]
-        )
         self.places = [shown.rig.linear.place(b.position) for b in shown.rig.bushings]
-        self.at_bushings = [np.interp(x, *outlines[i][:2]) for i, x in self.places]
+        self.at_bushings = [np.interp(x, *self.edges[i][:2]) for i, x in self.places]
         self.level = np.zeros(len(self.shafts))
         highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in shown.rig.bushings))
         self.per_newton = ARROW * self.length / max(np.abs(shown.trace).max(), 1e-12)
@@ -61,13 +101,11 @@ class Stage:
         self.left, self.right = first - 0.04 * self.length, last + 0.03 * self.length
         across = WIDTH - LEFT - RIGHT
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
-        self.figure = Figure(facecolor="white", dpi=DPI)
-        self.canvas, self.background = FigureCanvasAgg(self.figure), None
         self.above, below = self._axes()
         self._label(self.above)
         self.cursor = self._trace(below)
         self.words = self.above.set_title("", fontsize=FONT, loc="left", pad=4)
-        self.moving = [self.cursor, self.words, *self._gaps(self.above)]
+        self.begin([self.cursor, self.words, *self._gaps(self.above)])
 
     def _axes(self) -> tuple[Axes, Axes]:
         whole = BELOW + TRACE + BETWEEN + self.size[1] + ABOVE
@@ -107,13 +145,10 @@ class Stage:
         return 1e3 * drawn / self.shown.exaggeration
 
     def _trace(self, ax: Axes) -> Line2D:
-        for j, force in enumerate(self.shown.trace.T):
-            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=1, label=f"bushing {j + 1}")
-        tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
-        ax.set_xlim(*self.shown.trace_time[[0, -1]])
+        cursor = self.trace_of(ax, 1)
         ax.legend(fontsize=FONT - 1, frameon=False, loc="lower right", bbox_to_anchor=(1, 0.97), ncols=4)
         self.figure.align_ylabels()
-        return ax.axvline(0, color="black", lw=0.8)
+        return cursor
 
     def height(self) -> np.ndarray:
         """Return (n, n_x) drawn height of the shafts' lines, m."""
@@ -173,8 +208,7 @@ class Stage:
         ax, rig, plate = self.above, self.shown.rig, self.millimetres(PLATE * self.length)
         for support, i, side in self.supports():
             self._draw_support(support, i, side)
-        numbers = [self.shown.shaft == i for i in range(len(self.shafts))]
-        self.lines = [(on, ax.fill_between(self.shown.position[on], 0, 0, color=STEEL, lw=0)) for on in numbers]
+        self.lines = [(on, ax.fill_between(self.shown.position[on], 0, 0, color=STEEL, lw=0)) for on in self.numbers]
         on_shafts = self.masses_on_shafts()
         self.of_masses = np.array([height for _, height in on_shafts]).reshape(len(on_shafts), self.shown.time.size)
         (self.masses,) = ax.plot([x for x, _ in on_shafts], [0] * len(on_shafts), "o", color=MASS, ms=9)
@@ -194,7 +228,7 @@ class Stage:
         """A wall at an end, blocks or a foot between."""
         ax, x, level = self.above, support.position, self.millimetres(self.level[i])
         wall, wide = self.millimetres(WALL * self.length), 0.02 * self.length
-        radius = self.millimetres(np.interp(x, *outline(self.shafts[i])[:2]))
+        radius = self.millimetres(np.interp(x, *self.edges[i][:2]))
         look: dict[str, Any] = {"facecolor": CLAMP, "hatch": "////", "lw": 0}
         if support.kind in ("clamped", "guided") and side:
             away = (0.004 * self.length if support.kind == "guided" else 0.0) * side
@@ -211,19 +245,6 @@ class Stage:
             y = level - radius - wall * np.array([0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0])
             ax.plot(x + 0.2 * wide * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0]), y, color=HALF, lw=0.8, zorder=0)
             ax.add_patch(Rectangle((x - wide / 2, y[-1]), wide, -0.2 * wall, **look))
-
-    def picture(self, i: int) -> np.ndarray:
-        """Return (height, width, 3) pixels of one picture. Only what moves is drawn anew."""
-        if self.background is None:
-            for artist in self.moving:
-                artist.set_animated(True)
-            self.canvas.draw()
-            self.background = self.canvas.copy_from_bbox(self.figure.bbox)
-        self.canvas.restore_region(self.background)
-        self._move(i)
-        for artist in self.moving:
-            self.figure.draw_artist(artist)
-        return np.array(self.canvas.buffer_rgba())[..., :3]
 
     def _move(self, i: int) -> None:
         shown = self.shown

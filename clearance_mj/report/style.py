@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import matplotlib.image
@@ -18,6 +19,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator, ScalarFormatter
 
@@ -27,8 +29,8 @@ from ..rig import Rig
 
 __all__ = [
     "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDE", "WIDTH", "Drawing",
-    "at_bushings", "canvas", "decibel", "finite", "frequency_axis", "letters", "level_axis", "phase", "sensor_title",
-    "sheet", "tidy",
+    "at_bushings", "band_axes", "canvas", "colour_bar", "decibel", "finite", "frequency_axis", "frequency_ends",
+    "letters", "level_axis", "phase", "sensor_title", "sheet", "tidy", "write_numbers",
 ]  # fmt: skip
 
 DPI = 150
@@ -110,6 +112,45 @@ def frequency_axis(ax: Axes, band: tuple[float, float], labelled: bool) -> None:
     ax.tick_params(axis="x", labelbottom=labelled)
     if labelled:
         ax.set_xlabel("Frequency (Hz)", fontsize=FONT)
+
+
+def frequency_ends(ax: Axes, frequency: np.ndarray, title: str, labelled: bool) -> None:
+    """Let the axis of periodic vibrations run over frequencies: on a logarithmic scale if they are far apart."""
+    ends = float(frequency[0]), float(frequency[-1])
+    if ends[1] >= WIDE * ends[0]:
+        frequency_axis(ax, ends, labelled)
+    else:
+        ax.set_xlim(*ends)
+        ax.tick_params(labelbottom=labelled)
+    ax.set_xlabel(title if labelled else "", fontsize=FONT)
+
+
+def band_axes(ax: Axes, title: str, edges: np.ndarray, names: Sequence[str]) -> None:
+    """Give axes of bands of frequency (Hz) by channel their words: the bands' ends and middle, and the channels."""
+    tidy(ax, title, "", "Frequency (Hz)")
+    ax.grid(False)
+    ax.set_xscale("log")
+    ends = (edges[0], float(np.sqrt(edges[0] * edges[-1])), edges[-1])
+    ax.set_xticks(ends, [f"{hz:.2g}" if hz < 1 else f"{hz:.0f}" for hz in ends], fontsize=FONT - 2)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_yticks(np.arange(len(names)) + 0.5, names, fontsize=FONT - 2)
+
+
+def colour_bar(
+    figure: Figure, image: ScalarMappable, axes: Iterable[Axes], label: str, font: float = FONT, **look: Any
+) -> None:
+    """Explain an image's colours beside axes, in words of a size."""
+    bar = figure.colorbar(image, ax=list(axes), **look)
+    bar.set_label(label, fontsize=font)
+    bar.ax.tick_params(labelsize=font - 1)
+
+
+def write_numbers(ax: Axes, matrix: np.ndarray, words: Callable[[float], str], on_dark: Callable[[Any], bool]) -> None:
+    """Write the numbers of a matrix on its picture, in white on dark colours."""
+    for (i, j), value in np.ndenumerate(matrix):
+        colour = "white" if on_dark(value) else "black"
+        ax.text(j, i, words(value), ha="center", va="center", fontsize=FONT - 1, color=colour)
+    ax.grid(False)
 
 
 def level_axis(ax: Axes, levels: Sequence[float]) -> None:

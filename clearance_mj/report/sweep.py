@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
+from ..core.drawing import key
 from ..core.files import write_text
 from ..sweep.design import Vary
 from ..sweep.sensitivity import Sensitivity, quantities
@@ -121,8 +122,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
     n = len(found.quantity)
     columns = min(n, 4)
     rows = -(-n // columns)
-    height = 0.55 + rows * (0.5 + 0.22 * len(found.parameter))
-    figure = canvas(height)
+    figure = canvas(0.55 + rows * (0.5 + 0.22 * len(found.parameter)))
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     places = np.arange(len(found.parameter))
     for ax in axes.ravel()[n:]:
@@ -136,8 +136,7 @@ def draw_sensitivity(found: Sensitivity) -> Drawing:
         ax.tick_params(labelbottom=last)
     axes[0, 0].invert_yaxis()
     axes[0, 0].set_xlim(-0.15, 1.15)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
+    key(figure, axes[0, 0].get_legend_handles_labels()[0], 2)
     caption = (
         "Sobol indices: the share of each result's variance that comes from a parameter alone (first order), and with "
         "its interactions (total). Lines: 95 % intervals of a bootstrap over the samples, cut at -0.15 and 1.15."

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from ..clearance.law import Law
 from ..core.drawing import ALARM
-from ..core.files import to_json, write_text
+from ..core.files import replacing, to_json, write_text
 from ..identify import Twin
 from ..io.dataset import Record
 from ..version import __version__
@@ -73,8 +73,6 @@ def write_twin(
 
     The last two say what they were made from.
     """
-    from ..core.files import replacing
-
     write_csv(folder / "twin.csv", found.rows())
     with replacing(folder / "twin.nc") as temporary:
         histories = found.to_xarray().assign_attrs(provenance=json.dumps(made_from))

@@ -114,8 +114,7 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
     for ax, letter, quantity in zip(axes, "abcdefgh", quantities):
         shown = HISTORIES[quantity]
         for outcome in outcomes:
-            values = shown.scale * getattr(outcome.run, quantity)
-            ax.plot(outcome.run.time, values, **look(outcome.case.controller))
+            ax.plot(outcome.run.time, shown.scale * getattr(outcome.run, quantity), **look(outcome.case.controller))
         tidy(ax, f"({letter})", f"{shown.label} ({shown.unit})")
     _contact_strip(axes[-1], outcomes)
     sides_as_lines = axes[-1].twinx()  # of the page's chart, which has no strips
@@ -203,11 +202,8 @@ def write_report(
         write_csv(folder / f"histories_{outcome.case.controller}.csv", _history(outcome.run))
     rows = [outcome.row() for outcome in outcomes]
     write_csv(folder / "metrics.csv", rows)
-    for name, text in (
-        ("summary.json", to_json({"runs": rows, "provenance": provenance})),
-        ("report.html", _page(outcomes, drawings)),
-    ):
-        write_text(folder / name, text)
+    write_text(folder / "summary.json", to_json({"runs": rows, "provenance": provenance}))
+    write_text(folder / "report.html", _page(outcomes, drawings))
     return {"runs": rows, "timing": {o.case.controller: o.run.timing() for o in outcomes}}
 
 
@@ -221,10 +217,8 @@ def _history(run: Run) -> pd.DataFrame:
 def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     case = outcomes[0].case
     figures = "".join(html.figure(drawing, i, drawing.svg()) for i, drawing in enumerate(drawings, 1))
-    priors = "".join(
-        f"<dt>{escape(known.label)}</dt><dd>{escape(known.prior)}</dd>\n"
-        for known in (get_controller(outcome.case.controller) for outcome in outcomes)
-    )
+    known = [get_controller(outcome.case.controller) for outcome in outcomes]
+    priors = "".join(f"<dt>{escape(one.label)}</dt><dd>{escape(one.prior)}</dd>\n" for one in known)
     about = html.paragraph(
         f"{escape(_manoeuvre(case))}, {escape(_words(outcomes[0]))}. Followed exactly it needs "
         f"{case.task.path.needed_acceleration(case.task.speed):.1f} m/s². All vehicles, sensors and roads are "

@@ -28,8 +28,7 @@ Curves = Mapping[float, Sequence[tuple[np.ndarray, np.ndarray]]]
 def frf_waterfall(rig: Rig, frfs: Mapping[float, FRF]) -> Drawing:
     """Draw FRFs by level (m/s² or N) at the bushings' sensors (or the last sensor), each 20 dB above the last."""
     curves = {level: [(frf.frequency, decibel(frf.functions))] for level, frf in frfs.items()}
-    some = next(iter(frfs.values()))
-    base = some.quantity == "acceleration/acceleration"
+    base = next(iter(frfs.values())).quantity == "acceleration/acceleration"
     figure = draw_levels(rig, curves, "|H|", "dB re 1" if base else "dB re 1 m/s²/N", "m/s²" if base else "N")
     caption = f"FRFs over level, each curve {STEP:g} dB above the one of the level before."
     return Drawing("waterfall", figure, caption, f"FRF magnitudes at {len(frfs)} levels, one above the other.")

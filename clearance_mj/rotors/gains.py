@@ -173,5 +173,4 @@ class SpatialGains:
         state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
         scale = np.concatenate((np.ones(n), np.maximum(model.omega, 1.0)))  # rows of one size
         poles, vectors = np.linalg.eig(state / scale[:, None] * scale)
-        inverse = np.linalg.inv(vectors)
-        return poles, vectors[:n], inverse[:, n:] / scale[n:]
+        return poles, vectors[:n], np.linalg.inv(vectors)[:, n:] / scale[n:]

@@ -69,8 +69,7 @@ class _Circling(NamedTuple):
         viscous = self.damping - 1j * spin * self.polar + 2j * spin * np.eye(n)
         stiffness = np.block([[alike, mirrored], [mirrored.conj(), alike.conj()]])
         rates = np.block([[viscous, np.zeros((n, n))], [np.zeros((n, n)), viscous.conj()]])
-        state = np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-stiffness, -rates]])
-        poles = np.linalg.eigvals(state)
+        poles = np.linalg.eigvals(np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-stiffness, -rates]]))
         return bool(np.all(poles.real <= GROWING * np.abs(poles)))
 
 
@@ -111,8 +110,7 @@ class SynchronousRub:
         ax.axhline(mm * self.gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
         ax.plot(rpm, mm * np.where(self.free < self.gap, np.nan, self.free), color=REPEAT, linewidth=0.9,
                 label="without bushing")  # fmt: skip
-        highest = np.nanmax(np.append(self.radius, self.gap))
-        ax.set_ylim(0.0, 1.3 * mm * float(highest))
+        ax.set_ylim(0.0, 1.3 * mm * float(np.nanmax(np.append(self.radius, self.gap))))
         tidy(ax, "", "Radius (mm)", "Spin (rev/min)")
         key(figure, ax.get_legend_handles_labels()[0], 5)
         return figure

@@ -15,6 +15,7 @@ Source: Childs, Turbomachinery Rotordynamics, 1993, chapter 3; Krämer, Dynamics
 from __future__ import annotations
 
 import functools
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,11 +29,58 @@ from ..structure import Shaft, Structure
 from ..structure.base import Turning, parse_dof
 from ..structure.modal import Reduction, reduction
 
-__all__ = ["SpatialModel", "spatial_model"]
+__all__ = ["InSpace", "SpatialModel", "spatial_model"]
+
+
+class InSpace(ABC):
+    """What a model of a rig in space makes of the motion of its points: what sensors read, and what drives it."""
+
+    rig: Rig
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of coordinates."""
+
+    @abstractmethod
+    def moved(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return the displacement (n_points, 2, n) of points along y and z per coordinate."""
+
+    @abstractmethod
+    def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
+        """Return the displacement (n_points, n) of points along directions per coordinate."""
+
+    @functools.cached_property
+    def at_sensors(self) -> np.ndarray:
+        """(n_sensors, n) displacement of the sensors relative to the base, in their directions, times their gains."""
+        sensors = self.rig.sensors
+        along = np.array([s.unit_direction for s in sensors])
+        return np.array([s.gain for s in sensors])[:, None] * self.directed([s.position for s in sensors], along)
+
+    @functools.cached_property
+    def sensors_on_base(self) -> np.ndarray:
+        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
+        along = self.rig.shaker.unit_direction
+        return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
+
+    def push(self) -> np.ndarray:
+        """Return the force (n,) of the shaker on the coordinates per N."""
+        points, factors = self.rig.shaker.pushed()
+        return np.asarray(factors @ self.directed(points, self.rig.shaker.unit_direction))
+
+    @functools.cached_property
+    def unbalance(self) -> np.ndarray:
+        """(2, n) force of all unbalances on the modes per Ω² cos φ and Ω² sin φ, with φ the shaft's angle."""
+        found = np.zeros((2, self.size))
+        for each in self.rig.unbalances:
+            y, z = each.moment * self.moved([each.position])[0]
+            cos, sin = np.cos(each.phase), np.sin(each.phase)
+            found += np.array([cos * y + sin * z, cos * z - sin * y])
+        return found
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialModel:
+class SpatialModel(InSpace):
     """A rig's structure along y and z: q̈ + (C + Ω G) q̇ + (ω² + Ω H) q = f. Made by `spatial_model`."""
 
     rig: Rig
@@ -87,8 +135,7 @@ class SpatialModel:
         direction : ndarray, shape (n_points, 3) or (3,)
             Unit vectors, for positions on shafts.
         """
-        along = np.broadcast_to(direction, (len(points), 3))
-        found = np.einsum("pd,pdn->pn", along[:, 1:], self.moved(points))
+        found = np.einsum("pd,pdn->pn", np.broadcast_to(direction, (len(points), 3))[:, 1:], self.moved(points))
         named = [i for i, point in enumerate(points) if parse_dof(point)]
         if named:  # its own direction may be X, or a rotation
             (own,) = self._reductions
@@ -105,19 +152,6 @@ class SpatialModel:
     def at_points(self) -> np.ndarray:
         """(3 n_bushings, 2, n) relative motion along y and z of the clearances' middles, then of both ends of each."""
         return np.concatenate((self._clearances(self.rig.clearance_points), self._clearances(self.rig.clearance_ends)))
-
-    @functools.cached_property
-    def at_sensors(self) -> np.ndarray:
-        """(n_sensors, n) displacement of the sensors relative to the base, in their directions, times their gains."""
-        sensors = self.rig.sensors
-        along = np.array([s.unit_direction for s in sensors])
-        return np.array([s.gain for s in sensors])[:, None] * self.directed([s.position for s in sensors], along)
-
-    @functools.cached_property
-    def sensors_on_base(self) -> np.ndarray:
-        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
-        along = self.rig.shaker.unit_direction
-        return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
 
     def input(self, kind: str) -> np.ndarray:
         """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
@@ -143,23 +177,12 @@ class SpatialModel:
                     "structure; give another shaker.direction"
                 )
             return force
-        points, factors = self.rig.shaker.pushed()
-        return np.asarray(factors @ self.directed(points, along))
+        return self.push()
 
     @property
     def weight(self) -> np.ndarray:
         """(n,) force of gravity on the modes."""
         return self.influence @ np.array(self.rig.gravity or (0.0, 0.0, 0.0))
-
-    @functools.cached_property
-    def unbalance(self) -> np.ndarray:
-        """(2, n) force of all unbalances on the modes per Ω² cos φ and Ω² sin φ, with φ the shaft's angle."""
-        found = np.zeros((2, self.size))
-        for each in self.rig.unbalances:
-            y, z = each.moment * self.moved([each.position])[0]
-            cos, sin = np.cos(each.phase), np.sin(each.phase)
-            found += np.array([cos * y + sin * z, cos * z - sin * y])
-        return found
 
 
 @functools.lru_cache(maxsize=64)

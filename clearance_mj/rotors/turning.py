@@ -73,12 +73,8 @@ class TurningShaft:
         """
         n, scale = self.omega.size, np.maximum(self.omega, 1.0)
         stiffness = np.diag(self.omega**2) + spin * self.circulatory
-        state = np.block(
-            [
-                [np.zeros((n, n)), np.diag(scale)],
-                [-stiffness / scale[:, None], -(self.damping + spin * self.gyroscopic) * scale / scale[:, None]],
-            ]
-        )
+        rates = -(self.damping + spin * self.gyroscopic) * scale / scale[:, None]
+        state = np.block([[np.zeros((n, n)), np.diag(scale)], [-stiffness / scale[:, None], rates]])
         value, vectors = np.linalg.eig(state)
         kept = np.flatnonzero(value.imag > 0)
         kept = kept[np.argsort(value[kept].imag)]
@@ -198,7 +194,6 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
     model = spatial_model(rig, n_modes, True, True)
     damping = np.diag(model.damping) + (model.coupling if model.coupling.size else 0.0)
-    middles = model.at_points[: len(rig.bushings)]
-    for bushing, at in zip(rig.bushings, middles):
+    for bushing, at in zip(rig.bushings, model.at_points[: len(rig.bushings)]):
         damping += bushing.grease.damping * at.T @ at
     return TurningShaft(rig, model.omega, damping, model.gyroscopic, model.circulatory, model)

@@ -162,16 +162,11 @@ class Beam(Structure):
         mass = self.mass_per_length * (y.T * weight) @ y
         influence = np.zeros((len(mass), 3))
         influence[:, 2] = self.mass_per_length * weight @ y
+        stiffness = self.bending_stiffness * (curvature.T * weight) @ curvature
         return LinearModel(
-            mass,
-            self.bending_stiffness * (curvature.T * weight) @ curvature,
-            influence,
-            lambda at: _functions(self, np.asarray(at, dtype=float), modes, forces),
-            self.rayleigh,
-            self.damping_ratios or (),
-            rocking=self.mass_per_length * (weight * x) @ y,
-            reduced=True,
-        )
+            mass, stiffness, influence, lambda at: _functions(self, np.asarray(at, dtype=float), modes, forces),
+            self.rayleigh, self.damping_ratios or (), rocking=self.mass_per_length * (weight * x) @ y, reduced=True,
+        )  # fmt: skip
 
 
 @functools.cache

@@ -188,10 +188,9 @@ class Geometry(Shown, ArrayData):
 
     def _overview(self) -> Overview:
         kinds = sorted({element.kind for element in self.elements})
-        extent = {axis: span(column, "m") for axis, column in zip("xyz", self.position.T) if len(self.position)}
         facts = {
             "nodes": few(self.numbers),
-            **extent,
+            **{axis: span(column, "m") for axis, column in zip("xyz", self.position.T) if len(self.position)},
             "lines": str(len(self.lines) or ""),
             "elements": f"{len(self.elements)} of kinds {few(kinds)}" if self.elements else "",
             "coordinate systems": few([f"{s.number}{f' {s.name}' if s.name else ''}" for s in self.systems]),

@@ -80,15 +80,8 @@ def linearised(model: mujoco.MjModel, key: int = -1) -> Linearised:
         joint = _joint(model, int(np.argmax(np.abs(state.allowed @ shapes[:, 0]))))
         raise ValueError(f"the equilibrium is unstable, joint {joint} moves away; give a keyframe near the stable one")
     allowed = state.allowed
-    return Linearised(
-        model,
-        data,
-        allowed,
-        state.mass,
-        state.stiffness,
-        _damping(model, data, allowed),
-        allowed.T @ _carried(model, data),
-    )
+    damping, carried = _damping(model, data, allowed), allowed.T @ _carried(model, data)
+    return Linearised(model, data, allowed, state.mass, state.stiffness, damping, carried)
 
 
 class _State(NamedTuple):
@@ -142,15 +135,9 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData) -> _State:
             stiffness[:, i] -= sign * moved / (2 * DIFFERENCE)
             data.qpos[:] = start
     _force(model, data)  # what else depends on the position, back again
-    stiffness = allowed.T @ stiffness
-    return _State(
-        allowed.T @ force,
-        size,
-        allowed,
-        allowed.T @ mass @ allowed,
-        (stiffness + stiffness.T) / 2,
-        -np.linalg.lstsq(jacobian, violation)[0] if len(jacobian) else np.zeros(model.nv),
-    )
+    mass, stiffness = allowed.T @ mass @ allowed, allowed.T @ stiffness
+    back = -np.linalg.lstsq(jacobian, violation)[0] if len(jacobian) else np.zeros(model.nv)
+    return _State(allowed.T @ force, size, allowed, mass, (stiffness + stiffness.T) / 2, back)
 
 
 def _force(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[np.ndarray, float]:

@@ -53,8 +53,7 @@ def _source(value: object) -> Any:
             raise ValueError(str(error).lstrip(": ")) from None
         if len(matrix.diagonal()) > MAX_INLINE:
             return matrix
-        dense = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
-        return tuple(map(tuple, dense.tolist()))
+        return tuple(map(tuple, (matrix if isinstance(matrix, np.ndarray) else matrix.toarray()).tolist()))
     raise ValueError(f"must be the name of a file, or rows of numbers, got {value!r}")
 
 
@@ -133,9 +132,8 @@ class Matrices(StructureOfFiles):
                 'units is missing; write "m-kg-s" for matrices in m, kg, N, "mm-t-s" for mm, t, N, or another of '
                 + ", ".join([*UNITS][2:])
             )
-        if (self.file is None) == (self.mass is None):
-            raise ValueError("give either file, or mass and stiffness")
-        if self.file is not None and (self.stiffness is not None or self.damping is not None):
+        beside = self.stiffness is not None or self.damping is not None
+        if (self.file is None) == (self.mass is None) or (self.file is not None and beside):
             raise ValueError("give either file, or mass and stiffness")
         if self.file is None and self.stiffness is None:
             raise ValueError("stiffness is missing; a structure needs it beside its mass")
@@ -208,16 +206,8 @@ class Matrices(StructureOfFiles):
                 row[free.columns[index]] = sign
             return found
 
-        return LinearModel(
-            free.mass,
-            free.stiffness,
-            free.influence,
-            rows,
-            self.rayleigh,
-            self.damping_ratios,
-            free.damping,
-            reduction=self.reduction,
-        )
+        damping = self.rayleigh, self.damping_ratios, free.damping
+        return LinearModel(free.mass, free.stiffness, free.influence, rows, *damping, reduction=self.reduction)
 
 
 def _named(name: str, function: Callable[[str], T], value: str) -> T:
@@ -269,8 +259,7 @@ def _free(structure: Matrices) -> _Free:
     if not keep.any():
         raise ValueError("fixed holds every degree of freedom; nothing is left to move")
     part = {what: matrix[keep][:, keep] for what, matrix in whole.items()}
-    names = tuple(np.array(dofs.names)[keep])
-    check_mass_and_stiffness(part["mass"], part["stiffness"], names)
+    check_mass_and_stiffness(part["mass"], part["stiffness"], tuple(np.array(dofs.names)[keep]))
     rigid = (dofs.axes[:, None] == np.arange(3)).astype(float)
     inertia = whole["mass"] @ rigid  # the base carries the fixed ones, whose share of the coupling is part of it
     masses = np.sum(rigid * inertia, axis=0)

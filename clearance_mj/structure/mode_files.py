@@ -106,12 +106,11 @@ def _read_universal(path: Path, data: bytes, scaled: bool) -> dict[str, Any]:
         _warn(f"{path}: has no units (data set 164); taken for SI")
     if low := [f"{i + 1} ({mpc:.2f})" for i, mpc in enumerate(phase_collinearity(found.shape)) if mpc < COLLINEAR]:
         _warn(f"{path}: real parts stand for modes that are far from real (phase collinearity): {', '.join(low)}")
-    shapes = found.shape * _to_unit_mass(found, scaled)
     return {
         "frequencies": found.frequency.tolist(),
         "damping_ratios": np.maximum(found.damping, 0.0).tolist(),
         "dofs": list(found.dofs),
-        "shapes": real_shapes(shapes).tolist(),
+        "shapes": real_shapes(found.shape * _to_unit_mass(found, scaled)).tolist(),
     }
 
 

@@ -222,15 +222,11 @@ class ModalStructure(Structure):
         high = OMEGA_RATIO * self.omega[-1] if self.omega[-1] else 1.0
         values = np.hstack((self.unit_shapes, high * root))
         omega = np.append(self.omega, np.full(root.shape[1], high))
-        ratios = np.append(self.ratios, np.full(root.shape[1], self.ratios[-1]))
+        viscous = np.diag(2 * np.append(self.ratios, np.full(root.shape[1], self.ratios[-1])) * omega)
         return LinearModel(
-            np.eye(omega.size),
-            np.diag(omega**2),
-            self._influence(values),
-            lambda at: self._rows(at, values),
-            viscous=np.diag(2 * ratios * omega),
-            reduced=len(self.frequencies) <= MAX_MODES,
-        )
+            np.eye(omega.size), np.diag(omega**2), self._influence(values), lambda at: self._rows(at, values),
+            viscous=viscous, reduced=len(self.frequencies) <= MAX_MODES,
+        )  # fmt: skip
 
     def _root_at(self, points: Sequence[float | str]) -> np.ndarray:
         """S of as few columns as there are loads, which is exact for these."""

@@ -228,17 +228,12 @@ class Shaft(Structure):
             moves = mesh.motion(support.position)
             stiffness += (moves.T * [support.translation, support.rotation]) @ moves
             viscous += (moves.T * [support.translation_damping, support.rotation_damping]) @ moves
+        along_z = influence[:, None] * [0.0, 0.0, 1.0]
+        damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
         return LinearModel(
-            mass,
-            stiffness,
-            influence[:, None] * [0.0, 0.0, 1.0],
-            lambda at: mesh.deflections(_positions(at)),
-            self.rayleigh,
-            self.damping_ratios,
-            viscous if viscous.any() else None,
-            rocking,
+            mass, stiffness, along_z, lambda at: mesh.deflections(_positions(at)), *damping, rocking,
             lambda: self._turning(mesh),
-        )
+        )  # fmt: skip
 
     def _turning(self, mesh: Mesh) -> Turning:
         """What couples the planes of the shaft where it turns."""
@@ -317,12 +312,9 @@ class Shaft(Structure):
         assert material is not None
         across = section.across((x - self.edges[i]) / section.length, material.poisson_ratio)
         shear_modulus = material.young_modulus / (2 * (1 + material.poisson_ratio))
-        return Rigidity(
-            material.young_modulus * across.second_moment,
-            across.shear_coefficient * shear_modulus * across.area,
-            material.density * across.area,
-            material.density * across.second_moment,
-        )
+        shear = across.shear_coefficient * shear_modulus * across.area
+        inertia = material.density * across.area, material.density * across.second_moment
+        return Rigidity(material.young_modulus * across.second_moment, shear, *inertia)
 
     def integration(self, start: float, end: float) -> tuple[np.ndarray, np.ndarray, Rigidity]:
         """Return Gauss points between two positions, their weights, m, and rigidities there.

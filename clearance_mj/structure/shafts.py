@@ -120,16 +120,11 @@ class Shafts(Structure):
             stretch = ends[0] - ends[1:].sum(axis=0)
             stiffness += spring.stiffness * np.outer(stretch, stretch)
             viscous += spring.damping * np.outer(stretch, stretch)
-        return LinearModel(
-            scipy.linalg.block_diag(*(model.mass for model in models)),
-            stiffness,
-            np.vstack([model.influence for model in models]),
-            rows,
-            self.rayleigh,
-            self.damping_ratios,
-            viscous if viscous.any() else None,
-            np.concatenate([model.rocking for model in models if model.rocking is not None]),
-        )
+        mass = scipy.linalg.block_diag(*(model.mass for model in models))
+        influence = np.vstack([model.influence for model in models])
+        rocking = np.concatenate([model.rocking for model in models if model.rocking is not None])
+        damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
+        return LinearModel(mass, stiffness, influence, rows, *damping, rocking)
 
 
 def _own_damping(model: LinearModel) -> np.ndarray:

@@ -43,8 +43,7 @@ def coloured_noise(density: Callable[[np.ndarray], np.ndarray], steps: int, seed
     frequency = np.fft.rfftfreq(NOISE_STEPS, STEP)[1:]
     real, imaginary = np.random.default_rng([seed, 3]).standard_normal((2, frequency.size))
     lines = np.sqrt(density(frequency) * frequency[0] / 4) * (real + 1j * imaginary)
-    noise = np.fft.irfft(np.concatenate(([0.0], lines)), norm="forward")
-    return noise.take(np.arange(steps), mode="wrap")
+    return np.fft.irfft(np.concatenate(([0.0], lines)), norm="forward").take(np.arange(steps), mode="wrap")
 
 
 def _rise(distance: np.ndarray, begin: float, length: float) -> np.ndarray:
@@ -122,5 +121,4 @@ class CrownedRoad(Disturbance):
     def load(self, speed: float, steps: int, seed: int) -> np.ndarray:
         """Return the lateral component of gravity."""
         slope = self.crown * _rise(speed * STEP * np.arange(steps), self.begin, self.rise)
-        gravity = -GRAVITY * (slope + self.unevenness(speed, steps, seed))
-        return np.column_stack((np.zeros((steps, 2)), gravity))
+        return np.column_stack((np.zeros((steps, 2)), -GRAVITY * (slope + self.unevenness(speed, steps, seed))))

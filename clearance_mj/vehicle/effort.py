@@ -37,8 +37,7 @@ def rate_spectrum(angle: np.ndarray, period: float) -> RateSpectrum:
     history is one segment. Welch, IEEE Trans. Audio Electroacoust. 15, 1967.
     """
     rate = np.diff(angle) / period
-    size = min(SEGMENT, rate.size)
-    return RateSpectrum(*scipy.signal.welch(rate, 1 / period, "hann", size, detrend="constant"))
+    return RateSpectrum(*scipy.signal.welch(rate, 1 / period, "hann", min(SEGMENT, rate.size), detrend="constant"))
 
 
 def effort(angle: np.ndarray, period: float) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -114,14 +115,9 @@ def slalom(spacing: float = 36.0, amplitude: float = 1.2, cones: int = 5) -> Pat
     def way_out(x: np.ndarray) -> list[np.ndarray]:
         return [side * (-1) ** k * v for k, v in enumerate(way_in(last - x))]
 
-    pieces = [
-        graph(lane(0.0), -spacing - 20, -spacing),
-        graph(way_in, -spacing, 0.0),
-        graph(around, 0.0, last),
-        graph(way_out, last, last + spacing),
-        graph(lane(0.0), last + spacing, last + spacing + 20),
-    ]
-    return Path.of("slalom", pieces)
+    ends = itertools.pairwise((-spacing - 20, -spacing, 0.0, last, last + spacing, last + spacing + 20))
+    curves = lane(0.0), way_in, around, way_out, lane(0.0)
+    return Path.of("slalom", [graph(curve, *between) for curve, between in zip(curves, ends)])
 
 
 class Manoeuvre(NamedTuple):

@@ -42,8 +42,7 @@ class Vehicle:
         p = parameters()
         load = p.m * GRAVITY / (p.a + p.b)
         stiffness = -p.tire.p_ky1 * load * p.b, -p.tire.p_ky1 * load * p.a
-        tyre = Tyre(-p.tire.p_ky1, p.tire.p_dy1, p.tire.p_cy1)
-        return cls(p.m, p.I_z, p.a, p.b, *stiffness, tyre, trail=trail)
+        return cls(p.m, p.I_z, p.a, p.b, *stiffness, Tyre(-p.tire.p_ky1, p.tire.p_dy1, p.tire.p_cy1), trail=trail)
 
     def with_steering(self, stiffness: float) -> Vehicle:
         """Return the vehicle with a steering's compliance in its front axle, C_f / (1 + C_f t/k), k in N m/rad.

@@ -81,12 +81,8 @@ class Plant(ABC):
         """The library's parameters with the spread applied."""
         p, s = parameters(), self.spread
         sprung = p.m_s * s.mass
-        tire = dataclasses.replace(
-            p.tire,
-            p_ky1=p.tire.p_ky1 * s.stiffness,
-            p_dy1=p.tire.p_dy1 * s.friction,
-            p_dx1=p.tire.p_dx1 * s.friction,
-        )
+        factors = {"p_ky1": s.stiffness, "p_dy1": s.friction, "p_dx1": s.friction}
+        tire = dataclasses.replace(p.tire, **{name: getattr(p.tire, name) * by for name, by in factors.items()})
         inertia = {name: getattr(p, name) * s.mass for name in ("I_z", "I_Phi_s", "I_y_s")}
         return dataclasses.replace(p, m=p.m - p.m_s + sprung, m_s=sprung, tire=tire, **inertia)
 

@@ -19,6 +19,7 @@ import numpy as np
 from ..beam import ritz_model
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
+from ..clearance.modelled import nominal_law
 from ..core.errors import ClearanceError, ManoeuvreError
 from ..core.units import quantity_of
 from ..engines import Engine, get_engine
@@ -113,8 +114,7 @@ class Steering:
     @functools.cached_property
     def datasheet_law(self) -> ConstantLaw:
         """Stiffness and damping of the shaft's contacts."""
-        contacts = [b.contact for b in self.shaft.bushings]
-        return ConstantLaw(np.array([c.stiffness for c in contacts]), np.array([c.damping for c in contacts]))
+        return nominal_law(self.shaft)
 
     @property
     def contact_law(self) -> Law:
@@ -136,8 +136,7 @@ class Steering:
 
     def start(self, seed: int = 0) -> SteeringRun:
         """Begin a run with the wheels straight and the shaft centred; the seed is that of the road's noise."""
-        rack = RACK_DAMPING * self.lever_arm**2
-        motor = Motor(self.torque_limit, COLUMN_INERTIA * RATIO**2, rack, self.friction)
+        motor = Motor(self.torque_limit, COLUMN_INERTIA * RATIO**2, RACK_DAMPING * self.lever_arm**2, self.friction)
         servo = ServoStep.of(self.frequency, self.damping, self.rate_limit, motor)
         engine, road = self._engine(), np.zeros(1)
         shaft: Shaft = QuasiStaticShaft(self.lost_motion, self.wear)

@@ -163,11 +163,7 @@ class SteeringRun:
         n = round(duration / STEP)
         if n < 1 or abs(n * STEP - duration) > 1e-9:
             raise ManoeuvreError(f"steering advances by whole milliseconds, got {duration:g} s")
-        begin = self._steps % self._road.size
-        road = self._road[begin : begin + n]
-        moment = aligning_moment + (
-            road if road.size == n else self._road.take(np.arange(begin, begin + n), mode="wrap")
-        )
+        moment = aligning_moment + self._road.take(np.arange(self._steps, self._steps + n), mode="wrap")
         self.servo, turn = _serve(self._state, command, self._servo, moment, self._in_contact)
         self._steps += n
         lost, self.contact = self._shaft.advance(turn, moment)

@@ -100,17 +100,10 @@ def tune(
     low, high = np.log(list(registration.bounds.values())).T
     first = scipy.stats.qmc.Sobol(low.size, rng=seed).random(population)
     with ProcessPoolExecutor(workers) as pool:
-        found = scipy.optimize.differential_evolution(
-            functools.partial(_cost_at, registration, sensors),
-            list(zip(low, high)),
-            init=low + first * (high - low),
-            maxiter=generations,
-            tol=0.0,
-            polish=False,
-            updating="deferred",
-            rng=seed,
-            workers=pool.map,
-        )
+        search: dict[str, Any] = {"maxiter": generations, "tol": 0.0, "polish": False, "updating": "deferred"}
+        search |= {"init": low + first * (high - low), "rng": seed, "workers": pool.map}
+        cost_at = functools.partial(_cost_at, registration, sensors)
+        found = scipy.optimize.differential_evolution(cost_at, list(zip(low, high)), **search)
     settings = {key: float(f"{value:.4g}") for key, value in zip(registration.bounds, np.exp(found.x))}
     lowest = round(_cost_with(registration, sensors, settings), 6)
     return {"settings": settings, "cost": lowest, "evaluations": found.nfev, "seed": seed}

@@ -132,11 +132,8 @@ class SteeringTwinRun:
         states = Belief.independent(np.zeros(N_STATES), (0.03, math.radians(0.3), play.half_gap / 2))
         self.belief = Belief.of(self._parameters).joined(states)
         """about parameters and, at the end of the last window, states"""
-        drift = {
-            "half_gap": settings.gap_drift,
-            "wear": settings.wear_drift,
-            "friction": SLOW_DRIFT * play.friction,
-        } | DRIFT
+        own = {"half_gap": settings.gap_drift, "wear": settings.wear_drift, "friction": SLOW_DRIFT * play.friction}
+        drift = own | DRIFT
         self._drift = np.array([drift.get(q.name, SLOW_DRIFT) for q in self._parameters] + list(STATE_NOISE))
         self._missed = np.zeros(self._drift.size)
         self._missed[0] = settings.model_error

@@ -95,8 +95,7 @@ def find_pace(
     pieces = np.diff(hours)
     found: list[tuple[float, _Problem, OptimizeResult]] = []
     for sigma in drift * DRIFTS:
-        walk = sigma * np.sqrt(pieces / span)
-        problem = _Problem(pieces, gap, std, gap_of, slope_of, walk, prior)
+        problem = _Problem(pieces, gap, std, gap_of, slope_of, sigma * np.sqrt(pieces / span), prior)
         starts = problem.starts(start)
         if found:  # the walk of the narrower prior, in the steps of this one
             starts = [np.append(found[-1][2].x[:2], found[-1][2].x[2:] * found[-1][0] / sigma)]
@@ -186,8 +185,7 @@ class _Problem:
         jacobian[: self.gap.size] /= wider
         _, singular, rows = np.linalg.svd(jacobian, full_matrices=False)
         drawn = found.x + (rng.standard_normal((n, singular.size)) / np.maximum(singular, 1e-12)) @ rows
-        ends = [[part[-1] for part in self.worn(p)] for p in drawn]
-        return np.array(ends).reshape(n, 2).T
+        return np.array([[part[-1] for part in self.worn(p)] for p in drawn]).reshape(n, 2).T
 
 
 def _evidence(found: OptimizeResult, wider: float) -> float:

@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from ..model import Model
 from ..rig import Bushing, Rig
 from .rubbing import footprints
 
-__all__ = ["HOUR", "clearances_of", "growth", "growth_per_volume", "with_clearances"]
+__all__ = ["HOUR", "changed", "clearances_of", "growth", "growth_per_volume", "with_clearances"]
 
 HOUR = 3600.0  # s
 
@@ -34,6 +35,12 @@ HOUR = 3600.0  # s
 def clearances_of(rig: Rig) -> np.ndarray:
     """Return gap, offset along y and offset along z (n_bushings, 3) of a rig's bushings, m."""
     return np.array([(b.gap, b.offset_y, b.offset) for b in rig.bushings])
+
+
+def changed(model: Model, changes: Iterable[Mapping[str, Any]]) -> Model:
+    """Return a model with these changes of each bushing."""
+    bushings = tuple(dataclasses.replace(b, **new) for b, new in zip(model.rig.bushings, changes))
+    return Model(model.rig.replace(bushings=bushings), model.law)
 
 
 def with_clearances(model: Model, clearances: np.ndarray) -> Model:
@@ -46,11 +53,8 @@ def with_clearances(model: Model, clearances: np.ndarray) -> Model:
     clearances : ndarray, shape (n_bushings, 3)
         As `clearances_of` returns them.
     """
-    moved = [
-        dataclasses.replace(b, gap=gap, offset_y=y, offset=z)
-        for b, (gap, y, z) in zip(model.rig.bushings, np.asarray(clearances, dtype=float).tolist())
-    ]
-    return Model(model.rig.replace(bushings=tuple(moved)), model.law)
+    moved = np.asarray(clearances, dtype=float).tolist()
+    return changed(model, ({"gap": gap, "offset_y": y, "offset": z} for gap, y, z in moved))
 
 
 def growth_per_volume(rig: Rig, rubbing: np.ndarray) -> np.ndarray:

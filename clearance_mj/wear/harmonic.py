@@ -206,9 +206,7 @@ class SineSource(Source):
 
     def _periodic(self, model: Model, x: np.ndarray) -> _Periodic | None:
         """The stable periodic vibration near a period (n_points, samples) of a march, if there is one."""
-        solver = self._solver(model)
-        harmonics = x @ solver.grid.project.T
-        found = self._near(harmonics, model)
+        found = self._near(x @ self._solver(model).grid.project.T, model)
         return None if found is None or _is_unstable(found) else found
 
 

@@ -41,8 +41,7 @@ class GapHistory(ArrayData):
     """(n, n_bushings) standard deviation of each, m"""
 
     def __post_init__(self) -> None:
-        for name in ("hours", "gap", "std"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._set(**{name: read_only(getattr(self, name)) for name in ("hours", "gap", "std")})
         if self.hours.ndim != 1 or self.gap.ndim != 2 or not len(self.hours) == len(self.gap) == len(self.std):
             raise RecordError("a history is hours (n,) with gap and std (n, n_bushings)")
         if self.gap.shape != self.std.shape:

@@ -43,10 +43,6 @@ class _Ended(Exception):
     """A branch ended within a step."""
 
 
-def _rate(model: Model, vibration: Vibration) -> np.ndarray:
-    return growth(model.rig, vibration.rubbing)
-
-
 def wear_on(source: Source, model: Model, limits: np.ndarray, hours: float, accuracy: float) -> Iterator[Moment]:
     """Yield a machine from its begin on: after every step, and at each jump once more with the vibration after it.
 
@@ -66,7 +62,7 @@ def wear_on(source: Source, model: Model, limits: np.ndarray, hours: float, accu
         Of the growth in a step, relative.
     """
     first = source.first(model)
-    now = Moment(0.0, model, first, _rate(model, first), None)
+    now = Moment(0.0, model, first, growth(model.rig, first.rubbing), None)
     yield now
     step = _longest(now, FIRST)
     while now.hours < hours and now.rate.any() and not _reached(now, limits):
@@ -95,14 +91,12 @@ def wear_on(source: Source, model: Model, limits: np.ndarray, hours: float, accu
 
 def _longest(now: Moment, share: float) -> float:
     """Hours in which no gap grows by more than a share."""
-    gaps = clearances_of(now.model.rig)[:, 0]
-    fastest = float(np.max(np.abs(now.rate).max(axis=1) / gaps))
+    fastest = float(np.max(np.abs(now.rate).max(axis=1) / clearances_of(now.model.rig)[:, 0]))
     return share / fastest if fastest > 0 else np.inf
 
 
 def _growth(now: Moment, step: float) -> float:
-    gaps = clearances_of(now.model.rig)[:, 0]
-    return float(np.max(np.abs(now.rate).max(axis=1) * step / gaps))
+    return float(np.max(np.abs(now.rate).max(axis=1) * step / clearances_of(now.model.rig)[:, 0]))
 
 
 def _reached(now: Moment, limits: np.ndarray) -> bool:
@@ -133,7 +127,7 @@ def _stepped(source: Source, now: Moment, step: float, accuracy: float) -> tuple
         found = source.follow(before, at, model)
         if found is None:
             raise _Ended
-        slopes.append(_rate(model, found))
+        slopes.append(growth(model.rig, found.rubbing))
         return model, found
 
     middle, at_middle = after(slopes[0] / 2, now.vibration, now.model)
@@ -164,4 +158,4 @@ def _fallen(source: Source, now: Moment) -> Moment:
     model = with_clearances(now.model, clearances_of(now.model.rig) + step * now.rate)
     found = source.leap(now.vibration, model)
     jumped = _jumps(now.vibration, found, CHANGED)
-    return Moment(now.hours + step, model, found, _rate(model, found), now.vibration if jumped else None)
+    return Moment(now.hours + step, model, found, growth(model.rig, found.rubbing), now.vibration if jumped else None)

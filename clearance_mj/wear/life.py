@@ -182,8 +182,7 @@ def gap_limits(model: Model, limit: float | str | Mapping[str, float | str]) -> 
     rig = model.rig
     found = np.full(len(rig.bushings), np.inf)
     wears = [j for j, bushing in enumerate(rig.bushings) if bushing.wear]
-    limited = rig.with_gap(limit).bushings
-    for j, (bushing, wide) in enumerate(zip(rig.bushings, limited)):
+    for j, (bushing, wide) in enumerate(zip(rig.bushings, rig.with_gap(limit).bushings)):
         if isinstance(limit, Mapping) and wide.gap == bushing.gap:
             continue
         if isinstance(limit, Mapping) or j in wears:

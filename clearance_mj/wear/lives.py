@@ -44,8 +44,7 @@ class Lives(ArrayData):
     """(n, m, n_bushings) m; a machine keeps its gaps once its life has ended"""
 
     def __post_init__(self) -> None:
-        for name in ("life", "hours", "gap"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._set(**{name: read_only(getattr(self, name)) for name in ("life", "hours", "gap")})
 
     def quantile(self, share: float) -> float:
         """Return the hours after which a share of the machines has reached a limit; infinite if less ever does.
@@ -72,8 +71,7 @@ class Lives(ArrayData):
         axes = figure.subplots()
         low, high = 1e3 * np.quantile(self.gap, [0.05, 0.95], axis=0)
         for j in range(self.gap.shape[2]):
-            colour = COLOURS[j % len(COLOURS)]
-            axes.fill_between(self.hours, low[:, j], high[:, j], color=colour, alpha=0.2, lw=0)
+            axes.fill_between(self.hours, low[:, j], high[:, j], color=COLOURS[j % len(COLOURS)], alpha=0.2, lw=0)
         self.nominal.draw_on(axes)
         return figure
 
@@ -126,8 +124,7 @@ def predict_lives(
     one = partial(_drawn, models=drawn, operation=operation, limits=limits, hours=hours, accuracy=accuracy, cache=cache)
     found = dict(run_tasks(one, range(n), workers, processes=workers != 1, progress="lives" if progress else ""))
     ends = [float(found[i]["life"]) for i in range(n)]
-    last = max([float(nominal.hours[-1]), *(end for end in ends if np.isfinite(end))])
-    grid = np.linspace(0.0, last, GRID)
+    grid = np.linspace(0.0, max([float(nominal.hours[-1]), *(end for end in ends if np.isfinite(end))]), GRID)
     gaps = [np.transpose([np.interp(grid, found[i]["hours"], row) for row in found[i]["gap"].T]) for i in range(n)]
     return Lives(nominal, np.array(ends), grid, np.array(gaps))
 

@@ -12,7 +12,7 @@ from ..core.errors import RigError
 from ..engines.base import diverged
 from ..engines.energy_loop import BushingEnergies, bushing_energies
 from ..engines.modal import Modal, ModalRun
-from ..engines.modal_space import SpatialRun, kicked_damping
+from ..engines.modal_space import SpatialRun
 from ..engines.round_energies import OF_BUSHING, OF_END, OF_RIG
 from ..engines.round_scheme import SPIN
 from ..model import Model
@@ -132,10 +132,7 @@ class _InSpace(Marching):
         if state is not None:
             for own, other in zip(self.run.motion, state):
                 own[:] = other
-        viscous, spin = self.run.viscous, float(self.run.motion.turning[SPIN])
-        if self.run.model.gyroscopic.size and spin:
-            viscous = (viscous if viscous.size else 0.0) + spin * self.run.model.gyroscopic
-        self.coupling = kicked_damping(viscous, self.run.shaft.inverse_mass, step)
+        self.coupling = self.run.coupling(float(self.run.motion.turning[SPIN]))
 
     @property
     def state(self) -> ModalState:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,7 +15,7 @@ from ..model import Model
 from ..signals.arrays import ArrayData, read_only
 from .clock import HORIZON, PaceSamples, find_pace
 from .coefficients import spreads
-from .growth import clearances_of, with_clearances
+from .growth import changed, clearances_of, with_clearances
 from .history import GapHistory
 from .life import Life, gap_limits, predict_life
 from .operation import Operation
@@ -205,12 +204,12 @@ def predict_remaining(
     way = _begun(model, history, known, limits)
     for _ in range(ALONG):
         rough = found(way, seen, ENDLESS)
-        way = _with_wear(way, rough.coefficients)
+        way = changed(way, ({"wear": k} for k in rough.coefficients))
     slowest = max(known, key=lambda j: float(np.median(rough.hours[j])))
     wanted = {f"bushings[{slowest}]": float(limits[slowest])}
     hours, ways = HORIZON * max(pace.span for pace in rough.paces.values()), []
     for each in tqdm([model, *model.drawn(n_ways)], desc="ways", disable=not (progress and model.posterior)):
-        way = _with_wear(_begun(each, history, known, limits), rough.coefficients)
+        way = changed(_begun(each, history, known, limits), ({"wear": k} for k in rough.coefficients))
         try:
             ways.append(found(way, wanted, hours))
         except RecordError:
@@ -232,10 +231,9 @@ class _Found:
     @property
     def coefficients(self) -> list[float | None]:
         """Likeliest coefficients at the end of the history, of all bushings."""
-        own = [bushing.wear for bushing in self.life.model.rig.bushings]
         return [
             (k or 0.0) * float(np.exp(np.median(self.paces[j].log_pace))) if j in self.paces else k
-            for j, k in enumerate(own)
+            for j, k in enumerate([bushing.wear for bushing in self.life.model.rig.bushings])
         ]
 
     @property
@@ -277,12 +275,6 @@ def _begun(model: Model, history: GapHistory, known: list[int], limits: np.ndarr
         offsets = clearances[j, 1:] * min(1.0, first / clearances[j, 0])
         clearances[j] = first, *offsets
     return with_clearances(model, clearances)
-
-
-def _with_wear(model: Model, coefficients: list[float | None]) -> Model:
-    """The model with other coefficients of wear."""
-    changed = (dataclasses.replace(b, wear=k) for b, k in zip(model.rig.bushings, coefficients))
-    return Model(model.rig.replace(bushings=tuple(changed)), model.law)
 
 
 def _pace(model: Model, life: Life, history: GapHistory, j: int, drift: float, rng: np.random.Generator) -> PaceSamples:

@@ -116,5 +116,4 @@ class LongFilmed(FillingFamily):
 
     def values(self, bushing: Bushing, model: LongFilm) -> dict[str, float]:
         """Return stiffness, damping and film height."""
-        names = (p.name for p in self.parameters(bushing))
-        return dict(zip(names, (model.stiffness, model.damping, model.height)))
+        return dict(zip((p.name for p in self.parameters(bushing)), (model.stiffness, model.damping, model.height)))

@@ -146,5 +146,4 @@ class ShortBearing(OilBearing):
         steps = 1j * DIFFERENCE * np.eye(2)
         at, still = np.asarray(displacement, dtype=float), np.zeros((2, 2))
         stiffness = -self.force(at + steps, still, spin).imag.T / DIFFERENCE
-        damping = -self.force(at + np.zeros((2, 2)), steps, spin).imag.T / DIFFERENCE
-        return stiffness, damping
+        return stiffness, -self.force(at + np.zeros((2, 2)), steps, spin).imag.T / DIFFERENCE

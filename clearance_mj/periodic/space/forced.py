@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,16 +12,14 @@ from ...model import Model
 from ...rig import Rig
 from ..branch import Branch
 from ..continuation import Motion
-from ..following import farthest, follow
-from ..resolution import resolution
+from ..following import farthest, follow, watched
+from ..resolution import different_ends, resolution
 from ..stability import FIRST_CONTACT, samples_of_period
 from .condensed import UNBALANCE, round_condensed
 from .following import with_first_contacts
 from .solver import RoundSolver
 
 __all__ = ["excited_by", "follow_unbalance", "respond", "speeds_of", "steady_spin"]
-
-FASTEST = 1e6  # rad/s
 
 
 def respond(
@@ -42,7 +40,7 @@ def respond(
         def named(motion: Motion) -> str:
             return FIRST_CONTACT if any(motion is each for each in touched) else ""
 
-        return follow(solver, _watched(motions, watch), stability, progress, named)
+        return follow(solver, watched(motions, watch), stability, progress, named)
 
     return farthest(found, counts)
 
@@ -70,13 +68,6 @@ def steady_spin(rig: Rig, kind: str) -> float:
             'out [[unbalances]], or use follow_unbalance or, of maps and commands, kind "unbalance"'
         )
     return rig.spin.speed if rig.spin else 0.0
-
-
-def _watched(motions: Iterator[Motion], watch: Callable[[float], None] | None) -> Iterator[Motion]:
-    for motion in motions:
-        if watch is not None:
-            watch(motion.omega / (2 * np.pi))
-        yield motion
 
 
 @checks_kinds
@@ -165,13 +156,4 @@ def excited_by(rig: Rig, kind: str | None) -> str:
 
 def speeds_of(speed_range: tuple[float, float]) -> tuple[float, float]:
     """Return both ends of a range of speeds, rad/s, or refuse it."""
-    try:
-        start, stop = map(float, speed_range)
-    except (TypeError, ValueError):
-        raise ExcitationError(f"speed_range is a pair (from, to) in rad/s, got {speed_range!r}") from None
-    if not (0 < start <= FASTEST and 0 < stop <= FASTEST and start != stop):
-        raise ExcitationError(
-            f"speed_range must be two different speeds > 0 rad/s and at most {FASTEST:g} rad/s, got {start:g} and "
-            f"{stop:g}"
-        )
-    return start, stop
+    return different_ends(speed_range, "speed_range", "speeds", "rad/s")

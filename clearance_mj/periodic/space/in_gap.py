@@ -45,10 +45,8 @@ def _round_level_of_contact(solver: RoundSolver, omega: np.ndarray) -> np.ndarra
     square, along = np.sum(way**2, axis=2), np.sum(rest[..., None] * way, axis=2)
     room = (gap**2 - np.sum(rest**2, axis=2))[..., None]
     level = np.full(square.shape, np.inf)
-    root = np.sqrt(along**2 + square * np.maximum(room, 0.0)) - along
-    np.divide(root, square, out=level, where=square > 0)
-    touches = np.any(room[..., 0] <= 0, axis=1)
-    return np.where(touches, 0.0, -_peak(-level).max(axis=1))
+    np.divide(np.sqrt(along**2 + square * np.maximum(room, 0.0)) - along, square, out=level, where=square > 0)
+    return np.where(np.any(room[..., 0] <= 0, axis=1), 0.0, -_peak(-level).max(axis=1))
 
 
 @resonances.register

@@ -62,8 +62,7 @@ def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
     for p in range(count):
         at = points[2 * p : 2 * p + 2]
         stiffness, viscous = stiffness + at.T @ by_place[p] @ at, viscous + at.T @ by_speed[p] @ at
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -viscous]])
-    values, vectors = np.linalg.eig(state)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -viscous]]))
     upper = np.flatnonzero(values.imag > 0)
     if not upper.size:
         return _Rest(place, -np.inf + 0j, np.zeros(2 * count, dtype=complex))

@@ -92,10 +92,7 @@ class RoundSolver(Follower):
             If it does not reach the level.
         """
         z, y = self._raised("level", *self._at_rest(omega), omega)
-        found = self.solve(omega, z, y, np.append(np.zeros(self.size), 1.0), self._scale(z))
-        if found is None:
-            raise NoConvergence(omega)
-        return found
+        return self.solved_at(omega, z, y, self._scale(z))
 
     def rest(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Return where the rig rests under its weight, turning as at a frequency: z (r, 1) and y (2 n_points, 1), m.
@@ -221,12 +218,8 @@ class RoundSolver(Follower):
         least = min(
             most, max(SMALLEST_LEVEL, BEFORE_CONTACT * self.system.size / size) if not z.any() else SMALLEST_LEVEL
         )
-        row = np.append(np.zeros(self.size), 1.0)
         start, near = z + least * way, y + least * beside
-        motion = self.solve(least, start, near, row, self._scale(start))
-        if motion is None:
-            raise NoConvergence(self.at)
-        return motion
+        return self.solved_at(least, start, near, self._scale(start))
 
     def _along_share(self, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
         motion = self._first_share(z, y, 1.0)

@@ -12,7 +12,7 @@ from ...core.kinds import checks_kinds
 from ...model import Model
 from ..branch import Branch
 from ..continuation import Motion
-from ..following import expanded, farthest, follow, place
+from ..following import expanded, farthest, follow, place, watched
 from ..resolution import resolution
 from ..stability import Located, multipliers
 from .condensed import RoundCondensed, round_condensed
@@ -132,16 +132,9 @@ def follow_whirl(
 
     def found(count: int) -> Branch:
         motions, solver = (_out_of_rest if begin == "rest" else _dry)(system, harmonics, count, ends)
-        return follow(solver, _watched(motions, watch), stability, progress)
+        return follow(solver, watched(motions, watch, 1.0), stability, progress)
 
     return farthest(found, counts)
-
-
-def _watched(motions: Iterator[Motion], watch: Callable[[float], None] | None) -> Iterator[Motion]:
-    for motion in motions:
-        if watch is not None:
-            watch(motion.omega)
-        yield motion
 
 
 def _out_of_rest(
@@ -171,8 +164,7 @@ def _out_of_rest(
 def _dry(
     system: RoundCondensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[Motion], WhirlSolver]:
-    guesses = dry_guesses(system, ends[0])
-    for guess in guesses:
+    for guess in dry_guesses(system, ends[0]):
         solver = WhirlSolver(system, harmonics, samples, guess.omega)
         place = np.zeros((solver.rows, solver.shape[1]))
         place[:, 1], place[:, 2] = guess.whirl.real, -guess.whirl.imag

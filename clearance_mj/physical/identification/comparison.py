@@ -151,10 +151,9 @@ class Comparison:
             points = np.vstack([np.where(here, end, at) for end in (ahead, behind)])
             counted = self.counted(self.left(number, problem.values(points), stage), stage)
             if not np.isfinite(counted).all():
-                values = zip(self.parameters, problem.values(at))
                 raise SimulationError(
                     f"record {number}: the model's step is too long for parameters near "
-                    + ", ".join(f"{p.name} = {v:.4g}" for p, v in values)
+                    + ", ".join(f"{p.name} = {v:.4g}" for p, v in zip(self.parameters, problem.values(at)))
                 )
             counted = counted.reshape(2, moving.size, -1)
             width = (ahead - behind)[moving]

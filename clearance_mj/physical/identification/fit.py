@@ -161,8 +161,7 @@ def fit_model(
     free = compared.freed(values, stage)
     rough = _solved(compared, values, free, ROUGH)
     compared.whiten(rough.values, free)
-    found = _solved(compared, rough.values, free, LAST, rough.at)
-    return _result(spec, compared, found, free)
+    return _result(spec, compared, _solved(compared, rough.values, free, LAST, rough.at), free)
 
 
 def _solved(
@@ -192,8 +191,7 @@ def _refuse_unknown(parameters: Sequence[Parameter], jacobian: np.ndarray) -> No
     """Name what the records say nothing about."""
     own, states = np.split(jacobian, [len(parameters)], axis=1)
     if states.shape[1]:
-        ridge = np.linalg.solve(states.T @ states + np.eye(states.shape[1]), states.T @ own)
-        own = own - states @ ridge
+        own = own - states @ np.linalg.solve(states.T @ states + np.eye(states.shape[1]), states.T @ own)
     direction, std = principal_deviations(own)
     for row, deviation in zip(direction, std):
         if deviation > UNKNOWN_STD:

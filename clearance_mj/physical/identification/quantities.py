@@ -14,9 +14,8 @@ import numpy as np
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
 from ..bristles import frictions
-from ..elements import KINDS, MARK, Asked, Softness, Target, apply, asked, compiled, find, give
+from ..elements import KINDS, MARK, Asked, Softness, Target, apply, asked, compiled, find, give, nearest
 from ..rows import softness_of
-from .record import nearest
 
 __all__ = ["open_parameters", "put", "written_into"]
 
@@ -106,7 +105,7 @@ def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
     kind, name, softness = element
     if softness.law:
         raise ModelError(f'parameter "{name}.{quantity}": "{name}" follows a law; give it k and c to identify them')
-    hinge = _angular(model, name) if kind == "tendon" else kind == "joint" and _hinge(model, _index(model, kind, name))
+    hinge = _angular(model, kind, name)
 
     def write(target: Target, value: float) -> None:
         if isinstance(target, mujoco.MjModel):
@@ -130,7 +129,7 @@ def _gap(model: mujoco.MjModel, element: str) -> _Place:
         else:
             target.tendon(element).range = ends
 
-    return _Place(_unit("rad", _angular(model, element)), float(high), write)
+    return _Place(_unit("rad", _angular(model, "tendon", element)), float(high), write)
 
 
 def _friction(model: mujoco.MjModel, element: str) -> _Place:
@@ -139,11 +138,7 @@ def _friction(model: mujoco.MjModel, element: str) -> _Place:
     if element not in known:
         raise ModelError(f'parameter "{element}.friction": no friction of "{element}"; {nearest(element, known)}')
     kind, _, at = known[element]
-    hinge = (
-        _angular(model, element)
-        if kind == "tendon"
-        else kind == "joint" and _hinge(model, _index(model, kind, element))
-    )
+    hinge = _angular(model, kind, element)
 
     def write(target: Target, value: float) -> None:
         if isinstance(target, mujoco.MjModel):
@@ -188,9 +183,11 @@ def _hinge(model: mujoco.MjModel, joint: int) -> bool:
     return int(model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
-def _angular(model: mujoco.MjModel, tendon: str) -> bool:
-    """Whether a tendon's length is that of hinges."""
-    index = _index(model, "tendon", tendon)
+def _angular(model: mujoco.MjModel, kind: str, name: str) -> bool:
+    """Whether an element's motion is that of hinges: of a joint, or of all joints of a tendon."""
+    index = _index(model, kind, name)
+    if kind != "tendon":
+        return kind == "joint" and _hinge(model, index)
     wraps = slice(model.tendon_adr[index], model.tendon_adr[index] + model.tendon_num[index])
     joints = model.wrap_type[wraps] == int(mujoco.mjtWrap.mjWRAP_JOINT)
     return bool(joints.all()) and all(_hinge(model, j) for j in model.wrap_objid[wraps])

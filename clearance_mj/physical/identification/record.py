@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -18,7 +18,7 @@ from ...core.checks import naming
 from ...core.errors import RecordError
 from ...core.files import plain_file
 from ...core.units import quantity_of, unit_factor
-from ..elements import compiled
+from ..elements import compiled, nearest
 
 __all__ = ["ModelRecord"]
 
@@ -242,15 +242,6 @@ def _why_not(name: str, base: str, kinds: list[str], known: Mapping[str, list[st
     if kinds:
         return f'"{name}" is an actuator and a sensor; write actuator:{base} or sensor:{base}'
     return f'"{name}" is neither an actuator nor a sensor; {nearest(base, [*known["actuator"], *known["sensor"]])}'
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which known name is like one that is not, or what there is."""
-    import difflib
-
-    known = [k for k in known if k]
-    near = difflib.get_close_matches(name, known, n=1)
-    return f'did you mean "{near[0]}"?' if near else f"there is {', '.join(known[:20]) or 'none with a name'}"
 
 
 def quantum(samples: np.ndarray) -> float:

@@ -25,11 +25,11 @@ from ...estimate.parameter import Parameter
 from ..bristles import frictions
 from ..checks import compile as physical_compile
 from ..drives import drives
-from ..elements import asked
+from ..elements import asked, nearest
 from ..softener import Softener
 from ..step import largest_step
 from .quantities import put
-from .record import ModelRecord, nearest
+from .record import ModelRecord
 
 __all__ = ["Run", "Simulator"]
 
@@ -172,8 +172,7 @@ class Simulator:
         if self.record.hold == "zero":
             return np.repeat(samples[:-1], self.substeps, axis=0)
         share = ((np.arange(self.substeps) + self._ahead) / self.substeps)[None, :, None]
-        fine = samples[:-1, None] + share * np.diff(samples, axis=0)[:, None]
-        return fine.reshape(-1, samples.shape[1])
+        return (samples[:-1, None] + share * np.diff(samples, axis=0)[:, None]).reshape(-1, samples.shape[1])
 
 
 def state_of(model: mujoco.MjModel, pose: np.ndarray) -> np.ndarray:

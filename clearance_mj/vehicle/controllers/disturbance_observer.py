@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from . import mpc, smc
 from .base import ControllerRun, Observation, Task, limited
@@ -95,27 +96,12 @@ class PredictiveWithObserver(ModelPredictive):
 
 BANDWIDTH = {"bandwidth": (1.0, 60.0)}
 PRIOR = "nothing; estimates what turns the vehicle otherwise than expected"
-register(
-    Registration(
-        "smc-dob", "SMC-DOB", SlidingWithObserver, bounds=smc.BOUNDS | BANDWIDTH, tuned_as="smc", prior=PRIOR,
-        colour="#332288",
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "mpc-dob", "MPC-DOB", PredictiveWithObserver, bounds=mpc.BOUNDS | BANDWIDTH, tuned_as="mpc", prior=PRIOR,
-        colour="#882255", line=DASHED,
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "smc-cm-dob", "SMC-CM-DOB", SlidingWithObserver, bounds=BANDWIDTH, tuned_as="smc-cm",
-        adapt=with_clearance_model, prior=CLEARANCE_PRIOR, colour="#aa4499",
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "mpc-cm-dob", "MPC-CM-DOB", PredictiveWithObserver, bounds=BANDWIDTH, tuned_as="mpc-cm",
-        adapt=with_clearance_model, prior=CLEARANCE_PRIOR, colour="#ee3377", line=DASHED,
-    )
-)  # fmt: skip
+_ALONE: dict[str, Any] = {"prior": PRIOR}
+_WITH_CLEARANCE: dict[str, Any] = {"prior": CLEARANCE_PRIOR, "adapt": with_clearance_model}
+for _name, _controller, _bounds, _look in (
+    ("smc", SlidingWithObserver, smc.BOUNDS | BANDWIDTH, _ALONE | {"colour": "#332288"}),
+    ("mpc", PredictiveWithObserver, mpc.BOUNDS | BANDWIDTH, _ALONE | {"colour": "#882255", "line": DASHED}),
+    ("smc-cm", SlidingWithObserver, BANDWIDTH, _WITH_CLEARANCE | {"colour": "#aa4499"}),
+    ("mpc-cm", PredictiveWithObserver, BANDWIDTH, _WITH_CLEARANCE | {"colour": "#ee3377", "line": DASHED}),
+):
+    register(Registration(f"{_name}-dob", f"{_name.upper()}-DOB", _controller, bounds=_bounds, tuned_as=_name, **_look))

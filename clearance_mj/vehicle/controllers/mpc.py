@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import control
 import numpy as np
@@ -93,8 +93,7 @@ def program(model: DesignModel, weights: Weights, horizon: int) -> Program:
             M[:, column] += effect
     M[:, at_curvature + N] -= model.steady_turn
     M[[4, 6], -1] += 1.0  # the servo stands by the last lost motion ahead of the wheel
-    changes = np.sqrt(weights.effort) * np.eye(N, M.shape[1])
-    y = np.vstack((*rows, root_V @ M, changes))
+    y = np.vstack((*rows, root_V @ M, np.sqrt(weights.effort) * np.eye(N, M.shape[1])))
     best = -np.linalg.lstsq(y[:, :N], y[:, N:])[0]
     state, curvature, lost = np.split(best, [N_STATES, N_STATES + N + 1], axis=1)
     return Program(y[:, :N].T @ y[:, :N], state, curvature, lost, V)
@@ -155,10 +154,8 @@ class LimitedPlan:
         N, solver = q.size, osqp.OSQP()
         rows = scipy.sparse.csc_matrix(np.vstack((np.eye(N), np.tri(N))))
         cost = scipy.sparse.csc_matrix(np.triu(self._hessian))
-        solver.setup(
-            cost, q, rows, low, high, verbose=False, warm_starting=True, eps_abs=1e-6, eps_rel=1e-6,
-            check_termination=5,
-        )  # fmt: skip
+        settings = {"verbose": False, "warm_starting": True, "eps_abs": 1e-6, "eps_rel": 1e-6, "check_termination": 5}
+        solver.setup(cost, q, rows, low, high, **settings)
         return solver
 
 
@@ -198,8 +195,7 @@ class PredictiveRun(ModelRun):
 
     def changes(self, seen: Observation) -> np.ndarray:
         """Return the changes of the command in the plan, rad (N,)."""
-        last = self.predictor.last
-        return self.limited.best(self.free(seen, self.curvature(seen)), last)
+        return self.limited.best(self.free(seen, self.curvature(seen)), self.predictor.last)
 
     def curvature(self, seen: Observation) -> np.ndarray:
         """Return the curvature ahead, 1/m (N + 1,)."""
@@ -220,9 +216,5 @@ class PredictiveRun(ModelRun):
 DASHED = (0, (4, 1.5))
 BOUNDS = {"course": (1e-3, 1.0), "yaw": (1e-2, 10.0), "effort": (10.0, 1e5)}
 register(Registration("mpc", "MPC", ModelPredictive, bounds=BOUNDS, colour="#e69f00", line=DASHED))
-register(
-    Registration(
-        "mpc-cm", "MPC-CM", ModelPredictive, bounds=BOUNDS, tuned_as="mpc", adapt=with_clearance_model, prior=PRIOR,
-        colour="#009e73", line=DASHED,
-    )
-)  # fmt: skip
+_CM: dict[str, Any] = {"bounds": BOUNDS, "tuned_as": "mpc", "adapt": with_clearance_model, "prior": PRIOR}
+register(Registration("mpc-cm", "MPC-CM", ModelPredictive, colour="#009e73", line=DASHED, **_CM))

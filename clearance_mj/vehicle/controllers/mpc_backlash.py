@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -114,8 +114,7 @@ def plan_costs(
 
 def modes(horizon: int) -> np.ndarray:
     """Return the contact's side σ in each period of each mode, (2 N - 2, N): a side, and the other from a period on."""
-    periods = np.arange(horizon)
-    left = np.where(periods < np.arange(horizon, 1, -1)[:, None], 1.0, -1.0)
+    left = np.where(np.arange(horizon) < np.arange(horizon, 1, -1)[:, None], 1.0, -1.0)
     return np.concatenate((left, -left))
 
 
@@ -176,9 +175,7 @@ def _with_backlash(controller: Controller, task: Task, prior: ClearancePrior) ->
     return dataclasses.replace(controller, **known)
 
 
+_LOOK: dict[str, Any] = {"prior": PRIOR, "colour": "#661100", "line": DASHED}
 register(
-    Registration(
-        "mpc-backlash", "MPC, modes", BacklashPredictive, tuned_as="mpc-cm", adapt=_with_backlash, prior=PRIOR,
-        colour="#661100", line=DASHED,
-    )
-)  # fmt: skip
+    Registration("mpc-backlash", "MPC, modes", BacklashPredictive, tuned_as="mpc-cm", adapt=_with_backlash, **_LOOK)
+)

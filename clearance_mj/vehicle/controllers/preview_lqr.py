@@ -46,8 +46,7 @@ class _PreviewRun(ModelRun):
         """Feed back the state and forward the curvature."""
         last, curvature = self.predictor.last, self.task.curvature(seen, self._ahead)
         state = self.predictor.state(seen)
-        change = self._feedback[:6] @ state + self._feedback[6] * last + self._feedforward @ curvature
-        return last + float(change)
+        return last + float(self._feedback[:6] @ state + self._feedback[6] * last + self._feedforward @ curvature)
 
 
 BOUNDS = {"course": (1e-3, 1.0), "effort": (10.0, 1e5)}

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 from .base import Controller, Observation, Task
 from .clearance_model import PRIOR, with_clearance_model
@@ -107,9 +108,5 @@ BOUNDS = {
     "layer": (0.05, 2.0),
 }
 register(Registration("smc", "SMC", SlidingMode, bounds=BOUNDS, colour="#d55e00"))
-register(
-    Registration(
-        "smc-cm", "SMC-CM", SlidingMode, bounds=BOUNDS, tuned_as="smc", adapt=with_clearance_model, prior=PRIOR,
-        colour="#0072b2",
-    )
-)  # fmt: skip
+_CM: dict[str, Any] = {"bounds": BOUNDS, "tuned_as": "smc", "adapt": with_clearance_model, "prior": PRIOR}
+register(Registration("smc-cm", "SMC-CM", SlidingMode, colour="#0072b2", **_CM))

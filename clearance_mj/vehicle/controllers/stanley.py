@@ -57,13 +57,8 @@ class _StanleyRun(ModelRun):
         heading = e_psi - self._front * curvature
         servo = float(self.predictor.state(seen)[4])
         turned, self._before = servo - self._before, servo
-        return (
-            self._slip * v**2 * curvature
-            - heading
-            - math.atan(p.gain * lateral / (p.softening + v))
-            + p.yaw * (v * curvature - yaw_rate)
-            - p.steer * turned
-        )
+        cross = math.atan(p.gain * lateral / (p.softening + v))
+        return self._slip * v**2 * curvature - heading - cross + p.yaw * (v * curvature - yaw_rate) - p.steer * turned
 
 
 BOUNDS = {"gain": (0.3, 30.0), "softening": (0.1, 20.0), "yaw": (0.005, 1.0), "steer": (0.01, 10.0)}

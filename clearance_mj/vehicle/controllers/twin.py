@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ...core.errors import ManoeuvreError
 from ..steering import Steering
@@ -48,8 +49,7 @@ class TwinRun(CompensatedRun):
             raise ManoeuvreError(f"the twin keeps a ClearanceModel up to date, not a {type(model).__name__}")
         self.twin = settings.twin.start()
         self._clearance = self._estimate = ClearanceEstimate(model, task)
-        prior = settings.twin.lost_motion.stiffness
-        self._rest = model.compliance - 1 / prior
+        self._rest = model.compliance - 1 / settings.twin.lost_motion.stiffness
 
     def command(self, seen: Observation) -> float:
         """Return the other controller's command, less the lost motion that the twin expects."""
@@ -57,13 +57,9 @@ class TwinRun(CompensatedRun):
             raise ManoeuvreError("a controller with a twin needs the car's signals: Observation.signals is None")
         if self.twin.advance(seen.signals):
             now = self.twin.lost_motion
-            self._clearance.model = dataclasses.replace(
-                self._clearance.model,
-                half_gap=now.half_gap,
-                compliance=self._rest + 1 / now.stiffness,
-                friction=now.friction,
-                stiffness=now.stiffness,
-            )
+            known = {name: getattr(now, name) for name in ("half_gap", "friction", "stiffness")}
+            compliance = self._rest + 1 / now.stiffness
+            self._clearance.model = dataclasses.replace(self._clearance.model, compliance=compliance, **known)
         return super().command(seen)
 
 
@@ -72,38 +68,18 @@ def with_twin(controller: Controller, task: Task, prior: ClearancePrior) -> Cont
     compensated = with_clearance_model(controller, task, prior)
     assert isinstance(compensated, Compensated)
     nominal = Steering().lost_motion
-    first = nominal._replace(
-        half_gap=max(prior.half_gap, SMALLEST_HALF_GAP),
-        stiffness=1 / (1 / nominal.stiffness + prior.compliance),
-        friction=prior.friction,
-    )
-    return CompensatedWithTwin(
-        compensated, twin_of(task.vehicle, first, nominal.stiffness + nominal.shaft_stiffness, task.period)
-    )
+    gap, stiffness = max(prior.half_gap, SMALLEST_HALF_GAP), 1 / (1 / nominal.stiffness + prior.compliance)
+    first = nominal._replace(half_gap=gap, stiffness=stiffness, friction=prior.friction)
+    whole = nominal.stiffness + nominal.shaft_stiffness
+    return CompensatedWithTwin(compensated, twin_of(task.vehicle, first, whole, task.period))
 
 
 PRIOR = "half-gap, stiffness and friction, to begin with; then estimates them from the car's signals"
-register(
-    Registration(
-        "smc-twin", "SMC-CM, twin", SlidingMode, tuned_as="smc-cm", adapt=with_twin, prior=PRIOR, colour="#44aadd",
-        line=(0, (5, 1)),
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "mpc-twin", "MPC-CM, twin", ModelPredictive, tuned_as="mpc-cm", adapt=with_twin, prior=PRIOR, colour="#117733",
-        line=(0, (5, 1)),
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "smc-twin-dob", "SMC-CM-DOB, twin", SlidingWithObserver, tuned_as="smc-cm-dob", adapt=with_twin, prior=PRIOR,
-        colour="#7755cc", line=(0, (5, 1)),
-    )
-)  # fmt: skip
-register(
-    Registration(
-        "mpc-twin-dob", "MPC-CM-DOB, twin", PredictiveWithObserver, tuned_as="mpc-cm-dob", adapt=with_twin, prior=PRIOR,
-        colour="#dd77aa", line=(0, (5, 1)),
-    )
-)  # fmt: skip
+for _name, _label, _controller, _tuned_as, _colour in (
+    ("smc-twin", "SMC-CM, twin", SlidingMode, "smc-cm", "#44aadd"),
+    ("mpc-twin", "MPC-CM, twin", ModelPredictive, "mpc-cm", "#117733"),
+    ("smc-twin-dob", "SMC-CM-DOB, twin", SlidingWithObserver, "smc-cm-dob", "#7755cc"),
+    ("mpc-twin-dob", "MPC-CM-DOB, twin", PredictiveWithObserver, "mpc-cm-dob", "#dd77aa"),
+):
+    _look: dict[str, Any] = {"prior": PRIOR, "colour": _colour, "line": (0, (5, 1))}
+    register(Registration(_name, _label, _controller, tuned_as=_tuned_as, adapt=with_twin, **_look))

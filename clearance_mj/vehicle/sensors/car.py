@@ -79,21 +79,11 @@ class _CarRun(SensorsRun):
             Message(sensors.delay, np.random.default_rng([seed, 2, i])) for i in range(4)
         )
         self._delay, deviation = age(sensors.delay, task.period)
-        self._observer = Observer(
-            task,
-            self._delay,
-            Deviations(
-                sensors.steering_resolution / math.sqrt(12),
-                sensors.yaw_rate,
-                sensors.lateral_acceleration,
-                sensors.position,
-                sensors.yaw_rate_offset,
-                math.hypot(sensors.acceleration_offset, CROSS_SLOPE * GRAVITY),
-                deviation,
-            ),
-            STRAIGHT_BEFORE,
-            sensors.position_rate,
-        )
+        angle, slope = sensors.steering_resolution / math.sqrt(12), CROSS_SLOPE * GRAVITY
+        white = angle, sensors.yaw_rate, sensors.lateral_acceleration, sensors.position
+        steady = sensors.yaw_rate_offset, math.hypot(sensors.acceleration_offset, slope)
+        known = Deviations(*white, *steady, deviation)
+        self._observer = Observer(task, self._delay, known, STRAIGHT_BEFORE, sensors.position_rate)
         # The estimate begins wrong by as much as its covariance says.
         spread = np.linalg.cholesky(self._observer.covariance + 1e-18 * np.eye(N_STATES))
         offsets = self._yaw_rate_offset, self._acceleration_offset
@@ -109,16 +99,8 @@ class _CarRun(SensorsRun):
         )
         last = self._held
         yaw_rate, acceleration = motion or (last.yaw_rate, last.lateral_acceleration)
-        self._held = seen = Signals(
-            time,
-            last.steering_angle if angle is None else angle,
-            yaw_rate,
-            acceleration,
-            last.speed if speed is None else speed,
-            position,
-            None,
-            self._delay,
-        )
+        steering, wheels = last.steering_angle if angle is None else angle, last.speed if speed is None else speed
+        self._held = seen = Signals(time, steering, yaw_rate, acceleration, wheels, position, None, self._delay)
         observer = self._observer
         if self._samples:
             observer.advance(command, seen.speed)

@@ -91,18 +91,12 @@ def observer_model(
     columns = np.array([np.linalg.matrix_power(flow, whole) @ over_first, *steps])
     start = np.zeros(N_STATES)
     start[6:] = np.square((deviations.yaw_rate_offset, deviations.acceleration_offset, *[deviations.force] * 2))
-    return ObserverModel(
-        period,
-        flow,
-        np.column_stack((rest @ over_first[:, 0], over_rest[:, 0], over[:, 1])),
-        _noise(A, G, period),
-        start,
-        rows,
-        np.square(deviations[:4]),
-        np.linalg.matrix_power(flow, whole) @ first,
-        np.ascontiguousarray(np.concatenate((columns[:, :, 0], columns[:, :, 1])).T),
-        np.concatenate(([part / 2], part + (np.arange(whole) + 0.5) * period)),
-    )
+    inputs = np.column_stack((rest @ over_first[:, 0], over_rest[:, 0], over[:, 1]))
+    ahead = np.linalg.matrix_power(flow, whole) @ first
+    since = np.ascontiguousarray(np.concatenate((columns[:, :, 0], columns[:, :, 1])).T)
+    middles = np.concatenate(([part / 2], part + (np.arange(whole) + 0.5) * period))
+    noise, variances = _noise(A, G, period), np.square(deviations[:4])
+    return ObserverModel(period, flow, inputs, noise, start, rows, variances, ahead, since, middles)
 
 
 def _continuous(
