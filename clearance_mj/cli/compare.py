@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
 from .command import command, provenance
-from .options import add_columns, add_plugin, load_plugin, parse_columns
+from .options import add_columns, add_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.style import Drawing
@@ -44,9 +44,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
     from ..signals.alignment import align
 
-    load_plugin(options.plugin)
-    test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))
-    model = read_frf(options.model, dict(parse_columns(options.model_column, "--model-column")))
+    test = read_frf(options.test, parse_columns(options.test_column, "--test-column"))
+    model = read_frf(options.model, parse_columns(options.model_column, "--model-column"))
     try:
         aligned = align(test, model)
         if options.band:
@@ -75,7 +74,7 @@ def _repeat(aligned: Alignment, options: argparse.Namespace) -> FRF | None:
 
     if options.repeat is None:
         return None
-    found = read_frf(options.repeat, dict(parse_columns(options.test_column, "--test-column")))
+    found = read_frf(options.repeat, parse_columns(options.test_column, "--test-column"))
     beside = align(aligned.test, found)
     if beside.only_test or beside.test.frequency.size < aligned.test.frequency.size:
         raise RecordError(f"--repeat {options.repeat}: does not hold every line and response of the test")

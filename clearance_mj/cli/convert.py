@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file
-from .options import (
-    add_columns,
-    add_kind,
-    add_map,
-    add_plugin,
-    add_rate,
-    add_units,
-    load_map,
-    load_plugin,
-    parse_columns,
-)
+from .options import add_files, add_kind, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.dataset import Record
@@ -38,13 +28,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and the dataset folder "
         "(no suffix) that they are added to",
     )  # fmt: skip
-    add_columns(parser)
-    add_map(parser)
-    add_plugin(parser, "a file format")
-    add_units(parser)
+    add_files(parser)
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
     option("--quantity", metavar="QUANTITY", help='of FRFs that do not say theirs, such as "acceleration/force [g/N]"')
-    add_rate(parser)
     option(
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
@@ -75,7 +61,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
     out_help="OUT, if it is not the last FILE",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    load_plugin(options.plugin)
     inputs, out = options.files, options.out
     if out is None:
         *inputs, out = inputs
@@ -84,16 +69,15 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for path in inputs:
         if path.is_dir():
             raise ClearanceError(f"{path}: is a folder; convert reads files")
-    columns = dict(parse_columns(options.column))
     to = _into_dataset if out.is_dir() or not out.suffix else _to_file
-    result = to(inputs, out, columns, options)
+    result = to(inputs, out, options)
     print(f"{result['out']}: {result['holds']}")
     if to is _into_dataset:
         print(f"next: clearance-mj {'orbit-gaps' if options.role == 'orbit' else 'identify'} {out} --out {out}_found")
     return result
 
 
-def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
+def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict[str, Any]:
     from ..core.notes import note
     from ..core.provenance import BESIDE, is_marked, made_from
     from ..io import formats
@@ -118,13 +102,14 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
     obj: formats.Contents
+    given = reading(options)
     if options.reference:
-        obj = formats.read_frf(path, columns, options.reference, options.what or "frf", options.units)
-    elif options.map:
-        obj = formats.read_channels(path, columns, options.fs, rig, options.units, load_map(options), options.resample)
+        obj = formats.read_frf(path, given["columns"], options.reference, options.what or "frf", options.units)
+    elif given["channel_map"]:
+        obj = formats.read_channels(path, rig=rig, **given)
     else:
         what = options.what or ("channels" if options.frf is not None else None)
-        obj = formats.read(path, columns, options.fs, units=options.units, resample=options.resample)
+        obj = formats.read(path, **{name: value for name, value in given.items() if name != "channel_map"})
         if options.what or isinstance(obj, FileContents):
             obj = _part(path, obj, what)
     if options.quantity:
@@ -228,9 +213,7 @@ def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     return type(obj).__name__
 
 
-def _into_dataset(
-    inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace
-) -> dict[str, Any]:
+def _into_dataset(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Add records to a dataset, which is made if it is not there."""
     from ..io.dataset import Dataset, write_dataset
     from ..rig import Rig
@@ -248,7 +231,7 @@ def _into_dataset(
         raise ClearanceError(f"{out}: a new dataset needs its rig: --rig rig.toml")
     if known and known.rig != rig:
         raise ClearanceError(f"{options.rig}: is another rig than that of the dataset {out}")
-    records = [_record(path, rig, columns, options) for path in inputs]
+    records = [_record(path, rig, options) for path in inputs]
     write_dataset(out, rig, [*(known.records if known else ()), *records])
     names = [record.name for record in records]
     return {
@@ -260,7 +243,7 @@ def _into_dataset(
     }
 
 
-def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Namespace) -> Record:
+def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
     import dataclasses
 
     import numpy as np
@@ -280,11 +263,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         path,
         rig,
         options.role or "identify",
-        columns,
-        options.fs,
-        units=options.units,
-        channel_map=load_map(options),
-        resample=options.resample,
+        **reading(options),
         level=options.level,
         band=band,
         kind=options.kind,

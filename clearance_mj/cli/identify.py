@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..identify import METHODS as METHODS_BY_NAME
 from .command import command, inputs, out_folder, provenance
-from .options import add_columns, add_map, add_plugin, add_rate, load_map, load_plugin, parse_columns
+from .options import add_plugin, add_records, reading
 
 if TYPE_CHECKING:
     from ..identify.registry import Identified
@@ -28,9 +28,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--rig-exact", action="store_true", help=f"take the rig file for exact: as --method {RIG_EXACT}")
     add_plugin(parser, "a method")
     option("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
-    add_columns(parser)
-    add_map(parser)
-    add_rate(parser)
+    add_records(parser)
     option("--no-figures", action="store_true", help="draw none, and write no page")
 
 
@@ -42,7 +40,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.output_folder import output_folder
 
-    load_plugin(options.plugin)
     if options.rig_exact and options.method not in (None, RIG_EXACT):
         raise ClearanceError(f"--rig-exact is --method {RIG_EXACT}, and not --method {options.method}; give one")
     _check_folder(options)
@@ -123,6 +120,4 @@ def _dataset(options: argparse.Namespace) -> Dataset:
     if not options.rig:
         raise ClearanceError(f"{path}: is a single record, which needs its rig too: --rig rig.toml")
     rig = Rig.load(options.rig)
-    columns = dict(parse_columns(options.column))
-    record = read_record(path, rig, "identify", columns, options.fs, None, load_map(options), options.resample)
-    return Dataset(rig, (record,), path)
+    return Dataset(rig, (read_record(path, rig, "identify", **reading(options)),), path)

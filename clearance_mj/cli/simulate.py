@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import command, inputs, out_file, provenance
-from .options import add_plugin, add_simulation, excitation, load_model, load_plugin
+from .options import add_plugin, add_simulation, excitation, load_model
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -39,7 +39,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.results import save
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
-    load_plugin(options.plugin)
     model = load_model(options)
     case = model, excitation(options, model.rig.shaker.kind, options.rms), None, options.engine
     folder = options.energy

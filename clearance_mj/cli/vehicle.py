@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .command import command, provenance
-from .options import add_plugin, load_plugin
+from .options import add_plugin
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +37,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..vehicle.manoeuvres import get_manoeuvre
     from ..vehicle.steering import parse_gap
 
-    load_plugin(options.plugin)
     settings = {
         "half_gap": parse_gap(options.gap),
         "assumed_gap": parse_gap(options.assumed_gap) if options.assumed_gap else None,
