@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ClearanceError
 from ..core.overview import Shown
 
-__all__ = ["ArrayData", "read_only", "rows_of", "same"]
+__all__ = ["ArrayData", "read_only", "rows_of", "runs", "same"]
 
 MAX_CHARACTERS = 60  # characters of a field in a repr
 
@@ -42,6 +42,11 @@ def same(a: object, b: object) -> bool:
     if hasattr(a, "equals"):  # a data frame
         return isinstance(b, type(a)) and bool(a.equals(b))
     return bool(a == b)
+
+
+def runs(mask: np.ndarray) -> np.ndarray:
+    """Return begin and end (n, 2) of each stretch of true values in a row of them."""
+    return np.flatnonzero(np.diff(np.pad(mask, 1))).reshape(-1, 2)
 
 
 def rows_of(values: Sized, rows: Sequence[int] | None, error: type[ClearanceError] = ClearanceError) -> Sequence[int]:
