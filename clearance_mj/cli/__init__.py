@@ -18,7 +18,7 @@ from ..core.notes import RecordNote
 from ..core.provenance import stale
 from ..rig.plausible import ImplausibleRig
 from ..version import __version__
-from .command import COMMANDS, Parser, inputs
+from .command import COMMANDS, Parser, inputs, say
 from .options import load_plugin
 from .streams import prepare, silence
 
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
         for words in stale(inputs(options)):
-            print(f"clearance-mj: note: {words}", file=sys.stderr)
+            say(words)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             warnings.showwarning = _say
             warnings.simplefilter("error", ImplausibleRig)
@@ -81,8 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _say(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-    kind = "note" if issubclass(category, RecordNote) else "warning"
-    print(f"clearance-mj: {kind}: {message}", file=sys.stderr)
+    say(str(message), "note" if issubclass(category, RecordNote) else "warning")
 
 
 def _failed(words: str, status: int) -> int:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
-from .command import command, inputs, out_file, provenance
+from .command import command, inputs, out_file, provenance, say
 from .options import add_simulation, excitation, load_model
 
 
@@ -50,7 +49,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     comment = json.dumps(provenance(options))
     reason = write(shown, options.out, options.renderer, not options.quiet, comment)
     if reason:
-        print(f"clearance-mj: note: drawn by matplotlib: {reason}", file=sys.stderr)
+        say(f"drawn by matplotlib: {reason}")
     print(f"animation: {options.out}")
     return {
         "out": str(options.out),

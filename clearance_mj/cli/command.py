@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from ..core.errors import ClearanceError
 if TYPE_CHECKING:  # the command line starts without the library
     from ..report.style import Drawing
 
-__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance",
+__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "say",
            "write_results"]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
@@ -129,6 +130,11 @@ def write_results(
     for drawing in drawings:
         drawing.write(options.new)
     return result | {"out": str(options.out)}
+
+
+def say(words: str, kind: str = "note") -> None:
+    """Tell the user something beside the results."""
+    print(f"clearance-mj: {kind}: {words}", file=sys.stderr)
 
 
 def out_folder(folder: Path | None, option: str = "--out") -> None:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
-from .command import command, provenance
+from ..core.overview import few
+from .command import command, provenance, say
 from .options import add_columns, add_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -19,8 +20,6 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..signals.alignment import Alignment
     from ..signals.comparison import Comparison
     from ..signals.frf import FRF
-
-MAX_NAMED = 8  # responses that a warning lists
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -46,14 +45,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     test = read_frf(options.test, parse_columns(options.test_column, "--test-column"))
     model = read_frf(options.model, parse_columns(options.model_column, "--model-column"))
-    try:
+    with naming(f"{options.test}, {options.model}", ClearanceError):
         aligned = align(test, model)
         if options.band:
             aligned = aligned.within(options.band)
         repeat = _repeat(aligned, options)
         result, comparison, drawings = _compared(aligned, repeat, options)
-    except ClearanceError as error:
-        raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
     if options.out:
         from ..report.comparison import write_page
@@ -83,14 +80,10 @@ def _repeat(aligned: Alignment, options: argparse.Namespace) -> FRF | None:
 
 def _tell(result: dict[str, Any]) -> None:
     for note in result["notes"]:
-        print(f"clearance-mj: note: {note}", file=sys.stderr)
+        say(note)
     for who in ("test", "model"):
         if left := result[f"only_{who}"]:
-            more = f" and {len(left) - MAX_NAMED} more" if len(left) > MAX_NAMED else ""
-            print(
-                f"clearance-mj: warning: only the {who} has {', '.join(left[:MAX_NAMED])}{more}: left out",
-                file=sys.stderr,
-            )
+            say(f"only the {who} has {few(left)}: left out", "warning")
 
 
 def _compared(

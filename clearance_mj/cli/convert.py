@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
-from .command import command, out_file
+from .command import command, out_file, say
 from .options import add_files, add_kind, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -89,12 +89,10 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
         raise ClearanceError(f"{out}: one file is written from one; several go into a dataset folder (no suffix)")
     if given := [f"--{name}" for name in OF_DATASET if getattr(options, name) is not None]:
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
-    if options.band and not options.frf:
-        raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
-    if options.window and not options.frf:
-        raise ClearanceError(f"{out}: --window is for --frf")
-    if options.kind and not options.frf:
-        raise ClearanceError(f"{out}: --kind is for --frf and for a dataset folder (no suffix)")
+    too = " and for a dataset folder (no suffix)"
+    for name, more in (("band", too), ("window", ""), ("kind", too)):
+        if getattr(options, name) and not options.frf:
+            raise ClearanceError(f"{out}: --{name} is for --frf{more}")
     read = [*inputs, *([options.rig] if options.rig else [])]
     out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
     beside = out.with_name(f"{out.name}{BESIDE}")
@@ -126,7 +124,6 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
 
 def _part(path: Path, obj: Contents, what: str | None) -> Contents:
     """The part of a file that is asked for; everything without a question."""
-    from ..core.checks import naming
     from ..io.contents import picked
 
     with naming(path):
@@ -136,7 +133,6 @@ def _part(path: Path, obj: Contents, what: str | None) -> Contents:
 
 def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
     """FRFs whose quantity the user says."""
-    from ..core.checks import naming
     from ..io.contents import picked
     from ..signals.quantities import with_quantity
 
@@ -164,7 +160,7 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
 
     if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
-    try:
+    with naming(path):
         if isinstance(obj, list):
             if rig is None:
                 raise RecordError("--frf needs --rig, which says which channels are sensors and what drives them")
@@ -174,14 +170,12 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
             raise RecordError("holds no time records, which --frf needs")
         band = tuple(options.band) if options.band else None
         return estimate_frf(obj, resolution=options.frf, band=band, window=options.window)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     """What was written; what could not be is said on standard error."""
     from ..io import formats
-    from ..io.contents import FileContents
+    from ..io.contents import FileContents, in_words
     from ..signals.ema import Modes
     from ..signals.frf import FRF
     from ..signals.response import Response
@@ -195,18 +189,14 @@ def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
         )
     if isinstance(obj, FileContents):
         return ", ".join(obj.parts)
-    if isinstance(obj, Spectra):
-        return f"{len(obj.value)} functions, {obj.kind}, {obj.abscissa.size} lines"
-    if isinstance(obj, Geometry):
-        return f"geometry of {len(obj.numbers)} nodes"
-    if isinstance(obj, Modes):
-        return f"{obj.frequency.size} modes"
+    if isinstance(obj, Spectra | Geometry | Modes):
+        return in_words(obj)
     if isinstance(obj, Response):
         if Response not in formats.format_of(out).holds:
             lost = ["contact and grease forces"] if obj.contact_force is not None else []
             lost += ["displacements (--rig says at which nodes)"] if obj.displacement is not None and not rig else []
             if lost:
-                print(f"clearance-mj: warning: {out}: left out: {', '.join(lost)}", file=sys.stderr)
+                say(f"{out}: left out: {', '.join(lost)}", "warning")
         obj = formats.to_channels(obj, rig)
     if isinstance(obj, list):
         return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
@@ -275,7 +265,7 @@ def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
     if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":
         return record
     rms = float(np.std(record.excitation().value))
-    print(f"clearance-mj: note: {path}: level {rms:.3g}, as measured; --level gives another", file=sys.stderr)
+    say(f"{path}: level {rms:.3g}, as measured; --level gives another")
     return dataclasses.replace(record, level=float(f"{rms:.3g}"))
 
 

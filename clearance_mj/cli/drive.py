@@ -62,12 +62,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for row in data["predicted"]:
         print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
     print(f"results: {options.out}")
-    return {
-        "table": data["table"],
-        "predicted": data["predicted"],
-        "not_told": data["not_told"],
-        "out": str(options.out),
-    }
+    return {name: data[name] for name in ("table", "predicted", "not_told")} | {"out": str(options.out)}
 
 
 def _columns(options: argparse.Namespace) -> dict[str, str]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
-from .command import command, write_results
+from .command import command, say, write_results
 from .options import add_files, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -59,14 +59,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     both = (options.at, options.sensor_at)
     ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in both)
     records = [_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
-    try:
+    with naming(", ".join(map(str, options.records)), ClearanceError):
         settings = {name: getattr(options, name) for name in SETTINGS}
         test = hammer_frf(records, band=tuple(options.band) if options.band else None, **settings)
         modes = extract_modes(test.frf, options.modes) if options.modes else NO_MODES
-    except ClearanceError as error:
-        raise type(error)(f"{', '.join(map(str, options.records))}: {error}") from None
     for words in test.notes:
-        print(f"clearance-mj: note: {words}", file=sys.stderr)
+        say(words)
     frf, averaged, out = test.frf, len(test.blocks), options.out / "frf.uff"
     write(options.new / out.name, frf)
     figures = {"hits": test.plot(), "frf": frf.plot(range(min(MAX_DRAWN, len(frf.labels))))}
@@ -89,7 +87,7 @@ def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, opti
     """The force and the accelerations of a file."""
     import numpy as np
 
-    from ..core.checks import check_dof, naming
+    from ..core.checks import check_dof
     from ..io.channels import require_one_time
     from ..io.formats import read_channels
     from ..signals.response import Response

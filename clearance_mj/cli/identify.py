@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from ..identify import METHODS as METHODS_BY_NAME
-from .command import command, inputs, out_folder, provenance
+from .command import command, inputs, out_folder, provenance, say
 from .options import add_plugin, add_records, reading
 
 if TYPE_CHECKING:
@@ -83,7 +82,7 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
             said += found.warnings
         finally:
             for words in dict.fromkeys(said):
-                print(f"clearance-mj: warning: {words}", file=sys.stderr)
+                say(words, "warning")
     return found
 
 

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from .command import command, write_results
 from .options import add_columns, add_plugin, parse_columns
@@ -44,10 +45,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     names = dict(_driving_points(options.driving_point))
     frfs = [read_frf(path, columns) for path in options.frfs]
     band = tuple(options.band) if options.band else None
-    try:
+    with naming(", ".join(map(str, options.frfs)), ClearanceError):
         found = modes_from_frf(frfs, options.modes, band, driving_points=names)
-    except ClearanceError as error:
-        raise type(error)(f"{', '.join(map(str, options.frfs))}: {error}") from None
     found.structure.write_csv(options.new / "modes.csv")
     caption = "Measured FRFs and what the structure gives for them."
     drawing = Drawing("synthesis", found.figure(), caption, caption)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
+from .command import say
 
 if TYPE_CHECKING:  # the command line starts without the library
     import numpy as np
@@ -137,7 +138,7 @@ def load_model(options: argparse.Namespace) -> Model:
     check_units(model.rig.linear, model.rig.bushings)
     if model.law.table(len(model.rig.bushings)).by_amplitude:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
-        print(f"clearance-mj: note: --gap: {words} (identify by method bench finds one)", file=sys.stderr)
+        say(f"--gap: {words} (identify by method bench finds one)")
     return model
 
 

@@ -22,10 +22,9 @@ READ_MODEL = ("law", "gap")  # options that do nothing beside a response
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=10.0, fs=4096.0)
-    next(
-        a for a in parser._actions if a.dest == "rig"
-    ).help = (
-        "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5), as clearance-mj simulate writes it"
+    rig = next(action for action in parser._actions if action.dest == "rig")
+    rig.help = (
+        "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
     )
     option("--rms", type=float, default=0.0, help="of an excitation, m/s² or N (default: gravity and unbalance alone)")
     option("--drop", type=float, help="s left out at the start (default: a quarter, of a run at one speed)")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, say, write_results
 from .options import (
     add_periodic,
     add_periodic_kind,
@@ -130,7 +129,7 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
             try:
                 new = follow_doubled(branch, point)
             except ClearanceError as error:
-                print(f"clearance-mj: note: {error}", file=sys.stderr)
+                say(str(error))
                 continue
             met.append(float(new.parameter[-1]))
             yield new

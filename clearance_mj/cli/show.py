@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import io
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from .command import command, out_file
@@ -62,9 +64,7 @@ def _shown(path: Path, obj: object) -> dict[str, Any]:
     if not items:
         print(f"{path}: {obj!r}")
         return {"holds": type(obj).__name__, "overview": repr(obj)}
-    counts: dict[str, int] = {}
-    for item in items:
-        counts[item.kind] = counts.get(item.kind, 0) + 1
+    counts = Counter(item.kind for item in items)
     words = ", ".join(f"{count} x {kind}" for kind, count in counts.items())
     print(f"{path}: {words}")
     rows = [HEAD, *map(_row, items)]
@@ -99,10 +99,8 @@ def _draw(obj: object, path: Path, out: Path) -> None:
     from ..core.provenance import MARK
     from ..report.contents_figure import contents_figure
 
-    try:
+    with naming(path, ClearanceError):
         figure = contents_figure(obj)
-    except ClearanceError as error:
-        raise type(error)(f"{path}: {error}") from None
     kind = out.suffix[1:].lower()
     name = {"png": "Software", "svg": "Title", "pdf": "Subject"}[kind]
     buffer = io.BytesIO()

@@ -30,7 +30,7 @@ def check_channel(where: str, signal: ArrayLike, fs: float) -> None:
         raise RecordError(f"{where} is constant ({signal[0]:g}), as when no sensor is connected")
     for near in clipped(signal):
         if near.sum() >= CLIPPED:
-            extreme = max(signal[near], key=lambda value: abs(value - np.median(signal)))
+            extreme = signal[near][np.argmax(np.abs(signal[near] - np.median(signal)))]
             raise RecordError(
                 f"{where} is clipped at {extreme:g} from {np.argmax(near) / fs:g} s on; use a larger range"
             )

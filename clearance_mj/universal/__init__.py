@@ -6,11 +6,11 @@ Every size that a file declares is compared with the bytes that it holds before 
 from __future__ import annotations
 
 import re
-from os import PathLike
 from typing import NamedTuple
 
+from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import plain_file
+from ..core.files import read_bytes as contents
 from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
 from .fields import SI, Block, Units, closing_line, decoded
@@ -20,20 +20,6 @@ __all__ = ["Scan", "contents", "scan"]
 _BLANKS = re.compile(rb"(?:\xef\xbb\xbf)?[\s\0\x1a]*")  # of some editors a mark before, of DOS one at the end
 _OPEN = re.compile(rb"-1[ \t]*\r?\n")
 _KIND = re.compile(rb" *(\d{1,6})([bB]?)")
-
-
-def contents(path: str | PathLike[str]) -> bytes:
-    """Return the bytes of a file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    """
-    try:
-        return plain_file(path).read_bytes()
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 class Scan(NamedTuple):
@@ -71,7 +57,7 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
         kind = _KIND.match(data, opening.end())
         if not kind:
             raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
-        try:
+        with naming(f"data set {number}"):
             if kind[1] == b"58":
                 function, position = read_function(data, opening.end(), bool(kind[2]), number, units)
                 functions.append(function)
@@ -81,6 +67,4 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
             blocks.append(Block(int(kind[1]), number, tuple(lines), units))
             if kind[1] == b"164" and given is None:
                 units = read_units(blocks[-1], notes)
-        except RecordError as error:
-            raise RecordError(f"data set {number}: {error}") from None
     return Scan(functions, blocks, notes)

@@ -132,7 +132,6 @@ def channel_block(channel: Channel) -> bytes:
         name=channel.name,
         kind=TIME_FUNCTION,
         response=channel.label,
-        reference="0:S",
         ordinate=REAL32,
         size=channel.size,
         even=True,
@@ -140,7 +139,6 @@ def channel_block(channel: Channel) -> bytes:
         step=_step_text(channel.fs),
         abscissa_type=TIME,
         numerator=QUANTITIES.get(channel.quantity, 0),
-        denominator=0,
         unit=(channel.unit or "NONE") if channel.quantity == UNKNOWN else UNIT_LABELS[channel.quantity],
     )
     return function_block(header, channel.value.astype("<f4"))
