@@ -100,14 +100,14 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
     obj: formats.Contents
-    given = reading(options)
+    records = reading(options)
     if options.reference:
-        obj = formats.read_frf(path, given["columns"], options.reference, options.what or "frf", options.units)
-    elif given["channel_map"]:
-        obj = formats.read_channels(path, rig=rig, **given)
+        obj = formats.read_frf(path, records["columns"], options.reference, options.what or "frf", options.units)
+    elif records["channel_map"]:
+        obj = formats.read_channels(path, rig=rig, **records)
     else:
         what = options.what or ("channels" if options.frf is not None else None)
-        obj = formats.read(path, **{name: value for name, value in given.items() if name != "channel_map"})
+        obj = formats.read(path, **{name: value for name, value in records.items() if name != "channel_map"})
         if options.what or isinstance(obj, FileContents):
             obj = _part(path, obj, what)
     if options.quantity:

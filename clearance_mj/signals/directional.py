@@ -43,7 +43,8 @@ class DirectionalFRF(ArrayData):
     unit: str
     """of the FRFs in words"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
 
 def directional_frfs(frf: FRF) -> DirectionalFRF:

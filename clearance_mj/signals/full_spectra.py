@@ -41,7 +41,8 @@ class FullSpectrum(ArrayData):
     averages: int
     """number of windows, whose squares are averaged"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def resolution(self) -> float:
@@ -76,7 +77,8 @@ class SpeedCascade(ArrayData):
     window: str
     """of each stretch of samples"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def resolution(self) -> float:

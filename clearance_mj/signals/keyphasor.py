@@ -33,7 +33,8 @@ class ShaftTurning(ArrayData):
     speed: np.ndarray
     """(n_t,) rad/s at each sample"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def mean_speed(self) -> float:

@@ -32,7 +32,8 @@ class BestLinear(ArrayData):
     realisations: int
     """M, over which the mean is taken"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def distortion_variance(self) -> np.ndarray:

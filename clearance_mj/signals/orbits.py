@@ -99,7 +99,8 @@ class Orbits(ArrayData):
     position: np.ndarray
     """(n_turns, 2, n_points) m, along y and z; a turn's first point is at its mark, its end is the next one's first"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def marks(self) -> np.ndarray:

@@ -51,7 +51,8 @@ class Wav(ArrayData):
     name: str = ""
     """what was recorded, in words"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def sound(self) -> Sound:

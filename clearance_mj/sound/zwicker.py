@@ -37,7 +37,8 @@ class Loudness(Shown, ArrayData):
     specific: np.ndarray
     """(240, n) N'(z, t), sone/Bark, read-only"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def time(self) -> np.ndarray:

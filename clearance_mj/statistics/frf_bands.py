@@ -50,7 +50,8 @@ class Band(ArrayData):
     """(n_outputs, n_inputs, n_f) relative standard deviation of a test's magnitude about that of the law, beside that
     of the drawn laws; None: not known"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @functools.cached_property
     def limits(self) -> np.ndarray:

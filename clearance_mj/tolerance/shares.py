@@ -63,7 +63,8 @@ class Production(ArrayData):
     values: np.ndarray
     """(n_designs, n_numbers) their values, SI units"""
 
-    __post_init__ = ArrayData._freeze
+    def __post_init__(self) -> None:
+        self._freeze()
 
     @property
     def designs(self) -> int:
