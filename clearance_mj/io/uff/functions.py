@@ -27,15 +27,9 @@ from ..channels import Channel, ChannelHeader
 from ..gaps import Samples
 
 __all__ = [
-    "abscissa",
-    "channel_block",
-    "distinct_names",
-    "is_of_time",
-    "name_of",
-    "read_channel_header",
-    "read_samples",
+    "abscissa", "channel_block", "distinct_names", "is_of_time", "name_of", "read_channel_header", "read_samples",
     "why_no_record",
-]
+]  # fmt: skip
 
 _SCALES = {"khz": 1e3, "ms": 1e-3}  # of an abscissa, by its unit in lower case
 
