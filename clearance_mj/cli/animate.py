@@ -19,12 +19,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
     option("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
     option("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
-    option(
-        "--rate",
-        type=float,
-        default=20.0,
-        help="pictures per second; of a .gif, 100 over a whole number (default: %(default)s)",
-    )
+    words = "pictures per second; of a .gif, 100 over a whole number (default: %(default)s)"
+    option("--rate", type=float, default=20.0, help=words)
     option("--renderer", default="auto", help="mujoco, matplotlib, or auto: MuJoCo where it can draw (default)")
 
 

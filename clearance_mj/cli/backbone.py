@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, results_of, write_results
 from .options import PERIODIC, add_periodic, add_plugin, length, listed, load_model, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -27,8 +26,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "backbone", "follow nonlinear modes: frequency and damping over amplitude", _options,
-    out=Path("results/backbone"), out_help="folder for backbone.csv, .json and .png (default: %(default)s)",
-    writes=("backbone.csv", "backbone.json", "backbone.png"),
+    **results_of("backbone"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.tasks import run_tasks

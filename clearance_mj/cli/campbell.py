@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, results_of, write_results
 from .options import add_plugin, add_rig, add_speeds, load_model, settings, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -29,8 +28,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, threshold of whirl",
-    _options, out=Path("results/campbell"), out_help="folder for campbell.csv, .json and .png (default: %(default)s)",
-    writes=("campbell.csv", "campbell.json", "campbell.png"),
+    _options, **results_of("campbell"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..clearance.modelled import rig_in_gap

@@ -16,8 +16,10 @@ from ..core.errors import ClearanceError
 if TYPE_CHECKING:  # the command line starts without the library
     from ..report.style import Drawing
 
-__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "say",
-           "write_results"]  # fmt: skip
+__all__ = [
+    "COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "results_of", "say",
+    "write_results",
+]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
 
@@ -75,6 +77,13 @@ def command(
         return run
 
     return register
+
+
+def results_of(name: str) -> dict[str, Any]:
+    """Return where a command writes NAME.csv, .json and .png, as arguments of `command`."""
+    files = tuple(f"{name}.{end}" for end in ("csv", "json", "png"))
+    words = f"folder for {name}.csv, .json and .png (default: %(default)s)"
+    return {"out": Path("results") / name, "out_help": words, "writes": files}
 
 
 def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:

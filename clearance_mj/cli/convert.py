@@ -82,7 +82,7 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
     from ..core.provenance import BESIDE, is_marked, made_from
     from ..io import formats
     from ..io.channels import channel_faults
-    from ..io.contents import FileContents
+    from ..io.contents import FileContents, picked
     from ..rig import Rig
 
     if len(inputs) > 1:
@@ -109,7 +109,8 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
         what = options.what or ("channels" if options.frf is not None else None)
         obj = formats.read(path, **{name: value for name, value in records.items() if name != "channel_map"})
         if options.what or isinstance(obj, FileContents):
-            obj = _part(path, obj, what)
+            with naming(path):
+                obj = picked(obj, what) if what else obj
     if options.quantity:
         obj = _with_quantity(path, obj, options.quantity)
     if isinstance(obj, list):
@@ -120,15 +121,6 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
     made = made_from(read, "convert")
     write_text(beside, to_json(made | {"sha256": sha256(out)}))
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
-
-
-def _part(path: Path, obj: Contents, what: str | None) -> Contents:
-    """The part of a file that is asked for; everything without a question."""
-    from ..io.contents import picked
-
-    with naming(path):
-        part: Contents = picked(obj, what) if what else obj
-        return part
 
 
 def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:

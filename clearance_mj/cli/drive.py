@@ -13,13 +13,10 @@ from .command import command, provenance
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option(
-        "runs",
-        nargs="+",
-        type=Path,
-        metavar="RUN",
+        "runs", nargs="+", type=Path, metavar="RUN",
         help="logs of both ends, or the motor's alone, with reversals: any format of records, Parquet, or joint states "
         "of ROS 2 in MCAP",
-    )
+    )  # fmt: skip
     option(
         "--column", action="append", default=[], metavar="WHAT=COLUMN",
         help="column of time, motor_angle, motor_torque, load_angle or load_torque, such as motor_torque=-tau with a "

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from ..identify import METHODS as METHODS_BY_NAME
 from .command import command, inputs, out_folder, provenance, say
-from .options import add_plugin, add_records, reading
+from .options import add_plugin, add_records, print_parameters, reading
 
 if TYPE_CHECKING:
     from ..identify.registry import Identified
@@ -87,13 +87,8 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
 
 
 def _print(found: Identified, out: Path) -> None:
-    from ..identify.structure.priors import parameter_words
-
     if found.estimates:
-        print(f"{'parameter':48s} {'before':>11s} {'found':>11s}   std  (over that of before)")
-        for row in found.estimates.beside_priors():
-            words = "{name:48s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})"
-            print(words.format(**row | {"name": parameter_words(row["name"])}))
+        print_parameters(found.estimates, 48, f"{'found':>11s}   std  (over that of before)")
     families = found.pages.get("families", ())
     if families:
         print(f"{'family':58s} weight  misfit  held out")

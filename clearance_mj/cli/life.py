@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, results_of, write_results
 from .options import add_kind, add_plugin, add_rig, by_bushing, load_model, settings
 
 if TYPE_CHECKING:
@@ -45,8 +45,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "life", "predict how gaps grow by wear over hours, and when they reach a limit; also from a history", _options,
-    out=Path("results/life"), out_help="folder for life.csv, .json and .png (default: %(default)s)",
-    writes=("life.csv", "life.json", "life.png"),
+    **results_of("life"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.life import draw, rows, summary

@@ -17,6 +17,7 @@ from .command import say
 if TYPE_CHECKING:  # the command line starts without the library
     import numpy as np
 
+    from ..estimate import Estimates
     from ..model import Model
     from ..signals.excitation import Excitation
     from ..signals.psd import PSD
@@ -196,6 +197,16 @@ def add_periodic_kind(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def print_parameters(estimates: Estimates, width: int, head: str) -> None:
+    """Print each parameter before and now; ``head`` names the columns behind those of its name and of before."""
+    from ..identify.structure.priors import parameter_words
+
+    print(f"{'parameter':{width}s} {'before':>11s} {head}")
+    for row in estimates.beside_priors():
+        words = "{before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})".format(**row)
+        print(f"{parameter_words(row['name']):{width}s} {words}")
+
+
 def settings(model: Model) -> dict[str, Any]:
     """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
     from ..core.cache import code
@@ -307,12 +318,8 @@ def add_psd(parser: argparse.ArgumentParser) -> None:
     option("--psd", type=Path, metavar="FILE", help="CSV with columns frequency (Hz) and psd, (m/s²)²/Hz or N²/Hz")
     option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
     option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
-    option(
-        "--at",
-        choices=("hub", "body"),
-        default="hub",
-        help="what of the car the rig is fixed to (default: %(default)s)",
-    )
+    words = "what of the car the rig is fixed to (default: %(default)s)"
+    option("--at", choices=("hub", "body"), default="hub", help=words)
 
 
 def psd_of(options: argparse.Namespace, kind: str) -> PSD | None:

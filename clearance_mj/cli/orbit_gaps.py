@@ -14,19 +14,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option(
         "records", type=Path, help="dataset folder, with records of a shaft that turns alone, with probes and keyphasor"
     )
+    words = "rig file (TOML) or folder of a model instead of the dataset's rig, as identified before"
+    option("--rig", type=Path, help=words)
     option(
-        "--rig",
-        type=Path,
-        help="rig file (TOML) or folder of a model instead of the dataset's rig, as identified before",
-    )
-    option(
-        "--follow",
-        nargs="+",
-        default=[],
-        metavar="RECORD",
+        "--follow", nargs="+", default=[], metavar="RECORD",
         help="names of later records: no gap is found from them; they are followed, with alarms where a rub begins, a "
         "gap wears or oil thins",
-    )
+    )  # fmt: skip
 
 
 @command(

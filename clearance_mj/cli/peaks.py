@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, results_of, write_results
 from .options import add_plugin, add_psd, add_rig, load_model, psd_of, settings
 
 
@@ -31,8 +30,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "peaks", "predict impacts per second and the largest values of an hour under random excitation", _options,
-    out=Path("results/peaks"), out_help="folder for peaks.csv, .json and .png (default: %(default)s)",
-    writes=("peaks.csv", "peaks.json", "peaks.png"),
+    **results_of("peaks"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.peaks import draw, plain, rows, words

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, results_of, write_results
 from .options import (
     MAX_NUMBERS,
     PERIODIC,
@@ -34,8 +33,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "rattle-map", "map where a rig rattles and jumps, over level and frequency, for several gaps", _options,
-    out=Path("results/rattle_map"), out_help="folder for rattle_map.csv, .json and .png (default: %(default)s)",
-    writes=("rattle_map.csv", "rattle_map.json", "rattle_map.png"),
+    **results_of("rattle_map"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, say, write_results
+from .command import command, results_of, say, write_results
 from .options import (
     add_periodic,
     add_periodic_kind,
@@ -56,8 +55,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "response", "follow periodic vibrations over frequency or level, around folds, without marching in time", _options,
-    out=Path("results/response"), out_help="folder for response.csv, .json and .png (default: %(default)s)",
-    writes=("response.csv", "response.json", "response.png"),
+    **results_of("response"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.summaries import of_branch

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import command, write_results
-from .options import add_plugin
+from .options import add_plugin, print_parameters
 
 if TYPE_CHECKING:
     from ..identify import Diagnosis, RigUpdate
@@ -48,14 +48,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:
-    from ..identify.structure.priors import parameter_words
-
     for piece in found.misfit:
         print(f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %")
-    print(f"{'parameter':40s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
-    for row in found.estimates.beside_priors():
-        words = "{name:40s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})"
-        print(words.format(**row | {"name": parameter_words(row["name"])}))
+    print_parameters(found.estimates, 40, f"{'now':>11s}   std  (posterior over prior)")
     for words in (*found.warnings, *diagnosis.words):
         print(f"warning: {words}")
     print(f"rig: {out / 'rig.toml'}")

@@ -62,7 +62,7 @@ def read_bytes(path: str | PathLike[str]) -> bytes:
     try:
         return plain_file(path).read_bytes()
     except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise RecordError(f"{path}: {error.strerror or error}") from None
 
 
 def most_unpacked(size: int) -> int:

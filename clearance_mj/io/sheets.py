@@ -27,7 +27,6 @@ def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = No
     """Read the time records or the FRFs of the first sheet that holds a table, as `read_csv` reads those of a text."""
     import pandas as pd
 
-    notes: list[str] = []
     reasons: list[str] = []
     with naming(path):
         CALAMINE.require()
@@ -47,13 +46,10 @@ def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = No
                 )
             except RecordError as error:
                 reasons.append(f'sheet "{name}": {error}')
-                continue
-            notes += said
-            break
-        else:
-            raise RecordError("; ".join(reasons) or "holds no sheet")
-    note(path, notes)
-    return contents
+            else:
+                note(path, said)
+                return contents
+        raise RecordError("; ".join(reasons) or "holds no sheet")
 
 
 register(Format(

@@ -6,11 +6,12 @@ Every size that a file declares is compared with the bytes that it holds before 
 from __future__ import annotations
 
 import re
+from os import PathLike
 from typing import NamedTuple
 
 from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import read_bytes as contents
+from ..core.files import plain_file
 from .dataset_58 import Function, read_function
 from .dataset_164 import read_units
 from .fields import SI, Block, Units, closing_line, decoded
@@ -20,6 +21,20 @@ __all__ = ["Scan", "contents", "scan"]
 _BLANKS = re.compile(rb"(?:\xef\xbb\xbf)?[\s\0\x1a]*")  # of some editors a mark before, of DOS one at the end
 _OPEN = re.compile(rb"-1[ \t]*\r?\n")
 _KIND = re.compile(rb" *(\d{1,6})([bB]?)")
+
+
+def contents(path: str | PathLike[str]) -> bytes:
+    """Return the bytes of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    """
+    try:
+        return plain_file(path).read_bytes()
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 class Scan(NamedTuple):
