@@ -14,14 +14,6 @@ from .free import value_of
 from .targets import FRFTarget, ModalTarget, modal_target
 
 __all__ = [
-    "Calibration",
-    "FRFTarget",
-    "ModalTarget",
-    "Solution",
-    "calibrate",
-    "modal_target",
-    "profile",
-    "read_frequencies",
-    "read_frf",
-    "value_of",
-]
+    "Calibration", "FRFTarget", "ModalTarget", "Solution", "calibrate", "modal_target", "profile", "read_frequencies",
+    "read_frf", "value_of",
+]  # fmt: skip

@@ -7,6 +7,7 @@ from os import PathLike
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import plain_file
 from ..io.uff import read_uff
@@ -47,7 +48,7 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
     named = [(c[6:], c) for c in header if c.startswith("shape_") and (c[6:].isdigit() or parse_dof(c[6:]))]
     nodes = tuple(int(text) if text.isdigit() else text for text, _ in named)
     frequency = table[name]
-    try:
+    with naming(path):
         return ModalTarget(
             frequency,
             table.get("mode", np.arange(1.0, frequency.size + 1)),
@@ -55,8 +56,6 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
             np.array([table[column] for _, column in named]) if named else None,
             nodes,
         )
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def read_frf(path: str | PathLike[str], band: tuple[float, float] | None = None) -> FRFTarget:

@@ -14,17 +14,14 @@ from ..core.errors import ClearanceError, RigError
 from ..core.plain_numbers import Key, find_numbers, get_number, numbers, path_of, with_number
 from ..estimate.parameter import Parameter
 from ..rig import Rig
+from ..rig.tolerance import FIELDS
 from ..structure.base import parse_place
 
 __all__ = ["Free", "value_of"]
 
-TAPERED = {"diameter": "m", "inner_diameter": "m", "width": "m", "height": "m"}
-SHAFT = {"length": "m", "young_modulus": "Pa", "density": "kg/m³", "poisson_ratio": "", **TAPERED}
-POINTS = {"position": "m", "to": "m", "mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
-SUPPORTS = {
-    "translation": "N/m", "rotation": "N m/rad", "translation_damping": "N s/m", "rotation_damping": "N m s/rad",
-    "inertia": "kg m²", "start": "m",
-}  # fmt: skip
+TAPERED = ("diameter", "inner_diameter", "width", "height")
+SHAFT = ("length", "young_modulus", "density", "poisson_ratio", *TAPERED)
+POINTS = ("position", "to", "mass", "stiffness", "damping")
 """units of what the linear rig depends on: of its shafts, of masses, sensors and bushings with their grease, and of
 supports and discs"""
 SHAFT_FACTOR, OTHER_FACTOR = 1.2, 10.0
@@ -102,7 +99,7 @@ def free_parameter(rig: Rig, path: str, bounds: tuple[float, float] | None) -> P
         raise RigError(f"the bounds of {path} must be 0 < low < high, got {low:g} and {high:g}")
     if value > 0 and not (1 - ROUNDING) * low <= value <= (1 + ROUNDING) * high:
         raise RigError(f"{path} starts at {value:g}, outside its bounds {low:g} to {high:g}")
-    units = SHAFT | POINTS | SUPPORTS | {"rayleigh[0]": "1/s", "rayleigh[1]": "s"}
+    units = FIELDS | {"rayleigh[0]": "1/s", "rayleigh[1]": "s"}
     return Parameter(path, units.get(last, units.get(field, "")), value, low, high)
 
 

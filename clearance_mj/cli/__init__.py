@@ -18,7 +18,8 @@ from ..core.notes import RecordNote
 from ..core.provenance import stale
 from ..rig.plausible import ImplausibleRig
 from ..version import __version__
-from .command import COMMANDS, Parser, inputs
+from .command import COMMANDS, Parser, inputs, say
+from .options import load_plugin
 from .streams import prepare, silence
 
 __all__ = ["main"]
@@ -27,28 +28,12 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
             errno.ELOOP, errno.EINVAL, errno.EFBIG)  # fmt: skip
 """Errors of the system that come of a path that was given"""
 
-for _module in (
-    *(
-        "demo",
-        "new",
-        "map",
-        "study",
-        "identify",
-        "twin",
-        "live",
-        "simulate",
-        "animate",
-        "motion",
-        "listen",
-        "compare",
-        "show",
-        "convert",
-        "hammer",
-        "modes",
-    ),
-    *("calibrate", "update_rig", "place", "sweep", "production", "response", "backbone", "rattle_map", "peaks", "life"),
-    *("campbell", "orbits", "orbit_gaps", "running_clearance", "drive", "vehicle"),
-):  # each registers its command; in the order of the help
+_MODULES = (
+    "demo new map study identify twin live simulate animate motion listen compare show convert hammer modes calibrate "
+    "update_rig place sweep production response backbone rattle_map peaks life campbell orbits orbit_gaps "
+    "running_clearance drive vehicle"
+)  # each registers its command; in the order of the help
+for _module in _MODULES.split():
     import_module(f".{_module}", __name__)
 
 
@@ -69,10 +54,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parsed(sys.argv[1:] if arguments is None else list(arguments))
         for words in stale(inputs(options)):
-            print(f"clearance-mj: note: {words}", file=sys.stderr)
+            say(words)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
             warnings.showwarning = _say
             warnings.simplefilter("error", ImplausibleRig)
+            load_plugin(getattr(options, "plugin", None))
             result = options.run(options)
         if options.json:
             print(to_json(result), end="")
@@ -95,8 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _say(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-    kind = "note" if issubclass(category, RecordNote) else "warning"
-    print(f"clearance-mj: {kind}: {message}", file=sys.stderr)
+    say(str(message), "note" if issubclass(category, RecordNote) else "warning")
 
 
 def _failed(words: str, status: int) -> int:

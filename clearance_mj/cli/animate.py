@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
-from .command import command, inputs, out_file, provenance
+from .command import command, inputs, out_file, provenance, say
 from .options import add_simulation, excitation, load_model
 
 
@@ -20,12 +19,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
     option("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
     option("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
-    option(
-        "--rate",
-        type=float,
-        default=20.0,
-        help="pictures per second; of a .gif, 100 over a whole number (default: %(default)s)",
-    )
+    words = "pictures per second; of a .gif, 100 over a whole number (default: %(default)s)"
+    option("--rate", type=float, default=20.0, help=words)
     option("--renderer", default="auto", help="mujoco, matplotlib, or auto: MuJoCo where it can draw (default)")
 
 
@@ -50,7 +45,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     comment = json.dumps(provenance(options))
     reason = write(shown, options.out, options.renderer, not options.quiet, comment)
     if reason:
-        print(f"clearance-mj: note: drawn by matplotlib: {reason}", file=sys.stderr)
+        say(f"drawn by matplotlib: {reason}")
     print(f"animation: {options.out}")
     return {
         "out": str(options.out),

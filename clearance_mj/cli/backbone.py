@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import PERIODIC, add_periodic, add_plugin, length, load_model, load_plugin, periodic_settings, settings
+from .command import command, results_of, write_results
+from .options import PERIODIC, add_periodic, add_plugin, length, listed, load_model, periodic_settings, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Backbone
@@ -18,36 +16,28 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
-    option("--mode", type=_modes, default=[1], metavar="MODE,...", help="modes in the gap, 1 the lowest (default: 1)")
+    modes = listed(int, "of modes such as 1,2")
+    option("--mode", type=modes, default=[1], metavar="MODE,...", help="modes in the gap, 1 the lowest (default: 1)")
     option("--from", dest="start", type=length, metavar="M", help="amplitude, m or such as 1mil (default: 0.1 gap)")
     option("--to", dest="stop", type=length, metavar="M", help="amplitude, m (default: 5 times the gap)")
     option("--workers", type=int, help="threads (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 
 
-def _modes(text: str) -> list[int]:
-    try:
-        return list(dict.fromkeys(int(part) for part in text.split(",")))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of modes such as 1,2") from None
-
-
 @command(
     "backbone", "follow nonlinear modes: frequency and damping over amplitude", _options,
-    out=Path("results/backbone"), out_help="folder for backbone.csv, .json and .png (default: %(default)s)",
-    writes=("backbone.csv", "backbone.json", "backbone.png"),
+    **results_of("backbone"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.tasks import run_tasks
     from ..periodic import follow_backbone
     from ..periodic.summaries import of_backbone
     from ..report.backbones import draw, rows, words
-    from ..report.tables import write_csv
 
-    load_plugin(options.plugin)
     if (options.start is None) != (options.stop is None):
         raise ClearanceError("--from and --to are the ends of the amplitudes: give both or none")
     model = load_model(options)
+    modes = list(dict.fromkeys(options.mode))
     amplitudes = None if options.start is None else (options.start, options.stop)
     shared = periodic_settings(options)
     progress = "" if options.quiet else "modes"
@@ -55,17 +45,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     def follow(mode: int) -> Backbone:
         return follow_backbone(model, mode, amplitudes, **shared)
 
-    by_mode = dict(run_tasks(follow, options.mode, options.workers, progress=progress))
-    found = [by_mode[mode] for mode in options.mode]
+    by_mode = dict(run_tasks(follow, modes, options.workers, progress=progress))
+    found = [by_mode[mode] for mode in modes]
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC}
     result |= {"backbones": [of_backbone(each) for each in found]}
-    drawing = draw(found)
-    result |= {"provenance": provenance(options)}
-    text = to_json(result)
-    write_csv(options.new / "backbone.csv", rows(found))
-    drawing.write(options.new)
-    write_text(options.new / "backbone.json", text)
+    result = write_results(options, "backbone", result, rows(found), draw(found))
     for each in found:
         print("\n".join(words(each)))
     print(f"backbone: {options.out / 'backbone.csv'}")
-    return result | {"out": str(options.out)}
+    return result

@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, write_results
 
 if TYPE_CHECKING:
     from ..calibrate import Calibration, FRFTarget, ModalTarget
@@ -64,12 +63,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, not options.quiet)
-    result = found.to_dict() | {"provenance": provenance(options)}
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
-    write_text(options.new / "calibration.json", to_json(result))
-    draw(found).write(options.new)
+    result = write_results(options, "calibration", found.to_dict(), None, draw(found))
     _print(found, options.out)
-    return result | {"out": str(options.out)}
+    return result
 
 
 def _target(path: Path, options: argparse.Namespace) -> ModalTarget | FRFTarget:

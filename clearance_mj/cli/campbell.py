@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_plugin, add_rig, add_speeds, load_model, load_plugin, settings, speeds
+from .command import command, results_of, write_results
+from .options import add_plugin, add_rig, add_speeds, load_model, settings, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rotors import Campbell
@@ -30,16 +28,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, threshold of whirl",
-    _options, out=Path("results/campbell"), out_help="folder for campbell.csv, .json and .png (default: %(default)s)",
-    writes=("campbell.csv", "campbell.json", "campbell.png"),
+    _options, **results_of("campbell"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..clearance.modelled import rig_in_gap
     from ..report.style import Drawing
-    from ..report.tables import write_csv
     from ..rotors import campbell
 
-    load_plugin(options.plugin)
     spins = speeds(options)
     for name in ("n", "modes"):
         if getattr(options, name) < 1:
@@ -48,10 +43,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     shaft = rig_in_gap(model.rig, model.law)
     found = campbell(shaft, spins, options.n, options.modes)
     result = _summary(found)
-    write_csv(options.new / "campbell.csv", _rows(found))
     caption = f"Natural frequencies of rig “{model.rig.name}” over its spin, its bushings filled and not in contact."
-    Drawing("campbell", found.plot(), caption, caption).write(options.new)
-    write_text(options.new / "campbell.json", to_json(settings(model) | result | {"provenance": provenance(options)}))
+    drawing = Drawing("campbell", found.plot(), caption, caption)
+    write_results(options, "campbell", settings(model) | result, _rows(found), drawing)
     _print(found)
     print(f"campbell diagram: {options.out}")
     return result | {"out": str(options.out)}

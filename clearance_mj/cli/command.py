@@ -5,14 +5,21 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.errors import ClearanceError
 
-__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance"]
+if TYPE_CHECKING:  # the command line starts without the library
+    from ..report.style import Drawing
+
+__all__ = [
+    "COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "results_of", "say",
+    "write_results",
+]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
 
@@ -72,6 +79,13 @@ def command(
     return register
 
 
+def results_of(name: str) -> dict[str, Any]:
+    """Return where a command writes NAME.csv, .json and .png, as arguments of `command`."""
+    files = tuple(f"{name}.{end}" for end in ("csv", "json", "png"))
+    words = f"folder for {name}.csv, .json and .png (default: %(default)s)"
+    return {"out": Path("results") / name, "out_help": words, "writes": files}
+
+
 def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
     def published(options: argparse.Namespace) -> Any:
         from ..core.output_folder import output_folder
@@ -106,6 +120,30 @@ def provenance(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import made_from
 
     return made_from(inputs(options), options.command)
+
+
+def write_results(
+    options: argparse.Namespace, name: str, result: dict[str, Any], table: Any = None, *drawings: Drawing
+) -> dict[str, Any]:
+    """Write what a command found, with what it comes from: as JSON, rows as CSV, drawings; return what ``--json`` says.
+
+    Nothing is written if the results are no JSON.
+    """
+    from ..core.files import to_json, write_text
+    from ..report.tables import write_csv
+
+    result = result | {"provenance": provenance(options)}
+    write_text(options.new / f"{name}.json", to_json(result))
+    if table is not None:
+        write_csv(options.new / f"{name}.csv", table)
+    for drawing in drawings:
+        drawing.write(options.new)
+    return result | {"out": str(options.out)}
+
+
+def say(words: str, kind: str = "note") -> None:
+    """Tell the user something beside the results."""
+    print(f"clearance-mj: {kind}: {words}", file=sys.stderr)
 
 
 def out_folder(folder: Path | None, option: str = "--out") -> None:

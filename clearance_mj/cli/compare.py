@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_columns, add_plugin, load_plugin, parse_columns
+from ..core.overview import few
+from .command import command, provenance, say
+from .options import add_columns, add_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.style import Drawing
     from ..signals.alignment import Alignment
     from ..signals.comparison import Comparison
     from ..signals.frf import FRF
-
-MAX_NAMED = 8  # responses that a warning lists
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -44,17 +43,14 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_frf
     from ..signals.alignment import align
 
-    load_plugin(options.plugin)
-    test = read_frf(options.test, dict(parse_columns(options.test_column, "--test-column")))
-    model = read_frf(options.model, dict(parse_columns(options.model_column, "--model-column")))
-    try:
+    test = read_frf(options.test, parse_columns(options.test_column, "--test-column"))
+    model = read_frf(options.model, parse_columns(options.model_column, "--model-column"))
+    with naming(f"{options.test}, {options.model}", ClearanceError):
         aligned = align(test, model)
         if options.band:
             aligned = aligned.within(options.band)
         repeat = _repeat(aligned, options)
         result, comparison, drawings = _compared(aligned, repeat, options)
-    except ClearanceError as error:
-        raise type(error)(f"{options.test}, {options.model}: {error}") from None
     _tell(result)
     if options.out:
         from ..report.comparison import write_page
@@ -75,7 +71,7 @@ def _repeat(aligned: Alignment, options: argparse.Namespace) -> FRF | None:
 
     if options.repeat is None:
         return None
-    found = read_frf(options.repeat, dict(parse_columns(options.test_column, "--test-column")))
+    found = read_frf(options.repeat, parse_columns(options.test_column, "--test-column"))
     beside = align(aligned.test, found)
     if beside.only_test or beside.test.frequency.size < aligned.test.frequency.size:
         raise RecordError(f"--repeat {options.repeat}: does not hold every line and response of the test")
@@ -84,14 +80,10 @@ def _repeat(aligned: Alignment, options: argparse.Namespace) -> FRF | None:
 
 def _tell(result: dict[str, Any]) -> None:
     for note in result["notes"]:
-        print(f"clearance-mj: note: {note}", file=sys.stderr)
+        say(note)
     for who in ("test", "model"):
         if left := result[f"only_{who}"]:
-            more = f" and {len(left) - MAX_NAMED} more" if len(left) > MAX_NAMED else ""
-            print(
-                f"clearance-mj: warning: only the {who} has {', '.join(left[:MAX_NAMED])}{more}: left out",
-                file=sys.stderr,
-            )
+            say(f"only the {who} has {few(left)}: left out", "warning")
 
 
 def _compared(

@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
-from .command import command, out_file
-from .options import (
-    add_columns,
-    add_kind,
-    add_map,
-    add_plugin,
-    add_rate,
-    add_units,
-    load_map,
-    load_plugin,
-    parse_columns,
-)
+from .command import command, out_file, say
+from .options import add_files, add_kind, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.channels import Channel
@@ -40,13 +30,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and the dataset folder "
         "(no suffix) that they are added to",
     )  # fmt: skip
-    add_columns(parser)
-    add_map(parser)
-    add_plugin(parser, "a file format")
-    add_units(parser)
+    add_files(parser)
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
     option("--quantity", metavar="QUANTITY", help='of FRFs that do not say theirs, such as "acceleration/force [g/N]"')
-    add_rate(parser)
     option(
         "--rig", type=Path,
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
@@ -88,7 +74,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
     out_help="OUT, if it is not the last FILE",
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    load_plugin(options.plugin)
     inputs, out = options.files, options.out
     if out is None:
         *inputs, out = inputs
@@ -97,33 +82,30 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for path in inputs:
         if path.is_dir():
             raise ClearanceError(f"{path}: is a folder; convert reads files")
-    columns = dict(parse_columns(options.column))
     to = _into_dataset if out.is_dir() or not out.suffix else _to_file
-    result = to(inputs, out, columns, options)
+    result = to(inputs, out, options)
     print(f"{result['out']}: {result['holds']}")
     if to is _into_dataset:
         print(f"next: clearance-mj {'orbit-gaps' if options.role == 'orbit' else 'identify'} {out} --out {out}_found")
     return result
 
 
-def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace) -> dict[str, Any]:
+def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict[str, Any]:
     from ..core.notes import note
     from ..core.provenance import BESIDE, is_marked, made_from
     from ..io import formats
     from ..io.channels import channel_faults
-    from ..io.contents import FileContents
+    from ..io.contents import FileContents, picked
     from ..rig import Rig
 
     if len(inputs) > 1:
         raise ClearanceError(f"{out}: one file is written from one; several go into a dataset folder (no suffix)")
     if given := [f"--{name.replace('_', '-')}" for name in OF_DATASET if getattr(options, name) not in (None, ())]:
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
-    if options.band and not options.frf:
-        raise ClearanceError(f"{out}: --band is for --frf and for a dataset folder (no suffix)")
-    if options.window and not options.frf:
-        raise ClearanceError(f"{out}: --window is for --frf")
-    if options.kind and not options.frf:
-        raise ClearanceError(f"{out}: --kind is for --frf and for a dataset folder (no suffix)")
+    too = " and for a dataset folder (no suffix)"
+    for name, more in (("band", too), ("window", ""), ("kind", too)):
+        if getattr(options, name) and not options.frf:
+            raise ClearanceError(f"{out}: --{name} is for --frf{more}")
     read = [*inputs, *([options.rig] if options.rig else [])]
     out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
     beside = out.with_name(f"{out.name}{BESIDE}")
@@ -131,15 +113,17 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
     obj: formats.Contents
+    records = reading(options)
     if options.reference:
-        obj = formats.read_frf(path, columns, options.reference, options.what or "frf", options.units)
-    elif options.map:
-        obj = formats.read_channels(path, columns, options.fs, rig, options.units, load_map(options), options.resample)
+        obj = formats.read_frf(path, records["columns"], options.reference, options.what or "frf", options.units)
+    elif records["channel_map"]:
+        obj = formats.read_channels(path, rig=rig, **records)
     else:
         what = options.what or ("channels" if options.frf is not None else None)
-        obj = formats.read(path, columns, options.fs, units=options.units, resample=options.resample)
+        obj = formats.read(path, **{name: value for name, value in records.items() if name != "channel_map"})
         if options.what or isinstance(obj, FileContents):
-            obj = _part(path, obj, what)
+            with naming(path):
+                obj = picked(obj, what) if what else obj
     if options.quantity:
         obj = _with_quantity(path, obj, options.quantity)
     if isinstance(obj, list):
@@ -152,19 +136,8 @@ def _to_file(inputs: list[Path], out: Path, columns: dict[str, str], options: ar
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
 
 
-def _part(path: Path, obj: Contents, what: str | None) -> Contents:
-    """The part of a file that is asked for; everything without a question."""
-    from ..core.checks import naming
-    from ..io.contents import picked
-
-    with naming(path):
-        part: Contents = picked(obj, what) if what else obj
-        return part
-
-
 def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
     """FRFs whose quantity the user says."""
-    from ..core.checks import naming
     from ..io.contents import picked
     from ..signals.quantities import with_quantity
 
@@ -192,7 +165,7 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
 
     if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
-    try:
+    with naming(path):
         if isinstance(obj, list) and rig:
             kind = options.kind or driving_kind(obj, rig)
             obj = Record("record", "identify", rig, obj[0].fs, obj, kind).response()
@@ -202,8 +175,6 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
             raise RecordError("holds no time records, which --frf needs")
         band = tuple(options.band) if options.band else None
         return estimate_frf(obj, resolution=options.frf, band=band, window=options.window)
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def _driven(channels: list[Channel], kind: str | None) -> Response:
@@ -233,7 +204,7 @@ def _driven(channels: list[Channel], kind: str | None) -> Response:
 def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     """What was written; what could not be is said on standard error."""
     from ..io import formats
-    from ..io.contents import FileContents
+    from ..io.contents import FileContents, in_words
     from ..signals.ema import Modes
     from ..signals.frf import FRF
     from ..signals.response import Response
@@ -247,27 +218,21 @@ def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
         )
     if isinstance(obj, FileContents):
         return ", ".join(obj.parts)
-    if isinstance(obj, Spectra):
-        return f"{len(obj.value)} functions, {obj.kind}, {obj.abscissa.size} lines"
-    if isinstance(obj, Geometry):
-        return f"geometry of {len(obj.numbers)} nodes"
-    if isinstance(obj, Modes):
-        return f"{obj.frequency.size} modes"
+    if isinstance(obj, Spectra | Geometry | Modes):
+        return in_words(obj)
     if isinstance(obj, Response):
         if Response not in formats.format_of(out).holds:
             lost = ["contact and grease forces"] if obj.contact_force is not None else []
             lost += ["displacements (--rig says at which nodes)"] if obj.displacement is not None and not rig else []
             if lost:
-                print(f"clearance-mj: warning: {out}: left out: {', '.join(lost)}", file=sys.stderr)
+                say(f"{out}: left out: {', '.join(lost)}", "warning")
         obj = formats.to_channels(obj, rig)
     if isinstance(obj, list):
         return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
     return type(obj).__name__
 
 
-def _into_dataset(
-    inputs: list[Path], out: Path, columns: dict[str, str], options: argparse.Namespace
-) -> dict[str, Any]:
+def _into_dataset(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Add records to a dataset, which is made if it is not there."""
     from ..io.dataset import Dataset, write_dataset
     from ..rig import Rig
@@ -285,7 +250,7 @@ def _into_dataset(
         raise ClearanceError(f"{out}: a new dataset needs its rig: --rig rig.toml")
     if known and known.rig != rig:
         raise ClearanceError(f"{options.rig}: is another rig than that of the dataset {out}")
-    records = [_record(path, rig, columns, options) for path in inputs]
+    records = [_record(path, rig, options) for path in inputs]
     write_dataset(out, rig, [*(known.records if known else ()), *records])
     names = [record.name for record in records]
     return {
@@ -297,7 +262,7 @@ def _into_dataset(
     }
 
 
-def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Namespace) -> Record:
+def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
     import dataclasses
 
     import numpy as np
@@ -317,11 +282,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
         path,
         rig,
         options.role or "identify",
-        columns,
-        options.fs,
-        units=options.units,
-        channel_map=load_map(options),
-        resample=options.resample,
+        **reading(options),
         level=options.level,
         band=band,
         kind=options.kind,
@@ -340,7 +301,7 @@ def _record(path: Path, rig: Rig, columns: dict[str, str], options: argparse.Nam
     if record.role == "identify" or record.level is not None or record.excitation_kind == "spin":
         return record
     rms = float(np.std(record.excitation().value))
-    print(f"clearance-mj: note: {path}: level {rms:.3g}, as measured; --level gives another", file=sys.stderr)
+    say(f"{path}: level {rms:.3g}, as measured; --level gives another")
     return dataclasses.replace(record, level=float(f"{rms:.3g}"))
 
 

@@ -13,13 +13,10 @@ from .command import command, provenance
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option(
-        "runs",
-        nargs="+",
-        type=Path,
-        metavar="RUN",
+        "runs", nargs="+", type=Path, metavar="RUN",
         help="logs of both ends, or the motor's alone, with reversals: any format of records, Parquet, or joint states "
         "of ROS 2 in MCAP",
-    )
+    )  # fmt: skip
     option(
         "--column", action="append", default=[], metavar="WHAT=COLUMN",
         help="column of time, motor_angle, motor_torque, load_angle or load_torque, such as motor_torque=-tau with a "
@@ -62,12 +59,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for row in data["predicted"]:
         print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
     print(f"results: {options.out}")
-    return {
-        "table": data["table"],
-        "predicted": data["predicted"],
-        "not_told": data["not_told"],
-        "out": str(options.out),
-    }
+    return {name: data[name] for name in ("table", "predicted", "not_told")} | {"out": str(options.out)}
 
 
 def _columns(options: argparse.Namespace) -> dict[str, str]:

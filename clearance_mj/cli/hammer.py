@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_columns, add_map, add_plugin, add_rate, add_units, load_map, load_plugin, parse_columns
+from .command import command, say, write_results
+from .options import add_files, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.channels import Channel
@@ -40,11 +39,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     words = "what the exponential window falls to in a block, 1: none (default: 1, or as slow decays need)"
     option("--exponential", type=float, metavar="END", help=words)
     option("--modes", type=int, default=10, help="most modes to find, 0: none (default: %(default)s)")
-    add_rate(parser)
-    add_columns(parser)
-    add_map(parser)
-    add_units(parser)
-    add_plugin(parser, "a file format")
+    add_files(parser)
 
 
 @command(
@@ -58,31 +53,28 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..signals.ema import NO_MODES, extract_modes
     from ..signals.hammer import hammer_frf
 
-    load_plugin(options.plugin)
     rig, count = Rig.load(options.rig) if options.rig else None, len(options.records)
     if wrong := [given for given in (options.at, options.sensor_at) if len(given) not in (0, 1, count)]:
         raise ClearanceError(f"{' '.join(wrong[0])}: give one place, or one for each of the {count} files")
     both = (options.at, options.sensor_at)
     ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in both)
     records = [_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
-    try:
+    with naming(", ".join(map(str, options.records)), ClearanceError):
         settings = {name: getattr(options, name) for name in SETTINGS}
         test = hammer_frf(records, band=tuple(options.band) if options.band else None, **settings)
         modes = extract_modes(test.frf, options.modes) if options.modes else NO_MODES
-    except ClearanceError as error:
-        raise type(error)(f"{', '.join(map(str, options.records))}: {error}") from None
     for words in test.notes:
-        print(f"clearance-mj: note: {words}", file=sys.stderr)
+        say(words)
     frf, averaged, out = test.frf, len(test.blocks), options.out / "frf.uff"
     write(options.new / out.name, frf)
-    for name, figure in (("hits", test.plot()), ("frf", frf.plot(range(min(MAX_DRAWN, len(frf.labels)))))):
-        Drawing(name, figure, name, name).write(options.new)
+    figures = {"hits": test.plot(), "frf": frf.plot(range(min(MAX_DRAWN, len(frf.labels))))}
     hits = [asdict(hit) | {"record": str(options.records[hit.record])} for hit in test.hits]
     low, high = frf.frequency[[0, -1]].tolist()
     found = {"frequency": modes.frequency.tolist(), "damping": modes.damping.tolist()}
     result = {"hits": hits, "averaged": averaged, "band": [low, high], "lines": frf.frequency.size, **found}
-    result |= {"window_rate": frf.window_rate, "notes": list(test.notes), "provenance": provenance(options)}
-    write_text(options.new / "hammer.json", to_json(result))
+    result |= {"window_rate": frf.window_rate, "notes": list(test.notes)}
+    drawings = (Drawing(name, figure, name, name) for name, figure in figures.items())
+    result = write_results(options, "hammer", result, None, *drawings)
     print(f"{averaged} of {len(hits)} hits averaged, {frf.frequency.size} lines from {low:.4g} to {high:.4g} Hz")
     print("mode  frequency (Hz)  damping (%)" if options.modes else "", end="\n" if options.modes else "")
     for i, (frequency, damping) in enumerate(zip(modes.frequency, modes.damping), 1):
@@ -95,13 +87,12 @@ def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, opti
     """The force and the accelerations of a file."""
     import numpy as np
 
-    from ..core.checks import check_dof, naming
+    from ..core.checks import check_dof
     from ..io.channels import require_one_time
     from ..io.formats import read_channels
     from ..signals.response import Response
 
-    columns, mapped = dict(parse_columns(options.column)), load_map(options)
-    channels = read_channels(path, columns, options.fs, rig, options.units, mapped, options.resample)
+    channels = read_channels(path, rig=rig, **reading(options))
     with naming(path):
         hammer = _hammer(channels, rig, options.hammer)
         at = at or (hammer.label if hammer.placed else None)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from ..identify import METHODS as METHODS_BY_NAME
-from .command import command, inputs, out_folder, provenance
-from .options import add_columns, add_map, add_plugin, add_rate, load_map, load_plugin, parse_columns
+from .command import command, inputs, out_folder, provenance, say
+from .options import add_plugin, add_records, print_parameters, reading
 
 if TYPE_CHECKING:
     from ..identify.registry import Identified
@@ -28,9 +27,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--rig-exact", action="store_true", help=f"take the rig file for exact: as --method {RIG_EXACT}")
     add_plugin(parser, "a method")
     option("--rig", type=Path, help="rig file (TOML) of a single record; a dataset folder has its own")
-    add_columns(parser)
-    add_map(parser)
-    add_rate(parser)
+    add_records(parser)
     option("--no-figures", action="store_true", help="draw none, and write no page")
 
 
@@ -42,7 +39,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.output_folder import output_folder
 
-    load_plugin(options.plugin)
     if options.rig_exact and options.method not in (None, RIG_EXACT):
         raise ClearanceError(f"--rig-exact is --method {RIG_EXACT}, and not --method {options.method}; give one")
     _check_folder(options)
@@ -86,18 +82,13 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
             said += found.warnings
         finally:
             for words in dict.fromkeys(said):
-                print(f"clearance-mj: warning: {words}", file=sys.stderr)
+                say(words, "warning")
     return found
 
 
 def _print(found: Identified, out: Path) -> None:
-    from ..identify.structure.priors import parameter_words
-
     if found.estimates:
-        print(f"{'parameter':48s} {'before':>11s} {'found':>11s}   std  (over that of before)")
-        for row in found.estimates.beside_priors():
-            words = "{name:48s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})"
-            print(words.format(**row | {"name": parameter_words(row["name"])}))
+        print_parameters(found.estimates, 48, f"{'found':>11s}   std  (over that of before)")
     families = found.pages.get("families", ())
     if families:
         print(f"{'family':58s} weight  misfit  held out")
@@ -123,6 +114,4 @@ def _dataset(options: argparse.Namespace) -> Dataset:
     if not options.rig:
         raise ClearanceError(f"{path}: is a single record, which needs its rig too: --rig rig.toml")
     rig = Rig.load(options.rig)
-    columns = dict(parse_columns(options.column))
-    record = read_record(path, rig, "identify", columns, options.fs, None, load_map(options), options.resample)
-    return Dataset(rig, (record,), path)
+    return Dataset(rig, (read_record(path, rig, "identify", **reading(options)),), path)

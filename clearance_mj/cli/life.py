@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_kind, add_plugin, add_rig, load_model, load_plugin, settings
+from .command import command, results_of, write_results
+from .options import add_kind, add_plugin, add_rig, by_bushing, load_model, settings
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -46,28 +45,20 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "life", "predict how gaps grow by wear over hours, and when they reach a limit; also from a history", _options,
-    out=Path("results/life"), out_help="folder for life.csv, .json and .png (default: %(default)s)",
-    writes=("life.csv", "life.json", "life.png"),
+    **results_of("life"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.life import draw, rows, summary
-    from ..report.tables import write_csv
 
-    load_plugin(options.plugin)
     if options.history and options.draws:
         raise ClearanceError("--draws is of what tolerances say, and with --history that says it; leave --draws out")
     model = load_model(options)
     found = _predicted(options, model, _operation(options, model))
-    result = settings(model) | summary(found) | {"provenance": provenance(options)}
-    text = to_json(result)
-    drawing = draw(found)
-    write_csv(options.new / "life.csv", rows(found))
-    drawing.write(options.new)
-    write_text(options.new / "life.json", text)
+    result = write_results(options, "life", settings(model) | summary(found), rows(found), draw(found))
     for words in found.words():
         print(words)
     print(f"life: {options.out / 'life.png'}")
-    return result | {"out": str(options.out)}
+    return result
 
 
 def _operation(options: argparse.Namespace, model: Model) -> Operation:
@@ -88,7 +79,7 @@ def _operation(options: argparse.Namespace, model: Model) -> Operation:
 def _predicted(options: argparse.Namespace, model: Model, operation: Operation) -> Life | Lives | Remaining:
     from ..wear import GapHistory, predict_life, predict_lives, predict_remaining
 
-    limit, progress = _limit(options.gap_limit), not options.quiet
+    limit, progress = by_bushing(options.gap_limit, "--gap-limit"), not options.quiet
     if options.history:
         history = GapHistory.load(options.history, len(model.rig.bushings))
         return predict_remaining(model, operation, history, limit, seed=options.seed, progress=progress)
@@ -99,11 +90,3 @@ def _predicted(options: argparse.Namespace, model: Model, operation: Operation) 
         model, operation, limit, options.draws, options.seed, options.hours, workers=options.workers, cache=kept,
         progress=progress,
     )  # fmt: skip
-
-
-def _limit(texts: list[str]) -> str | dict[str, str]:
-    """The limit of all bushings, or of each that is named."""
-    parts = [text.rpartition("=") for text in texts]
-    if len(parts) > 1 and not all(name for name, _, _ in parts):
-        raise ClearanceError(f"--gap-limit {' --gap-limit '.join(texts)}: give one for all, or BUSHING=VALUE of each")
-    return {name: value for name, _, value in parts} if parts[0][0] else parts[0][2]

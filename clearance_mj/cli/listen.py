@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, write_results
 from .options import add_simulation, excitation, load_model, numbers, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -69,9 +68,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         unit = "N" if models["A"].rig.shaker.kind == "force" else "m/s²"
         levels = {name: [level for level, _ in each] for name, each in heard.items()}
         result["loudness"] = _loudness(options, unit, levels, sounds)
-    result |= {"method": options.method, "field": options.field, "provenance": provenance(options)}
-    write_text(options.new / "loudness.json", to_json(result))
-    return result | {"out": str(options.out)}
+    return write_results(options, "loudness", result | {"method": options.method, "field": options.field})
 
 
 def _models(options: argparse.Namespace) -> dict[str, Model]:

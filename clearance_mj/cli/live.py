@@ -14,7 +14,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from .command import command, inputs, out_file
-from .options import add_plugin, add_rig, load_model, load_plugin
+from .options import add_plugin, add_rig, load_model
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     if options.out:
         out_file(options.out, (options.out.suffix.lower(),), inputs(options), _holds_address)
-    load_plugin(options.plugin)
     model = load_model(options)
     folder = options.dataset or (options.rig if (options.rig / "dataset.toml").is_file() else None)
     page = Page(model, Dataset.load(folder) if folder else None, options.port, inputs(options))

@@ -10,7 +10,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import read_lines
 from .command import command
-from .options import add_columns, add_kind, add_plugin, add_rate, load_plugin, parse_columns
+from .options import add_columns, add_kind, add_plugin, add_rate, parse_columns
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -33,8 +33,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.formats import read_channels
     from ..rig import Rig
 
-    load_plugin(options.plugin)
-    out, decided = options.out, dict(parse_columns(options.column))
+    out, decided = options.out, parse_columns(options.column)
     if out.suffix != ".toml":
         raise ClearanceError(f"--out {out}: give a name that ends in .toml")
     rig = Rig.load(options.rig)

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_columns, add_plugin, load_plugin, parse_columns
+from .command import command, write_results
+from .options import add_columns, add_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..structure import MeasuredModes
@@ -41,20 +41,16 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.style import Drawing
     from ..structure import modes_from_frf
 
-    load_plugin(options.plugin)
-    columns = dict(parse_columns(options.column))
+    columns = parse_columns(options.column)
     names = dict(_driving_points(options.driving_point))
     frfs = [read_frf(path, columns) for path in options.frfs]
     band = tuple(options.band) if options.band else None
-    try:
+    with naming(", ".join(map(str, options.frfs)), ClearanceError):
         found = modes_from_frf(frfs, options.modes, band, driving_points=names)
-    except ClearanceError as error:
-        raise type(error)(f"{', '.join(map(str, options.frfs))}: {error}") from None
     found.structure.write_csv(options.new / "modes.csv")
-    result = found.summary() | {"out": str(options.out), "provenance": provenance(options)}
-    write_text(options.new / "modes.json", to_json(result))
     caption = "Measured FRFs and what the structure gives for them."
-    Drawing("synthesis", found.figure(), caption, caption).write(options.new)
+    drawing = Drawing("synthesis", found.figure(), caption, caption)
+    result = write_results(options, "modes", found.summary() | {"out": str(options.out)}, None, drawing)
     _print(found, options.out)
     return result
 

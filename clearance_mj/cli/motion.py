@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, write_results
 from .options import add_simulation, excitation, load_model, numbers, settings
 
 
@@ -47,6 +46,5 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print(f"figure: {path}\n  {drawing.caption}")
     peaks = {f"{level:g}": abs(r.displacement).max(axis=1).tolist() for level, r in responses.items()}
     result = {"figures": paths, "peak_displacement": peaks}
-    used = {"engine": options.engine, "provenance": provenance(options)}
-    write_text(options.new / "motion.json", to_json(settings(model) | result | used))
+    write_results(options, "motion", settings(model) | result | {"engine": options.engine})
     return result

@@ -39,7 +39,6 @@ from .command import command
 from .options import in_si, length, pressure, spin
 from .rig_text import rig_lines
 
-KINDS = ("beam", "shaft", "shafts", "matrices", "modes", "mjcf")
 WORDS = {
     "beam": "a uniform cantilever",
     "shaft": "a shaft of sections, with supports and discs",
@@ -48,6 +47,7 @@ WORDS = {
     "modes": "the modes of a test or of a finite element program, out of a file",
     "mjcf": "a MuJoCo model",
 }
+KINDS = tuple(WORDS)
 MOTIONS = ("planar", "spatial")
 SHORTEST_FINITE = 0.25  # L/D up to which a short bearing's oil is near enough
 EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}

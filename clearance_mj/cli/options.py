@@ -12,40 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
+from .command import say
 
 if TYPE_CHECKING:  # the command line starts without the library
     import numpy as np
 
-    from ..io.channel_map import ChannelMap
+    from ..estimate import Estimates
     from ..model import Model
     from ..signals.excitation import Excitation
     from ..signals.psd import PSD
-
-__all__ = [
-    "add_columns",
-    "add_kind",
-    "add_map",
-    "add_periodic",
-    "add_periodic_kind",
-    "add_plugin",
-    "add_psd",
-    "add_rate",
-    "add_rig",
-    "add_simulation",
-    "add_units",
-    "excitation",
-    "in_si",
-    "length",
-    "load_map",
-    "load_model",
-    "load_plugin",
-    "numbers",
-    "parse_columns",
-    "pressure",
-    "psd_of",
-    "settings",
-    "spin",
-]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
 
@@ -94,13 +69,38 @@ def add_rate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--resample", type=float, metavar="RATE", help=words)
 
 
-def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:
+def add_records(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say what the channels of records are, see `reading`."""
+    add_columns(parser)
+    add_map(parser)
+    add_rate(parser)
+
+
+def add_files(parser: argparse.ArgumentParser) -> None:
+    """Add the options with which files of any format are read, see `reading`."""
+    add_records(parser)
+    add_units(parser)
+    add_plugin(parser, "a file format")
+
+
+def reading(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of `add_records` or `add_files` as arguments of `read_channels` and `read_record`."""
+    from ..io.channel_map import ChannelMap
+
+    mapped = ChannelMap.load(options.map) if options.map else None
+    given = {"columns": parse_columns(options.column), "fs": options.fs, "resample": options.resample}
+    return given | {"units": getattr(options, "units", None), "channel_map": mapped}
+
+
+def parse_columns(pairs: Sequence[str], option: str = "--column") -> dict[str, str]:
     """Return the header and channel of each "HEADER=CHANNEL"; a ClearanceError names the option if one is none."""
+    found = {}
     for pair in pairs:
         header, equals, channel = pair.rpartition("=")
         if not (header and equals and channel):
             raise ClearanceError(f'{option} "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
-        yield header.strip(), channel.strip()
+        found[header.strip()] = channel.strip()
+    return found
 
 
 def add_map(parser: argparse.ArgumentParser) -> None:
@@ -108,13 +108,6 @@ def add_map(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--map", type=Path, metavar="MAP", help="map of the files' channels (TOML), as clearance-mj map writes it"
     )
-
-
-def load_map(options: argparse.Namespace) -> ChannelMap | None:
-    """Return the map of `add_map`, if one was given."""
-    from ..io.channel_map import ChannelMap
-
-    return ChannelMap.load(options.map) if options.map else None
 
 
 def add_rig(parser: argparse.ArgumentParser) -> None:
@@ -137,21 +130,27 @@ def load_model(options: argparse.Namespace) -> Model:
     from ..model import Model
     from ..rig.plausible import check_units
 
-    model, values = Model.load(options.rig, options.law), [text.rpartition("=") for text in options.gap]
+    model = Model.load(options.rig, options.law)
     if getattr(options, "engine", "") is None:
         from ..engines import default_engine
 
         options.engine = default_engine(model.rig)
-    if not values:
+    if not options.gap:
         return model
-    if len(values) > 1 and not all(name for name, _, _ in values):
-        raise ClearanceError(f"--gap {' --gap '.join(options.gap)}: give one for all, or BUSHING=VALUE of each")
-    model = model.with_gap({name: value for name, _, value in values} if values[0][0] else values[0][2])
+    model = model.with_gap(by_bushing(options.gap, "--gap"))
     check_units(model.rig.linear, model.rig.bushings)
     if model.law.table(len(model.rig.bushings)).by_amplitude:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
-        print(f"clearance-mj: note: --gap: {words} (identify by method bench finds one)", file=sys.stderr)
+        say(f"--gap: {words} (identify by method bench finds one)")
     return model
+
+
+def by_bushing(texts: Sequence[str], option: str) -> str | dict[str, str]:
+    """Return the one value of an option that may be repeated, or the values by the bushings that they are given for."""
+    parts = [text.rpartition("=") for text in texts]
+    if len(parts) > 1 and not all(name for name, _, _ in parts):
+        raise ClearanceError(f"{option} {f' {option} '.join(texts)}: give one for all, or BUSHING=VALUE of each")
+    return {name: value for name, _, value in parts} if parts[0][0] else parts[0][2]
 
 
 def add_simulation(
@@ -200,6 +199,16 @@ def add_periodic_kind(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def print_parameters(estimates: Estimates, width: int, head: str) -> None:
+    """Print each parameter before and now; ``head`` names the columns behind those of its name and of before."""
+    from ..identify.structure.priors import parameter_words
+
+    print(f"{'parameter':{width}s} {'before':>11s} {head}")
+    for row in estimates.beside_priors():
+        words = "{before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})".format(**row)
+        print(f"{parameter_words(row['name']):{width}s} {words}")
+
+
 def settings(model: Model) -> dict[str, Any]:
     """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
     from ..core.cache import code
@@ -226,10 +235,35 @@ def numbers(text: str) -> tuple[float, ...]:
     return found
 
 
+def listed(kind: type[float], words: str) -> Callable[[str], list[float]]:
+    """Return what reads a list of numbers of one kind; ``words`` say in messages of what it is, such as "of modes"."""
+
+    def parse(text: str) -> list[float]:
+        try:
+            return [kind(part) for part in text.split(",")]
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a list {words}") from None
+
+    return parse
+
+
 def _evenly(low: float, high: float, count: int) -> Iterator[float]:
     if not 2 <= count <= MAX_NUMBERS:
         raise ValueError
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
+
+
+def add_grid(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say over which levels and frequencies a map goes."""
+    option = parser.add_argument
+    option(
+        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
+        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
+        "FROM:TO:COUNT (default: %(default)s)",
+    )  # fmt: skip
+    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
+    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
 
 
 def _with_unit(text: str, quantity: str) -> float:
@@ -286,12 +320,8 @@ def add_psd(parser: argparse.ArgumentParser) -> None:
     option("--psd", type=Path, metavar="FILE", help="CSV with columns frequency (Hz) and psd, (m/s²)²/Hz or N²/Hz")
     option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
     option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
-    option(
-        "--at",
-        choices=("hub", "body"),
-        default="hub",
-        help="what of the car the rig is fixed to (default: %(default)s)",
-    )
+    words = "what of the car the rig is fixed to (default: %(default)s)"
+    option("--at", choices=("hub", "body"), default="hub", help=words)
 
 
 def psd_of(options: argparse.Namespace, kind: str) -> PSD | None:

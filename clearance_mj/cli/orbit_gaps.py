@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, write_results
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -15,19 +14,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option(
         "records", type=Path, help="dataset folder, with records of a shaft that turns alone, with probes and keyphasor"
     )
+    words = "rig file (TOML) or folder of a model instead of the dataset's rig, as identified before"
+    option("--rig", type=Path, help=words)
     option(
-        "--rig",
-        type=Path,
-        help="rig file (TOML) or folder of a model instead of the dataset's rig, as identified before",
-    )
-    option(
-        "--follow",
-        nargs="+",
-        default=[],
-        metavar="RECORD",
+        "--follow", nargs="+", default=[], metavar="RECORD",
         help="names of later records: no gap is found from them; they are followed, with alarms where a rub begins, a "
         "gap wears or oil thins",
-    )
+    )  # fmt: skip
 
 
 @command(
@@ -51,17 +44,15 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     later = [records.pop(name) for name in dict.fromkeys(options.follow)]
     found = orbits(list(records.values()), given or dataset.rig)
     caption = f"Orbits in the bushings of rig “{found.rig.name}”, about the middle of the wall that they tell."
-    Drawing("orbits", found.plot(), caption, caption).write(options.new)
     found.rig.save(options.new / "rig.toml")
-    write_text(options.new / "orbits.json", to_json(found.to_dict() | {"provenance": provenance(options)}))
+    write_results(options, "orbits", found.to_dict(), None, Drawing("orbits", found.plot(), caption, caption))
     for words in (*found.words(), *(f"warning: {each}" for each in found.warnings)):
         print(words)
     followed = [follow_orbits(record, found) for record in later]
     for twin in followed:
         caption = f"Clearances along record “{twin.record}”, each value from what was measured by then."
-        Drawing(f"followed_{twin.record}", twin.plot(), caption, caption).write(options.new)
-        kept = twin.to_dict() | {"provenance": provenance(options)}
-        write_text(options.new / f"followed_{twin.record}.json", to_json(kept))
+        name = f"followed_{twin.record}"
+        write_results(options, name, twin.to_dict(), None, Drawing(name, twin.plot(), caption, caption))
         for said in twin.alarms or ("no alarm",):
             print(f"{twin.record}: {said}")
     print(f"results: {options.out}")

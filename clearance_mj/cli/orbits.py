@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_plugin, add_simulation, excitation, load_model, load_plugin, settings
+from .command import command, write_results
+from .options import add_plugin, add_simulation, excitation, load_model, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -23,10 +22,9 @@ READ_MODEL = ("law", "gap")  # options that do nothing beside a response
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=10.0, fs=4096.0)
-    next(
-        a for a in parser._actions if a.dest == "rig"
-    ).help = (
-        "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5), as clearance-mj simulate writes it"
+    rig = next(action for action in parser._actions if action.dest == "rig")
+    rig.help = (
+        "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
     )
     option("--rms", type=float, default=0.0, help="of an excitation, m/s² or N (default: gravity and unbalance alone)")
     option("--drop", type=float, help="s left out at the start (default: a quarter, of a run at one speed)")
@@ -44,7 +42,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.whirl import draw_orbits, draw_over_speed, draw_spectra, of_orbits
     from ..rotors import whirl
 
-    load_plugin(options.plugin)
     if options.turns < 1:
         raise ClearanceError(f"--turns {options.turns}: must be at least 1")
     if not options.resolution > 0:
@@ -62,7 +59,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print(f"figure: {path}\n  {drawing.caption}")
     for of in result["bushings"]:
         print(_words(of))
-    write_text(options.new / "orbits.json", to_json(used | result | {"provenance": provenance(options)}))
+    write_results(options, "orbits", used | result)
     return result
 
 

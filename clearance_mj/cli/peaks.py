@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_plugin, add_psd, add_rig, load_model, load_plugin, psd_of, settings
+from .command import command, results_of, write_results
+from .options import add_plugin, add_psd, add_rig, load_model, psd_of, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -32,15 +30,12 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "peaks", "predict impacts per second and the largest values of an hour under random excitation", _options,
-    out=Path("results/peaks"), out_help="folder for peaks.csv, .json and .png (default: %(default)s)",
-    writes=("peaks.csv", "peaks.json", "peaks.png"),
+    **results_of("peaks"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.peaks import draw, plain, rows, words
-    from ..report.tables import write_csv
     from ..tolerance.peaks import peaks_over_an_hour
 
-    load_plugin(options.plugin)
     model = load_model(options)
     psd = psd_of(options, options.kind or model.rig.shaker.kind)
     if psd is None:
@@ -51,11 +46,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         engine=options.engine,
     )  # fmt: skip
     result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
-    result |= {"provenance": provenance(options)}
-    text = to_json(result)
-    write_csv(options.new / "peaks.csv", rows(found))
-    draw(found).write(options.new)
-    write_text(options.new / "peaks.json", text)
+    result = write_results(options, "peaks", result, rows(found), draw(found))
     print("\n".join(words(found)))
     print(f"peaks: {options.out / 'peaks.png'}")
-    return result | {"out": str(options.out)}
+    return result

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import argparse
 import csv
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..core.errors import ClearanceError
-from ..core.files import plain_file, to_json, write_text
+from ..core.files import plain_file
 from ..placement import Placement, candidates, grid, place_sensors
 from ..rig import Rig
-from .command import command, provenance
+from .command import command, write_results
+from .options import listed
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -30,11 +30,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--at", type=_point, action="append", default=[], metavar="X",
         help="position that gets a sensor in any case, m, or a point such as 1:+Z; may be repeated",
     )  # fmt: skip
-    option("--modes", type=_numbers(int), default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
-    option(
-        "--unwanted", type=_numbers(int), default=[], metavar="MODES", help="modes that disturb the readings, as 5,6"
-    )
-    option("--weights", type=_numbers(float), default=1.0, help="size of each mode's motion, as 3,1,1,0.5 (default: 1)")
+    whole, any_number = (listed(kind, "such as 1,2,3") for kind in (int, float))
+    option("--modes", type=whole, default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
+    option("--unwanted", type=whole, default=[], metavar="MODES", help="modes that disturb the readings, as 5,6")
+    sizes = "size of each mode's motion, as 3,1,1,0.5 (default: 1)"
+    option("--weights", type=any_number, default=1.0, help=sizes)
     option(
         "--noise", default="1",
         help="standard deviation of a reading: a number, or a CSV file with columns position_m and std, which is "
@@ -55,16 +55,6 @@ def _points(text: str) -> int | list[float | str]:
     return int(text) if text.lstrip("-").isdigit() else [_point(part) for part in text.split(",")]
 
 
-def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
-    def parse(text: str) -> list[float]:
-        try:
-            return [kind(part) for part in text.split(",")]
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a list such as 1,2,3") from None
-
-    return parse
-
-
 @command(
     "place", "place sensors where they identify the modes best, by Fisher information", _options,
     out=Path("results/placement"), out_help="folder for placement.csv, .json and .png (default: %(default)s)",
@@ -72,7 +62,6 @@ def _numbers(kind: type[float]) -> Callable[[str], list[float]]:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.placement import draw
-    from ..report.tables import write_csv
 
     rig = Rig.load(options.rig)
     spread = options.candidates if isinstance(options.candidates, list) else grid(rig, options.candidates).tolist()
@@ -82,12 +71,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     required = [position.index(point) for point in options.at]
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    result |= {"provenance": provenance(options)}
-    write_text(options.new / "placement.json", to_json(result))
-    write_csv(options.new / "placement.csv", found.table)
-    draw(rig, places, found, options.modes).write(options.new)
+    drawing = draw(rig, places, found, options.modes)
+    result = write_results(options, "placement", result, found.table, drawing)
     _print(found, options.out)
-    return result | {"out": str(options.out)}
+    return result
 
 
 def _noise(text: str, position: list[float | str]) -> float | np.ndarray:

@@ -10,12 +10,12 @@ from ..core.errors import ClearanceError
 from .command import command, provenance
 from .options import (
     MAX_NUMBERS,
+    add_grid,
     add_periodic,
     add_periodic_kind,
     add_plugin,
     add_psd,
     load_model,
-    load_plugin,
     numbers,
     periodic_settings,
     psd_of,
@@ -44,14 +44,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )
     option("--designs", type=int, default=1000, help="how many are drawn (default: %(default)s)")
     option("--seed", type=int, default=0, help="of the draws (default: %(default)s)")
-    option(
-        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT (default: %(default)s)",
-    )  # fmt: skip
-    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
-    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
+    add_grid(parser)
     option(
         "--sobol", type=_power_of_two, metavar="SAMPLES",
         help="Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs",
@@ -90,7 +83,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.tightening import tightening_words
     from ..tolerance import Scatter, production, rattle_sensitivity, tighten
 
-    load_plugin(options.plugin)
     if not 1 <= options.steps <= MAX_NUMBERS:
         raise ClearanceError(f"--steps must be between 1 and {MAX_NUMBERS}, got {options.steps}")
     if options.up_to is not None and options.allowed is None:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, results_of, write_results
 from .options import (
     MAX_NUMBERS,
     PERIODIC,
+    add_grid,
     add_periodic,
     add_periodic_kind,
     add_plugin,
     load_model,
-    load_plugin,
     numbers,
     periodic_settings,
     settings,
@@ -27,14 +25,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_periodic(parser)
     add_periodic_kind(parser)
-    option(
-        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT (default: %(default)s)",
-    )  # fmt: skip
-    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
-    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
+    add_grid(parser)
     option("--gaps", type=numbers, metavar="M,...", help="of all bushings, m: list or range (default: the rig's)")
     option("--workers", type=int, help="processes (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
@@ -42,8 +33,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "rattle-map", "map where a rig rattles and jumps, over level and frequency, for several gaps", _options,
-    out=Path("results/rattle_map"), out_help="folder for rattle_map.csv, .json and .png (default: %(default)s)",
-    writes=("rattle_map.csv", "rattle_map.json", "rattle_map.png"),
+    **results_of("rattle_map"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
@@ -51,9 +41,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic import map_rattle
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
-    from ..report.tables import write_csv
 
-    load_plugin(options.plugin)
     if not 2 <= options.steps <= MAX_NUMBERS:
         raise ClearanceError(f"--steps must be between 2 and {MAX_NUMBERS}, got {options.steps}")
     model = load_model(options)
@@ -61,12 +49,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     frequencies = np.linspace(options.start, options.stop, options.steps)
     found = map_rattle(model, options.levels, frequencies, **shared, progress=not options.quiet)
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)
-    result |= {"provenance": provenance(options)}
-    text = to_json(result)
-    drawing = draw(found)
-    write_csv(options.new / "rattle_map.csv", rows(found))
-    drawing.write(options.new)
-    write_text(options.new / "rattle_map.json", text)
+    result = write_results(options, "rattle_map", result, rows(found), draw(found))
     print("\n  ".join(words(found)))
     print(f"rattle map: {options.out / 'rattle_map.png'}")
-    return result | {"out": str(options.out)}
+    return result

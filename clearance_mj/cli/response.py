@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, results_of, say, write_results
 from .options import (
     add_periodic,
     add_periodic_kind,
     add_plugin,
+    listed,
     load_model,
-    load_plugin,
     numbers,
     periodic_settings,
     settings,
@@ -45,7 +42,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     over.add_argument("--frequency", type=numbers, metavar="HZ,...", help="Hz, a list or range; follows over level")
     option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")
     option("--to", dest="stop", type=float, metavar="X", help="last frequency, Hz (default: 220), or level")
-    option("--sensors", type=_nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
+    nodes = listed(int, "of sensors' nodes such as 6,7")
+    option("--sensors", type=nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
     option("--period-doublings", action="store_true", help="leave branches where the period doubles, and follow on")
     option(
         "--isolas", type=int, default=0, metavar="N",
@@ -55,24 +53,14 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_plugin(parser, "a contact or a grease")
 
 
-def _nodes(text: str) -> list[int]:
-    try:
-        return [int(part) for part in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of sensors' nodes such as 6,7") from None
-
-
 @command(
     "response", "follow periodic vibrations over frequency or level, around folds, without marching in time", _options,
-    out=Path("results/response"), out_help="folder for response.csv, .json and .png (default: %(default)s)",
-    writes=("response.csv", "response.json", "response.png"),
+    **results_of("response"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.summaries import of_branch
     from ..report.responses import draw, rows, words
-    from ..report.tables import write_csv
 
-    load_plugin(options.plugin)
     model = load_model(options)
     sensors = _rows_of(model.rig, options.sensors)
     by_level = _branches(options, model)
@@ -80,19 +68,14 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     branches = [branch for known in by_level for branch in known]
     result = settings(model) | {"branches": [of_branch(branch) for branch in branches]}
     result |= {"isolas": basins} if basins else {}
-    drawing = draw(branches, sensors)
-    result |= {"provenance": provenance(options)}
-    text = to_json(result)
-    write_csv(options.new / "response.csv", rows(branches))
-    drawing.write(options.new)
-    write_text(options.new / "response.json", text)
+    result = write_results(options, "response", result, rows(branches), draw(branches, sensors))
     for branch in branches:
         print("\n  ".join(words(branch)))
     for level in basins:
         lost = 100 * sum(shares[-1] for shares in level["shares"]) / len(level["shares"])
         print(f"{level['new']} more branches from random starts, of which {lost:.0f} % came to none that repeats")
     print(f"response: {options.out / 'response.csv'}")
-    return result | {"out": str(options.out)}
+    return result
 
 
 def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:
@@ -144,7 +127,7 @@ def _doubled(branch: Branch) -> Iterator[Branch]:
             try:
                 new = follow_doubled(branch, point)
             except ClearanceError as error:
-                print(f"clearance-mj: note: {error}", file=sys.stderr)
+                say(str(error))
                 continue
             met.append(float(new.parameter[-1]))
             yield new

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_plugin, add_rig, add_speeds, load_model, load_plugin, settings, speeds
+from .command import command, write_results
+from .options import add_plugin, add_rig, add_speeds, load_model, settings, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -38,23 +37,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..clearance.modelled import rig_in_gap
     from ..report.style import Drawing
-    from ..report.tables import write_csv
     from ..rotors import running_clearance
 
-    load_plugin(options.plugin)
     spins = speeds(options)
     model = load_model(options)
     found = running_clearance(rig_in_gap(model.rig, model.law), spins, options.operating)
     touching = None if options.run_up is None else _run_up(model, found, options)
     result = _summary(found)
-    write_csv(options.new / "running_clearance.csv", _rows(found))
     caption = (
         f"Major axes of rig “{model.rig.name}” under {found.scale:.3g} times its unbalances: of 0.5 to 6 the factor "
         f"at which a probe moves by {1e6 * found.limit:.3g} µm, peak to peak, at operating speeds (API 617)."
     )
-    Drawing("running_clearance", found.plot(touching), caption, caption).write(options.new)
-    kept = settings(model) | result | {"provenance": provenance(options)}
-    write_text(options.new / "running_clearance.json", to_json(kept))
+    drawing = Drawing("running_clearance", found.plot(touching), caption, caption)
+    write_results(options, "running_clearance", settings(model) | result, _rows(found), drawing)
     _print(found)
     print(f"running clearances: {options.out}")
     return result | {"out": str(options.out)}

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import io
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from .command import command, out_file
-from .options import add_columns, add_map, add_plugin, add_rate, add_units, load_map, load_plugin, parse_columns
+from .options import add_files, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.inventory import Item
@@ -24,11 +26,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("files", nargs="+", type=Path, metavar="FILE", help="files of any format, or dataset folders")
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
-    add_rate(parser)
-    add_units(parser)
-    add_columns(parser)
-    add_map(parser)
-    add_plugin(parser, "a file format")
+    add_files(parser)
 
 
 @command(
@@ -39,17 +37,17 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
     from ..io.formats import read, read_channels
 
-    load_plugin(options.plugin)
     if options.out is not None:
         if len(options.files) > 1:
             raise ClearanceError(f"--out {options.out}: one picture is drawn of one file, got {len(options.files)}")
         out_file(options.out, PICTURES, options.files, is_marked)
-    columns, channel_map = dict(parse_columns(options.column)), load_map(options)
+    given = reading(options)
+    plain = {name: value for name, value in given.items() if name != "channel_map"}
     found = {}
     for path in options.files:
-        obj: Any = read(path, columns, options.fs, None, options.what, options.units, options.resample)
-        if channel_map and options.what in (None, "channels"):
-            obj = read_channels(path, columns, options.fs, None, options.units, channel_map, options.resample)
+        obj: Any = read(path, what=options.what, **plain)
+        if options.map and options.what in (None, "channels"):
+            obj = read_channels(path, **given)
         found[str(path)] = _shown(path, obj)
     if options.out is not None:
         _draw(obj, options.files[0], options.out)
@@ -66,9 +64,7 @@ def _shown(path: Path, obj: object) -> dict[str, Any]:
     if not items:
         print(f"{path}: {obj!r}")
         return {"holds": type(obj).__name__, "overview": repr(obj)}
-    counts: dict[str, int] = {}
-    for item in items:
-        counts[item.kind] = counts.get(item.kind, 0) + 1
+    counts = Counter(item.kind for item in items)
     words = ", ".join(f"{count} x {kind}" for kind, count in counts.items())
     print(f"{path}: {words}")
     rows = [HEAD, *map(_row, items)]
@@ -103,10 +99,8 @@ def _draw(obj: object, path: Path, out: Path) -> None:
     from ..core.provenance import MARK
     from ..report.contents_figure import contents_figure
 
-    try:
+    with naming(path, ClearanceError):
         figure = contents_figure(obj)
-    except ClearanceError as error:
-        raise type(error)(f"{path}: {error}") from None
     kind = out.suffix[1:].lower()
     name = {"png": "Software", "svg": "Title", "pdf": "Subject"}[kind]
     buffer = io.BytesIO()

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .command import command, inputs, out_file, provenance
-from .options import add_plugin, add_simulation, excitation, load_model, load_plugin
+from .command import command, inputs, out_file, provenance, say
+from .options import add_plugin, add_simulation, excitation, load_model
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -39,7 +38,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.results import save
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
-    load_plugin(options.plugin)
     model = load_model(options)
     case = model, excitation(options, model.rig.shaker.kind, options.rms), None, options.engine
     folder = options.energy
@@ -64,11 +62,8 @@ def _warn_of_truncation(rig: Rig) -> None:
     for found in find_truncation(rig):
         if not found.stiffness_error < MAX_STIFFNESS_ERROR:
             share = f"about {100 * found.stiffness_error:.0f} %" if found.missing >= 0 else "an unknown share"
-            print(
-                f"clearance-mj: warning: clearance at {found.where}: the modes lack flexibility there, so its contact "
-                f"is too stiff by {share}; give residual_flexibility, or more modes",
-                file=sys.stderr,
-            )
+            lacking = f"clearance at {found.where}: the modes lack flexibility there, so its contact is too stiff by"
+            say(f"{lacking} {share}; give residual_flexibility, or more modes", "warning")
 
 
 def _with_energy(options: argparse.Namespace, out: Path, case: tuple[Any, Any, Any, Any]) -> tuple[Any, dict[str, Any]]:

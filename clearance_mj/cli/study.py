@@ -8,7 +8,7 @@ from typing import Any
 
 from ..identify import METHODS as LAWS
 from .command import command
-from .options import add_plugin, load_plugin
+from .options import add_plugin
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
 
-    load_plugin(options.plugin)
     engines, methods = (None if names is None else names.split(",") for names in (options.engines, options.methods))
     study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
     print(f"report: {options.out / 'report.html'}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, inputs, out_folder, provenance
-from .options import add_columns, add_map, add_rate, load_map, parse_columns
+from .options import add_records, reading
 
 if TYPE_CHECKING:
     from ..identify import Twin
@@ -40,9 +40,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="s of the record to which rig and law are fitted (default: %(default)s)",
     )  # fmt: skip
     option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")
-    add_columns(parser)
-    add_map(parser)
-    add_rate(parser)
+    add_records(parser)
 
 
 @command(
@@ -74,10 +72,7 @@ def _record(options: argparse.Namespace, rig: Rig) -> Record:
 
     if options.record.is_dir():
         raise ClearanceError(f"{options.record} is a folder; give the file of one record, such as level_5_a.uff in it")
-    columns = dict(parse_columns(options.column))
-    record = read_record(
-        options.record, rig, "identify", columns, options.fs, None, load_map(options), options.resample
-    )
+    record = read_record(options.record, rig, "identify", **reading(options))
     return dataclasses.replace(record, provenance={"file": str(options.record)} | record.provenance)
 
 

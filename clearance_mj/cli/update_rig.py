@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.files import to_json, write_text
-from .command import command, provenance
-from .options import add_plugin, load_plugin
+from .command import command, write_results
+from .options import add_plugin, print_parameters
 
 if TYPE_CHECKING:
     from ..identify import Diagnosis, RigUpdate
@@ -34,7 +33,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.dataset import Dataset
     from ..report.updated_rig import draw
 
-    load_plugin(options.plugin)
     dataset = Dataset.load(options.dataset)
     records = prepare(dataset)
     if options.as_drawn:
@@ -42,23 +40,17 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         diagnosis = diagnose(found)
     else:
         found, diagnosis = examine(dataset.rig, records, progress=True)
-    stored = found.to_dict() | {"diagnosis": list(diagnosis.words), "provenance": provenance(options)}
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
-    write_text(options.new / "updated_rig.json", to_json(stored))
-    draw(found).write(options.new)
+    stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
+    stored = write_results(options, "updated_rig", stored, None, draw(found))
     _print(found, diagnosis, options.out)
-    return stored | {"out": str(options.out)}
+    return stored
 
 
 def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:
-    from ..identify.structure.priors import parameter_words
-
     for piece in found.misfit:
         print(f"record {piece.record}: misfit up to {100 * piece.share.max():.1f} %")
-    print(f"{'parameter':40s} {'before':>11s} {'now':>11s}   std  (posterior over prior)")
-    for row in found.estimates.beside_priors():
-        words = "{name:40s} {before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})"
-        print(words.format(**row | {"name": parameter_words(row["name"])}))
+    print_parameters(found.estimates, 40, f"{'now':>11s}   std  (posterior over prior)")
     for words in (*found.warnings, *diagnosis.words):
         print(f"warning: {words}")
     print(f"rig: {out / 'rig.toml'}")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .command import command, provenance
-from .options import add_plugin, load_plugin
+from .options import add_plugin
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -37,19 +37,14 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..vehicle.manoeuvres import get_manoeuvre
     from ..vehicle.steering import parse_gap
 
-    load_plugin(options.plugin)
-    settings = {
-        "half_gap": parse_gap(options.gap),
-        "assumed_gap": parse_gap(options.assumed_gap) if options.assumed_gap else None,
-        **{
-            name: getattr(options, name)
-            for name in ("regime", "plant", "length_factor", "seed", "sensors", "manoeuvre")
-        },
-    }
+    names = ("regime", "plant", "length_factor", "seed", "sensors", "manoeuvre")
+    settings: dict[str, Any] = {name: getattr(options, name) for name in names}
+    settings |= {"half_gap": parse_gap(options.gap)}
+    settings |= {"assumed_gap": parse_gap(options.assumed_gap)} if options.assumed_gap else {}
     usual = get_manoeuvre(options.manoeuvre).speed if options.manoeuvre else 120.0
     speed = usual if options.speed is None else options.speed
-    names = CONTROLLERS if options.controller == "all" else dict.fromkeys(options.controller.split(","))
-    cases = [Case(name.strip(), speed, **settings) for name in names]
+    chosen = CONTROLLERS if options.controller == "all" else dict.fromkeys(options.controller.split(","))
+    cases = [Case(name.strip(), speed, **settings) for name in chosen]
     for case in cases:
         check(case)
     outcomes = run_all(cases, progress=not options.quiet)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from .errors import RecordError
+from .errors import ClearanceError, RecordError
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 """Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
@@ -31,12 +31,12 @@ _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
 
 @contextmanager
-def naming(place: object) -> Iterator[None]:
-    """Put the file, or the place in it, before what is wrong."""
+def naming(place: object, kind: type[ClearanceError] = RecordError) -> Iterator[None]:
+    """Put the file, or the place in it, before what is wrong by an error of some kind."""
     try:
         yield
-    except RecordError as error:
-        raise RecordError(f"{place}: {error}") from None
+    except kind as error:
+        raise type(error)(f"{place}: {error}") from None
 
 
 def check_dof(label: str) -> None:

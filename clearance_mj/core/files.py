@@ -20,8 +20,8 @@ from typing import Any
 from .errors import ClearanceError, RecordError
 
 __all__ = [
-    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_lines", "read_text", "remove_leftovers", "replacing",
-    "seal", "sha256", "to_json", "write_text",
+    "TOO_DENSE", "is_sealed", "most_unpacked", "plain_file", "read_bytes", "read_lines", "read_text",
+    "remove_leftovers", "replacing", "seal", "sha256", "to_json", "write_text",
 ]  # fmt: skip
 
 MAX_EXPANSION = 50  # times its size that a compressed file may unpack to: measured numbers reach 2 to 10
@@ -49,6 +49,20 @@ def plain_file(path: str | PathLike[str]) -> Path:
         size = f"it has {found.st_size / 2**30:.3g} GiB; at most {MAX_BYTES / 2**30:g} GiB are read"
         raise OSError(errno.EFBIG, size, str(path))
     return Path(path)
+
+
+def read_bytes(path: str | PathLike[str]) -> bytes:
+    """Return the bytes of a plain file.
+
+    Raises
+    ------
+    RecordError
+        If it cannot be read.
+    """
+    try:
+        return plain_file(path).read_bytes()
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}") from None
 
 
 def most_unpacked(size: int) -> int:

@@ -57,13 +57,9 @@ def made_from(inputs: Iterable[Path], what: str) -> dict[str, Any]:
 def is_marked(path: Path) -> bool:
     """Return whether a file names this program, as all that it writes and may replace does."""
     with path.open("rb") as file:
-        return any(MARK.encode() in block for block in (file.read(2**16), _end(path)))
-
-
-def _end(path: Path) -> bytes:
-    with path.open("rb") as file:
+        begin = file.read(2**16)
         file.seek(max(0, path.stat().st_size - 2**16))
-        return file.read()
+        return MARK.encode() in begin or MARK.encode() in file.read()
 
 
 def stale(paths: Iterable[Path]) -> list[str]:

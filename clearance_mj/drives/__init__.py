@@ -9,18 +9,6 @@ from .mujoco_model import add_found_drive
 from .record import DriveRecord
 
 __all__ = [
-    "PARTS",
-    "Drive",
-    "DriveFit",
-    "DriveRecord",
-    "Efficiency",
-    "MotorSideFit",
-    "PreslidingFriction",
-    "Strand",
-    "add_found_drive",
-    "carried",
-    "entering",
-    "fit_drive",
-    "fit_motor_side",
-    "presliding",
-]
+    "PARTS", "Drive", "DriveFit", "DriveRecord", "Efficiency", "MotorSideFit", "PreslidingFriction", "Strand",
+    "add_found_drive", "carried", "entering", "fit_drive", "fit_motor_side", "presliding",
+]  # fmt: skip

@@ -69,9 +69,8 @@ def _joint_states(path: Path) -> pd.DataFrame:
 
     topics: dict[str, list[tuple[float, Any]]] = {}
     with path.open("rb") as file:
-        for schema, channel, _, message in make_reader(
-            file, decoder_factories=[DecoderFactory()]
-        ).iter_decoded_messages():
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for schema, channel, _, message in reader.iter_decoded_messages():
             if schema is not None and schema.name == STATE:
                 stamp = message.header.stamp
                 topics.setdefault(channel.topic, []).append((stamp.sec + 1e-9 * stamp.nanosec, message))

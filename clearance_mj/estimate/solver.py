@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -163,9 +163,7 @@ def solve(
         search = _Search(problem, stop or Stop(), tuple(dampings), longest)
         ends.append(search.run(points[i], None if found is None else found[i], compared))
     ends.sort(key=lambda s: s.cost)
-    best = ends[0]
-    return Solution(best.problem, best.at, best.residuals, best.jacobian, best.loss, best.cost, best.evaluations,
-                    tuple(ends[1:]))  # fmt: skip
+    return replace(ends[0], others=tuple(ends[1:]))
 
 
 class _Search:

@@ -15,7 +15,7 @@ from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from .channels import Channel
 
-__all__ = ["FileContents", "picked"]
+__all__ = ["FileContents", "in_words", "picked"]
 
 _KINDS: dict[str, type] = {
     "channels": list, "response": Response, "frf": FRF, "spectra": Spectra, "modes": Modes, "geometry": Geometry,
@@ -80,19 +80,20 @@ class FileContents(Shown):
         parts = self.parts
         if what in parts:
             return parts[what]
-        named = ", ".join(f'"{name}" ({_words(part)})' for name, part in parts.items())
+        named = ", ".join(f'"{name}" ({in_words(part)})' for name, part in parts.items())
         several = [name for name in parts if name.startswith(f"{what} ")]
         raise RecordError(f'holds {"several" if several else "no"} "{what}"; choose one of {named}')
 
     def _overview(self) -> Overview:
         parts = self.parts
-        rows = [("what", "holds"), *((f'"{name}"', _words(part)) for name, part in parts.items())]
+        rows = [("what", "holds"), *((f'"{name}"', in_words(part)) for name, part in parts.items())]
         choose = f'cm.read(path, what="{next(iter(parts), "frf")}"), or .pick("{next(iter(parts), "frf")}") of this'
         facts = {"choose": choose, "without a place": few(self.unplaced)}
         return Overview(f"File with {len(parts)} kinds of things", facts, rows)
 
 
-def _words(part: Any) -> str:
+def in_words(part: Any) -> str:
+    """Return what a part of a file is."""
     if isinstance(part, list):
         return f"{len(part)} time records: {few([c.name for c in part], 4)}"
     if isinstance(part, FRF):

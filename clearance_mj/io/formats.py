@@ -33,19 +33,9 @@ from .registry import FORMATS, WORDS, Format, format_of, register
 from .time_axis import on_one_axis
 
 __all__ = [
-    "FORMATS",
-    "Contents",
-    "Format",
-    "driving_kind",
-    "format_of",
-    "read",
-    "read_channels",
-    "read_frf",
-    "read_record",
-    "register",
-    "to_channels",
-    "write",
-]
+    "FORMATS", "Contents", "Format", "driving_kind", "format_of", "read", "read_channels", "read_frf", "read_record",
+    "register", "to_channels", "write",
+]  # fmt: skip
 
 BUILT_IN = (uff, csv_tables, mat, lvm, tdms, mdf, sheets, results)  # modules of the package that register formats
 OPTIONS = {"columns": "names of columns are", "fs": "a sampling rate is", "units": "units are"}

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import RecordError
+from ..signals.arrays import runs
 from .channels import Channel
 
 __all__ = ["GAPS", "WORDS", "Samples", "gapless_channels", "is_code", "without_codes"]
@@ -72,9 +73,9 @@ def gapless_channels(parts: Sequence[Samples], notes: list[str]) -> list[Channel
     found: dict[int, Channel] = {}
     for (size, fs, start), group in groups.items():
         whole = np.logical_and.reduce([np.isfinite(value) for _, value in group])
-        begin, end = _longest(whole)
-        if begin == end:
+        if not whole.any():
             raise RecordError("has no sample at which all channels have numbers; leave some out (NAME=skip)")
+        begin, end = max(runs(whole).tolist(), key=lambda run: run[1] - run[0])  # the longest
         if end - begin < size:
             notes.append(
                 f"all is read from {start + begin / fs:.6g} s to {start + (end - 1) / fs:.6g} s, {end - begin} of "
@@ -100,11 +101,3 @@ def without_codes(value: np.ndarray) -> tuple[np.ndarray, str]:
         return value, ""
     known = [*value[~is_number & ~np.isnan(value)][:1], *codes]
     return np.where(is_number & ~np.isin(value, codes), value, np.nan), f"{known[0]:g}" if known else ""
-
-
-def _longest(whole: np.ndarray) -> tuple[int, int]:
-    """Return begin and end of the longest stretch of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], whole, [False]))))
-    begins, ends = edges[::2], edges[1::2]
-    best = int(np.argmax(ends - begins)) if edges.size else -1
-    return (int(begins[best]), int(ends[best])) if edges.size else (0, 0)

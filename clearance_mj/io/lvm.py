@@ -150,17 +150,13 @@ def _offset(last: LvmSegment, new: LvmSegment) -> float | None:
         return None
     step = (last.x[-1] - last.x[0]) / (last.x.size - 1)
     offsets = [0.0]
-    if (begin := _clock(last)) is not None and (then := _clock(new)) is not None:
+    begin, then = (_seconds(segment.header.get("Time", "")) for segment in (last, new))
+    if begin is not None and then is not None:
         offsets.append(then - begin)
     for offset in offsets:
         if abs(new.x[0] + offset - last.x[-1] - step) < 0.01 * step:
             return last.x[-1] + step - new.x[0] if offset else 0.0
     return None
-
-
-def _clock(segment: LvmSegment) -> float | None:
-    """Seconds of the day at which a segment begins."""
-    return _seconds(segment.header.get("Time", ""))
 
 
 def _seconds(clock: str) -> float | None:

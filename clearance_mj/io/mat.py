@@ -18,7 +18,7 @@ import scipy.io
 
 from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import plain_file, replacing
+from ..core.files import read_bytes, replacing
 from ..core.matlab import Value, arrays
 from ..core.notes import note
 from ..signals.frf import FRF
@@ -86,10 +86,7 @@ def _frf_variables(frf: FRF) -> dict[str, Any]:
 
 def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
     """Return what `matlab.arrays` finds in a file; a RecordError names the file if it cannot be read."""
-    try:
-        data = plain_file(path).read_bytes()
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror or error}") from None
+    data = read_bytes(path)
     if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
         raise RecordError(
             f"{path}: is a MATLAB file of version 7.3, which is not read; save it in MATLAB with "

@@ -104,34 +104,21 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
     return channels
 
 
-_TO_DATASET: dict[type, Callable[..., xr.Dataset]] = {
-    FRF: FRF.to_xarray,
-    Response: Response.to_xarray,
-    Spectra: Spectra.to_xarray,
-    Modes: Modes.to_xarray,
-    Geometry: Geometry.to_xarray,
-    list: channels_to_dataset,
-}
+_LABELLED: tuple[Any, ...] = (FRF, Response, Spectra, Modes, Geometry)
 _FROM_DATASET: dict[Any, Callable[[xr.Dataset], Result]] = {
-    "frf": _frf,
-    "response": Response.from_xarray,
-    "spectra": Spectra.from_xarray,
-    "modes": Modes.from_xarray,
-    "geometry": Geometry.from_xarray,
-    "channels": dataset_to_channels,
-}
+    **{kind.__name__.lower(): kind.from_xarray for kind in _LABELLED}, "frf": _frf, "channels": dataset_to_channels,
+}  # fmt: skip
 
 
 def save(path: str | PathLike[str], obj: Result) -> None:
     """Write FRFs, spectra, a response, modes, a geometry or time records as NetCDF, as HDF5 at .h5, .hdf5."""
-    convert = _TO_DATASET.get(type(obj))
-    if convert is None:
+    if not isinstance(obj, (list, *_LABELLED)):
         raise RecordError(f"{path}: cannot write {type(obj).__name__}; needs an FRF, a Response or a list of channels")
     hdf5 = Path(path).suffix.lower() in _HDF5
     with naming(path):
         if hdf5:
             _require_hdf5()
-        dataset = with_parts(convert(obj))
+        dataset = with_parts(channels_to_dataset(obj) if isinstance(obj, list) else obj.to_xarray())
     form: dict[str, Any] = {"engine": "h5netcdf"} if hdf5 else {"engine": "scipy", "format": "NETCDF3_64BIT"}
     with replacing(path) as temporary:
         # By way of memory: the HDF5 library ends the process where the disk is full.

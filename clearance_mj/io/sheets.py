@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 from os import PathLike
 
 from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import TOO_DENSE, most_unpacked, plain_file
+from ..core.files import TOO_DENSE, most_unpacked, read_bytes
 from ..core.notes import note
 from ..signals.frf import FRF
 from .channels import Channel
@@ -19,30 +20,24 @@ from .waveforms import Program
 
 __all__ = ["read_sheet"]
 
-CALAMINE = Program("python-calamine", "python_calamine", "a spreadsheet", "sheets")
+CALAMINE = Program("python-calamine", "python_calamine", "spreadsheet", "sheets")
 
 
 def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = None, resample: Rate = None) -> Contents:
     """Read the time records or the FRFs of the first sheet that holds a table, as `read_csv` reads those of a text."""
     import pandas as pd
 
-    notes: list[str] = []
     reasons: list[str] = []
     with naming(path):
         CALAMINE.require()
-        try:
-            size = plain_file(path).stat().st_size
-            if zipfile.is_zipfile(path):
-                with zipfile.ZipFile(path) as file:
-                    if sum(part.file_size for part in file.infolist()) > most_unpacked(size):
+    data = io.BytesIO(read_bytes(path))
+    with naming(path):
+        with CALAMINE.opening():
+            if zipfile.is_zipfile(data):
+                with zipfile.ZipFile(data) as file:
+                    if sum(part.file_size for part in file.infolist()) > most_unpacked(data.getbuffer().nbytes):
                         raise RecordError(TOO_DENSE)
-            sheets = pd.read_excel(path, None, header=None, dtype=object, na_filter=False, engine="calamine")
-        except RecordError:
-            raise
-        except OSError as error:
-            raise RecordError(error.strerror or str(error)) from None
-        except Exception as error:  # whatever the package raises of a damaged file
-            raise RecordError(f"not a whole spreadsheet: {' '.join(str(error).split())}") from None
+            sheets = pd.read_excel(data, None, header=None, dtype=object, na_filter=False, engine="calamine")
         for name, frame in sheets.items():
             said = [f'sheet "{name}" of {len(sheets)}'] if len(sheets) > 1 else []
             try:
@@ -51,13 +46,10 @@ def read_sheet(path: str | PathLike[str], columns: Columns = None, fs: Rate = No
                 )
             except RecordError as error:
                 reasons.append(f'sheet "{name}": {error}')
-                continue
-            notes += said
-            break
-        else:
-            raise RecordError("; ".join(reasons) or "holds no sheet")
-    note(path, notes)
-    return contents
+            else:
+                note(path, said)
+                return contents
+        raise RecordError("; ".join(reasons) or "holds no sheet")
 
 
 register(Format(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import importlib.util
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from ..core.checks import naming
 from ..core.errors import RecordError
-from ..core.files import plain_file
+from ..core.files import read_bytes
 from ..core.notes import note
 from ..core.overview import few
 from ..core.units import quantity_of
@@ -73,18 +74,24 @@ class Program:
         """
         with naming(path):
             self.require()
-            try:
-                found = list(waves(plain_file(path).read_bytes()))
-            except RecordError:
-                raise
-            except OSError as error:
-                raise RecordError(error.strerror or str(error)) from None
-            except Exception as error:
-                reason = " ".join(str(error).split()) or type(error).__name__
-                raise RecordError(f"not a whole {self.format} file: {reason}") from None
+        data = read_bytes(path)
+        with naming(path):
+            with self.opening():
+                found = list(waves(data))
             channels = named_channels(found, mapped or {}, rates)
         note(path, rates.notes)
         return channels
+
+    @contextlib.contextmanager
+    def opening(self) -> Iterator[None]:
+        """Make one line of whatever the package raises of a damaged file."""
+        try:
+            yield
+        except RecordError:
+            raise
+        except Exception as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise RecordError(f"not a whole {self.format} file: {reason}") from None
 
     def headers(self, path: str | PathLike[str], channels: Sequence[Channel]) -> list[tuple[str, str]]:
         """Return name and unit under which each channel is written; refuses none, and two of one name."""

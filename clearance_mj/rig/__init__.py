@@ -13,24 +13,7 @@ from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
 
 __all__ = [
-    "BASE_NODE",
-    "KEYPHASOR_NODE",
-    "PROBE_NODE",
-    "SHAKER_NODE",
-    "AppliedForce",
-    "Beam",
-    "Bushing",
-    "Contact",
-    "Friction",
-    "Grease",
-    "OilFilm",
-    "Plate",
-    "PointMass",
-    "Rig",
-    "Sensor",
-    "Shaker",
-    "Spin",
-    "Tolerance",
-    "Unbalance",
-    "rig_schema",
-]
+    "BASE_NODE", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Beam", "Bushing", "Contact",
+    "Friction", "Grease", "OilFilm", "Plate", "PointMass", "Rig", "Sensor", "Shaker", "Spin", "Tolerance",
+    "Unbalance", "rig_schema",
+]  # fmt: skip

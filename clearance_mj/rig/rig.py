@@ -11,6 +11,7 @@ import numpy as np
 import tomli_w
 from pydantic import Field
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RigError
 from ..core.files import replacing
 from ..core.overview import Overview, Shown, few
@@ -330,10 +331,8 @@ class Rig(Shown):
             mm by all appearances are warned of; the command line refuses them.
         """
         data = read_plain(path, RigError)
-        try:
+        with naming(path, RigError):
             rig = cls.from_dict(data, Path(path).parent)
-        except RigError as error:
-            raise RigError(f"{path}: {error}") from None
         warn_of_units(path, rig.linear, rig.bushings)
         return rig
 

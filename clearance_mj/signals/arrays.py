@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ClearanceError
 from ..core.overview import Shown
 
-__all__ = ["ArrayData", "read_only", "rows_of", "same"]
+__all__ = ["ArrayData", "read_only", "rows_of", "runs", "same"]
 
 MAX_CHARACTERS = 60  # characters of a field in a repr
 
@@ -44,6 +44,11 @@ def same(a: object, b: object) -> bool:
     return bool(a == b)
 
 
+def runs(mask: np.ndarray) -> np.ndarray:
+    """Return begin and end (n, 2) of each stretch of true values in a row of them."""
+    return np.flatnonzero(np.diff(np.pad(mask, 1))).reshape(-1, 2)
+
+
 def rows_of(values: Sized, rows: Sequence[int] | None, error: type[ClearanceError] = ClearanceError) -> Sequence[int]:
     """Return the rows that are asked for, all if None; refuses one that is not there."""
     found = list(range(len(values)) if rows is None else rows)
@@ -63,6 +68,12 @@ class ArrayData:
         """Set fields of the frozen object, in ``__post_init__``."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    def _freeze(self) -> None:
+        """Make each field that is an array a read-only one of numbers, real or complex; a `__post_init__` for many."""
+        for name in (f.name for f in self._fields() if str(f.type).startswith("np.ndarray")):
+            if (value := getattr(self, name)) is not None:
+                self._set(**{name: read_only(value, complex if np.iscomplexobj(value) else float)})
 
     def _fields(self) -> tuple[Field[Any], ...]:
         return fields(self)  # type: ignore[arg-type]

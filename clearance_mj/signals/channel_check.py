@@ -2,45 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
+from .arrays import runs
 
-__all__ = ["check_channel"]
+__all__ = ["check_channel", "clipped"]
 
-CLIPPED = 4  # samples at the extreme of a channel, in runs of two or more, that count as clipping
+CLIPPED = 4  # samples at a limit of a channel that count as clipping
 NEAR_EXTREME = 0.9  # of the extreme: from here on the channel's resolution is taken
-STEEP = 10  # resolutions: a smooth peak falls by less from its highest samples to the next, a clipped one by more
+EQUAL, FLAT = 1e-6, 1e-3  # of a channel's range: two samples that are equal, and several that are alike
+COARSEST = 1 / 256  # of a channel's range: the coarsest step of a converter
+STEEP = 8.0  # times the latter that a clipped peak falls by from its last sample to the next
 REST = 0.5  # of the RMS about the median: an extreme nearer to the median is where the channel rests
 
 
 def check_channel(where: str, signal: ArrayLike, fs: float) -> None:
-    """Refuse a channel (n_t,) that is not finite, constant or clipped; ``where`` names it in the message.
-
-    Clipping shows as samples at the very extreme, two or more in a row, to which the signal comes steeply: a smooth
-    peak that a coarse converter rounds to equal samples falls off by a few of its steps only.
-    """
+    """Refuse a channel (n_t,) that is not finite, constant or clipped; ``where`` names it in the message."""
     signal = np.asarray(signal, dtype=float)
     finite = np.isfinite(signal)
     if not finite.all():
         raise RecordError(f"{where} is not a finite number at {np.argmin(finite) / fs:g} s")
     if np.ptp(signal) <= 1e-12 * np.abs(signal).max():
         raise RecordError(f"{where} is constant ({signal[0]:g}), as when no sensor is connected")
-    for side in (signal, -signal):
-        runs = _runs_at_the_top(side)
-        if sum(stop - start for start, stop in runs) >= CLIPPED:
-            first = runs[0][0]
-            raise RecordError(f"{where} is clipped at {signal[first]:g} from {first / fs:g} s on; use a larger range")
+    for near in clipped(signal):
+        if near.sum() >= CLIPPED:
+            extreme = signal[near][np.argmax(np.abs(signal[near] - np.median(signal)))]
+            raise RecordError(
+                f"{where} is clipped at {extreme:g} from {np.argmax(near) / fs:g} s on; use a larger range"
+            )
 
 
-def _runs_at_the_top(signal: np.ndarray) -> list[tuple[int, int]]:
-    """First sample and end of each steep run of two or more samples at the maximum."""
-    middle, top = np.median(signal), signal.max()
-    if top - middle <= REST * np.sqrt(np.mean((signal - middle) ** 2)):
-        return []
-    levels = np.unique(signal[signal > middle + NEAR_EXTREME * (top - middle)])
-    resolution = np.diff(levels).min() if levels.size > 1 else 0.0
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], signal == top, [False])))).reshape(-1, 2)
-    runs = [(int(a), int(b)) for a, b in edges if b - a > 1]
-    return [(a, b) for a, b in runs if top - signal[max(a - 1, 0) : b + 1].min() > STEEP * resolution]
+def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield, for each limit of the converter that a signal (n_t,) comes to, whether each sample is there (n_t,).
+
+    Equal samples are, to which the signal comes steeply. Where three samples lie within a step of a smooth peak's top,
+    the next ones lie within four. Two samples that are equal lie on either side of it, and so the next ones are alike.
+    """
+    rest = signal - np.median(signal)
+    for side in (rest, -rest):
+        top = side.max()
+        if top <= REST * np.sqrt(np.mean(rest**2)):
+            continue
+        steps = np.diff(np.unique(side[side > NEAR_EXTREME * top]))
+        flat = max(FLAT * top, steps.min(initial=COARSEST * top) if (steps < COARSEST * top).any() else 0.0)
+        near = side >= top - flat
+        edges = runs(near)
+        fall = top - np.pad(side, 1, mode="edge")[edges + np.array((0, 1))]
+        run, steep = np.diff(edges)[:, 0], fall.max(axis=1) > STEEP * flat
+        pair = (run == 2) & (np.abs(np.subtract(*side[edges - np.array((0, 1))].T)) <= EQUAL * top)
+        if (steep & ((run > 2) | (pair & (np.ptp(fall, axis=1) > STEEP * flat)))).any():
+            yield near

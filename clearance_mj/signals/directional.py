@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import RecordError
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 from .frf import FRF
 
 __all__ = ["DirectionalFRF", "directional_frfs"]
@@ -44,8 +44,7 @@ class DirectionalFRF(ArrayData):
     """of the FRFs in words"""
 
     def __post_init__(self) -> None:
-        self._set(frequency=read_only(self.frequency))
-        self._set(normal=read_only(self.normal, complex), reverse=read_only(self.reverse, complex))
+        self._freeze()
 
 
 def directional_frfs(frf: FRF) -> DirectionalFRF:

@@ -65,9 +65,8 @@ class Modes(Shown, ArrayData):
     """degree of freedom of each row of the shapes, such as "3:+Z" """
 
     def __post_init__(self) -> None:
-        self._set(
-            frequency=read_only(self.frequency), damping=read_only(self.damping), shape=read_only(self.shape, complex)
-        )
+        self._freeze()
+        self._set(shape=read_only(self.shape, complex))
 
     def _overview(self) -> Overview:
         rows = [(str(i), f"{f:.4g}", f"{100 * d:.3g}") for i, (f, d) in enumerate(zip(self.frequency, self.damping), 1)]

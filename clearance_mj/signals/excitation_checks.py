@@ -10,15 +10,9 @@ from ..core.errors import ExcitationError
 from ..core.memory import require_memory
 
 __all__ = [
-    "Band",
-    "generator_of",
-    "lines_within_band",
-    "require",
-    "require_band",
-    "require_level",
-    "require_period",
+    "Band", "generator_of", "lines_within_band", "require", "require_band", "require_level", "require_period",
     "sample_count",
-]
+]  # fmt: skip
 
 Band = tuple[float, float]
 MAX_SAMPLES = 2**31

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyfit
 
 from ..core.errors import RecordError
+from .arrays import runs
 from .wavelet import Ridge
 
 __all__ = ["Decay", "decay"]
@@ -51,7 +52,7 @@ def decay(line: Ridge, window: float, fs: float) -> Decay:
     size = round(window * fs)
     if size < 8:
         raise RecordError(f"a window of {window:g} s has {max(size, 0)} samples at {fs:g} Hz, at least 8 are needed")
-    starts = [i for part in _stretches(line.valid) for i in range(part.start, part.stop - size + 1, size)]
+    starts = [i for begin, end in runs(line.valid) for i in range(begin, end - size + 1, size)]
     if not starts:
         raise RecordError(f"no valid part of the ridge is as long as a window of {window:g} s")
     rows = np.array(starts)[:, None] + np.arange(size)
@@ -62,8 +63,3 @@ def decay(line: Ridge, window: float, fs: float) -> Decay:
     omega = turning[1]
     middle = line.time[rows[:, 0]] + (size - 1) / (2 * fs)
     return Decay(middle, np.exp(level[0]), omega / (2 * np.pi), -level[1] / omega)
-
-
-def _stretches(valid: np.ndarray) -> list[slice]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], valid, [False]))))
-    return [slice(start, stop) for start, stop in zip(edges[::2], edges[1::2])]

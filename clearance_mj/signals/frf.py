@@ -212,10 +212,7 @@ class FRF(Shown, ArrayData):
             units, attributes = self.unit_label, attributes | {"unit_label": self.unit_label}
         variables = {"value": (dims, self.value, units), "coherence": (dims, self.coherence, "1")}
         coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
-        if self.averages:
-            attributes |= {"averages": self.averages}
-        if self.window_rate:
-            attributes |= {"window_rate": self.window_rate}
+        attributes |= {name: value for name in ("averages", "window_rate") if (value := getattr(self, name))}
         found = labelled.dataset("frf", variables, coordinates, attributes)
         found["value"].attrs["long_name"] = self.quantity
         return found

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.signal
 
 from ..core.errors import RecordError
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +42,7 @@ class FullSpectrum(ArrayData):
     """number of windows, whose squares are averaged"""
 
     def __post_init__(self) -> None:
-        self._set(frequency=read_only(self.frequency), amplitude=read_only(self.amplitude))
+        self._freeze()
 
     @property
     def resolution(self) -> float:
@@ -78,8 +78,7 @@ class SpeedCascade(ArrayData):
     """of each stretch of samples"""
 
     def __post_init__(self) -> None:
-        for name in ("time", "speed", "frequency", "amplitude"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._freeze()
 
     @property
     def resolution(self) -> float:

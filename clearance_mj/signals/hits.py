@@ -18,6 +18,7 @@ import scipy.fft
 import scipy.signal
 
 from ..core.errors import RecordError
+from .channel_check import clipped
 from .response import Response
 
 __all__ = [
@@ -32,9 +33,6 @@ BOUNCE = 0.25  # s: a further pulse within a block that comes sooner makes the h
 RINGING, RINGING_TIME = 0.5, 0.01  # a peak is ringing if the force is so large the other way within these s of it
 OFFSET_TIME = 1.0  # s over which the offset of the force is the median
 BRIEF, QUIET = 0.05, 0.02  # share of the time above TRIGGER, and median over the peak, of a force that is hits
-EQUAL, FLAT = 1e-6, 1e-3  # of a channel's range: two samples that are equal, and several that are alike
-COARSEST = 1 / 256  # of a channel's range: the coarsest step of a converter
-STEEP = 8.0  # times the latter that a clipped peak falls by from its last sample to the next
 STRONG = 0.01  # of the strongest line's power
 WHOLE = 0.8  # of a block: what must follow its hit
 OVERLOAD = "overload"
@@ -148,7 +146,8 @@ def find_hits(
 
 def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int) -> Iterator[Hit]:
     names = record.responses or tuple(f"response {i + 1}" for i in range(len(record.acceleration)))
-    clipped = {"the force": _clipped(record.excitation)} | dict(zip(names, map(_clipped, record.acceleration)))
+    channels = zip(("the force", *names), (record.excitation, *record.acceleration))
+    overloads = {name: sum(clipped(channel), np.zeros(channel.size, dtype=bool)) for name, channel in channels}
     size, fs, before = record.excitation.size, record.fs, -np.inf
     for at, height in zip(pulses.at[pulses.hit].tolist(), pulses.height[pulses.hit]):
         near = (pulses.height >= TOUCH * height) & (np.abs(pulses.at - at) < length)
@@ -158,7 +157,7 @@ def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int
         before, start = at, min(at - lead, size - length)
         low = np.flatnonzero(pulses.push <= max(TOUCH / 2 * height, 3 * pulses.noise))
         touch = [*low[low < at][-1:], *low[low > at][:1]]
-        bad = [name for name, mask in clipped.items() if mask[max(start, 0) : start + length].any()]
+        bad = [name for name, at_limit in overloads.items() if at_limit[max(start, 0) : start + length].any()]
         fault = f"{OVERLOAD}, {' and '.join(bad)} clipped" if bad else ""
         if earlier.size:
             fault = f"{(at - pulses.at[earlier[-1]]) / fs:.3g} s after another hit, within the block of that"
@@ -170,27 +169,6 @@ def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int
             fault = f"the record does not hold its block of {length / fs:.3g} s"
             touch = [at, at]
         yield Hit(number, at / fs, pulses.sign * float(height), start, (int(touch[0]), int(touch[1])), fault)
-
-
-def _clipped(signal: np.ndarray) -> np.ndarray:
-    """(n_t,) whether each sample is at a limit of the converter: equal samples to which the signal comes steeply.
-
-    Where three samples lie within a step of a smooth peak's top, the next ones lie within four. Two samples that are
-    equal lie on either side of it, and so the next ones are alike.
-    """
-    rest, found = signal - np.median(signal), np.zeros(signal.size, dtype=bool)
-    for side in (rest, -rest):
-        top = side.max()
-        steps = np.diff(np.unique(side[side > 0.9 * top]))
-        flat = max(FLAT * top, steps.min(initial=COARSEST * top) if (steps < COARSEST * top).any() else 0.0)
-        near = side >= top - flat
-        edges = np.flatnonzero(np.diff(np.pad(near, 1))).reshape(-1, 2)
-        fall = top - np.pad(side, 1, mode="edge")[edges + np.array((0, 1))]
-        run, steep = np.diff(edges)[:, 0], fall.max(axis=1) > STEEP * flat
-        pair = (run == 2) & (np.abs(np.subtract(*side[edges - np.array((0, 1))].T)) <= EQUAL * top)
-        if top > 0 and (steep & ((run > 2) | (pair & (np.ptp(fall, axis=1) > STEEP * flat)))).any():
-            found |= near
-    return found
 
 
 def windowed_blocks(

@@ -10,7 +10,7 @@ import scipy.ndimage
 from scipy.interpolate import CubicSpline
 
 from ..core.errors import RecordError
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 
 __all__ = ["ShaftTurning", "turning_of_pulses"]
 
@@ -34,8 +34,7 @@ class ShaftTurning(ArrayData):
     """(n_t,) rad/s at each sample"""
 
     def __post_init__(self) -> None:
-        for name in ("marks", "angle", "speed"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._freeze()
 
     @property
     def mean_speed(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 from .frf import FRF, QUANTITY
 from .response import Response
 from .welch import lines_within
@@ -33,7 +33,7 @@ class BestLinear(ArrayData):
     """M, over which the mean is taken"""
 
     def __post_init__(self) -> None:
-        self._set(noise_variance=read_only(self.noise_variance), total_variance=read_only(self.total_variance))
+        self._freeze()
 
     @property
     def distortion_variance(self) -> np.ndarray:

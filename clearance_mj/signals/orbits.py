@@ -20,7 +20,7 @@ import scipy.integrate
 from scipy.interpolate import CubicSpline
 
 from ..core.errors import RecordError
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -100,8 +100,7 @@ class Orbits(ArrayData):
     """(n_turns, 2, n_points) m, along y and z; a turn's first point is at its mark, its end is the next one's first"""
 
     def __post_init__(self) -> None:
-        for name in ("time", "speed", "position"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._freeze()
 
     @property
     def marks(self) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.checks import naming
-from ..core.errors import ExcitationError, RecordError
+from ..core.errors import ClearanceError, ExcitationError, RecordError
 from ..core.files import read_lines
 from ..core.overview import Overview, Shown
 from .arrays import ArrayData, read_only
@@ -85,17 +85,10 @@ class PSD(Shown, ArrayData):
         ExcitationError
             If its numbers are no PSD.
         """
-        try:
-            text = enumerate(read_lines(path), 1)
-        except OSError as error:
-            raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
+        text = enumerate(read_lines(path), 1)
         lines = [(n, line) for n, line in text if line.strip() and line.lstrip()[0] != "#"]
-        with naming(path):
-            frequency, value = _columns(lines)
-        try:
-            return cls(frequency, value, kind, {"file": str(path)})
-        except ExcitationError as error:
-            raise ExcitationError(f"{path}: {error}") from None
+        with naming(path, ClearanceError):
+            return cls(*_columns(lines), kind, {"file": str(path)})
 
     @property
     def band(self) -> Band:

@@ -19,8 +19,8 @@ import numpy as np
 import scipy.io.wavfile
 
 from ..core.errors import RecordError
-from ..core.files import plain_file, replacing
-from ..signals.arrays import ArrayData, read_only
+from ..core.files import read_bytes, replacing
+from ..signals.arrays import ArrayData
 from ..signals.resample import resampled
 from ..signals.response import Response
 from ..version import __version__
@@ -52,7 +52,7 @@ class Wav(ArrayData):
     """what was recorded, in words"""
 
     def __post_init__(self) -> None:
-        self._set(value=read_only(self.value))
+        self._freeze()
 
     @property
     def sound(self) -> Sound:
@@ -206,14 +206,12 @@ def read_wav(path: str | PathLike[str]) -> Wav:
     RecordError
         If it cannot be read or is no whole WAV file.
     """
+    data = read_bytes(path)
     try:
-        data = plain_file(path).read_bytes()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", scipy.io.wavfile.WavFileWarning)  # of chunks that it passes over
             fs, samples = scipy.io.wavfile.read(io.BytesIO(data))
         info = _info(data)
-    except OSError as error:
-        raise RecordError(f"{path}: {error.strerror or error}") from None
     except Exception as error:  # whatever the reader makes of a damaged file
         raise RecordError(f"{path}: not a whole WAV file: {' '.join(str(error).split())}") from None
     value = np.atleast_2d(samples.T).astype(float)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import ClearanceError, RecordError
 from ..core.overview import Overview, Shown
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from ..signals.resample import resampled
 from .pressure import Sound
 from .wav import RATE
@@ -38,7 +38,7 @@ class Loudness(Shown, ArrayData):
     """(240, n) N'(z, t), sone/Bark, read-only"""
 
     def __post_init__(self) -> None:
-        self._set(sone=read_only(self.sone), specific=read_only(self.specific))
+        self._freeze()
 
     @property
     def time(self) -> np.ndarray:

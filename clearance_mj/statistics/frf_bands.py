@@ -24,7 +24,7 @@ from ..core.kinds import checks_kinds
 from ..engines import Modal, simulate_and_keep
 from ..identify.laws.law_misfit import LawMisfit
 from ..model import Model
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
 from ..signals.frf_error import random_error
@@ -51,7 +51,7 @@ class Band(ArrayData):
     of the drawn laws; None: not known"""
 
     def __post_init__(self) -> None:
-        self._set(drawn=read_only(self.drawn), missed=None if self.missed is None else read_only(self.missed))
+        self._freeze()
 
     @functools.cached_property
     def limits(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import hashlib
@@ -16,6 +17,7 @@ from ..clearance.law import Law
 from ..clearance.law_files import law_from_dict
 from ..clearance.modelled import nominal_law
 from ..core.cache import digest
+from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.plain_numbers import find_numbers, get_number, with_numbers
 from ..core.validation import from_plain, read_plain, to_plain
@@ -105,10 +107,8 @@ class Plan:
         _, _, excitation = self.case(0)
         if excitation is None:
             return None
-        try:
+        with naming("reference") if self.reference is not None else contextlib.nullcontext():
             return Observer.of(self.engine, self.outputs, self.rig, excitation, self.reference)
-        except RecordError as error:
-            raise RecordError(f"reference: {error}" if self.reference is not None else str(error)) from None
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -276,13 +276,11 @@ def load_plan(path: str | Path) -> Plan:
     """
     path = Path(path)
     data = read_plain(path, ClearanceError)
-    try:
+    with naming(path, ClearanceError):
         plan = _plan(data, path.parent)
         named = [path.parent / data[key] for key in ("rig", "law", "reference") if key in data]
         plan = dataclasses.replace(plan, files=(path, *named))
         plan.observer  # noqa: B018 that refuses what cannot be observed
-    except ClearanceError as error:
-        raise ClearanceError(f"{path}: {error}") from None
     return plan
 
 

@@ -13,6 +13,7 @@ from scipy.stats import norm, qmc
 from ..calibrate.free import with_values
 from ..clearance.law_files import law_from_dict
 from ..clearance.modelled import nominal_law
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.plain_numbers import Key, find_numbers, get_number, path_of, with_numbers
 from ..model import Model
@@ -178,10 +179,8 @@ def _keys(data: dict[str, Any], path: str) -> list[Key]:
     if not of_law and data["law"] is not None and "contact" in path:
         raise ClearanceError(f"scatter of {path}: has no effect beside the model's law; scatter law. instead")
     part, rest = ("law", path.removeprefix(LAW)) if of_law else ("rig", path)
-    try:
+    with naming("scatter", ClearanceError):
         return [(part, *key) for key in find_numbers(data[part], rest)]
-    except ClearanceError as error:
-        raise ClearanceError(f"scatter: {error}") from None
 
 
 def _name(key: Key) -> str:

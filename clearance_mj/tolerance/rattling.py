@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..model import Model
 from ..periodic.level_branches import LevelBranch, level_branches
@@ -89,10 +90,8 @@ def rattling_of(settings: Settings, batch: Batch) -> Rattling:
     counts = np.zeros((4, settings.levels.size, settings.frequencies.size), dtype=np.int64)
     of_designs = np.empty((3, len(batch.designs)))
     for i in range(len(batch.designs)):
-        try:
+        with naming(f"design {batch.first + i}", ClearanceError):
             one = _of_one(settings, batch.designs.model(i))
-        except ClearanceError as error:
-            raise ClearanceError(f"design {batch.first + i}: {error}") from None
         counts += one.counts
         of_designs[:, i : i + 1] = one.of_designs
     return Rattling(counts, of_designs)

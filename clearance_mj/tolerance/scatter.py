@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.files import write_text
 from ..core.validation import from_plain, read_plain, to_plain
@@ -77,12 +78,10 @@ class Scatter:
         data = read_plain(path, ClearanceError)
         if unknown := [key for key in data if key not in ("scatter", "correlations")]:
             raise ClearanceError(f"{path}: {unknown[0]} is not a known key; known: scatter, correlations")
-        try:
+        with naming(path, ClearanceError):
             numbers = from_plain(tuple[Scattered, ...], data.get("scatter", []), "scatter", ClearanceError)
             pairs = from_plain(tuple[Correlation, ...], data.get("correlations", []), "correlations", ClearanceError)
             return cls(numbers, pairs)
-        except ClearanceError as error:
-            raise ClearanceError(f"{path}: {error}") from None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as a scatter file holds it."""

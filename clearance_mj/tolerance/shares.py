@@ -16,7 +16,7 @@ from ..core.kinds import checks_kinds
 from ..model import Model
 from ..periodic.axes import level_axis
 from ..signals import labelled
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from .batches import settings_of, total_of
 from .limits import Limit
 from .scatter import Scatter, draw_designs
@@ -64,9 +64,7 @@ class Production(ArrayData):
     """(n_designs, n_numbers) their values, SI units"""
 
     def __post_init__(self) -> None:
-        arrays = ("level", "frequency", *SHARES, "unknown", "first_contact", "first_exceeding", "largest", "values")
-        for name in arrays:
-            self._set(**{name: read_only(getattr(self, name))})
+        self._freeze()
 
     @property
     def designs(self) -> int:

@@ -9,6 +9,7 @@ import re
 from os import PathLike
 from typing import NamedTuple
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import plain_file
 from .dataset_58 import Function, read_function
@@ -71,7 +72,7 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
         kind = _KIND.match(data, opening.end())
         if not kind:
             raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
-        try:
+        with naming(f"data set {number}"):
             if kind[1] == b"58":
                 function, position = read_function(data, opening.end(), bool(kind[2]), number, units)
                 functions.append(function)
@@ -81,6 +82,4 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
             blocks.append(Block(int(kind[1]), number, tuple(lines), units))
             if kind[1] == b"164" and given is None:
                 units = read_units(blocks[-1], notes)
-        except RecordError as error:
-            raise RecordError(f"data set {number}: {error}") from None
     return Scan(functions, blocks, notes)

@@ -78,7 +78,8 @@ def time_measure(function: Function, notes: list[str]) -> Measure:
         return Measure(quantity, "", function.units.factor(quantity))
     if not _is_unit(label, quantity):
         return _not_known(function, quantity, label, notes)
-    return Measure(quantity, "", _agreed(function, label, unit_factor(label, quantity), quantity))
+    own = function.units.factor(quantity)
+    return Measure(quantity, "", _agreed(function, label, unit_factor(label, quantity), own))
 
 
 def frf_measure(function: Function, notes: list[str]) -> Measure:
@@ -97,13 +98,13 @@ def frf_measure(function: Function, notes: list[str]) -> Measure:
             scale = ratio_factor(label, above, below)
         except RecordError:
             return _not_known(function, f"{above}/{below}", both, notes)
-        return Measure(f"{above}/{below}", "", _agreed_scale(function, label, scale, own))
+        return Measure(f"{above}/{below}", "", _agreed(function, label, scale, own))
     scales = []
     for text, quantity in ((label, above), (label_below, below)):
         if _is_label(text) and not _is_unit(text, quantity):
             return _not_known(function, f"{above}/{below}", both, notes)
-        scale = unit_factor(text, quantity) if _is_label(text) else function.units.factor(quantity)
-        scales.append(_agreed(function, text, scale, quantity) if _is_label(text) else scale)
+        of_file = function.units.factor(quantity)
+        scales.append(_agreed(function, text, unit_factor(text, quantity), of_file) if _is_label(text) else of_file)
     if above == below and _is_label(label) != _is_label(label_below) and scales[0] != scales[1]:
         return _not_known(function, f"{above}/{below}", both, notes)  # of g over what?
     return Measure(f"{above}/{below}", "", scales[0] / scales[1])
@@ -127,11 +128,7 @@ def _not_known(function: Function, quantity: str, label: str, notes: list[str]) 
     return _unknown("/".join(UNKNOWN for _ in quantity.split("/")), label)
 
 
-def _agreed(function: Function, label: str, scale: float, quantity: str) -> float:
-    return _agreed_scale(function, label, scale, function.units.factor(quantity))
-
-
-def _agreed_scale(function: Function, label: str, scale: float, own: float) -> float:
+def _agreed(function: Function, label: str, scale: float, own: float) -> float:
     """Refuse a label that contradicts units that the file states and that are not SI: either may be the wrong one."""
     if function.units != SI and abs(scale / own - 1) > _TOLERANCE:
         raise RecordError(

@@ -48,18 +48,18 @@ CHOICES = {"ordinate": ((2, 4, 5, 6), "2, 4, 5 or 6"), "even": ((0, 1), "0 (unev
 class Header:
     """Data set 58 without its samples."""
 
-    name: str
     kind: int  #: function type
-    response: str  #: degree of freedom, "3:+Z"
-    reference: str
     ordinate: int  #: precision of the samples: REAL32 ...
     size: int
     even: bool
     first: float  #: abscissa of the first sample, if even
     step: str  #: abscissa increment as it is written: its digits tell how far it can be trusted
     abscissa_type: int
-    numerator: int  #: specific data type
-    denominator: int
+    name: str = ""
+    response: str = NOWHERE  #: degree of freedom, "3:+Z"
+    reference: str = NOWHERE
+    numerator: int = 0  #: specific data type
+    denominator: int = 0
     unit: str = "NONE"  #: label of the ordinate's unit
     unit_below: str = "NONE"  #: label of the denominator's unit
     axis_label: str = "NONE"  #: what the abscissa is

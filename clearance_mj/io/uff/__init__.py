@@ -37,17 +37,9 @@ from .geometry import GEOMETRY_SETS, geometry_sets, read_geometry_blocks, rig_ge
 from .spectra import read_spectra, spectra_blocks
 
 __all__ = [
-    "DIRECTIONS",
-    "QUANTITIES",
-    "Channel",
-    "ChannelHeader",
-    "FileWarning",
-    "Geometry",
-    "read_geometry",
-    "read_uff",
-    "scan_uff",
-    "write_uff",
-]
+    "DIRECTIONS", "QUANTITIES", "Channel", "ChannelHeader", "FileWarning", "Geometry", "read_geometry", "read_uff",
+    "scan_uff", "write_uff",
+]  # fmt: skip
 
 
 class FileWarning(UserWarning):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -125,12 +126,13 @@ def frf_blocks(frf: FRF) -> list[bytes]:
     return [block for reference in frf.references for block in _frf_blocks(frf.to_reference(reference))]
 
 
-def even_lines(frequency: np.ndarray) -> tuple[float, str, bool]:
+def even_lines(frequency: np.ndarray) -> dict[str, Any]:
     """Return first line and step in the six digits of the format, and whether these are the lines."""
     first, step = f"{frequency[0]:.5e}", f"{np.ptp(frequency[:2]):.5e}"
     lines = float(first) + np.arange(frequency.size) * float(step)
     even = float(step) > 0 and np.array_equal(lines, frequency)
-    return (float(first), step, True) if even else (0.0, "0.0", False)
+    size = {"size": frequency.size, "even": even}
+    return size | ({"first": float(first), "step": step} if even else {"first": 0.0, "step": "0.0"})
 
 
 def _frf_blocks(frf: FRF) -> Iterator[bytes]:
@@ -140,21 +142,8 @@ def _frf_blocks(frf: FRF) -> Iterator[bytes]:
         raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
     for label in (frf.reference, *frf.responses):
         check_dof(label)
-    first, step, even = even_lines(frf.frequency)
-    plain = Header(
-        name="",
-        kind=COHERENCE,
-        response="",
-        reference=frf.reference,
-        ordinate=REAL64,
-        size=frf.frequency.size,
-        even=even,
-        first=first,
-        step=step,
-        abscissa_type=FREQUENCY,
-        numerator=0,
-        denominator=0,
-    )
+    lines = even_lines(frf.frequency)
+    plain = Header(kind=COHERENCE, reference=frf.reference, ordinate=REAL64, abscissa_type=FREQUENCY, **lines)
     unit = frf.unit_label or "NONE"
     if UNKNOWN not in names:
         unit = "/".join(f"({label})" if "/" in label else label for label in map(UNIT_LABELS.__getitem__, names))
@@ -167,7 +156,7 @@ def _frf_blocks(frf: FRF) -> Iterator[bytes]:
         unit=unit,
         note=f"exponential window {frf.window_rate:.9g} 1/s" if frf.window_rate else "NONE",
     )
-    axis = () if even else (frf.frequency,)
+    axis = () if plain.even else (frf.frequency,)
     for what, header, rows in (("FRF", ratio, frf.value), ("coherence", plain, frf.coherence)):
         for label, row in zip(frf.responses, () if rows is None else rows[:, 0]):
             if what == "coherence" and np.isnan(row).all():

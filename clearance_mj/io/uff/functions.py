@@ -27,15 +27,9 @@ from ..channels import Channel, ChannelHeader
 from ..gaps import Samples
 
 __all__ = [
-    "abscissa",
-    "channel_block",
-    "distinct_names",
-    "is_of_time",
-    "name_of",
-    "read_channel_header",
-    "read_samples",
+    "abscissa", "channel_block", "distinct_names", "is_of_time", "name_of", "read_channel_header", "read_samples",
     "why_no_record",
-]
+]  # fmt: skip
 
 _SCALES = {"khz": 1e3, "ms": 1e-3}  # of an abscissa, by its unit in lower case
 
@@ -132,7 +126,6 @@ def channel_block(channel: Channel) -> bytes:
         name=channel.name,
         kind=TIME_FUNCTION,
         response=channel.label,
-        reference="0:S",
         ordinate=REAL32,
         size=channel.size,
         even=True,
@@ -140,7 +133,6 @@ def channel_block(channel: Channel) -> bytes:
         step=_step_text(channel.fs),
         abscissa_type=TIME,
         numerator=QUANTITIES.get(channel.quantity, 0),
-        denominator=0,
         unit=(channel.unit or "NONE") if channel.quantity == UNKNOWN else UNIT_LABELS[channel.quantity],
     )
     return function_block(header, channel.value.astype("<f4"))

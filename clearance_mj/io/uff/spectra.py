@@ -120,26 +120,17 @@ def spectra_blocks(spectra: Spectra) -> Iterator[bytes]:
     """Return the data sets of spectra, in double precision."""
     if spectra.kind not in FUNCTION_TYPES:
         raise RecordError(f'kind "{spectra.kind}" is no function type; use {", ".join(FUNCTION_TYPES)}')
-    first, step, even = even_lines(spectra.abscissa)
     types = {axis: code for code, (axis, _) in _AXES.items()}
     is_complex = np.iscomplexobj(spectra.value)
     header = Header(
-        name="",
         kind=FUNCTION_TYPES.index(spectra.kind),
-        response="",
-        reference="",
         ordinate=COMPLEX64 if is_complex else REAL64,
-        size=spectra.abscissa.size,
-        even=even,
-        first=first,
-        step=step,
         abscissa_type=types.get(spectra.axis, 0),
-        numerator=0,
-        denominator=0,
         axis_label=spectra.axis,
         axis_unit=spectra.axis_unit or "NONE",
+        **even_lines(spectra.abscissa),
     )
-    axis = () if even else (spectra.abscissa,)
+    axis = () if header.even else (spectra.abscissa,)
     labels = zip(spectra.names, spectra.responses, spectra.references, spectra.quantities, spectra.units)
     for row, (name, response, reference, quantity, unit) in zip(spectra.value, labels):
         check_dof(response)
