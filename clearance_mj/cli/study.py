@@ -14,7 +14,7 @@ from .options import add_plugin
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
     parser.add_argument(
-        "--engines", help="comma-separated; modal-mj too (default: links,modal, or modal where links cannot)"
+        "--engines", help="comma-separated; modal-mj too (default: links,modal); modal alone where links cannot"
     )
     parser.add_argument(
         "--methods",
