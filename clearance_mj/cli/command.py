@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any, NoReturn
 
 from ..core.errors import ClearanceError
 
-__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance"]
+__all__ = ["COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "spelled"]
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
 
@@ -106,6 +107,11 @@ def provenance(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import made_from
 
     return made_from(inputs(options), options.command)
+
+
+def spelled(*words: object) -> str:
+    """Return a command of this program as one types it in a shell: names with blanks in quotes."""
+    return shlex.join(["clearance-mj", *map(str, words)])
 
 
 def out_folder(folder: Path | None, option: str = "--out") -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
-from .command import command, out_file
+from .command import command, out_file, spelled
 from .options import (
     add_columns,
     add_kind,
@@ -102,7 +102,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = to(inputs, out, columns, options)
     print(f"{result['out']}: {result['holds']}")
     if to is _into_dataset:
-        print(f"next: clearance-mj {'orbit-gaps' if options.role == 'orbit' else 'identify'} {out} --out {out}_found")
+        following = "orbit-gaps" if options.role == "orbit" else "identify"
+        print(f"next: {spelled(following, out, '--out', f'{out}_found')}")
     return result
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
-from .command import command, provenance
+from .command import command, provenance, spelled
 from .options import add_columns, add_map, add_plugin, add_rate, add_units, load_map, load_plugin, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -87,7 +87,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     print("mode  frequency (Hz)  damping (%)" if options.modes else "", end="\n" if options.modes else "")
     for i, (frequency, damping) in enumerate(zip(modes.frequency, modes.damping), 1):
         print(f"{i:4d}  {frequency:14.3f}  {100 * damping:11.3f}")
-    print(f"{out}; next: clearance-mj modes {out}")
+    print(f"{out}; next: {spelled('modes', out)}")
     return result
 
 

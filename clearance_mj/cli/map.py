@@ -9,7 +9,7 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from ..core.files import read_lines
-from .command import command
+from .command import command, spelled
 from .options import add_columns, add_kind, add_plugin, add_rate, load_plugin, parse_columns
 
 
@@ -53,7 +53,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     asked = ", ".join(f'"{name}"' for name in found.undecided)
     if asked:
         print(f'{out}: to be decided: {asked}; write what each is instead of "?", such as "acc:3 [g]" or "skip"')
-    print(f"next: clearance-mj convert {' '.join(map(str, options.files))} bench --rig {options.rig} --map {out}")
+    print(f"next: {spelled('convert', *options.files, 'bench', '--rig', options.rig, '--map', out)}")
     return {
         "channels": dict(found.channels),
         "reasons": dict(found.reasons),

@@ -35,7 +35,7 @@ from ..rig.plausible import check_units
 from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
 from ..version import __version__
-from .command import command
+from .command import command, spelled
 from .options import in_si, length, pressure, spin
 from .rig_text import rig_lines
 
@@ -138,7 +138,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         write_text(path, text)
         print(f"written: {path}")
     if rigs := [path for path in files if path.suffix == ".toml"]:
-        print(f"next: clearance-mj map FILE... --rig {rigs[0]}: which channel of your records is which sensor")
+        print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")
     return {"files": [str(path) for path in files]}
 
 

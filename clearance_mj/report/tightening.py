@@ -39,9 +39,9 @@ def draw_tightening(found: Tightening) -> Drawing:
     right.set_xlim(0, 105)
     tidy(right, f"tolerance for at most {100 * found.allowed:g} %", "", "Share of the tolerance as it is (%)")
     caption = (
-        f"{found.what.capitalize()} at levels up to {found.level:g}. Left: share of the designs without the scatter of "
-        "one number; grey line: of all of it; dashed: what is allowed. Right: what is left of its tolerance where it "
-        "is tightened alone, and in the cheapest set."
+        f"{found.what[0].upper()}{found.what[1:]} at levels up to {found.level:g} {found.unit}. Left: share of the "
+        "designs without the scatter of one number; grey line: of all of it; dashed: what is allowed. Right: what is "
+        "left of its tolerance where it is tightened alone, and in the cheapest set."
     )
     return Drawing("tightening", figure, caption, "Bars of shares of designs and of tolerances for each number.")
 
@@ -60,8 +60,8 @@ def tightening_words(found: Tightening) -> list[str]:
     """Say in whole sentences which tolerances to tighten, and how far."""
     low, high = found.share_limits
     said = [
-        f"{found.what} up to {found.level:g}: {100 * found.share:.3g} % of the designs ({100 * low:.3g} to "
-        f"{100 * high:.3g} %), {100 * found.allowed:g} % are allowed."
+        f"{found.what} up to {found.level:g} {found.unit}: {100 * found.share:.3g} % of the designs ({100 * low:.3g} "
+        f"to {100 * high:.3g} %), {100 * found.allowed:g} % are allowed."
     ]
     if found.share <= found.allowed:
         return [*said, "The tolerances do as they are."]

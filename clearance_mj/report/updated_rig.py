@@ -64,7 +64,7 @@ def _spectra(figure: FigureBase, found: RigUpdate) -> str:
         tidy(
             ax,
             f"{found.channels[row]}, misfit {100 * piece.share[row]:.1f} %",
-            "Spectrum (dB re any)",
+            "Spectrum (dB)",
             "Frequency (Hz)",
         )
     axes[0].legend(fontsize=FONT - 1, frameon=False)
