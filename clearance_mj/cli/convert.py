@@ -256,11 +256,10 @@ def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
         return f"{obj.frequency.size} modes"
     if isinstance(obj, Response):
         if Response not in formats.format_of(out).holds:
-            lost = ["contact and grease forces"] if obj.contact_force is not None else []
-            lost += ["displacements (--rig says at which nodes)"] if obj.displacement is not None and not rig else []
-            if lost:
-                print(f"clearance-mj: warning: {out}: left out: {', '.join(lost)}", file=sys.stderr)
-        obj = formats.to_channels(obj, rig)
+            if obj.displacement is not None and not rig:
+                words = "left out: displacements (--rig says at which nodes)"
+                print(f"clearance-mj: warning: {out}: {words}", file=sys.stderr)
+        obj = [*formats.to_channels(obj, rig), *formats.force_channels(obj, rig)]
     if isinstance(obj, list):
         return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
     return type(obj).__name__
