@@ -10,7 +10,7 @@ from typing import Any
 from ..core.errors import ClearanceError
 from ..core.files import read_lines
 from .command import command, spelled
-from .options import add_columns, add_kind, add_plugin, add_rate, load_plugin, parse_columns
+from .options import add_columns, add_kind, add_plugin, add_rate, hertz, load_plugin, parse_columns
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_plugin(parser, "a file format")
     add_kind(parser)
     add_rate(parser)
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of excitation, Hz (default: as measured)")
+    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band of excitation, Hz (default: as measured)")
 
 
 @command(

@@ -34,8 +34,11 @@ __all__ = [
     "add_simulation",
     "add_units",
     "excitation",
+    "frequencies",
+    "hertz",
     "in_si",
     "length",
+    "lengths",
     "load_map",
     "load_model",
     "load_plugin",
@@ -43,6 +46,7 @@ __all__ = [
     "parse_columns",
     "pressure",
     "psd_of",
+    "seconds",
     "settings",
     "spin",
 ]  # fmt: skip
@@ -89,9 +93,9 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 
 def add_rate(parser: argparse.ArgumentParser) -> None:
     """Add the options that say the sampling rate of files, and another to which their records are brought."""
-    parser.add_argument("--fs", type=float, help="samples per second of what has no times, or uneven ones of this rate")
+    parser.add_argument("--fs", type=hertz, help="samples per second of what has no times, or uneven ones of this rate")
     words = "bring all records to this many samples per second, over the time that they share, uneven ones too"
-    parser.add_argument("--resample", type=float, metavar="RATE", help=words)
+    parser.add_argument("--resample", type=hertz, metavar="RATE", help=words)
 
 
 def parse_columns(pairs: Sequence[str], option: str = "--column") -> Iterator[tuple[str, str]]:
@@ -160,11 +164,11 @@ def add_simulation(
     option = parser.add_argument
     default = engine or "links; of a spatial rig modal"
     option("--engine", default=engine, help=f"links, modal or modal-mj (default: {default})")
-    option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
-    option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
+    option("--sine", type=hertz, metavar="HZ", help="drive with a sine (default: with noise)")
+    option("--band", type=hertz, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
     option("--seed", type=int, default=0, help="of noise (default: %(default)s)")
-    option("--duration", type=float, default=duration, help="s that are simulated (default: %(default)s)")
-    option("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
+    option("--duration", type=seconds, default=duration, help="s that are simulated (default: %(default)s)")
+    option("--fs", type=hertz, default=fs, help="samples per second (default: %(default)s)")
 
 
 PERIODIC = ("harmonics", "samples", "modes")  # options that say how vibrations are found
@@ -206,14 +210,18 @@ def settings(model: Model) -> dict[str, Any]:
     return {"version": __version__, "code": code()} | model.to_dict()
 
 
-def numbers(text: str) -> tuple[float, ...]:
-    """Return the numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50."""
+def numbers(text: str, quantity: str = "") -> tuple[float, ...]:
+    """Return the numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50.
+
+    Those of a quantity may have a unit, such as 0.1mm,0.2mm.
+    """
+    number = in_si(quantity) if quantity else float
     try:
         if ":" in text:
             low, high, count = text.split(":")
-            found = tuple(_evenly(float(low), float(high), int(count)))
+            found = tuple(_evenly(number(low), number(high), int(count)))
         else:
-            found = tuple(float(part) for part in text.split(","))
+            found = tuple(number(part) for part in text.split(","))
     except ValueError:
         found = ()
     if not found or not all(0 < number < math.inf for number in found):
@@ -244,7 +252,8 @@ def in_si(quantity: str) -> Callable[[str], float]:
     return functools.partial(_with_unit, quantity=quantity)
 
 
-length, pressure, spin = map(in_si, ("displacement", "pressure", "spin"))
+length, pressure, spin, seconds, hertz = map(in_si, ("displacement", "pressure", "spin", "time", "frequency"))
+lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
 
 
 def add_speeds(parser: argparse.ArgumentParser, name: str, words: str) -> None:

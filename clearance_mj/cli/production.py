@@ -14,11 +14,13 @@ from .options import (
     add_periodic_kind,
     add_plugin,
     add_psd,
+    hertz,
     load_model,
     load_plugin,
     numbers,
     periodic_settings,
     psd_of,
+    seconds,
     settings,
 )
 
@@ -49,8 +51,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
         "FROM:TO:COUNT (default: %(default)s)",
     )  # fmt: skip
-    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
+    option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
     option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
     option(
         "--sobol", type=_power_of_two, metavar="SAMPLES",
@@ -69,7 +71,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option("--hours", type=float, default=1.0, help="of random excitation that are predicted, h (default: %(default)s)")
     option(
-        "--duration", type=float, default=60.0, help="s of it that are marched of each design (default: %(default)s)"
+        "--duration", type=seconds, default=60.0, help="s of it that are marched of each design (default: %(default)s)"
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=int, help="processes (default: one for each core)")

@@ -15,6 +15,8 @@ from .options import (
     add_periodic,
     add_periodic_kind,
     add_plugin,
+    hertz,
+    lengths,
     load_model,
     load_plugin,
     numbers,
@@ -32,10 +34,10 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
         "FROM:TO:COUNT (default: %(default)s)",
     )  # fmt: skip
-    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
+    option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
     option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
-    option("--gaps", type=numbers, metavar="M,...", help="of all bushings, m: list or range (default: the rig's)")
+    option("--gaps", type=lengths, metavar="M,...", help="of all bushings, m or such as 0.1mm,5mil; list or range")
     option("--workers", type=int, help="processes (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 
