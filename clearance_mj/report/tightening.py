@@ -22,7 +22,6 @@ def draw_tightening(found: Tightening) -> Drawing:
     left.barh(places, 100 * found.share_without[order], 0.6, color=COLOURS[0])
     left.axvline(100 * found.share, color=REPEAT, lw=1.0, label="as it stands")
     left.axvline(100 * found.allowed, color=COLOURS[1], lw=1.2, ls="--", label="allowed")
-    left.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     left.set_xlim(left=0)
     left.set_yticks(places, [found.names[i] for i in order], fontsize=FONT - 1)
     left.invert_yaxis()
@@ -35,7 +34,7 @@ def draw_tightening(found: Tightening) -> Drawing:
     if found.cheapest:
         of = [100 * found.cheapest.get(found.names[i], 1.0) for i in order]
         right.barh(places + 0.17, of, 0.32, color=COLOURS[5], label="cheapest set")
-    right.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    figure.legend(fontsize=FONT - 1, frameon=False, loc="outside lower center", ncols=4)
     right.set_xlim(0, 105)
     tidy(right, f"tolerance for at most {100 * found.allowed:g} %", "", "Share of the tolerance as it is (%)")
     caption = (

@@ -132,6 +132,14 @@ def test_words_have_units_as_they_are_written(tightened):
     assert tightening_words(force)[0].startswith("contact force > 2 N up to 10 N: ")
 
 
+def test_the_legend_lies_over_no_label(tightened):
+    figure = draw_tightening(tightened).figure
+    figure.draw_without_rendering()
+    legends = [*figure.legends, *(ax.get_legend() for ax in figure.axes if ax.get_legend())]
+    boxes = [legend.get_window_extent() for legend in legends]
+    assert boxes and not any(box.overlaps(ax.get_tightbbox()) for box in boxes for ax in figure.axes)
+
+
 def test_what_cannot_be_tightened_is_one_line():
     with pytest.raises(ClearanceError, match=r"none of 64 designs comes to it up to 3 times the level 0\.01 N;"):
         tighten(spring(), scattered(), None, 0.01, [SLOW], n_designs=64, workers=1)
