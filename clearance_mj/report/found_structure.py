@@ -94,7 +94,7 @@ def draw_misfits(update: RigUpdate) -> Drawing:
         )
         _axes(ax, title, edges, names)
     bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=15, extend="both")
-    bar.set_label("Misfit (% of the channel’s level in the band)", fontsize=FONT - 1)
+    bar.set_label("Misfit (% of the\nchannel’s level)", fontsize=FONT - 1)
     bar.ax.tick_params(labelsize=FONT - 2)
     caption = (
         "What the updated rig misses of each channel under the forces in its clearances that meet all sensors best, by "
