@@ -22,33 +22,10 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..signals.psd import PSD
 
 __all__ = [
-    "add_columns",
-    "add_kind",
-    "add_map",
-    "add_periodic",
-    "add_periodic_kind",
-    "add_plugin",
-    "add_psd",
-    "add_rate",
-    "add_rig",
-    "add_simulation",
-    "add_units",
-    "excitation",
-    "frequencies",
-    "hertz",
-    "in_si",
-    "length",
-    "lengths",
-    "load_map",
-    "load_model",
-    "load_plugin",
-    "numbers",
-    "parse_columns",
-    "pressure",
-    "psd_of",
-    "seconds",
-    "settings",
-    "spin",
+    "add_columns", "add_kind", "add_map", "add_periodic", "add_periodic_kind", "add_plugin", "add_psd", "add_rate",
+    "add_rig", "add_simulation", "add_units", "excitation", "frequencies", "hertz", "in_si", "length", "lengths",
+    "load_map", "load_model", "load_plugin", "numbers", "parse_columns", "pressure", "psd_of", "seconds",
+    "settings", "spin",
 ]  # fmt: skip
 
 MAX_NUMBERS = 10_000  # numbers of a range
