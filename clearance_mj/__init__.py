@@ -32,6 +32,7 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .engines.energy import EnergyBalance, energy_balance
     from .identify.channels.mapping import map_channels
     from .io.channel_map import ChannelMap
+    from .io.channels import Channel
     from .io.dataset import Dataset, Record, write_dataset
     from .io.formats import read, write
     from .io.uff import read_uff, write_uff
@@ -55,6 +56,7 @@ __all__ = [
     "AmplitudeLaw",
     "Beam",
     "Bushing",
+    "Channel",
     "ChannelMap",
     "ClearanceError",
     "Comparison",
@@ -128,6 +130,7 @@ _NAMES = {
     "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
     "identify.channels.mapping": "map_channels",
     "io.channel_map": "ChannelMap",
+    "io.channels": "Channel",
     "engines.energy": "EnergyBalance energy_balance",
     "core.errors": "ClearanceError ExcitationError LawError ModelError RecordError RigError SimulationError",
     "io.dataset": "Dataset Record write_dataset",

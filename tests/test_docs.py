@@ -1,6 +1,7 @@
 """The documentation's code runs as it stands, page by page from top to bottom, in a folder like a clone's."""
 
 import json
+import operator
 import re
 import shlex
 import shutil
@@ -11,7 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import clearance_mj as cm
 from clearance_mj.beam import natural_frequencies
+from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import read_uff
 from clearance_mj.rig import Rig
@@ -51,6 +54,13 @@ def run_python(page, folder):
             script.append(text)
     (folder / "page.py").write_text("\n".join(script), encoding="utf-8")
     return output(folder, "page.py")
+
+
+def test_what_the_page_of_datasets_calls_lists_the_priors():
+    call = re.search(r"`clearance_mj\.(\S+)\(rig\)` lists", (DOCS / "dataset.md").read_text(encoding="utf-8"))[1]
+    found = operator.attrgetter(call)(cm)(Rig.load(ROOT / "models" / "table1_rig.toml"))
+    assert {"beam.young_modulus", "bushings[0].gap"} <= {parameter.name for parameter in found}
+    assert cm.Channel is Channel
 
 
 @pytest.mark.slow

@@ -366,8 +366,15 @@ def _in_words(model: ContactModel | AnyGrease) -> str:
     """A model's name and those of its numbers that are not at their defaults."""
     usual = {field.name: field.default for field in dataclasses.fields(model)}  # type: ignore[arg-type]
     plain = {name: value for name, value in to_plain(model).items() if value != usual.get(name)}
-    numbers = (f"{name} {f'{value:.4g}' if isinstance(value, float) else value}" for name, value in plain.items())
-    return f"{getattr(model, 'name', 'Bouc-Wen')}: {few(list(numbers), 9)}"
+    numbers = [f"{name} {_short(value)}" for name, value in plain.items()]
+    return f"{getattr(model, 'name', 'Bouc-Wen')}: {few(numbers, 9)}"
+
+
+def _short(value: object) -> str:
+    """Write a number with 4 significant digits, alone or in a list."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_short, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _table(

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from .command import command, inputs, out_file, provenance, say
-from .options import add_simulation, excitation, load_model
+from .options import add_simulation, excitation, load_model, seconds
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=6.0)
     option("--rms", type=float, default=5.0, help="m/s², or N for a force shaker (default: %(default)s)")
-    option("--start", type=float, help="s (default: the strongest contact is in the middle)")
-    option("--seconds", type=float, default=0.15, help="of motion that are shown (default: %(default)s)")
+    option("--start", type=seconds, help="s (default: the strongest contact is in the middle)")
+    option("--seconds", type=seconds, default=0.15, help="of motion that are shown (default: %(default)s)")
     option("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
     option("--exaggeration", type=float, help="of lifts and gaps (default: what fills the picture)")
     words = "pictures per second; of a .gif, 100 over a whole number (default: %(default)s)"

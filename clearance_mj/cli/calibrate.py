@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import command, write_results
+from .options import hertz
 
 if TYPE_CHECKING:
     from ..calibrate import Calibration, FRFTarget, ModalTarget
@@ -36,7 +37,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="what to fit of FRFs: natural frequencies and shapes, or the magnitude, which depends on damping too",
     )  # fmt: skip
     option("--modes", type=int, default=4, help="modes to extract from FRFs (default: %(default)s)")
-    option("--band", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
+    option("--band", type=hertz, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
 
 
 def _free(text: str) -> tuple[str, tuple[float, float] | None]:

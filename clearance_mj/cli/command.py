@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ if TYPE_CHECKING:  # the command line starts without the library
 
 __all__ = [
     "COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "results_of", "say",
-    "write_results",
+    "spelled", "write_results",
 ]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
@@ -43,6 +44,7 @@ class Command:
     """takes the parsed options, prints what was done, returns what ``--json`` prints instead"""
     out: Path | None  #: default of ``--out``
     out_help: str | None  #: help of ``--out``
+    is_folder: bool  #: whether ``--out`` is a folder, which figures are written into
 
     def add(self, commands: argparse._SubParsersAction[Parser]) -> None:
         """Add its parser, with the options that all commands have."""
@@ -51,6 +53,8 @@ class Command:
         parser.add_argument("--json", action="store_true", help="print the result as JSON")
         parser.add_argument("--quiet", action="store_true", help="show no progress bars")
         parser.add_argument("--out", type=Path, default=self.out, help=self.out_help)
+        if self.is_folder:
+            parser.add_argument("--figures", choices=("svg", "pdf"), help="write figures so too, beside PNG")
         self.options(parser)
 
 
@@ -73,7 +77,8 @@ def command(
     """
 
     def register(run: Run) -> Run:
-        COMMANDS[name] = Command(name, help, options, _publishing(name, writes, run) if writes else run, out, out_help)
+        published = _publishing(name, writes, run) if writes else run
+        COMMANDS[name] = Command(name, help, options, published, out, out_help, bool(writes))
         return run
 
     return register
@@ -88,15 +93,17 @@ def results_of(name: str) -> dict[str, Any]:
 
 def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
     def published(options: argparse.Namespace) -> Any:
-        from ..core.output_folder import output_folder
+        from ..core.output_folder import FIGURES, output_folder
 
         if options.out is None:
             return run(options)
+        before = FIGURES.set((options.figures,) if options.figures else ())
         with output_folder(options.out, name, inputs(options)) as folder:
             folder.refuse_others(*writes)
             options.new = folder.new
             with contextlib.redirect_stdout(io.StringIO()) as said:
                 found = run(options)
+        FIGURES.reset(before)
         print(said.getvalue(), end="")  # where nobody can read, the files are there all the same
         return found
 
@@ -144,6 +151,11 @@ def write_results(
 def say(words: str, kind: str = "note") -> None:
     """Tell the user something beside the results."""
     print(f"clearance-mj: {kind}: {words}", file=sys.stderr)
+
+
+def spelled(*words: object) -> str:
+    """Return a command of this program as one types it in a shell: names with blanks in quotes."""
+    return shlex.join(["clearance-mj", *map(str, words)])
 
 
 def out_folder(folder: Path | None, option: str = "--out") -> None:

@@ -13,7 +13,7 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.files import to_json, write_text
 from ..core.overview import few
 from .command import command, provenance, say
-from .options import add_columns, add_plugin, parse_columns
+from .options import add_columns, add_plugin, hertz, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.style import Drawing
@@ -26,7 +26,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("test", type=Path, help="file with the test's FRFs: .uff, .csv, .mat, .nc, .h5")
     option("model", type=Path, help="file with the model's FRFs")
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
+    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band to compare, Hz (default: all)")
     option("--modes", type=int, default=4, help="how many modes to compare, 0 for none (default: %(default)s)")
     option("--repeat", type=Path, help="file with the test's FRFs once more, from another record of the same level")
     add_columns(parser, "--test-column", "the test's CSV or MATLAB file")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
-from .command import command, out_file, say
+from .command import command, out_file, say, spelled
 from .options import add_files, add_kind, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -86,7 +86,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = to(inputs, out, options)
     print(f"{result['out']}: {result['holds']}")
     if to is _into_dataset:
-        print(f"next: clearance-mj {'orbit-gaps' if options.role == 'orbit' else 'identify'} {out} --out {out}_found")
+        following = "orbit-gaps" if options.role == "orbit" else "identify"
+        print(f"next: {spelled(following, out, '--out', f'{out}_found')}")
     return result
 
 
@@ -222,11 +223,9 @@ def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
         return in_words(obj)
     if isinstance(obj, Response):
         if Response not in formats.format_of(out).holds:
-            lost = ["contact and grease forces"] if obj.contact_force is not None else []
-            lost += ["displacements (--rig says at which nodes)"] if obj.displacement is not None and not rig else []
-            if lost:
-                say(f"{out}: left out: {', '.join(lost)}", "warning")
-        obj = formats.to_channels(obj, rig)
+            if obj.displacement is not None and not rig:
+                say(f"{out}: left out: displacements (--rig says at which nodes)", "warning")
+        obj = [*formats.to_channels(obj, rig), *formats.force_channels(obj, rig)]
     if isinstance(obj, list):
         return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
     return type(obj).__name__

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,7 +65,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         else:
             write(path, channels)
         files.append(str(path))
-    steps = [*_steps(folder, options.format)]
+    steps = [*_steps(shlex.quote(str(folder)), options.format)]
     write_text(folder / "README.txt", README.format(steps="\n".join(steps)))
     print(f"{folder}: {len(files)} records of a synthetic bench, and README.txt with what its designer knows")
     print(f"next: {steps[0]}")
@@ -120,7 +121,7 @@ def _logger_csv(channels: list[Channel]) -> Iterator[str]:
         yield ";".join([f"{time:.7f}", *numbers]).replace(".", ",")
 
 
-def _steps(folder: Path, suffix: str) -> Iterator[str]:
+def _steps(folder: str, suffix: str) -> Iterator[str]:
     """Commands of a first hour, in order."""
     runs, checks = (" ".join(f"{folder}/{n}.{suffix}" for n in RECORDS if n.startswith(w)) for w in ("run", "check"))
     yield (

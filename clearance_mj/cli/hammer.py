@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
-from .command import command, say, write_results
-from .options import add_files, reading
+from .command import command, say, spelled, write_results
+from .options import add_files, hertz, reading, seconds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.channels import Channel
@@ -31,11 +31,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--sensor-at", nargs="+", default=[], metavar="DOF", help=f"where the only accelerometer is, {where}")
     option("--rig", type=Path, help="rig file (TOML) that says which channels are the hammer and the sensors")
     option("--estimator", choices=("H1", "H2", "Hv"), default="H1", help="of the averages (default: %(default)s)")
-    option("--block", type=float, metavar="S", help="s of each hit, 1 / resolution (default: as the hits are apart)")
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="Hz (default: until the force falls by 20 dB)")
+    option("--block", type=seconds, metavar="S", help="s of each hit, 1 / resolution (default: as the hits are apart)")
+    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="Hz (default: until the force falls by 20 dB)")
     option("--trigger", type=float, default=0.1, help="of the largest hit: what is a hit (default: %(default)s)")
-    option("--pre-trigger", type=float, default=0.0, metavar="S", help="of a block, s (default: two touches)")
-    option("--force-window", type=float, default=0.0, metavar="S", help="s of force kept after a touch (default: 0)")
+    option("--pre-trigger", type=seconds, default=0.0, metavar="S", help="of a block, s (default: two touches)")
+    option("--force-window", type=seconds, default=0.0, metavar="S", help="s of force kept after a touch (default: 0)")
     words = "what the exponential window falls to in a block, 1: none (default: 1, or as slow decays need)"
     option("--exponential", type=float, metavar="END", help=words)
     option("--modes", type=int, default=10, help="most modes to find, 0: none (default: %(default)s)")
@@ -79,7 +79,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     print("mode  frequency (Hz)  damping (%)" if options.modes else "", end="\n" if options.modes else "")
     for i, (frequency, damping) in enumerate(zip(modes.frequency, modes.damping), 1):
         print(f"{i:4d}  {frequency:14.3f}  {100 * damping:11.3f}")
-    print(f"{out}; next: clearance-mj modes {out}")
+    print(f"{out}; next: {spelled('modes', out)}")
     return result
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from ..identify import METHODS as METHODS_BY_NAME
-from .command import command, inputs, out_folder, provenance, say
+from .command import command, inputs, out_folder, provenance, say, spelled
 from .options import add_plugin, add_records, print_parameters, reading
 
 if TYPE_CHECKING:
@@ -54,9 +54,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     _print(found, out)
     if not options.no_figures:
         print(f"report: {out / 'index.html'}")
-    print(f"next: clearance-mj simulate {out} --rms 2 --gap x0.5: what half of the gap would do")
+    print(f"next: {spelled('simulate', out, '--rms', 2, '--gap', 'x0.5')}: what half of the gap would do")
     if dataset.path and dataset.path.is_dir() and any(record.role == "validate" for record in dataset.records):
-        print(f"next: clearance-mj study {dataset.path}: how well records that were kept back are predicted")
+        print(f"next: {spelled('study', dataset.path)}: how well records that were kept back are predicted")
     return {"out": str(out), "law": found.law.to_dict()} | found.to_dict()
 
 

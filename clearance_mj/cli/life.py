@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
-from .options import add_kind, add_plugin, add_rig, by_bushing, load_model, settings
+from .options import add_kind, add_plugin, add_rig, by_bushing, hertz, load_model, seconds, settings
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -27,12 +27,12 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--level", type=float, required=True, metavar="A",
         help="of the excitation: amplitude of a sine, RMS of noise, m/s² of the base or N; 0: none, of what turns",
     )  # fmt: skip
-    option("--frequency", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
-    option("--swept-from", type=float, metavar="HZ", help="from which the sine was swept (default: raised from rest)")
+    option("--frequency", type=hertz, metavar="HZ", help="drive with a sine (default: with noise)")
+    option("--swept-from", type=hertz, metavar="HZ", help="from which the sine was swept (default: raised from rest)")
     add_kind(parser)
-    option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
-    option("--duration", type=float, default=10.0, help="s of noise at each gap (default: %(default)s)")
-    option("--fs", type=float, default=2048.0, help="samples per second of noise (default: %(default)s)")
+    option("--band", type=hertz, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
+    option("--duration", type=seconds, default=10.0, help="s of noise at each gap (default: %(default)s)")
+    option("--fs", type=hertz, default=2048.0, help="samples per second of noise (default: %(default)s)")
     option("--hours", type=float, default=1e6, help="at which the prediction ends (default: %(default)g)")
     option(
         "--history", type=Path, metavar="FILE", help="CSV with hours, bushing, gap_m and std_m: predict what is left"

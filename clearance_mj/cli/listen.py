@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_simulation, excitation, load_model, numbers, settings
+from .options import add_simulation, excitation, in_si, length, load_model, numbers, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -35,8 +35,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--what", choices=("sound", "acceleration"), default="sound", help="of the WAV files (default: %(default)s)")
     option("--full-scale", type=float, help="Pa or m/s², largest sample of all WAV files (default: what fits)")
     option("--sensor", type=int, metavar="NODE", help="that the plate moves with (default: of the rig's [plate])")
-    option("--area", type=float, help="of the plate, m² (default: of the rig's [plate])")
-    option("--distance", type=float, help="at which one listens, m (default: of the rig's [plate])")
+    option("--area", type=in_si("m2"), help="of the plate, m² (default: of the rig's [plate])")
+    option("--distance", type=length, help="at which one listens, m (default: of the rig's [plate])")
     option(
         "--method", choices=("time-varying", "stationary", "none"), default="time-varying",
         help="of ISO 532-1 for loudness: of all sounds (2 s for each of their seconds), or of stationary ones; none "

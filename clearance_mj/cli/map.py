@@ -9,8 +9,8 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from ..core.files import read_lines
-from .command import command
-from .options import add_columns, add_kind, add_plugin, add_rate, parse_columns
+from .command import command, spelled
+from .options import add_columns, add_kind, add_plugin, add_rate, hertz, parse_columns
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_plugin(parser, "a file format")
     add_kind(parser)
     add_rate(parser)
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of excitation, Hz (default: as measured)")
+    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band of excitation, Hz (default: as measured)")
 
 
 @command(
@@ -52,7 +52,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     asked = ", ".join(f'"{name}"' for name in found.undecided)
     if asked:
         print(f'{out}: to be decided: {asked}; write what each is instead of "?", such as "acc:3 [g]" or "skip"')
-    print(f"next: clearance-mj convert {' '.join(map(str, options.files))} bench --rig {options.rig} --map {out}")
+    print(f"next: {spelled('convert', *options.files, 'bench', '--rig', options.rig, '--map', out)}")
     return {
         "channels": dict(found.channels),
         "reasons": dict(found.reasons),

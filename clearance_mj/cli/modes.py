@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.checks import naming
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_columns, add_plugin, parse_columns
+from .options import add_columns, add_plugin, hertz, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..structure import MeasuredModes
@@ -22,7 +22,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="files with FRFs per unit force, of one or several references: .uff, .csv, .mat, .nc, .h5",
     )  # fmt: skip
     option("--modes", type=int, default=10, help="most modes to find (default: %(default)s)")
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band to use, Hz (default: all)")
+    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band to use, Hz (default: all)")
     option(
         "--driving-point", action="append", default=[], metavar="REFERENCE=DOF",
         help="response that is measured where a force acts, if it is not named alike, such as 200:+Z=5:+Z",

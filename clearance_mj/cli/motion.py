@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_simulation, excitation, load_model, numbers, settings
+from .options import add_simulation, excitation, load_model, numbers, seconds, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +17,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...",
         help="m/s², or N for a force shaker (default: 0.5,1,2,5,8)",
     )  # fmt: skip
-    parser.add_argument("--drop", type=float, help="s left out until the motion is steady (default: a quarter)")
+    parser.add_argument("--drop", type=seconds, help="s left out until the motion is steady (default: a quarter)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 

@@ -35,7 +35,7 @@ from ..rig.plausible import check_units
 from ..structure import Material, Section, Shaft, Shafts, Structure, Support
 from ..structure.base import parse_dof
 from ..version import __version__
-from .command import command
+from .command import command, spelled
 from .options import in_si, length, pressure, spin
 from .rig_text import rig_lines
 
@@ -138,9 +138,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         write_text(path, text)
         print(f"written: {path}")
     if rigs := [path for path in files if path.suffix == ".toml"]:
-        way = "simulate" if options.motion == "spatial" else "map FILE... --rig"
-        why = "how it vibrates" if way == "simulate" else "which channel of your records is which sensor"
-        print(f"next: clearance-mj {way} {rigs[0]}: {why}")
+        if options.motion == "spatial":
+            print(f"next: {spelled('simulate', rigs[0])}: how it vibrates")
+        else:
+            print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")
     return {"files": [str(path) for path in files]}
 
 

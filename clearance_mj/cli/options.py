@@ -64,9 +64,9 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 
 def add_rate(parser: argparse.ArgumentParser) -> None:
     """Add the options that say the sampling rate of files, and another to which their records are brought."""
-    parser.add_argument("--fs", type=float, help="samples per second of what has no times, or uneven ones of this rate")
+    parser.add_argument("--fs", type=hertz, help="samples per second of what has no times, or uneven ones of this rate")
     words = "bring all records to this many samples per second, over the time that they share, uneven ones too"
-    parser.add_argument("--resample", type=float, metavar="RATE", help=words)
+    parser.add_argument("--resample", type=hertz, metavar="RATE", help=words)
 
 
 def add_records(parser: argparse.ArgumentParser) -> None:
@@ -161,11 +161,11 @@ def add_simulation(
     option = parser.add_argument
     default = engine or "links where it can, else modal"
     option("--engine", default=engine, help=f"links, modal or modal-mj (default: {default})")
-    option("--sine", type=float, metavar="HZ", help="drive with a sine (default: with noise)")
-    option("--band", type=float, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
+    option("--sine", type=hertz, metavar="HZ", help="drive with a sine (default: with noise)")
+    option("--band", type=hertz, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
     option("--seed", type=int, default=0, help="of noise (default: %(default)s)")
-    option("--duration", type=float, default=duration, help="s that are simulated (default: %(default)s)")
-    option("--fs", type=float, default=fs, help="samples per second (default: %(default)s)")
+    option("--duration", type=seconds, default=duration, help="s that are simulated (default: %(default)s)")
+    option("--fs", type=hertz, default=fs, help="samples per second (default: %(default)s)")
 
 
 PERIODIC = ("harmonics", "samples", "modes")  # options that say how vibrations are found
@@ -217,14 +217,18 @@ def settings(model: Model) -> dict[str, Any]:
     return {"version": __version__, "code": code()} | model.to_dict()
 
 
-def numbers(text: str) -> tuple[float, ...]:
-    """Return the numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50."""
+def numbers(text: str, quantity: str = "") -> tuple[float, ...]:
+    """Return the numbers above 0 of a list, such as 0.5,1,2, or of a range FROM:TO:COUNT, such as 0.5:10:50.
+
+    Those of a quantity may have a unit, such as 0.1mm,0.2mm.
+    """
+    number = in_si(quantity) if quantity else float
     try:
         if ":" in text:
             low, high, count = text.split(":")
-            found = tuple(_evenly(float(low), float(high), int(count)))
+            found = tuple(_evenly(number(low), number(high), int(count)))
         else:
-            found = tuple(float(part) for part in text.split(","))
+            found = tuple(number(part) for part in text.split(","))
     except ValueError:
         found = ()
     if not found or not all(0 < number < math.inf for number in found):
@@ -261,8 +265,8 @@ def add_grid(parser: argparse.ArgumentParser) -> None:
         help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
         "FROM:TO:COUNT (default: %(default)s)",
     )  # fmt: skip
-    option("--from", dest="start", type=float, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=float, default=220.0, metavar="HZ", help="(default: %(default)s)")
+    option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
+    option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
     option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
 
 
@@ -280,7 +284,8 @@ def in_si(quantity: str) -> Callable[[str], float]:
     return functools.partial(_with_unit, quantity=quantity)
 
 
-length, pressure, spin = map(in_si, ("displacement", "pressure", "spin"))
+length, pressure, spin, seconds, hertz = map(in_si, ("displacement", "pressure", "spin", "time", "frequency"))
+lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
 
 
 def add_speeds(parser: argparse.ArgumentParser, name: str, words: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_plugin, add_simulation, excitation, load_model, settings
+from .options import add_plugin, add_simulation, excitation, hertz, load_model, seconds, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -27,9 +27,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
     )
     option("--rms", type=float, default=0.0, help="of an excitation, m/s² or N (default: gravity and unbalance alone)")
-    option("--drop", type=float, help="s left out at the start (default: a quarter, of a run at one speed)")
+    option("--drop", type=seconds, help="s left out at the start (default: a quarter, of a run at one speed)")
     option("--turns", type=int, default=8, help="last turns that are drawn (default: %(default)s)")
-    option("--resolution", type=float, default=1.0, help="distance of a spectrum's lines, Hz (default: %(default)s)")
+    option("--resolution", type=hertz, default=1.0, help="distance of a spectrum's lines, Hz (default: %(default)s)")
     add_plugin(parser, "a contact or a grease")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
-from .options import add_plugin, add_psd, add_rig, load_model, psd_of, settings
+from .options import add_plugin, add_psd, add_rig, load_model, psd_of, seconds, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +22,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option("--limit", type=float, help="value, N, m or m/s², whose probability of being exceeded is wanted")
     option("--hours", type=float, default=1.0, help="time that is predicted, h (default: %(default)s)")
-    option("--duration", type=float, default=60.0, help="s that are marched (default: %(default)s)")
+    option("--duration", type=seconds, default=60.0, help="s that are marched (default: %(default)s)")
     option("--seed", type=int, default=0, help="of the noise (default: %(default)s)")
     option("--engine", default="modal", help="links, modal or modal-mj (default: %(default)s)")
     add_plugin(parser, "an engine, a contact or a grease")

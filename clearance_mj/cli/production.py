@@ -19,6 +19,7 @@ from .options import (
     numbers,
     periodic_settings,
     psd_of,
+    seconds,
     settings,
 )
 
@@ -62,7 +63,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option("--hours", type=float, default=1.0, help="of random excitation that are predicted, h (default: %(default)s)")
     option(
-        "--duration", type=float, default=60.0, help="s of it that are marched of each design (default: %(default)s)"
+        "--duration", type=seconds, default=60.0, help="s of it that are marched of each design (default: %(default)s)"
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=int, help="processes (default: one for each core)")

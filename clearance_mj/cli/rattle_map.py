@@ -14,8 +14,8 @@ from .options import (
     add_periodic,
     add_periodic_kind,
     add_plugin,
+    lengths,
     load_model,
-    numbers,
     periodic_settings,
     settings,
 )  # fmt: skip
@@ -26,7 +26,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_periodic(parser)
     add_periodic_kind(parser)
     add_grid(parser)
-    option("--gaps", type=numbers, metavar="M,...", help="of all bushings, m: list or range (default: the rig's)")
+    option("--gaps", type=lengths, metavar="M,...", help="of all bushings, m or such as 0.1mm,5mil; list or range")
     option("--workers", type=int, help="processes (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 

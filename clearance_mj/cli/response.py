@@ -12,6 +12,7 @@ from .options import (
     add_periodic,
     add_periodic_kind,
     add_plugin,
+    frequencies,
     listed,
     load_model,
     numbers,
@@ -39,7 +40,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
         "FROM:TO:COUNT; follows over frequency",
     )  # fmt: skip
-    over.add_argument("--frequency", type=numbers, metavar="HZ,...", help="Hz, a list or range; follows over level")
+    over.add_argument("--frequency", type=frequencies, metavar="HZ,...", help="Hz, a list or range; follows over level")
     option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")
     option("--to", dest="stop", type=float, metavar="X", help="last frequency, Hz (default: 220), or level")
     nodes = listed(int, "of sensors' nodes such as 6,7")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_plugin, add_rig, add_speeds, load_model, settings, speeds
+from .options import add_plugin, add_rig, add_speeds, load_model, seconds, settings, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -25,7 +25,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_speeds(parser, "--speeds", "spins that are looked at, up to the trip speed")
     add_speeds(parser, "--operating", "minimum operating speed and maximum continuous speed")
     option("--points", type=int, default=1001, help="spins that are computed (default: %(default)s)")
-    option("--run-up", type=float, metavar="SECONDS", help="also simulate a run-up with contact, of so many seconds")
+    option("--run-up", type=seconds, metavar="SECONDS", help="also simulate a run-up with contact, of so many seconds")
     add_plugin(parser, "a contact or a grease")
 
 

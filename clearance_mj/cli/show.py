@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.files import replacing
-from .command import command, out_file
+from .command import command, out_file, spelled
 from .options import add_files, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -89,9 +89,10 @@ def _row(item: Item) -> tuple[str, ...]:
 def _hint(path: Path, items: list[Item]) -> str:
     """What to do where a file does not say what was measured, or where."""
     if any(i.kind == "time record" and (i.quantity == "unknown" or not i.place) for i in items):
-        return f"what is unknown or without a place: clearance-mj map {path} --rig RIG"
+        return f"what is unknown or without a place: {spelled('map', path, '--rig', 'RIG')}"
     if any(i.kind == "FRF" and "unknown" in i.quantity for i in items):
-        return f'FRFs of unknown quantity: clearance-mj convert {path} NEW --quantity "acceleration/force [g/N]"'
+        command = spelled("convert", path, "NEW", "--quantity", "acceleration/force [g/N]")
+        return f"FRFs of unknown quantity: {command}"
     return ""
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, inputs, out_folder, provenance
-from .options import add_records, reading
+from .options import add_records, reading, seconds
 
 if TYPE_CHECKING:
     from ..identify import Twin
@@ -34,9 +34,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="law file: whose kinds of contact and grease are tracked (default: the folder's; else the likeliest of "
         "twelve)",
     )  # fmt: skip
-    option("--window", type=float, default=2.0, metavar="S", help="s between two values (default: %(default)s)")
+    option("--window", type=seconds, default=2.0, metavar="S", help="s between two values (default: %(default)s)")
     option(
-        "--learn", type=float, default=10.0, metavar="S",
+        "--learn", type=seconds, default=10.0, metavar="S",
         help="s of the record to which rig and law are fitted (default: %(default)s)",
     )  # fmt: skip
     option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")

@@ -18,6 +18,7 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -26,9 +27,11 @@ from .errors import ClearanceError
 from .files import plain_file, sha256, write_text
 from .provenance import MANIFEST, WORK, files_of, made_from
 
-__all__ = ["OutputFolder", "output_folder"]
+__all__ = ["FIGURES", "OutputFolder", "output_folder"]
 
 MARK, MARK_TEXT = "README", "Working folder of clearance-mj: result cache, lock and manifest of what it wrote beside.\n"
+FIGURES: ContextVar[tuple[str, ...]] = ContextVar("FIGURES", default=())
+"""Formats in which a command's figures are written beside PNG: "svg" or "pdf" """
 LAST = ("summary.json", "report.html", "identified.json", "index.html")
 """Files that a reader starts from: while they are there, the others belong to them"""
 

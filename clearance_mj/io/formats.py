@@ -25,7 +25,7 @@ from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from . import csv_tables, lvm, mat, mdf, results, sheets, tdms, uff
 from .channel_map import ChannelMap
-from .channels import Channel
+from .channels import NOWHERE, Channel
 from .contents import FileContents, picked
 from .dataset import BASE_NODE, SHAKER_NODE, Dataset, Record
 from .record import Kind, Role
@@ -33,8 +33,8 @@ from .registry import FORMATS, WORDS, Format, format_of, register
 from .time_axis import on_one_axis
 
 __all__ = [
-    "FORMATS", "Contents", "Format", "driving_kind", "format_of", "read", "read_channels", "read_frf", "read_record",
-    "register", "to_channels", "write",
+    "FORMATS", "Contents", "Format", "driving_kind", "force_channels", "format_of", "read", "read_channels",
+    "read_frf", "read_record", "register", "to_channels", "write",
 ]  # fmt: skip
 
 BUILT_IN = (uff, csv_tables, mat, lvm, tdms, mdf, sheets, results)  # modules of the package that register formats
@@ -263,7 +263,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
     if Path(path).suffix.lower() == ".gz":
         raise RecordError(f"{path}: compressed files are read, not written")
     if isinstance(obj, Response) and Response not in known.holds and Channel in known.holds:
-        obj = to_channels(obj, rig)
+        obj = [*to_channels(obj, rig), *force_channels(obj, rig)]
     if isinstance(obj, FileContents):
         if known.geometry:
             known.write(path, obj, rig)  # type: ignore[misc]
@@ -290,7 +290,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
     """Return the channels of a response: excitation, accelerations and, with a rig, displacements in the clearances.
 
-    Contact and grease forces are not among them: nothing measures them.
+    Contact and grease forces are not among them, see `force_channels`: nothing measures them.
     """
     quantity = {"base": "acceleration", "force": "force"}[response.kind]
     columns = [("excitation", response.reference, quantity, response.excitation)]
@@ -303,6 +303,20 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
         Channel(name, int(dof.split(":")[0]), dof.split(":")[1], quantity, value, response.fs)
         for name, dof, quantity, value in columns
     ]
+
+
+def force_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
+    """Return contact and grease forces as channels without a node, which no calculation uses: "contact force 6:+Z", N.
+
+    Without a rig they are numbered.
+    """
+    found = []
+    for name in ("contact_force", "grease_force"):
+        force = getattr(response, name)
+        rows = () if force is None else force
+        for label, row in zip(rig.probe_labels if rig else range(1, len(rows) + 1), rows):
+            found.append(Channel(f"{name.replace('_', ' ')} {label}", *NOWHERE, "force", row, response.fs))
+    return found
 
 
 register(Format("TOML", (".toml",), (Rig,), Rig.load, lambda path, rig: rig.save(path), note="a rig"))

@@ -84,7 +84,7 @@ def draw_misfits(update: RigUpdate) -> Drawing:
         share = 100 * _by_band(misfits, edges)
         image = ax.pcolormesh(edges, np.arange(len(names) + 1), share, norm=LogNorm(SMALLEST, LARGEST), cmap="cividis")
         band_axes(ax, title, edges, names)
-    label = "Misfit (% of the channel’s level in the band)"
+    label = "Misfit (% of the\nchannel’s level)"
     colour_bar(figure, image, axes, label, FONT - 1, pad=0.01, aspect=15, extend="both")
     caption = (
         "What the updated rig misses of each channel under the forces in its clearances that meet all sensors best, by "

@@ -25,6 +25,7 @@ from matplotlib.ticker import NullLocator, ScalarFormatter
 
 from ..core.drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, decibel, phase, tidy
 from ..core.files import replacing
+from ..core.output_folder import FIGURES
 from ..rig import Rig
 
 __all__ = [
@@ -76,12 +77,18 @@ class Drawing:
             self.figure.savefig(buffer, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
         return _POINT.sub(lambda m: b"%c%.2f %.2f" % (m[1], float(m[2]), float(m[3])), buffer.getvalue())
 
+    def pdf(self) -> bytes:
+        """Return the figure as PDF, without a date."""
+        buffer = io.BytesIO()
+        self.figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
+        return buffer.getvalue()
+
     def write(self, folder: Path) -> Path:
-        """Write the figure as PNG and return the file's path."""
-        path = folder / f"{self.name}.png"
-        with replacing(path) as temporary:
-            temporary.write_bytes(self.png())
-        return path
+        """Write the figure as PNG, and in what `FIGURES` says too; return the path of the PNG."""
+        for kind in ("png", *FIGURES.get()):
+            with replacing(folder / f"{self.name}.{kind}") as temporary:
+                temporary.write_bytes(getattr(self, kind)())
+        return folder / f"{self.name}.png"
 
 
 def sheet(

@@ -22,7 +22,6 @@ def draw_tightening(found: Tightening) -> Drawing:
     left.barh(places, 100 * found.share_without[order], 0.6, color=COLOURS[0])
     left.axvline(100 * found.share, color=REPEAT, lw=1.0, label="as it stands")
     left.axvline(100 * found.allowed, color=COLOURS[1], lw=1.2, ls="--", label="allowed")
-    left.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     left.set_xlim(left=0)
     left.set_yticks(places, [found.names[i] for i in order], fontsize=FONT - 1)
     left.invert_yaxis()
@@ -35,13 +34,13 @@ def draw_tightening(found: Tightening) -> Drawing:
     if found.cheapest:
         of = [100 * found.cheapest.get(found.names[i], 1.0) for i in order]
         right.barh(places + 0.17, of, 0.32, color=COLOURS[5], label="cheapest set")
-    right.legend(fontsize=FONT - 1, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    figure.legend(fontsize=FONT - 1, frameon=False, loc="outside lower center", ncols=4)
     right.set_xlim(0, 105)
     tidy(right, f"tolerance for at most {100 * found.allowed:g} %", "", "Share of the tolerance as it is (%)")
     caption = (
-        f"{found.what.capitalize()} at levels up to {found.level:g}. Left: share of the designs without the scatter of "
-        "one number; grey line: of all of it; dashed: what is allowed. Right: what is left of its tolerance where it "
-        "is tightened alone, and in the cheapest set."
+        f"{found.what[0].upper()}{found.what[1:]} at levels up to {found.level:g} {found.unit}. Left: share of the "
+        "designs without the scatter of one number; grey line: of all of it; dashed: what is allowed. Right: what is "
+        "left of its tolerance where it is tightened alone, and in the cheapest set."
     )
     return Drawing("tightening", figure, caption, "Bars of shares of designs and of tolerances for each number.")
 
@@ -60,8 +59,8 @@ def tightening_words(found: Tightening) -> list[str]:
     """Say in whole sentences which tolerances to tighten, and how far."""
     low, high = found.share_limits
     said = [
-        f"{found.what} up to {found.level:g}: {100 * found.share:.3g} % of the designs ({100 * low:.3g} to "
-        f"{100 * high:.3g} %), {100 * found.allowed:g} % are allowed."
+        f"{found.what} up to {found.level:g} {found.unit}: {100 * found.share:.3g} % of the designs ({100 * low:.3g} "
+        f"to {100 * high:.3g} %), {100 * found.allowed:g} % are allowed."
     ]
     if found.share <= found.allowed:
         return [*said, "The tolerances do as they are."]

@@ -62,7 +62,7 @@ def _spectra(figure: FigureBase, found: RigUpdate) -> str:
             ax.plot(piece.frequency, decibel(value[row]), color=colour, lw=width, label=label)
         frequency_axis(ax, (float(piece.frequency[0]), float(piece.frequency[-1])), labelled=True)
         title = f"{found.channels[row]}, misfit {100 * piece.share[row]:.1f} %"
-        tidy(ax, title, "Spectrum (dB re any)", "Frequency (Hz)")
+        tidy(ax, title, "Spectrum (dB)", "Frequency (Hz)")
     axes[0].legend(fontsize=FONT - 1, frameon=False)
     return f"Record {piece.record}, {piece.duration:.1f} s: measured, of the rig file and of the updated rig."
 

@@ -36,7 +36,8 @@ class Tolerance:
     of: Text
     """path to a number of the rig, such as "bushings[0].position", or "sensors.gain" for that of every sensor"""
     std: Text
-    """standard deviation with its unit: "2 mm", or "3 %" of the value (of an offset: of the gap); "0 %": exact"""
+    """standard deviation with its unit: "2 mm", or "3 %" of the value (of an offset: of the gap); "0 %": exact; of what
+    has no unit, such as a coefficient of friction, a number: "0.02" """
 
     def __post_init__(self) -> None:
         unit = unit_of(self.of)
@@ -44,15 +45,15 @@ class Tolerance:
         known = ["%", *next((units for units in UNITS.values() if unit in units), [unit] * bool(unit))]
         if self.of in CLAMP_COMPLIANCES:
             known.remove("%")
-        use = f"a number and one of the units {', '.join(known)}"
+        use = f"a number and one of the units {', '.join(known)}" if unit else "a number, alone or with %"
         if not match:
             raise ValueError(f'std "{self.std}" is no standard deviation: {use}')
-        if not match[2]:
+        if not match[2] and unit:
             raise ValueError(f'std "{self.std}" has no unit: {use}')
         if float(match[1]) < 0:
             raise ValueError(f'std "{self.std}" is negative; 0 stands for an exact value')
         try:
-            if match[2] not in known:
+            if match[2] not in (*known, unit):
                 unit_factor(match[2], unit)
         except RecordError:
             raise ValueError(f'std "{self.std}" has a unit that {self.of} has not: {use}') from None
@@ -67,7 +68,8 @@ class Tolerance:
         """Standard deviation, SI units, or the share."""
         match = _STD.fullmatch(self.std)
         assert match
-        return float(match[1]) * (0.01 if self.relative else unit_factor(match[2], unit_of(self.of)))
+        of_one = unit_factor(match[2], unit_of(self.of)) if match[2].strip("%") else 1.0
+        return float(match[1]) * (0.01 if self.relative else of_one)
 
 
 def unit_of(path: str) -> str:

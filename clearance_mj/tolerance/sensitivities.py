@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
+from ..periodic.axes import level_axis
 from ..sweep.design import saltelli_shares
 from ..sweep.sensitivity import Sensitivity, sobol_indices
 from .batches import settings_of, total_of
@@ -92,7 +93,7 @@ def rattle_sensitivity(
     words = "sensitivities" if progress else ""
     designs = rule.designs(saltelli_shares(groups, n_base, seed))
     found = total_of(settings, designs, workers, scheduler, executor, words, kept)
-    results = _results(found, settings.limit, level)
+    results = _results(found, settings.limit, f"{level:g} {level_axis(settings.kind).unit}")
     named = tuple(", ".join(rule.names[i] for i in group) for group in groups)
     indices = sobol_indices(np.stack(list(results.values()), axis=1), len(groups), seed)
     return Sensitivity(tuple(results), named, *indices)
@@ -107,7 +108,7 @@ def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[l
     return [[i for i, each in enumerate(group) if each == first] for first in sorted({*group})]
 
 
-def _results(found: Rattling, limit: Limit | None, level: float) -> dict[str, np.ndarray]:
+def _results(found: Rattling, limit: Limit | None, level: str) -> dict[str, np.ndarray]:
     results = {CONTACT: found.first_contact}
     if limit:
         results[f"level at {limit.words} (dB)"] = found.first_exceeding
@@ -116,7 +117,7 @@ def _results(found: Rattling, limit: Limit | None, level: float) -> dict[str, np
         if silent := int(np.sum(~np.isfinite(values))):
             if name == CONTACT or silent == values.size:
                 raise ClearanceError(
-                    f"{name}: {silent} of {values.size} designs do not come to it up to {level:g}; give a higher "
+                    f"{name}: {silent} of {values.size} designs do not come to it up to {level}; give a higher "
                     "level" + ("" if name == CONTACT else " or a lower limit")
                 )
             continue

@@ -103,7 +103,7 @@ class Production(ArrayData):
         if self.limit and not self.exceeding.any():
             found.append(
                 f"{self.limit.words}: no design reaches that up to {self.level[-1]:g} {level_axis(self.kind).unit}; "
-                f"the largest is {self.largest.max():.4g}"
+                f"the largest is {self.largest.max():.4g} {self.limit.unit}"
             )
         if self.unknown.any():
             found.append(

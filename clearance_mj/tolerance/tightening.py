@@ -22,6 +22,7 @@ from scipy.stats import norm
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
+from ..periodic.axes import level_axis
 from .batches import settings_of, total_of
 from .designs import DrawingRule
 from .learnt import Learnt, learn
@@ -70,6 +71,8 @@ class Tightening:
     """its 95 % interval"""
     error: float
     """of the learnt level, dB, RMS of cross-validation"""
+    unit: str
+    """of the level, in words behind a number"""
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row of plain data for each number."""
@@ -143,7 +146,7 @@ def tighten(
     scatter = scatter or Scatter.of_rig(model.rig)
     settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
     what = settings.limit.words if settings.limit else "contact"
-    rule = scatter.rule(model)
+    rule, unit = scatter.rule(model), level_axis(settings.kind).unit
 
     def compute(rule: DrawingRule, kept: Path | None) -> tuple[np.ndarray, np.ndarray]:
         """Lowest levels (n_designs,) at which designs do what they must not, and their deviations."""
@@ -154,7 +157,7 @@ def tighten(
     first, deviation = compute(rule, kept)
     if not np.any(np.isfinite(first)):
         raise ClearanceError(
-            f"{what}: none of {n_designs} designs comes to it up to {LOOKED_AHEAD:g} times the level {level:g}; "
+            f"{what}: none of {n_designs} designs comes to it up to {LOOKED_AHEAD:g} times the level {level:g} {unit}; "
             "give a lower limit or a higher level"
         )
     learnt = learn(deviation, np.log(np.minimum(first, LOOKED_AHEAD * level)))
@@ -174,7 +177,7 @@ def tighten(
     return Tightening(
         level, what, allowed, names, share, _limits(share, n_designs), np.array(widths), np.array(without), cheapest,
         sum(prices[name] * (1 / width - 1) for name, width in cheapest.items()) if cheapest else math.nan, tightened,
-        new_share, limits, 20 / math.log(10) * learnt.error,
+        new_share, limits, 20 / math.log(10) * learnt.error, unit,
     )  # fmt: skip
 
 

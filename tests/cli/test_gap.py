@@ -5,6 +5,7 @@ import json
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.cli import COMMANDS, Parser
 from clearance_mj.io.results import load
 
 RIG = "models/table1_rig.toml"
@@ -30,6 +31,19 @@ def test_backbones_and_maps_know_it_too(answer, tmp_path):
     answer("backbone", RIG, "--gap", "0.2mm", "--harmonics", 3, "--out", tmp_path / "b")
     found = json.loads((tmp_path / "b" / "backbone.json").read_text())
     assert [b["gap"] for b in found["rig"]["bushings"]] == [2e-4, 2e-4]
+
+
+def test_options_take_units():
+    parser = Parser()
+    commands = parser.add_subparsers()
+    for name in ("rattle-map", "simulate", "response"):
+        COMMANDS[name].add(commands)
+    given = parser.parse_args(["rattle-map", RIG, "--gaps", "0.1mm,5mil", "--to", "0.3kHz"])
+    assert given.gaps == (1e-4, 1.27e-4) and given.stop == 300.0
+    assert parser.parse_args(["rattle-map", RIG, "--gaps", "0.1mm:0.3mm:3"]).gaps == pytest.approx((1e-4, 2e-4, 3e-4))
+    given = parser.parse_args(["simulate", RIG, "--duration", "1.5min", "--band", "5", "1kHz", "--fs", "4.096kHz"])
+    assert (given.duration, given.band, given.fs) == (90.0, [5.0, 1000.0], 4096.0)
+    assert parser.parse_args(["response", RIG, "--frequency", "20,0.03kHz"]).frequency == (20.0, 30.0)
 
 
 @pytest.mark.parametrize("given, words", [

@@ -3,6 +3,7 @@
 import copy
 import json
 import re
+import shlex
 import tomllib
 
 import jsonschema
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.cli import main
+from clearance_mj.cli import demo, main
 from clearance_mj.core.errors import RigError
 from clearance_mj.engines import simulate
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker, rig_schema
@@ -105,6 +106,23 @@ def test_kinds_of_shafts(tmp_path, kind):
     assert Rig.from_dict(tomllib.loads(re.sub(r"(?m)^# (\w+ = [^ ])", r"\1", text))) == rig
     for word in ("poisson_ratio", "inner_diameter", "theory", "damping_ratios", "translation", "inertia", "offset"):
         assert re.search(rf"(?m)^(# )?{word} =.*# .", text), word
+
+
+def test_the_next_step_quotes_names_with_blanks(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my bench"]) == 0
+    assert "next: clearance-mj map FILE... --rig 'my bench.toml': which" in capsys.readouterr().out
+    monkeypatch.setattr(demo, "RECORDS", {})
+    assert main(["demo", "my folder", "--quiet"]) == 0
+    text = (tmp_path / "my folder" / "README.txt").read_text(encoding="utf-8")
+    commands = [shlex.split(line) for line in text.splitlines() if line.startswith("clearance-mj ")]
+    assert [words[-1] for words in commands if words[-2] == "--out"][:2] == ["my folder/rig.toml", "my folder/map.toml"]
+
+
+def test_numbers_are_as_they_were_meant(tmp_path):
+    """Products of floats: 0.4 × 0.7 is 0.27999999999999997, 0.8 × 0.0086 is 0.006880000000000001."""
+    rig = new(tmp_path, "mine", "--kind", "shaft", "--length", 0.7, "--diameter", 0.0086)
+    assert [(s.length, s.diameter) for s in rig.structure.sections] == [(0.42, (0.0086,) * 2), (0.28, (0.00688,) * 2)]
 
 
 def test_shafts_rattle_in_each_other(tmp_path):

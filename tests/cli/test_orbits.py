@@ -84,6 +84,10 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     assert [int(r["mode"]) for r in rows] == list(np.repeat([1, 2, 3, 4], 11))
     assert float(rows[10]["spin_rad_s"]) == pytest.approx(300 * np.pi)
     assert np.ptp(matplotlib.image.imread(tmp_path / "out" / "campbell.png")) > 0.5
+    for kind, head in (("svg", b"<?xml"), ("pdf", b"%PDF")):
+        assert not (tmp_path / "out" / f"campbell.{kind}").exists()
+        answer("campbell", tmp_path / "rotor.toml", *given, "--figures", kind)
+        assert (tmp_path / "out" / f"campbell.{kind}").read_bytes().startswith(head)
     here = tmp_path / "rotor.toml"
     assert "--speeds 3 1 rad/s: must rise, from 0 on" in refused("campbell", here, "--speeds", "3", "1")
     assert "--points 1: must be at least 2" in refused("campbell", here, "--speeds", "0", "1", "--points", "1")

@@ -1,6 +1,7 @@
 """The command update-rig: what it writes and prints, and what it refuses."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from clearance_mj.cli import main
 from clearance_mj.identify.structure import selection
 from clearance_mj.io.dataset import Record, write_dataset
+from clearance_mj.report.updated_rig import draw_spectra
 from clearance_mj.rig import Rig
 from clearance_mj.signals.excitation import level_ramp
 from experiments.benches.bench import NAMED
@@ -46,6 +48,17 @@ def test_files_and_json(folder, tmp_path, capsys, monkeypatch):
     assert np.array(stored["covariance"]).shape == (len(rows), len(rows))
     assert set(stored["records"][0]["misfit"]) >= {"accelerometer 1:+Z", "accelerometer 2:+Z"}
     assert (out / "updated_rig.png").stat().st_size > 10_000
+
+
+def test_spectra_have_an_axis_in_words():
+    """Its channels have several units, and so the axis none to refer to."""
+    lines = np.ones((2, 3))
+    piece = SimpleNamespace(
+        record="ramp", level=lines, duration=4.0, frequency=np.array([5.0, 50.0, 200.0]), measured=lines,
+        before=2 * lines, fitted=lines, share=np.zeros(2),
+    )  # fmt: skip
+    found = SimpleNamespace(misfit=[piece], channels=("base", "accelerometer 1:+Z"), rig=SimpleNamespace(name="mine"))
+    assert {ax.get_ylabel() for ax in draw_spectra(found).figure.axes} == {"Spectrum (dB)"}
 
 
 def test_the_datasets_rig_is_not_replaced(folder, capsys):

@@ -5,6 +5,7 @@ import gzip
 
 import numpy as np
 import pytest
+import scipy.io
 import xarray as xr
 
 from clearance_mj.core.errors import RecordError
@@ -186,6 +187,14 @@ def test_responses_become_channels(tmp_path, rng, rig):
     np.testing.assert_array_equal(got["8:+Z", "acceleration"], resp.acceleration[7])
     np.testing.assert_array_equal(got[rig.probe_labels[1], "displacement"], resp.displacement[1])
     assert len(formats.to_channels(resp)) == 1 + len(rig.sensors)
+    named = {c.name: c for c in formats.read(tmp_path / "a.csv")}
+    for name in ("contact", "grease"):
+        force = named[f"{name} force {rig.probe_labels[1]}"]
+        np.testing.assert_array_equal(force.value, getattr(resp, f"{name}_force")[1])
+        assert (force.quantity, force.placed) == ("force", False)
+    formats.write(tmp_path / "a.mat", resp)
+    columns = [str(c) for c in scipy.io.loadmat(tmp_path / "a.mat", simplify_cells=True)["columns"]]
+    assert columns[-2:] == ["grease force 1 [N]", "grease force 2 [N]"]
     formats.write(tmp_path / "a.nc", resp)
     np.testing.assert_array_equal(formats.read(tmp_path / "a.nc").contact_force, resp.contact_force)
 

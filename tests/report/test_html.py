@@ -42,6 +42,8 @@ def test_an_interval_stands_below_its_value_which_sorts_the_column():
     assert '<td class="number" data-value="0.5">0.50<span class="interval">0.40–0.75</span></td>' in html.table(shown)
     doubtful = Table("t", "c", shown.columns, (("a", Interval(0.5, 0.4, 0.75, doubtful=True)),))
     assert "0.40–0.75*</span>" in html.table(doubtful)
+    negative = Table("t", "c", (shown.columns[0], Column("Off", "dB", ".1f")), (("a", Interval(-4.1, -7.7, -0.5)),))
+    assert "-7.7 to -0.5</span>" in html.table(negative)
     without = Table("t", "c", shown.columns, (("a", Interval(0.5)), ("b", Interval(math.nan))))
     assert html.table(without).count("interval") == 0 and ">–</td>" in html.table(without)
 

@@ -24,6 +24,7 @@ FILE = Path(__file__).parents[2] / "models" / "table1_rig.toml"
         ("bushings.grease.stiffness", "0.4 N/mm", 400.0, False),
         ("beam.clamp.rotation", "6 mm", 6e-3, False),
         ("sensors[0].gain", "0 %", 0.0, True),
+        ("bushings[0].friction.coefficient", "0.02", 0.02, False),
     ],
 )
 def test_sizes(of, std, size, relative):

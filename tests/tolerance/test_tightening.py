@@ -15,6 +15,7 @@ from scipy.stats import norm, qmc
 
 import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
+from clearance_mj.report.tightening import draw_tightening, tightening_words
 from clearance_mj.rig import Contact, Grease
 from clearance_mj.structure import Matrices
 from clearance_mj.sweep.sensitivity import sobol_indices
@@ -125,8 +126,22 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path
     assert tightened.cheapest_limits[0] <= ALLOWED <= tightened.cheapest_limits[1]
 
 
+def test_words_have_units_as_they_are_written(tightened):
+    force = dataclasses.replace(tightened, what="contact force > 2 N", level=10.0)
+    assert draw_tightening(force).caption.startswith("Contact force > 2 N at levels up to 10 N. Left: share")
+    assert tightening_words(force)[0].startswith("contact force > 2 N up to 10 N: ")
+
+
+def test_the_legend_lies_over_no_label(tightened):
+    figure = draw_tightening(tightened).figure
+    figure.draw_without_rendering()
+    legends = [*figure.legends, *(ax.get_legend() for ax in figure.axes if ax.get_legend())]
+    boxes = [legend.get_window_extent() for legend in legends]
+    assert boxes and not any(box.overlaps(ax.get_tightbbox()) for box in boxes for ax in figure.axes)
+
+
 def test_what_cannot_be_tightened_is_one_line():
-    with pytest.raises(ClearanceError, match=r"none of 64 designs comes to it up to 3 times the level 0\.01"):
+    with pytest.raises(ClearanceError, match=r"none of 64 designs comes to it up to 3 times the level 0\.01 N;"):
         tighten(spring(), scattered(), None, 0.01, [SLOW], n_designs=64, workers=1)
     with pytest.raises(ClearanceError, match="share between 0 and 1"):
         tighten(spring(), scattered(), None, FORCE, [SLOW], 1.0)

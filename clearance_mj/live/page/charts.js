@@ -111,14 +111,14 @@ class Chart {
     this.key = key;
     const axis = (label, more) => ({ label, stroke: ink("--ink"), labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif",
       grid: { stroke: ink("--line"), width: 1 }, ticks: { stroke: ink("--line"), width: 1, size: 4 }, ...more });
-    const short = (u, splits) => splits.map((v) => (v === null ? "" : sig(v, 5)));
+    const short = (u, splits) => splits.map((v) => (v === null ? "" : String(Number(v.toPrecision(5)))));
     const plain = o.free ? [{}] : [{ label: o.x }];
     this.plot = new uPlot({
       ...this.size(), mode: o.free ? 2 : 1, legend: { show: false }, padding: [8, 10, 0, 0],
       cursor: { drag: { x: true, y: false, setScale: true }, points: { show: !o.free }, ...(o.sync ? { sync: { key: o.sync } } : {}) },
       scales: { x: { time: false, distr: o.logX ? 3 : 1, ...(o.free ? { range: padded } : {}) },
         y: { distr: o.logY ? 3 : 1, ...(o.range ? { range: o.range } : o.free && !o.logY ? { range: (u, a, b) => uPlot.rangeNum(a, b, 0.06, true) } : {}) } },
-      axes: [axis(o.x, { size: 34, values: short }), axis(o.y, { size: 58, ...(o.logY ? {} : { values: short }), ...(o.splits ? { splits: () => o.splits } : {}) })],
+      axes: [axis(o.x, { size: 34, values: short }), axis(o.y, { size: 58, values: short, ...(o.splits ? { splits: () => o.splits } : {}) })],
       series: [...plain, ...series.map((s) => ({ ...s, width: s.width || 1.3, points: { show: false }, spanGaps: false,
         ...(o.free ? { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve } : { paths: line(o.jump || Infinity) }) }))],
       hooks: {

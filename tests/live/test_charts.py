@@ -1,0 +1,27 @@
+"""The live page's charts without a browser: what their axes say."""
+
+import json
+import shutil
+import subprocess
+
+import pytest
+
+from ..conftest import ROOT
+
+CHARTS = ROOT / "clearance_mj" / "live" / "page" / "charts.js"
+NODE = shutil.which("node")
+PAGE = """
+const host = { clientWidth: 300, setAttribute() {}, addEventListener() {} };
+Object.assign(globalThis, { matchMedia: () => ({}), getComputedStyle: () => ({ getPropertyValue: () => "" }),
+  document: { getElementById: () => host }, ResizeObserver: class { observe() {} } });
+globalThis.uPlot = function (options) { this.over = host; globalThis.drawn = options; };
+require("vm").runInThisContext(require("fs").readFileSync(process.argv[1], "utf8") + `;
+new Chart("any", { logY: true }).show([{}], [[1, 2], [1e-6, 1e-4]]);
+console.log(JSON.stringify(drawn.axes[1].values(null, [1e-7, 1e-6, null, 1e-4, 0.1, 1000])));`);
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="needs Node.js")
+def test_small_numbers_of_a_logarithmic_axis_are_not_0():
+    said = subprocess.run([NODE, "-e", PAGE, str(CHARTS)], capture_output=True, text=True, check=True, timeout=60)
+    assert json.loads(said.stdout) == ["1e-7", "0.000001", "", "0.0001", "0.1", "1000"]
