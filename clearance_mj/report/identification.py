@@ -58,7 +58,7 @@ def write_identification(
     writer, pages = ReportWriter(folder, progress), dict(found.pages)
     forces = pages.pop("forces")() if "forces" in pages else []
     sections = [
-        html.Section("rattling", "Does it rattle?", rattling(found.model, dataset, writer, workers)),
+        html.Section("rattling", "Does it rattle?", rattling(found, dataset, writer, workers)),
         html.Section("summary", "What was found", _summary(found, dataset, shown)),
     ]
     if forces:

@@ -9,6 +9,9 @@ import numpy as np
 
 from ..clearance.law import ConstantLaw, ContactLaw
 from ..core.errors import ClearanceError
+from ..identify.records.checks import reached
+from ..identify.records.prepared import prepare
+from ..identify.registry import Identified
 from ..io.dataset import Dataset
 from ..model import Model
 from ..periodic import RattleMap, find_first_contact, map_rattle
@@ -36,12 +39,14 @@ class _Row:
     penetration: float  #: largest, m
 
 
-def rattling(model: Model, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
+def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
     """Return the figure, the sentences and the table of a rattle map over the records' levels and band.
+
+    There is none where no record shows a gap: what the rig file says of it is no result.
 
     Parameters
     ----------
-    model : Model
+    found : Identified
         The identified model.
     dataset : Dataset
         Its records to identify say levels, band and what excites.
@@ -50,15 +55,38 @@ def rattling(model: Model, dataset: Dataset, writer: ReportWriter, workers: int 
     workers : int, optional
         Processes of the map; None: one for each core.
     """
+    model, unseen = found.model, _unseen(found, dataset)
+    said = "".join(html.paragraph(f"{words}.", "note") for words in unseen)
+    if unseen and len(unseen) == len(model.rig.bushings):
+        return said
     if not isinstance(model.law, ConstantLaw | ContactLaw):
         return html.paragraph("A law over time or amplitude has no periodic vibrations, so no rattle map.", "note")
     try:
-        found = _map(model, dataset, workers)
+        rattle = _map(model, dataset, workers)
     except ClearanceError as error:
-        return html.paragraph(f"No rattle map: {html.formula(str(error))}.", "note")
-    writer.csv("rattle_map", rows(found))
-    sentences = "".join(html.paragraph(f"{html.formula(line[0].upper() + line[1:])}.") for line in words(found))
-    return sentences + writer.figure(draw(found)) + html.table(_table(found))
+        return said + html.paragraph(f"No rattle map: {html.formula(str(error))}.", "note")
+    writer.csv("rattle_map", rows(rattle))
+    sentences = "".join(html.paragraph(f"{html.formula(line[0].upper() + line[1:])}.") for line in words(rattle))
+    return said + sentences + writer.figure(draw(rattle)) + html.table(_table(rattle))
+
+
+def _unseen(found: Identified, dataset: Dataset) -> list[str]:
+    """In words, which gaps no record shows: by the probes, without them where the records add nothing to the prior."""
+    rig = found.model.rig
+    far = reached(prepare(dataset), rig) if rig.bushings else None
+    untold = found.estimates.only_prior if found.estimates else ()
+    said = []
+    for j, bushing in enumerate(rig.bushings):
+        if far is not None and far[j] <= bushing.gap:
+            larger = f"it is larger than {1e3 * far[j]:.2g} mm, as far as the shaft came from its middle"
+        elif far is None and f"bushings[{j}].gap" in untold:
+            larger = "the records add nothing to what was known of it"
+        else:
+            continue
+        said.append(
+            f"The gap of bushings[{j}] was not seen: {larger}; {1e3 * bushing.gap:.3g} mm is the rig file’s number"
+        )
+    return said
 
 
 def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:

@@ -9,10 +9,11 @@ import numpy as np
 
 from ...core.errors import RecordError
 from ...io.dataset import Record
+from ...rig import Rig
 from .dropouts import describe_dropouts, zero_error
 from .prepared import EXCITATION, PreparedRecord, prepared
 
-__all__ = ["IdentifiabilityWarning", "check_length", "check_records", "warn", "warn_of_dropouts"]
+__all__ = ["IdentifiabilityWarning", "check_length", "check_records", "reached", "warn", "warn_of_dropouts"]
 
 
 class IdentifiabilityWarning(UserWarning):
@@ -126,24 +127,36 @@ def warn_of_dropouts(record: PreparedRecord) -> None:
             )
 
 
-def _warn_of_no_contact(records: Sequence[PreparedRecord]) -> None:
+def reached(records: Sequence[PreparedRecord], rig: Rig) -> np.ndarray | None:
+    """Return how far (n_bushings,), m, the shaft comes from the middle of its clearances; None without probes.
+
+    Parameters
+    ----------
+    records : sequence of PreparedRecord
+        Of one rig.
+    rig : Rig
+        With the offsets of a rig in a plane; in space the middle is that of the motion, as its rest is not known.
+    """
     probes = [d for record in records if (d := record.displacement) is not None]
     if not probes:
+        return None
+    if rig.is_spatial:
+        around = [d.reshape(len(rig.bushings), 2, -1) for d in probes]
+        return np.asarray(np.max([np.ptp(d, axis=2).max(axis=1) / 2 for d in around], axis=0))
+    offsets = np.array([b.offset for b in rig.bushings])
+    return np.asarray(np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0))
+
+
+def _warn_of_no_contact(records: Sequence[PreparedRecord]) -> None:
+    if not records or (far := reached(records, records[0].rig)) is None:
         return
-    rig = records[0].rig
-    gaps = np.array([b.gap for b in rig.bushings])
-    if rig.is_spatial:  # from the middle of its motion: where the shaft rests in the clearance is not known
-        around = [d.reshape(gaps.size, 2, -1) for d in probes]
-        reached = np.max([np.ptp(d, axis=2).max(axis=1) / 2 for d in around], axis=0)
-    else:
-        offsets = np.array([b.offset for b in rig.bushings])
-        reached = np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0)
+    gaps = np.array([b.gap for b in records[0].rig.bushings])
     moves = ", ".join(
         f"bushings[{j}] moves up to {1e3 * x:.3g} mm in a gap of {1e3 * d:.3g} mm"
-        for j, (x, d) in enumerate(zip(reached, gaps))
+        for j, (x, d) in enumerate(zip(far, gaps))
         if x <= d
     )
-    if np.all(reached <= gaps):
+    if np.all(far <= gaps):
         warn(f"no contact: {moves}; contact stiffness and damping cannot be identified, the filling's still can")
     elif moves:
         warn(f"no contact at one bushing: {moves}; its contact is taken from the others, its filling is its own")
