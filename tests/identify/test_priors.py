@@ -9,7 +9,7 @@ import pytest
 from clearance_mj.beam import ritz_model
 from clearance_mj.estimate import Estimates
 from clearance_mj.identify.structure.misfit import RecordMisfit
-from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with
+from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with, unsaid_words
 from clearance_mj.identify.structure.rig_update import RigUpdate
 from clearance_mj.identify.structure.spectra import rms
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
@@ -118,3 +118,11 @@ def test_a_shaft_of_sections():
     changed = rig_with(rig, {"structure.supports[0].rotation": 900.0, "structure.discs[0].mass": 0.31})
     assert changed.structure.supports[0].rotation == 900.0
     assert changed.structure.discs[0].mass == 0.31
+
+
+def test_few_of_many_parameters_are_named():
+    """A sentence names six of those that records say nothing about; the table of parameters has all."""
+    names = [f"sensors[{i}].gain" for i in range(30)]
+    said = unsaid_words(names)
+    assert "sensors[5].gain" in said and "sensors[6].gain" not in said and " and 24 more: values are those" in said
+    assert unsaid_words(names[:1]).endswith("sensors[0].gain: its value is that of the rig file, within its tolerance")

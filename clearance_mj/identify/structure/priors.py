@@ -19,6 +19,7 @@ import numpy as np
 from ...beam import ritz_model
 from ...calibrate.free import with_values
 from ...core.kinds import checks_kinds
+from ...core.overview import few
 from ...core.plain_numbers import Key, find_numbers, get_number, path_of
 from ...estimate.parameter import Parameter
 from ...rig import Rig
@@ -60,6 +61,7 @@ STEEL = 2.1e11  # N/m², of a shaft whose rig file does not say
 RATIOS = 8  # modes at most with a damping ratio of their own
 DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
 PROBE_GAIN = 0.01  # 1 σ of a probe's gain
+LISTED = 6  # parameters at most that are named of those that records say nothing about
 LOWEST_DAMPING = 1e-3  # lowest damping ratio to start from
 MAX_OFFSET = 0.9  # of the gap: the largest offset
 LEFT_OUT = {"gain": 1.0, "offset": 0.0, "offset_y": 0.0, "delay": 0.0, "probe_delay": 0.0, "probe_angle": 0.0}
@@ -89,8 +91,8 @@ def unsaid_words(names: Sequence[str], before: str = "of the rig file, within it
     before : str
         Whose values they keep.
     """
-    said, kept = ", ".join(map(parameter_words, names)), "its value is that" if len(names) == 1 else "values are those"
-    return f"the records say nothing about {said}: {kept} {before}"
+    kept = "its value is that" if len(names) == 1 else "values are those"
+    return f"the records say nothing about {few([*map(parameter_words, names)], LISTED)}: {kept} {before}"
 
 
 @checks_kinds
