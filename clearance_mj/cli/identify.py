@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,18 +47,34 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     with output_folder(out, "identify", inputs(options)) as folder:
         folder.refuse_others("rig.toml", "law.json", "posterior.json", "identified.json", "index.html")
         found = _found(options, dataset)
-        found.save(folder.new, dataset, provenance(options))
-        if not options.no_figures:
-            from ..report.identification import write_identification
-
-            write_identification(found, dataset, folder.new, out, workers=None, progress=not options.quiet)
+        failure = _written(found, dataset, folder.new, options)
     _print(found, out)
+    if failure:
+        raise ClearanceError(f"{out}: what was found is kept, and drawing it failed: {failure}") from failure
     if not options.no_figures:
         print(f"report: {out / 'index.html'}")
     print(f"next: {spelled('simulate', out, '--rms', 2, '--gap', 'x0.5')}: what half of the gap would do")
     if dataset.path and dataset.path.is_dir() and any(record.role == "validate" for record in dataset.records):
         print(f"next: {spelled('study', dataset.path)}: how well records that were kept back are predicted")
     return {"out": str(out), "law": found.law.to_dict()} | found.to_dict()
+
+
+def _written(found: Identified, dataset: Dataset, new: Path, options: argparse.Namespace) -> Exception | None:
+    """Write what was found, then draw it; return what made drawing fail, of which nothing then stays."""
+    try:
+        found.save(new, dataset, provenance(options))
+        if not options.no_figures:
+            from ..report.identification import write_identification
+
+            write_identification(found, dataset, new, options.out, workers=None, progress=not options.quiet)
+    except Exception as failure:
+        if not (new / "law.json").exists():
+            raise
+        (new / "index.html").unlink(missing_ok=True)
+        for name in ("figures", "tables"):
+            shutil.rmtree(new / name, ignore_errors=True)
+        return failure
+    return None
 
 
 def _check_folder(options: argparse.Namespace) -> None:

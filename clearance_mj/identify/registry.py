@@ -93,11 +93,12 @@ class Identified:
         provenance : mapping, optional
             What it comes from: versions, digests of files.
         """
-        self.model.save(folder, provenance)
         about = {"version": __version__, "dataset": str(dataset.path), "rig": dataset.rig.name,
                  "synthetic": dataset.is_synthetic, "identified_from": [r.name for r in dataset.identify]}  # fmt: skip
         data = about | self.to_dict() | ({"provenance": provenance} if provenance else {})
+        Path(folder).mkdir(parents=True, exist_ok=True)
         write_text(Path(folder) / "identified.json", to_json(data))
+        self.model.save(folder, provenance)  # which draws from the posterior, last
 
 
 def fitted_model(rig: Rig, make: Callable[..., Law], estimates: Estimates) -> Model:

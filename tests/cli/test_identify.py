@@ -16,7 +16,7 @@ from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
 from clearance_mj.periodic import rattle_maps
-from clearance_mj.report import rattling
+from clearance_mj.report import identification, rattling
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 
@@ -151,6 +151,28 @@ def test_a_record_without_probes_leaves_the_figures_of_the_others(seen, rig, tmp
     drawn = {p.stem for p in (tmp_path / "found" / "figures").iterdir()}
     assert {f"{name}_whole" for name in FIGURES} < drawn and not {f"{name}_bare" for name in FIGURES} & drawn
     assert "no displacement probe at every bushing" in (tmp_path / "found" / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("where", ["page", "posterior"])
+def test_what_was_found_is_kept_where_it_cannot_be_drawn(seen, small_dataset, tmp_path, capsys, monkeypatch, where):
+    """A fault of a figure, or of the models drawn from the posterior, costs no result; nothing half-drawn stays."""
+
+    def fails(*_, **__):
+        raise ValueError("no such axis")
+
+    if where == "page":
+        monkeypatch.setattr(identification, "write_identification", fails)
+    else:
+        monkeypatch.setattr(Model, "drawn", fails)
+    found = tmp_path / "found"
+    assert main(["identify", str(small_dataset), "--method", "known", "--out", str(found), "--quiet"]) == 2
+    captured = capsys.readouterr()
+    assert captured.err == f"clearance-mj: {found}: what was found is kept, and drawing it failed: no such axis\n"
+    assert "contact stiffness" in captured.out
+    assert {"rig.toml", "law.json", "identified.json"} == {
+        p.name for p in (tmp_path / "found").iterdir() if p.is_file()
+    }
+    assert Model.load(found).rig.name == "table1"
 
 
 def test_refused(small_dataset, ramp, csv_file, tmp_path, refused):
