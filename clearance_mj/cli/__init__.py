@@ -7,7 +7,9 @@ import contextlib
 import difflib
 import errno
 import io
+import shutil
 import sys
+import textwrap
 import warnings
 from collections.abc import Iterable, Sequence
 from importlib import import_module
@@ -28,12 +30,16 @@ MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EI
             errno.ELOOP, errno.EINVAL, errno.EFBIG)  # fmt: skip
 """Errors of the system that come of a path that was given"""
 
-_MODULES = (
-    "demo new map study identify twin live simulate animate motion listen compare show convert hammer modes calibrate "
-    "update_rig place sweep production response backbone rattle_map peaks life campbell orbits orbit_gaps "
-    "running_clearance drive vehicle"
-)  # each registers its command; in the order of the help
-for _module in _MODULES.split():
+_GROUPS = {
+    "begin, read and write": "demo new map show convert",
+    "identify from records": "identify update_rig twin hammer modes calibrate place drive",
+    "predict": "simulate response backbone rattle_map listen sweep",
+    "predict over tolerances, time and use": "production peaks life",
+    "shafts that turn": "campbell orbits orbit_gaps running_clearance",
+    "compare and see": "study compare animate motion live",
+    "vehicles": "vehicle",
+}  # of commands, by task; each module registers its own
+for _module in " ".join(_GROUPS.values()).split():
     import_module(f".{_module}", __name__)
 
 
@@ -91,11 +97,16 @@ def _failed(words: str, status: int) -> int:
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:
     """Options of a command; what is misspelt ends with the nearest known words."""
-    parser = Parser(prog="clearance-mj", description="Vibration of shafts with clearance.")
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = Parser(prog="clearance-mj", description="Vibration of shafts with clearance.", formatter_class=raw)
     parser.add_argument("--version", action="version", version=f"clearance-mj {__version__}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    words = "one of those below; clearance-mj COMMAND --help says more"
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", help=words)
     for command in COMMANDS.values():
         command.add(commands)
+    for task, modules in _GROUPS.items():
+        names = modules.replace("_", "-").split()
+        parser.add_argument_group(task, "\n".join(_listed(name, COMMANDS[name].help) for name in names))
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
         parser.error(f"{arguments[0]!r} is no command{_meant(arguments[0], COMMANDS)}")
     options, unknown = parser.parse_known_args(arguments)
@@ -103,6 +114,11 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
         known = [flag for flag in options.parser._option_string_actions if flag.startswith("--")]
         options.parser.error(f"{unknown[0]!r} is not known{_meant(unknown[0].partition('=')[0], known)}")
     return options
+
+
+def _listed(name: str, help: str) -> str:
+    """A command in the list of all, its words beside its name."""
+    return textwrap.fill(f"{name:18s}{help}", shutil.get_terminal_size().columns - 4, subsequent_indent=18 * " ")
 
 
 def _meant(word: str, known: Iterable[str]) -> str:

@@ -48,7 +48,7 @@ class Command:
 
     def add(self, commands: argparse._SubParsersAction[Parser]) -> None:
         """Add its parser, with the options that all commands have."""
-        parser = commands.add_parser(self.name, help=self.help, description=self.help)
+        parser = commands.add_parser(self.name, description=self.help)
         parser.set_defaults(run=self.run, parser=parser)
         parser.add_argument("--json", action="store_true", help="print the result as JSON")
         parser.add_argument("--quiet", action="store_true", help="show no progress bars")

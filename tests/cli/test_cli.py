@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import shutil
 
 import numpy as np
@@ -158,6 +159,15 @@ def test_every_command_has_help_json_and_out(capsys):
             main([name, "--help"])
         said = capsys.readouterr().out
         assert stopped.value.code == 0 and "--json" in said and "--out" in said
+
+
+def test_commands_are_listed_once_by_task(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    said = capsys.readouterr().out
+    assert "\nidentify from records:\n  identify " in said and "\nshafts that turn:\n  campbell " in said
+    listed = re.findall(r"^  ([a-z][a-z-]*) +\S", said, re.MULTILINE)
+    assert sorted(listed) == sorted(COMMANDS)
 
 
 def test_the_command_studies_what_the_library_does(capsys):
