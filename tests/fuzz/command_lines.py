@@ -122,7 +122,7 @@ def prepare(inputs) -> None:
                     run(path, None)
 
 
-def _tame() -> contextlib.ExitStack:
+def tame() -> contextlib.ExitStack:
     """What would start processes runs in threads, no browser is opened, and live pages end once they answer."""
     stack = contextlib.ExitStack()
     for holder, name, instead in (
@@ -150,7 +150,7 @@ def run(path: Path, rng) -> None:
         shutil.copytree(_template(), world)
         _hostile(world)
     before = _kept(world)
-    with _tame(), contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
+    with tame(), contextlib.chdir(world), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(words):
         try:
             status = main(line)
         except SystemExit as end:

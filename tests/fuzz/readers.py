@@ -28,7 +28,7 @@ from clearance_mj.sweep.store import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
-from . import absurd, command_lines, loggers, samples, samples_uff
+from . import absurd, command_lines, edges, loggers, samples, samples_uff
 from .mutations import NUMBERS, as_json, damaged, packed, replanted, toml
 
 
@@ -357,6 +357,7 @@ def readers() -> dict[str, Reader]:
         Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0, absurd.prepare),
         Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 10.0,
                command_lines.prepare),
+        Reader("rig at an edge", "edge.json", edges.make, edges.run, 2_000, dict, 2**30, 60.0, edges.prepare),
     ]  # fmt: skip
     return {reader.name: reader for reader in found}
 

@@ -30,8 +30,9 @@ from .mutations import toml
 from .readers import Reader, generator, readers
 from .run import fuzz
 
-FEW = {"NetCDF": 3, "HDF5": 3, "command line": 5, "absurd rig and law": 15}  # inputs of those that take longer
-MORE = {"NetCDF": 30, "HDF5": 30, "command line": 40, "absurd rig and law": 150}  # of the slow tests
+# Inputs of those that take longer, in the quick tests and in the slow ones.
+FEW = {"NetCDF": 3, "HDF5": 3, "command line": 5, "rig at an edge": 5, "absurd rig and law": 15}
+MORE = {"NetCDF": 30, "HDF5": 30, "command line": 40, "rig at an edge": 30, "absurd rig and law": 150}
 FIRST = {"command line": 2}  # Before it, command lines identify a bench, which alone takes ten seconds.
 
 

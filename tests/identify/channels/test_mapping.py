@@ -105,6 +105,16 @@ def test_channels_that_are_no_vibration_of_the_rig_are_left_out():
 
 
 @pytest.mark.slow
+def test_fewer_channels_than_unknown_forces_are_asked_for():
+    """An excitation and one accelerometer beside two clearances: forces there explain whatever the channels hold."""
+    rig = cm.Rig.load(TABLE1 / "rig.toml")
+    x = np.random.default_rng(3).standard_normal(4096)
+    y = np.convolve(x, np.exp(-np.arange(30) / 9))[: x.size]
+    channels = [Channel(name, 0, "S", UNKNOWN, value, 2048.0) for name, value in (("Ref", x), ("A1", y))]
+    found = cm.map_channels([channels], rig)
+    assert set(found.undecided) <= {"Ref", "A1"} and "A1" in found.undecided
+
+
 def test_without_the_excitation_everything_is_asked_for():
     rig, records = bench()
     without = [[c for c in channels if c.node != 100] for channels in records]

@@ -147,9 +147,11 @@ def predicted_spectra(
     level = [np.broadcast_to(np.sqrt(np.mean(np.abs(m) ** 2, axis=0)), m.shape) for m in measured]
     weights = 1 / channel_deviation(np.vstack(level), found)
     kept = np.setdiff1d(np.arange(found.shape[1]), without)
-    basis, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
-    forces = basis.conj().transpose(0, 2, 1) @ (found * weights)[:, kept, None]
-    return weights, (seen @ np.linalg.solve(upper, forces))[:, :, 0]
+    white, target = seen[:, kept] * weights[:, kept, None], (found * weights)[:, kept, None]
+    if white.shape[1] < white.shape[2]:  # fewer channels than forces: the smallest that meet all of them
+        return weights, (seen @ (np.linalg.pinv(white) @ target))[:, :, 0]
+    basis, upper = np.linalg.qr(white)
+    return weights, (seen @ np.linalg.solve(upper, basis.conj().transpose(0, 2, 1) @ target))[:, :, 0]
 
 
 def distance(gains: list[np.ndarray], measured: list[np.ndarray]) -> float:
