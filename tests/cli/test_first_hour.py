@@ -62,7 +62,7 @@ def test_every_command_says_the_next(folder, capsys):
     assert status == 0
     assert "next: clearance-mj identify bench" in text
     records = cm.Dataset.load("bench").records
-    assert [record.name for record in records] == ["run 0.5", "run 2.0"]
+    assert [record.name for record in records] == ["run_0.5", "run_2.0"]
     tip = {c.node: c.value for c in cm.read(runs[0])[2:3]}
     assert np.allclose(records[0].response().acceleration[3], -tip[0], rtol=1e-6)
 
