@@ -22,8 +22,7 @@ __all__ = ["Free", "value_of"]
 TAPERED = ("diameter", "inner_diameter", "width", "height")
 SHAFT = ("length", "young_modulus", "density", "poisson_ratio", *TAPERED)
 POINTS = ("position", "to", "mass", "stiffness", "damping")
-"""units of what the linear rig depends on: of its shafts, of masses, sensors and bushings with their grease, and of
-supports and discs"""
+"""what may be free: of a section, of a shaft, and of what stands at points of it"""
 SHAFT_FACTOR, OTHER_FACTOR = 1.2, 10.0
 """default bounds are start / factor to start × factor: of the shaft, and of all else but positions"""
 NEAREST = 0.02  # lowest default bound of a position, as a share of the shaft's length

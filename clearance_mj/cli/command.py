@@ -98,12 +98,14 @@ def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
         if options.out is None:
             return run(options)
         before = FIGURES.set((options.figures,) if options.figures else ())
-        with output_folder(options.out, name, inputs(options)) as folder:
-            folder.refuse_others(*writes)
-            options.new = folder.new
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                found = run(options)
-        FIGURES.reset(before)
+        try:
+            with output_folder(options.out, name, inputs(options)) as folder:
+                folder.refuse_others(*writes)
+                options.new = folder.new
+                with contextlib.redirect_stdout(io.StringIO()) as said:
+                    found = run(options)
+        finally:
+            FIGURES.reset(before)
         print(said.getvalue(), end="")  # where nobody can read, the files are there all the same
         return found
 

@@ -10,7 +10,7 @@ from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file, say, spelled
-from .options import add_files, add_kind, reading
+from .options import add_files, add_kind, hertz, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.channels import Channel
@@ -38,18 +38,15 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
     )  # fmt: skip
     option(
-        "--frf",
-        type=float,
-        metavar="HZ",
-        help="write a record's FRFs (H1) with lines this far apart: of the rig's sensors to its "
-        "shaker, or without --rig of all accelerations to the column NAME=base or NAME=force",
-    )
+        "--frf", type=hertz, metavar="HZ", help="write a record's FRFs (H1) with lines this far apart: of the rig's "
+        "sensors to its shaker, or without --rig of all accelerations to the column NAME=base or NAME=force",
+    )  # fmt: skip
     option(
         "--window", choices=("hann", "boxcar"),
         help="of the segments of --frf (default: hann; of hits none, on segments that begin with them)",
     )  # fmt: skip
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
-    option("--band", type=float, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
+    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
     option("--role", help="of the records of a dataset: identify, validate, sine or orbit (default: identify)")
     add_kind(
         parser, "spin", default="as the rig's shaker, or the other input if that alone was recorded; of orbits spin"

@@ -209,7 +209,6 @@ class Linkage:
         return found
 
 
-@functools.lru_cache(maxsize=32)
 def cannot_be_linked(rig: Rig) -> str:
     """Return in words why a rig in a plane is no chain of rigid links; "" if it is.
 
@@ -232,6 +231,7 @@ def cannot_be_linked(rig: Rig) -> str:
     return ""
 
 
+@functools.lru_cache(maxsize=32)
 def linkage(rig: Rig, links: int) -> Linkage:
     """Cut every shaft of a rig into so many links.
 

@@ -109,10 +109,10 @@ class Record(Shown):
         sensors = self.rig.sensor_labels
         if unknown := sorted(set(self.left_out) - set(sensors)):
             raise RecordError(f'left_out: "{unknown[0]}" is no accelerometer of the rig; it has {", ".join(sensors)}')
-        if self.left_out and self.role == "validate":
+        if self.left_out and self.role != "identify":
             raise RecordError(
-                "left_out is for records to identify: FRFs that validate are compared at all sensors; put this record "
-                "into a dataset of its own, whose rig file lacks the sensor"
+                "left_out is for records to identify: others are compared at all sensors; put this record into a "
+                "dataset of its own, whose rig file lacks the sensor"
             )
         if sensors and not self._recorded:
             raise RecordError("left_out leaves no accelerometer")
@@ -151,7 +151,7 @@ class Record(Shown):
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
-                leave_out = LEAVE_OUT.format(label, label) if what == SENSOR and self.role != "validate" else ""
+                leave_out = LEAVE_OUT.format(label, label) if what == SENSOR and self.role == "identify" else ""
                 way_out = _way_out(headers) or leave_out
                 raise RecordError(f"has no {quantity} at node {node} along {axis}, {what}{way_out}")
 

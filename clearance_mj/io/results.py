@@ -106,7 +106,8 @@ def dataset_to_channels(ds: xr.Dataset) -> list[Channel]:
 
 _LABELLED: tuple[Any, ...] = (FRF, Response, Spectra, Modes, Geometry)
 _FROM_DATASET: dict[Any, Callable[[xr.Dataset], Result]] = {
-    **{kind.__name__.lower(): kind.from_xarray for kind in _LABELLED}, "frf": _frf, "channels": dataset_to_channels,
+    "frf": _frf, "response": Response.from_xarray, "spectra": Spectra.from_xarray, "modes": Modes.from_xarray,
+    "geometry": Geometry.from_xarray, "channels": dataset_to_channels,
 }  # fmt: skip
 
 

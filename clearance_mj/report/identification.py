@@ -211,8 +211,9 @@ def _decays(misfit: LawMisfit) -> Table:
     hits = misfit.decays
     columns = [Column("Record"), Column("Hit at", "s", ".2f"), Column("Peak", misfit.unit, ".3g")]
     columns += [Column(sensor, "dB", "+.1f", "Sensor") for sensor in misfit.sensors]
-    rows = [(d.record, d.start, d.peak, *(float(v) for v in d.missed[:, 0])) for d in hits]
-    late = [(d.record, d.start + d.duration / 2, None, *(float(v) for v in d.missed[:, 1])) for d in hits]
+    halves = [[[float(v) if np.isfinite(v) else None for v in row] for row in d.missed.T] for d in hits]
+    rows = [(d.record, d.start, d.peak, *first) for d, (first, _) in zip(hits, halves)]
+    late = [(d.record, d.start + d.duration / 2, None, *second) for d, (_, second) in zip(hits, halves)]
     ordered = tuple(row for pair in zip(rows, late) for row in pair)
     caption = (
         "Decays after hits: RMS of the model over that of the record, in the first and in the second half of each; "

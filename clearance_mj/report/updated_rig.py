@@ -52,7 +52,7 @@ PARAMETER_WORDS = (
 
 def _spectra(figure: FigureBase, found: RigUpdate) -> str:
     """Draw and return what it shows."""
-    piece = max(found.misfit, key=lambda m: (bool(m.level.all()), m.duration))
+    piece = max(found.misfit, key=lambda m: (m.is_whole, m.duration))
     shown = np.unique(np.linspace(0, len(found.channels) - 1, MAX_CHANNELS).astype(int))
     axes = np.atleast_1d(figure.subplots(-(-len(shown) // 2), 2, sharex=True)).ravel()
     looks = (("measured", piece.measured, TEST, 1.4), ("rig file", piece.before, START, 0.8),

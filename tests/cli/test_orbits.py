@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
+from clearance_mj.core.output_folder import FIGURES
 from clearance_mj.rig import Spin, Unbalance
 from clearance_mj.rotors import campbell, turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
@@ -89,5 +90,7 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
         answer("campbell", tmp_path / "rotor.toml", *given, "--figures", kind)
         assert (tmp_path / "out" / f"campbell.{kind}").read_bytes().startswith(head)
     here = tmp_path / "rotor.toml"
+    assert "must rise, from 0 on" in refused("campbell", here, "--speeds", "3", "1", "--figures", "svg")
+    assert FIGURES.get() == ()  # a command that fails leaves nothing to the next one
     assert "--speeds 3 1 rad/s: must rise, from 0 on" in refused("campbell", here, "--speeds", "3", "1")
     assert "--points 1: must be at least 2" in refused("campbell", here, "--speeds", "0", "1", "--points", "1")

@@ -15,6 +15,7 @@ import clearance_mj as cm
 from clearance_mj import physical
 from clearance_mj.clearance import nominal_law
 from clearance_mj.engines import Links, mjcf
+from clearance_mj.engines.linkage import linkage
 from clearance_mj.engines.links import build_links
 from clearance_mj.engines.mujoco_space import SpatialMujocoRun
 from clearance_mj.physical.rows import softness_of
@@ -377,6 +378,11 @@ def test_what_is_no_chain_of_links_is_simulated_by_its_modes() -> None:
     for rig, engine in ((thick, "modal"), (TABLE1, "links"), (SPACE, "modal")):
         assert cm.simulate(rig, still(0.1)).provenance["engine"] == engine
         assert cm.Model(rig).simulate(still(0.1)).provenance["engine"] == engine
+
+
+def test_a_chain_is_made_once() -> None:
+    """What takes longest of a short simulation by links."""
+    assert linkage(TABLE1, 20) is linkage(TABLE1, 20)
 
 
 def test_a_spring_beside_a_shaft_acts_in_space_as_in_the_plane() -> None:

@@ -11,7 +11,7 @@ import pytest
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify import update_rig
+from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.forces.restoring import restoring_force
 from clearance_mj.identify.laws.law_misfit import law_misfit
 from clearance_mj.identify.laws.output_error import Sight
@@ -83,6 +83,8 @@ def test_as_if_no_record_had_the_sensor(left_out):
     for name in names:
         assert alone.values[name] == pytest.approx(expected.values[name], rel=1e-4), name
     assert "sensors[2].gain" in alone.only_prior
+    assert alone.share[2] == 0 and np.all(np.delete(alone.share, 2) > 0)
+    assert diagnose(alone).faults == ()
 
 
 def test_what_the_channel_holds_does_not_matter(left_out):

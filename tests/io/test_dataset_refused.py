@@ -169,7 +169,8 @@ def test_channels_that_do_not_fit(folder, change, part):
     ("changed", "part"),
     [
         ({"left_out": ("9:+Z",)}, 'left_out: "9:+Z" is no accelerometer of the rig; it has 1:+Z, '),
-        ({"left_out": ("4:+Z",), "role": "validate"}, "left_out is for records to identify: FRFs that validate are"),
+        ({"left_out": ("4:+Z",), "role": "validate"}, "left_out is for records to identify: others are compared at"),
+        ({"left_out": ("4:+Z",), "role": "sine"}, "left_out is for records to identify: others are compared at"),
         ({"left_out": tuple(RIG.sensor_labels)}, "left_out leaves no accelerometer"),
     ],
 )

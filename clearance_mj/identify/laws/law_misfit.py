@@ -263,13 +263,14 @@ def _decays(name: str, test: Response, model: Response) -> list[Decay]:
     struck = np.flatnonzero(size > REST * size.max())
     shortest = int(SHORTEST * test.fs)
     first = struck[np.diff(struck, prepend=-shortest) >= shortest]
-    found = []
+    rows, found = _rows(test, model), list[Decay]()
     for begin, end in itertools.pairwise([*first.tolist(), size.size]):
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)
-            rms = [[np.std(r.acceleration[:, half], axis=1) for half in halves] for r in (model, test)]
+            signals = model.acceleration[rows], test.acceleration
+            rms = [[np.std(signal[:, half], axis=1) for half in halves] for signal in signals]
             missed = np.full((len(model.responses), 2), np.nan)
-            missed[_rows(test, model)] = DB * np.log(np.array(rms[0])[:, _rows(test, model)] / np.array(rms[1])).T
+            missed[rows] = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T
             peak = float(size[begin : begin + shortest].max())
             found.append(Decay(name, begin / test.fs, (end - begin) / test.fs, peak, missed))
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ...rig import Rig
 from .spectra import complex_frequency, rms
 
-__all__ = ["RecordMisfit", "share_missed"]
+__all__ = ["RecordMisfit", "mean_share", "share_missed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,11 @@ class RecordMisfit:
         return complex_frequency(self.frequency, self.duration)
 
     @property
+    def is_whole(self) -> bool:
+        """Whether the record has all channels: none was left out."""
+        return bool(self.level.all())
+
+    @property
     def share(self) -> np.ndarray:
         """(n_channels,) RMS of what is left over that of the channel; nan of one that was left out."""
         return share_missed(rms((self.fitted - self.measured).T), self.level)
@@ -40,3 +46,10 @@ class RecordMisfit:
 def share_missed(left: np.ndarray, level: np.ndarray) -> np.ndarray:
     """Return what is left of channels (n_channels,) over their level; nan of those that were left out."""
     return np.divide(left, level, out=np.full(left.shape, np.nan), where=level > 0)
+
+
+def mean_share(shares: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the RMS (n_channels,) of shares over the records that have a channel; 0 of one that none has."""
+    squares = np.square(shares)
+    known = np.isfinite(squares)
+    return np.asarray(np.sqrt(np.sum(squares, axis=0, where=known) / np.maximum(known.sum(axis=0), 1)))

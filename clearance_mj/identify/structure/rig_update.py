@@ -12,7 +12,7 @@ from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .found_structure import FoundStructure
-from .misfit import RecordMisfit
+from .misfit import RecordMisfit, mean_share
 from .priors import CRITICAL, rig_with, unsaid_words
 
 __all__ = ["RigUpdate"]
@@ -51,8 +51,8 @@ class RigUpdate:
 
     @property
     def share(self) -> np.ndarray:
-        """(n_channels,) what is left of each channel over its level, RMS over the records."""
-        return np.sqrt(np.nanmean([m.share**2 for m in self.misfit], axis=0))
+        """(n_channels,) what is left of each channel over its level, RMS over the records that have it."""
+        return mean_share([m.share for m in self.misfit])
 
     @property
     def warnings(self) -> tuple[str, ...]:

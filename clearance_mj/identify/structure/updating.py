@@ -16,7 +16,7 @@ import numpy as np
 
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
-from .misfit import share_missed
+from .misfit import mean_share, share_missed
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
 from .spectra import rms
@@ -57,4 +57,4 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
     residual = [
         share_missed(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(found, fit.noise, fit.spectra)
     ]
-    return np.asarray(np.sqrt(np.nanmean(np.square(residual), axis=0)))
+    return mean_share(residual)

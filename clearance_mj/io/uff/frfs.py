@@ -127,7 +127,7 @@ def frf_blocks(frf: FRF) -> list[bytes]:
 
 
 def even_lines(frequency: np.ndarray) -> dict[str, Any]:
-    """Return first line and step in the six digits of the format, and whether these are the lines."""
+    """Return what a `Header` says of lines: number, whether even, first and step in six digits."""
     first, step = f"{frequency[0]:.5e}", f"{np.ptp(frequency[:2]):.5e}"
     lines = float(first) + np.arange(frequency.size) * float(step)
     even = float(step) > 0 and np.array_equal(lines, frequency)

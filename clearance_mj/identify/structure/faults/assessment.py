@@ -75,7 +75,7 @@ class Assessment:
 
     @functools.cached_property
     def _whole(self) -> list[RecordMisfit]:
-        return [m for m in self.update.misfit if m.level.all()]
+        return [m for m in self.update.misfit if m.is_whole]
 
     def gains(self, rig: Rig, values: Mapping[str, float]) -> list[np.ndarray]:
         """Return gains of unknown forces and the excitation on these lines, of a rig with values of its parameters."""
