@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg
 
 from ..rig import Rig
-from ..rotors.spatial import InSpace
+from ..rotors.spatial import SpatialCoordinates
 from ..structure import Beam
 from .chain import Chain
 from .linkage import Linkage, linkage
@@ -27,7 +27,7 @@ RIGID = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialLinkage(InSpace):
+class SpatialLinkage(SpatialCoordinates):
     """A rig's shafts as chains along y and z. Made by `spatial_linkage`."""
 
     rig: Rig

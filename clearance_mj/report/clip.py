@@ -28,7 +28,7 @@ from ..signals.response import Response
 from ..structure import Shaft
 from .outline import outline
 
-__all__ = ["MODES", "Clip", "Shown", "clip", "cut", "deflection", "require_shafts"]
+__all__ = ["MODES", "AnyClip", "Clip", "clip", "cut", "deflection", "require_shafts"]
 
 MODES = 16  # of the shaft's shape
 POINTS = 81  # of a shaft's line, to which its steps are added
@@ -39,7 +39,7 @@ MAX_FRAMES = 600
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class AnyClip:
     """What every animation shows."""
 
     rig: Rig  #: the rig
@@ -71,7 +71,7 @@ class Shown:
 
 
 @dataclass(frozen=True, eq=False)
-class Clip(Shown):
+class Clip(AnyClip):
     """What an animation shows."""
 
     force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards

@@ -22,7 +22,7 @@ from ..rig import Rig
 from ..rotors.spatial import SpatialModel, spatial_model
 from ..rotors.whirling import Whirl, whirl
 from ..signals.response import Response
-from .clip import MODES, Shown, cut, require_shafts
+from .clip import MODES, AnyClip, cut, require_shafts
 
 __all__ = ["SpaceClip", "deflection_in_space", "space_clip"]
 
@@ -31,7 +31,7 @@ NODES = 6  # spins at which flows are computed where the spin changes
 
 
 @dataclass(frozen=True, eq=False)
-class SpaceClip(Shown):
+class SpaceClip(AnyClip):
     """What an animation in space shows."""
 
     angle: np.ndarray  #: (n,) rad, of the shaft; 0 of one that does not turn

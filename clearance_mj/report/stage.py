@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
 from ..structure import Support
-from .clip import Clip, Shown
+from .clip import AnyClip, Clip
 from .outline import outline, starts_clamped
 from .style import COLOURS, FONT, tidy
 
@@ -37,9 +37,9 @@ STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 class Pictures(ABC):
     """A figure that becomes one picture after the other, by what moves on it."""
 
-    shown: Shown
+    shown: AnyClip
 
-    def __init__(self, shown: Shown):
+    def __init__(self, shown: AnyClip):
         self.shown, self.shafts = shown, shown.rig.linear.shafts
         self.edges = [outline(shaft) for shaft in self.shafts]
         self.numbers = [shown.shaft == i for i in range(len(self.shafts))]

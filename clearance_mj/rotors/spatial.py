@@ -29,10 +29,10 @@ from ..structure import Shaft, Structure
 from ..structure.base import Turning, parse_dof
 from ..structure.modal import Reduction, reduction
 
-__all__ = ["InSpace", "SpatialModel", "spatial_model"]
+__all__ = ["SpatialCoordinates", "SpatialModel", "spatial_model"]
 
 
-class InSpace(ABC):
+class SpatialCoordinates(ABC):
     """What a model of a rig in space makes of the motion of its points: what sensors read, and what drives it."""
 
     rig: Rig
@@ -80,7 +80,7 @@ class InSpace(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialModel(InSpace):
+class SpatialModel(SpatialCoordinates):
     """A rig's structure along y and z: q̈ + (C + Ω G) q̇ + (ω² + Ω H) q = f. Made by `spatial_model`."""
 
     rig: Rig
