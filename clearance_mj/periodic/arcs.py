@@ -137,7 +137,7 @@ def _arcs(
         if motions:
             link = _link((start, end), motions, omega)
             corners = (*_corner(start, known, motions[:2]), *_corner(end, known, motions[:-3:-1]))
-            yield _Link(link.ends, link.vibrations, (*link.folds, *corners))
+            yield _Link(link.ends, link.vibrations, (*_elsewhere(link.folds, corners), *corners))
 
 
 def _until_return(motions: list[Motion], end: int, ended: list[float]) -> tuple[list[Motion], int]:
@@ -148,6 +148,15 @@ def _until_return(motions: list[Motion], end: int, ended: list[float]) -> tuple[
     found = motions[: int(np.searchsorted(way, way[-1] / 2)) + 1]
     ended.append(found[-1].omega)
     return found, BROKEN
+
+
+def _elsewhere(
+    folds: tuple[tuple[float, bool], ...], corners: tuple[tuple[float, bool], ...]
+) -> Iterator[tuple[float, bool]]:
+    """The folds of an arc that are not its corners: whether one shows as a fold too hangs on the last bits."""
+    for omega, up in folds:
+        if not any(up == other and abs(omega / at - 1) < SAME_FOLD for at, other in corners):
+            yield omega, up
 
 
 def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) -> Iterator[tuple[float, bool]]:

@@ -206,3 +206,11 @@ def test_a_curve_that_ends_and_is_not_met_from_above(monkeypatch):
     monkeypatch.setattr(arcs, "linear_in_gap", lambda solver: False)
     monkeypatch.setattr(arcs, "_whole", lambda *_: iter([arcs._Link((arcs.LOW, arcs.BROKEN), kept)]))
     assert_array_equal(arcs.curve(solver, omega).order.cell, [0, 1])
+
+
+def test_a_corner_that_shows_as_a_fold_too_is_one_jump():
+    """The Jeffcott rotor's, whose arc turns back 4e-7 from its corner with one kind of sums and not with another."""
+    corner, up = (61.115, False), (239.76, True)
+    folds = ((61.115 * (1 - 4e-7), False), (61.115 * (1 - 4e-7), True), (61.2, False), up)
+    assert list(arcs._elsewhere(folds, (corner,))) == [folds[1], folds[2], up]
+    assert list(arcs._elsewhere(folds, ())) == list(folds)
