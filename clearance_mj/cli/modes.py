@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.checks import naming
 from ..core.errors import ClearanceError
-from .command import command, write_results
+from .command import command, spelled, write_results
 from .options import add_columns, add_plugin, hertz, parse_columns
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -74,4 +74,4 @@ def _print(found: MeasuredModes, out: Path) -> None:
         print(f"{below} more stand for modes below the band")
     if found.left_out:
         print(f"left out, of negative mass at the driving point: {', '.join(f'{f:.3g} Hz' for f in found.left_out)}")
-    print(f'{out / "modes.csv"}: in a rig file, [structure] kind = "modes", file = "{out / "modes.csv"}"')
+    print(f"next: {spelled('new', 'NAME', '--kind', 'modes', '--file', out / 'modes.csv')}: a rig of this structure")

@@ -22,6 +22,7 @@ from ..signals.excitation import Excitation
 from ..signals.keyphasor import ShaftTurning, turning_of_pulses
 from ..signals.response import Response
 from .channels import UNKNOWN, Channel, ChannelHeader
+from .columns import channel_name
 from .uff import read_uff
 
 __all__ = ["Band", "FileChannels", "Kind", "Record", "RecordName", "Role"]
@@ -143,7 +144,8 @@ class Record(Shown):
                 )
         kind, needed = self.excitation_kind, {}
         if kind != "spin":
-            needed[self._driven] = f'the excitation of a record of kind "{kind}" (column "{kind}" of a table)'
+            column = channel_name(*self._driven)
+            needed[self._driven] = f'the excitation of a record of kind "{kind}" (column "{column}" of a table)'
         if self.role == "orbit" or (kind == "spin" and not self._has_sensors):
             needed |= {(label, "displacement"): "a probe of an orbit" for label in self.rig.probe_labels}
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,7 @@ def write_identification(
 def _summary(found: Identified, dataset: Dataset, shown: Path) -> str:
     sources = dict.fromkeys(str(r.provenance["source"]) for r in dataset.identify if "source" in r.provenance)
     return html.render(
-        "identification.html.j2", warnings=found.warnings, folder=shown, gaps=_gaps(found, dataset),
+        "identification.html.j2", warnings=found.warnings, folder=shlex.quote(str(shown)), gaps=_gaps(found, dataset),
         synthetic=dataset.is_synthetic, source="; ".join(sources) or "the dataset does not say",
         records=[r.name for r in dataset.identify], model=_model(found),
     )  # fmt: skip

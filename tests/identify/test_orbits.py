@@ -179,6 +179,9 @@ def test_bad_input_is_refused_in_one_line(rubbing, found):
     short = recorded("short", rig, MIDDLE, 1.0)
     with pytest.raises(RecordError, match="orbits are looked at in windows"):
         cm.identify.orbits([short])
+    still = [dataclasses.replace(c, value=0 * c.value) if c.quantity == "displacement" else c for c in short.channels]
+    with pytest.raises(RecordError, match="no probe moves; needs orbits"):
+        cm.identify.orbits([dataclasses.replace(short, channels=still)])
     with pytest.raises(RecordError, match="a twin learns from"):
         cm.identify.follow_orbits(short, found)
 

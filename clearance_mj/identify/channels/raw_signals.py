@@ -88,7 +88,7 @@ class RawSignals:
     def cross_spectra(self, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
         """Return frequencies (n_f,) in Hz and cross spectra (n_f, n, n) of the channels, averaged over all records.
 
-        Loud and quiet parts of the records count the same.
+        Loud and quiet parts of the records count the same. RecordError if no line lies between ``low`` and ``high``.
         """
         spacing = max((high - low) / LINES, SEGMENTS / 2 / self.duration, 2 * self.fs / min(map(len, self.records)))
         size = int(self.fs / spacing)
@@ -98,6 +98,13 @@ class RawSignals:
         )
         frequency = np.fft.rfftfreq(size, 1 / self.fs)
         kept = (frequency >= low) & (frequency <= high)
+        if not kept.any():
+            where = (
+                f"above {low:.3g} Hz, and most of their power is below {high:.3g}"
+                if low > high
+                else f"in {low:g} to {high:g}"
+            )
+            raise RecordError(f"records as short as these tell nothing {where} Hz: give longer ones, or another --band")
         total = np.zeros((int(kept.sum()), len(self.names), len(self.names)), dtype=complex)
         for record in self.records:
             for start in range(0, len(record) - size + 1, size // 2):

@@ -95,6 +95,10 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
         if record.missing_probes:
             number, label = record.missing_probes[0]
             raise RecordError(f'record "{record.name}": bushings[{number}] has no displacement probe at {label}')
+        if not np.ptp(record.response().displacement, axis=1).any():
+            raise RecordError(
+                f'record "{record.name}": no probe moves; needs orbits of a shaft that turns, with its unbalance'
+            )
     rates = {record.fs for record in turned.values()}
     if len(rates) > 1:
         raise RecordError(f"records are sampled at {', '.join(f'{fs:g}' for fs in sorted(rates))} Hz; needs one rate")

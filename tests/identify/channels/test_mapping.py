@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.core.errors import RecordError
 from clearance_mj.identify.channels.check import check_places
 from clearance_mj.identify.channels.units import decide_units
 from clearance_mj.identify.records.prepared import prepare
@@ -113,6 +114,17 @@ def test_fewer_channels_than_unknown_forces_are_asked_for():
     channels = [Channel(name, 0, "S", UNKNOWN, value, 2048.0) for name, value in (("Ref", x), ("A1", y))]
     found = cm.map_channels([channels], rig)
     assert set(found.undecided) <= {"Ref", "A1"} and "A1" in found.undecided
+
+
+def test_records_that_drift_alone_are_refused():
+    """Channels that move once in a record of 2 s, of which a line at 0.5 Hz would show no period."""
+    time = np.arange(4096) / 2048.0
+    drift = np.sin(np.pi * time / time[-1])
+    channels = [Channel(name, 0, "S", UNKNOWN, drift**n, 2048.0) for n, name in enumerate(("A1", "A2", "Ref"), 1)]
+    with pytest.raises(
+        RecordError, match="as short as these tell nothing above 4 Hz, and most of their power is below 1"
+    ):
+        cm.map_channels([channels], cm.Rig.load(TABLE1 / "rig.toml"))
 
 
 def test_without_the_excitation_everything_is_asked_for():
