@@ -319,6 +319,36 @@ def test_structures():
 
 
 @pytest.mark.slow
+def test_turning_shafts(clone):
+    """The page's rotor is what its script loads as rotor.toml."""
+    (rotor,) = (text for language, text in blocks("structures.md") if language == "toml" and "pump rotor" in text)
+    (clone / "rotor.toml").write_text(rotor, encoding="utf-8")
+    run_python("structures.md", clone)
+
+
+@pytest.mark.slow
+def test_sweeps(clone):
+    """The page's plan of two cases without what is optional, then its results; of the hour a minute; no cluster."""
+    plan, results, of_python, _, long_run = (text for language, text in blocks("sweeps.md") if language != "sh")
+    kept = re.sub(r"^(law|reference) = .*$", "", plan, flags=re.MULTILINE).replace("samples = 500", "samples = 2")
+    (clone / "plan.toml").write_text(kept.replace("duration = 8", "duration = 2"), encoding="utf-8")
+    for text in (of_python.replace("workers=8", "workers=1"), results, long_run.replace("3600", "60")):
+        _printed(clone, text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", ["dataset.md", "energy_balance.md", "files.md"])
+def test_what_prints_nothing_that_the_page_states(clone, page):
+    run_python(page, clone)
+
+
+def test_every_page_with_python_is_run():
+    text = Path(__file__).read_text(encoding="utf-8")
+    pages = {page.name for page in DOCS.glob("*.md") if any(language == "python" for language, _ in blocks(page.name))}
+    assert {page for page in pages if f'"{page}"' not in text} == set()
+
+
+@pytest.mark.slow
 def test_hammer(tmp_path):
     """The modes that the page states of its beam are found."""
     out = run_python("hammer.md", tmp_path)
