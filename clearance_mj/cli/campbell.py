@@ -76,7 +76,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 @command(
-    "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, threshold of whirl",
+    "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, margins, onset of whirl",
     _options, **results_of("campbell", "critical_speeds.csv"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""After API Standard 617: separation margins of critical speeds, and running clearances under unbalance.
+"""After API Standard 617: response to unbalance, separation margins of critical speeds, running clearances.
 
 A critical speed Nc with an amplification factor AF of 2.5 or more must lie below the minimum operating speed by
 min(17 (1 - 1/(AF - 1.5)), 16) % of that, or above the maximum continuous speed by min(10 + 17 (1 - 1/(AF - 1.5)), 26) %

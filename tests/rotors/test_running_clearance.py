@@ -91,6 +91,10 @@ def test_files_figure_and_words(tmp_path, answer):
         rows = list(csv.DictReader(file))
     assert [float(row["major_axis_m"]) for row in rows] == pytest.approx((found.scale * found.major[0]).tolist())
     assert (tmp_path / "out" / "running_clearance.png").stat().st_size > 10_000
+    rig = Rig.load(ROOT / "models" / "rotor.toml")  # runs up to 400 rad/s: without options it operates there
+    told = answer("running-clearance", ROOT / "models" / "rotor.toml", "--points", 100, "--out", tmp_path / "out")
+    found = running_clearance(rig, np.union1d(np.linspace(0.0, 440.0, 100), 400.0), (400.0, 400.0))
+    assert told["scale"] == pytest.approx(found.scale) and told["used"] == pytest.approx([found.used.max()])
 
 
 def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):
