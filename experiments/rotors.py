@@ -13,14 +13,14 @@ from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.space_clip import space_clip
 from clearance_mj.report.whirl import draw_over_speed
 from clearance_mj.rig import Spin
-from clearance_mj.rotors import campbell, running_clearance, synchronous_rub, whirl
+from clearance_mj.rotors import campbell, running_clearance, synchronous_rub, unbalance_response, whirl
 from clearance_mj.signals.orbit_figures import full_spectrum_figure, orbit_figure
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 ROOT = Path(__file__).resolve().parents[1]
 STEEL = Material(2.1e11, 7800.0)
 FS = 4096.0
-SPEEDS = {"touches below": 140.0, "bounces": 180.0, "rubs all around": 260.0}  # rad/s
+SPEEDS = {"touches below": 180.0, "bounces": 255.0, "rubs all around": 320.0}  # rad/s
 
 
 def overhung():
@@ -40,9 +40,9 @@ def between_supports():
 
 
 def at_one_speed(rig, spin):
-    """Return the whirl of a rig at a constant spin, rad/s, once it is steady."""
-    rig = rig.replace(spin=Spin(spin))
-    return whirl(rig, cm.simulate(rig, cm.excitation.still(8.0, FS), engine="modal")).between(4.0)
+    """Return the whirl of a rig at a constant spin, rad/s, to which it ran up, once it is steady."""
+    rig = rig.replace(spin=Spin(spin - 80.0, 20.0, spin))
+    return whirl(rig, cm.simulate(rig, cm.excitation.still(10.0, FS), engine="modal")).between(6.0)
 
 
 def seen(rig):
@@ -50,7 +50,8 @@ def seen(rig):
     steady = {words: at_one_speed(rig, spin) for words, spin in SPEEDS.items()}
     gaps = dict.fromkeys(steady, rig.bushings[0].gap)
     response = cm.simulate(rig, cm.excitation.still(13.0, FS), engine="modal")
-    criterion = running_clearance(rig, np.linspace(10.0, 440.0, 1001), (190.0, 400.0))
+    operating = 190.0, 400.0
+    criterion = running_clearance(rig, np.linspace(10.0, 440.0, 1001), operating)
     scaled = criterion.scaled_rig.replace(spin=Spin(10.0, rate=43.0, until=440.0))
     run_up = whirl(scaled, cm.simulate(scaled, cm.excitation.still(10.0, FS), engine="modal"))
     waterfall, bode = draw_over_speed(whirl(rig, response), 2.0)
@@ -58,11 +59,12 @@ def seen(rig):
         "rig": rig_drawing(rig).figure,
         "orbits": orbit_figure({words: found.orbits(0).last(10) for words, found in steady.items()}, gaps),
         "full_spectrum": full_spectrum_figure({"bounces": steady["bounces"].full_spectrum(0)}, SPEEDS["bounces"]),
+        "unbalance": unbalance_response(rig, np.linspace(0.0, 600.0, 1001), operating).plot(),
         "running_clearance": criterion.plot(run_up),
         "waterfall": waterfall.figure,
         "bode": bode.figure,
     }
-    return drawn, space_clip(rig, response, start=4.2, seconds=0.1, slow=50.0)
+    return drawn, space_clip(rig, response, start=6.2, seconds=0.1, slow=50.0)
 
 
 def main():

@@ -35,7 +35,7 @@ _GROUPS = {
     "identify from records": "identify update_rig twin hammer modes calibrate place drive",
     "predict": "simulate response backbone rattle_map listen sweep",
     "predict over tolerances, time and use": "production peaks life",
-    "shafts that turn": "campbell orbits orbit_gaps running_clearance",
+    "shafts that turn": "campbell unbalance orbits orbit_gaps running_clearance",
     "compare and see": "study compare animate motion live",
     "vehicles": "vehicle",
 }  # of commands, by task; each module registers its own

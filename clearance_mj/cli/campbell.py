@@ -11,76 +11,83 @@ from .command import command, results_of, write_results
 from .options import add_plugin, add_rig, add_speeds, load_model, settings, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..rotors import Campbell
+    import numpy as np
+    import pandas as pd
+
+    from ..model import Model
+    from ..rig import Rig
+    from ..rotors import Campbell, UnbalanceResponse
 
 RPM = 30 / math.pi
 
 
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
+def add_over_speed(parser: argparse.ArgumentParser, points: int, beyond: float = 1.5) -> None:
+    """Add the options of a command that looks at a shaft up to ``beyond`` times its largest spin, see `over_speed`."""
+    parser.set_defaults(beyond=beyond)  # the margins that API 617 requires reach to 1.26
     add_rig(parser)
-    add_speeds(parser, "--speeds", "spins between which the diagram is drawn")
-    option("--points", type=int, default=101, help="spins that are computed (default: %(default)s)")
-    option("--n", type=int, default=8, help="natural frequencies that are followed (default: %(default)s)")
-    option("--modes", type=int, default=16, help="of each plane in the shaft's reduction (default: %(default)s)")
+    add_speeds(parser, "--speeds", "spins that are looked at", f"0 to {beyond:g} times the rig's largest")
+    words = "minimum operating speed and maximum continuous speed, from which separation margins (API 617) count"
+    add_speeds(parser, "--operating", words, "the rig's largest spin")
+    parser.add_argument("--points", type=int, default=points, help="spins that are computed (default: %(default)s)")
+    parser.add_argument("--modes", type=int, default=16, help="of each plane in the reduction (default: %(default)s)")
     add_plugin(parser, "a contact or a grease")
 
 
-@command(
-    "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, threshold of whirl",
-    _options, **results_of("campbell"),
-)  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
+def over_speed(options: argparse.Namespace) -> tuple[Model, Rig, np.ndarray, tuple[float, float] | None]:
+    """Return the model, its rig in the gap, spins and operating speeds (rad/s) of the options of `add_over_speed`."""
     from ..clearance.modelled import rig_in_gap
-    from ..report.style import Drawing
-    from ..rotors import campbell
 
-    spins = speeds(options)
-    for name in ("n", "modes"):
+    for name in {"n", "modes"} & vars(options).keys():
         if getattr(options, name) < 1:
             raise ClearanceError(f"--{name} {getattr(options, name)}: must be at least 1")
     model = load_model(options)
-    shaft = rig_in_gap(model.rig, model.law)
-    found = campbell(shaft, spins, options.n, options.modes)
-    result = _summary(found)
-    caption = f"Natural frequencies of rig “{model.rig.name}” over its spin, its bushings filled and not in contact."
-    drawing = Drawing("campbell", found.plot(), caption, caption)
-    write_results(options, "campbell", settings(model) | result, _rows(found), drawing)
-    _print(found)
-    print(f"campbell diagram: {options.out}")
+    largest = model.rig.spin.fastest if model.rig.spin else 0.0
+    if not (options.speeds or largest):
+        raise ClearanceError(f"rig {model.rig.name!r} does not say how fast it turns; give --speeds FROM TO")
+    options.speeds = options.speeds or (0.0, options.beyond * largest)
+    operating = options.operating or ((largest, largest) if largest else None)
+    return model, rig_in_gap(model.rig, model.law), speeds(options), operating
+
+
+def write_over_speed(
+    options: argparse.Namespace, model: Model, found: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
+) -> dict[str, Any]:
+    """Write what a command found over the speed, and its critical speeds, which are printed, too."""
+    from ..report.style import Drawing
+    from ..report.tables import write_csv
+
+    name, critical, threshold = options.command, found.criticals, found.shaft.threshold(found.speed)
+    result = {"speed": found.speed[[0, -1]].tolist(), "operating": found.operating}
+    result |= {"threshold": threshold, "critical_speeds": critical.to_dict("records")}
+    write_csv(options.new / "critical_speeds.csv", critical)
+    write_results(options, name, settings(model) | result, table, Drawing(name, found.plot(), caption, caption))
+    print(f"critical speeds up to {RPM * found.speed[-1]:.5g} rev/min:{'' if len(critical) else ' none'}")
+    if len(critical):
+        print(critical.drop(columns="spin_rad_s").to_string(index=False, float_format="{:.4g}".format))
+    above = "at none of these speeds" if threshold is None else f"above {RPM * threshold:.5g} rev/min"
+    print(f"the shaft whirls by itself {above}")
+    print(f"{name}: {options.out}")
     return result | {"out": str(options.out)}
 
 
-def _summary(found: Campbell) -> dict[str, Any]:
-    return {
-        "speed": found.speed[[0, -1]].tolist(),
-        "frequency_hz": found.frequency[:, [0, -1]].tolist(),
-        "critical_speeds": found.critical_speeds.tolist(),
-        "threshold": found.threshold,
-    }
+def _options(parser: argparse.ArgumentParser) -> None:
+    add_over_speed(parser, 101)
+    parser.add_argument("--n", type=int, default=8, help="natural frequencies that are followed (default: %(default)s)")
 
 
-def _rows(found: Campbell) -> Any:
-    """A row for each mode and spin."""
-    import numpy as np
-    import pandas as pd
+@command(
+    "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, margins, onset of whirl",
+    _options, **results_of("campbell", "critical_speeds.csv"),
+)  # fmt: skip
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..report.tables import long_table
+    from ..rotors import campbell
+    from ..rotors.diagram import whirl_names
 
-    modes, speeds = found.frequency.shape
-    columns = {
-        "mode": np.repeat(np.arange(1, modes + 1), speeds),
-        "spin_rad_s": np.tile(found.speed, modes),
-        "frequency_hz": found.frequency.ravel(),
-        "damping_ratio": found.damping_ratio.ravel(),
-        "sense": found.sense.ravel(),
-    }
-    return pd.DataFrame(columns)
-
-
-def _print(found: Campbell) -> None:
-    critical = [f"{RPM * speed:.5g}" for speed in found.critical_speeds]
-    words = f"{', '.join(critical)} rev/min" if critical else "none"
-    print(f"critical speeds up to {RPM * found.speed[-1]:.5g} rev/min: {words}")
-    if found.threshold is None:
-        print("the shaft whirls by itself at none of these speeds")
-    else:
-        print(f"above {RPM * found.threshold:.5g} rev/min the shaft whirls by itself")
+    model, rig, spins, operating = over_speed(options)
+    found = campbell(rig, spins, options.n, options.modes, operating)
+    of_each = {"frequency_hz": found.frequency, "damping_ratio": found.damping_ratio, "sense": found.sense}
+    of_each["whirl"] = whirl_names(found.sense)
+    table = long_table("mode", range(1, len(found.frequency) + 1), "spin_rad_s", found.speed, **of_each)
+    caption = f"Natural frequencies of rig “{rig.name}” over its spin, its bushings filled and not in contact."
+    return write_over_speed(options, model, found, caption, table)

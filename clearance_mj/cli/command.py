@@ -84,10 +84,10 @@ def command(
     return register
 
 
-def results_of(name: str) -> dict[str, Any]:
-    """Return where a command writes NAME.csv, .json and .png, as arguments of `command`."""
-    files = tuple(f"{name}.{end}" for end in ("csv", "json", "png"))
-    words = f"folder for {name}.csv, .json and .png (default: %(default)s)"
+def results_of(name: str, *more: str) -> dict[str, Any]:
+    """Return where a command writes NAME.csv, .json, .png and ``more`` files, as arguments of `command`."""
+    files = (*(f"{name}.{end}" for end in ("csv", "json", "png")), *more)
+    words = f"folder for {', '.join(files)} (default: %(default)s)"
     return {"out": Path("results") / name, "out_help": words, "writes": files}
 
 

@@ -288,11 +288,11 @@ length, pressure, spin, seconds, hertz = map(in_si, ("displacement", "pressure",
 lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
 
 
-def add_speeds(parser: argparse.ArgumentParser, name: str, words: str) -> None:
-    """Let a command be given two spins."""
+def add_speeds(parser: argparse.ArgumentParser, name: str, words: str, default: str = "") -> None:
+    """Let a command be given two spins; it needs them where ``default`` does not say what it takes without."""
     parser.add_argument(
-        name, type=spin, nargs=2, metavar=("FROM", "TO"), required=True,
-        help=f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz",
+        name, type=spin, nargs=2, metavar=("FROM", "TO"), required=not default,
+        help=f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz" + f" (default: {default})" * bool(default),
     )  # fmt: skip
 
 

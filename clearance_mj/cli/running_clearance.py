@@ -3,45 +3,40 @@
 from __future__ import annotations
 
 import argparse
-import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
-from .options import add_plugin, add_rig, add_speeds, load_model, seconds, settings, speeds
+from .campbell import RPM, add_over_speed, over_speed
+from .command import command, results_of, write_results
+from .options import seconds, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
     from ..rotors import RunningClearance, Whirl
 
-RPM = 30 / math.pi
 FS = 4096.0
+TRIP = 1.1  # times a rig's largest spin, at which it is switched off if it does not say when
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    add_rig(parser)
-    add_speeds(parser, "--speeds", "spins that are looked at, up to the trip speed")
-    add_speeds(parser, "--operating", "minimum operating speed and maximum continuous speed")
-    option("--points", type=int, default=1001, help="spins that are computed (default: %(default)s)")
-    option("--run-up", type=seconds, metavar="SECONDS", help="also simulate a run-up with contact, of so many seconds")
-    add_plugin(parser, "a contact or a grease")
+    add_over_speed(parser, 1001, TRIP)
+    parser.add_argument("--run-up", type=seconds, metavar="SECONDS", help="also simulate a run-up, with contact")
 
 
 @command(
     "running-clearance", "orbits under unbalance beside three quarters of the clearances (API 617)", _options,
-    out=Path("results/running_clearance"), out_help="folder for csv, json and png (default: %(default)s)",
-    writes=("running_clearance.csv", "running_clearance.json", "running_clearance.png"),
+    **results_of("running_clearance"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..clearance.modelled import rig_in_gap
+    import numpy as np
+
     from ..report.style import Drawing
+    from ..report.tables import long_table
     from ..rotors import running_clearance
 
-    spins = speeds(options)
-    model = load_model(options)
-    found = running_clearance(rig_in_gap(model.rig, model.law), spins, options.operating)
+    model, rig, spins, between = over_speed(options)
+    operating = between or (0.0, 0.0)
+    found = running_clearance(rig, np.union1d(spins, operating), operating, options.modes)
     touching = None if options.run_up is None else _run_up(model, found, options)
     result = _summary(found)
     caption = (
@@ -49,7 +44,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         f"at which a probe moves by {1e6 * found.limit:.3g} µm, peak to peak, at operating speeds (API 617)."
     )
     drawing = Drawing("running_clearance", found.plot(touching), caption, caption)
-    write_results(options, "running_clearance", settings(model) | result, _rows(found), drawing)
+    axes = {"major_axis_m": found.scale * found.major, "allowed_m": np.repeat(found.allowed, found.speed.size)}
+    table = long_table("bushing", range(1, len(found.major) + 1), "spin_rad_s", found.speed, **axes)
+    write_results(options, "running_clearance", settings(model) | result, table, drawing)
     _print(found)
     print(f"running clearances: {options.out}")
     return result | {"out": str(options.out)}
@@ -73,39 +70,18 @@ def _run_up(model: Model, found: RunningClearance, options: argparse.Namespace) 
 
 
 def _summary(found: RunningClearance) -> dict[str, Any]:
-    import numpy as np
-
-    worst = np.argmax(found.used, axis=1)
     return {
         "vibration_limit": found.limit,
         "scale": found.scale,
         "allowed": found.allowed.tolist(),
         "used": found.used.max(axis=1).tolist(),
-        "at_speed": found.speed[worst].tolist(),
+        "at_speed": found.speed[found.used.argmax(axis=1)].tolist(),
         "holds": found.holds.tolist(),
     }
-
-
-def _rows(found: RunningClearance) -> Any:
-    """A row for each bushing and spin."""
-    import numpy as np
-    import pandas as pd
-
-    n, speeds = found.major.shape
-    columns = {
-        "bushing": np.repeat(np.arange(1, n + 1), speeds),
-        "spin_rad_s": np.tile(found.speed, n),
-        "major_axis_m": found.scale * found.major.ravel(),
-        "allowed_m": np.repeat(found.allowed, speeds),
-    }
-    return pd.DataFrame(columns)
 
 
 def _print(found: RunningClearance) -> None:
     print(f"vibration limit {1e6 * found.limit:.3g} µm p-p: {found.scale:.3g} times the rig's unbalances")
     for j, (used, holds) in enumerate(zip(found.used, found.holds)):
-        rpm = RPM * found.speed[used.argmax()]
-        print(
-            f"bushing {j + 1}: {100 * used.max():.0f} % of what is allowed at {rpm:.0f} rev/min: "
-            f"{'met' if holds else 'not met'}"
-        )
+        at, met = RPM * found.speed[used.argmax()], "met" if holds else "not met"
+        print(f"bushing {j + 1}: {100 * used.max():.0f} % of what is allowed at {at:.0f} rev/min: {met}")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib
@@ -18,7 +18,7 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 
 __all__ = [
-    "ALARM", "COLOURS", "FAINT", "FONT", "REPEAT", "TEST", "WIDTH", "canvas", "decibel", "envelope",
+    "ALARM", "COLOURS", "FAINT", "FONT", "REPEAT", "TEST", "WIDTH", "bode", "canvas", "decibel", "envelope",
     "key", "of_curves", "phase", "tidy",
 ]  # fmt: skip
 
@@ -86,8 +86,34 @@ def tidy(ax: Axes, title: str = "", ylabel: str = "", xlabel: str = "") -> None:
 
 
 def key(figure: FigureBase, handles: Sequence[Artist], columns: int = 4) -> None:
-    """Put a legend above the panels."""
-    figure.legend(handles=list(handles), loc="outside upper center", ncols=columns, fontsize=FONT, frameon=False)
+    """Put a legend above the panels; of handles with one label the last is shown."""
+    figure.legend(
+        handles=[*{each.get_label(): each for each in handles}.values()],
+        loc="outside upper center",
+        ncols=columns,
+        fontsize=FONT,
+        frameon=False,
+    )
+
+
+def bode(
+    curves: Mapping[str, Sequence[tuple[str, np.ndarray, dict[str, Any]]]], rpm: np.ndarray, quantity: str
+) -> tuple[Figure, np.ndarray]:
+    """Draw complex curves over the spin (rev/min): amplitude and phase lag, a pair of panels for each title.
+
+    A curve is its label, its values and its look; axes are (n_titles, 2), in a figure whose legend is still to come.
+    """
+    figure = canvas(0.6 + 2.6 * len(curves))
+    axes = figure.subplots(2 * len(curves), 1, sharex=True, height_ratios=(1.7, 1) * len(curves)).reshape(-1, 2)
+    for (above, below), (title, lines) in zip(axes, curves.items()):
+        for label, value, look in lines:
+            above.plot(rpm, np.abs(value), label=label, **look)
+            below.plot(rpm, 180 + phase(-value.conj()), **look)
+        tidy(above, title, quantity)
+        tidy(below, "", "Phase lag (°)", "Spin (rev/min)" if below is axes[-1, 1] else "")
+        below.set(ylim=(370, -10), yticks=[0, 90, 180, 270, 360], xlim=(rpm.min(), rpm.max()))
+    figure.align_ylabels(axes.ravel())
+    return figure, axes
 
 
 def of_curves(looks: dict[str, dict[str, Any]]) -> list[Line2D]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+import numpy as np
 import pandas as pd
 
 from ..core.files import replacing
 
-__all__ = ["MEASURES", "OVERALL", "REPEAT", "Column", "Measure", "Table", "write_csv"]
+__all__ = ["MEASURES", "OVERALL", "REPEAT", "Column", "Measure", "Table", "long_table", "write_csv"]
 
 REPEAT = ("repeat", "rig")
 """Law and engine in the rows of a study that compare the second record of a level with the first"""
@@ -69,6 +70,12 @@ class Table:
         """Return columns of a data frame as a table; ``columns`` are headings by the names of the frame's columns."""
         cells = frame[list(columns)].astype(object)
         return cls(name, caption, tuple(columns.values()), tuple(cells.itertuples(index=False, name=None)))
+
+
+def long_table(name: str, rows: Sequence, axis: str, along: np.ndarray, **columns: np.ndarray) -> pd.DataFrame:
+    """Return arrays (n_rows, n_along) as a table with a line for each of ``rows`` and value ``along`` an axis."""
+    labels = {name: np.repeat(rows, along.size), axis: np.tile(along, len(rows))}
+    return pd.DataFrame(labels | {key: values.ravel() for key, values in columns.items()})
 
 
 def write_csv(path: Path, rows: pd.DataFrame | Iterable[dict]) -> None:

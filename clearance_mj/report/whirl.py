@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..core.drawing import bode, key
 from ..rotors.whirling import Whirl
 from ..signals.orbit_figures import cascade_figure, full_spectrum_figure, orbit_figure
 from ..signals.orbits import Orbits
-from .style import COLOURS, Drawing, canvas, tidy
+from .style import COLOURS, Drawing
 
 __all__ = ["draw_orbits", "draw_over_speed", "draw_spectra", "finest", "of_orbits"]
 
@@ -61,31 +62,20 @@ def draw_over_speed(whirl: Whirl, resolution: float) -> list[Drawing]:
     waterfall = Drawing("waterfall", cascade_figure(cascades), caption, f"Full spectra over spin, {n} bushings.")
     caption = (
         f"What goes with the shaft (1X) turn by turn, in the bushings of rig “{name}”: radius of the forward and of "
-        "the backward circle, and the forward one's phase before the once-per-turn mark; dotted: the gap."
+        "the backward circle, and the forward one's phase lag behind the once-per-turn mark; dotted: the gap."
     )
     return [waterfall, Drawing("bode", _bode(whirl), caption, f"1X motion over spin at {n} bushings.")]
 
 
 def _bode(whirl: Whirl) -> Figure:
-    n = len(whirl.names)
-    figure = canvas(0.4 + 2.5 * n)
-    axes = figure.subplots(2 * n, 1, sharex=True, height_ratios=(1.7, 1) * n)
-    for j, (name, bushing) in enumerate(zip(whirl.names, whirl.rig.bushings)):
-        orbits = whirl.orbits(j)
-        forward, backward = orbits.harmonic()
-        above, below = axes[2 * j : 2 * j + 2]
-        for part, label, colour in ((forward, "forward", COLOURS[0]), (backward, "backward", COLOURS[1])):
-            above.plot(RPM * orbits.speed, 1e6 * np.abs(part), lw=0.9, color=colour, label=label)
+    orbits = [whirl.orbits(j) for j in range(len(whirl.names))]
+    forward = {"lw": 0.9, "color": COLOURS[0]}
+    curves = {name: [("forward", 1e6 * of.harmonic()[0], forward)] for name, of in zip(whirl.names, orbits)}
+    figure, axes = bode(curves, RPM * orbits[0].speed, "1X (µm)")
+    for (above, _), of, bushing in zip(axes, orbits, whirl.rig.bushings):
+        above.plot(RPM * of.speed, 1e6 * np.abs(of.harmonic()[1]), lw=0.9, color=COLOURS[1], label="backward")
         above.axhline(1e6 * bushing.gap, color="black", lw=0.8, ls=":", label="gap")
-        phase = np.degrees(np.angle(forward))
-        jumps = np.abs(np.diff(phase, prepend=phase[:1])) > 180
-        below.plot(RPM * orbits.speed, np.ma.masked_array(phase, jumps), lw=0.9, color=COLOURS[0])
-        below.set_ylim(-190, 190)
-        below.set_yticks([-180, 0, 180])
-        tidy(above, name, "1X (µm)")
-        tidy(below, "", "Phase (°)", "Spin (rev/min)" if j == n - 1 else "")
-        above.legend(fontsize=7, frameon=False, ncols=3, loc="upper right", bbox_to_anchor=(1.0, 1.16))
-    figure.align_ylabels(axes)
+    key(figure, axes[0, 0].get_legend_handles_labels()[0])
     return figure
 
 

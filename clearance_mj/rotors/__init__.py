@@ -1,6 +1,6 @@
 """Shafts that turn: whirl, Campbell diagrams, thresholds of stability, unbalance, rub in a round clearance, orbits."""
 
-from .api_617 import RunningClearance, running_clearance
+from .api_617 import RunningClearance, UnbalanceResponse, running_clearance, unbalance_response
 from .diagram import Campbell, campbell
 from .rub import DryWhirl, SynchronousRub, dry_whirls, rolling_whirls, synchronous_rub
 from .spatial import SpatialModel, spatial_model
@@ -14,6 +14,7 @@ __all__ = [
     "SpatialModel",
     "SynchronousRub",
     "TurningShaft",
+    "UnbalanceResponse",
     "Whirl",
     "campbell",
     "dry_whirls",
@@ -23,5 +24,6 @@ __all__ = [
     "spatial_model",
     "synchronous_rub",
     "turning_shaft",
+    "unbalance_response",
     "whirl",
 ]

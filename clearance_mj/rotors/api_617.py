@@ -1,5 +1,11 @@
-"""Running clearances under unbalance, after API Standard 617: the scaled major axis beside 75 % of the clearance.
+"""After API Standard 617: response to unbalance, separation margins of critical speeds, running clearances.
 
+A critical speed Nc with an amplification factor AF of 2.5 or more must lie below the minimum operating speed by
+min(17 (1 - 1/(AF - 1.5)), 16) % of that, or above the maximum continuous speed by min(10 + 17 (1 - 1/(AF - 1.5)), 26) %
+of that. AF = Nc/(N2 - N1), with N1 and N2 the speeds beside the peak at which the response is 0.707 of it. Source: API
+RP 684, SP6.8.2.1 and SP6.8.2.10, as petrobras/ross has them.
+
+Running clearances: the scaled major axis beside 75 % of the clearance.
 The unbalance is scaled until the largest vibration at a probe, peak to peak and at operating speeds, is the vibration
 limit of 25.4 µm √(12000/N), at most 25.4 µm, N the maximum continuous speed in rev/min. So scaled, the major axis of
 the synchronous orbit, peak to peak, must leave a quarter of every diametral clearance free at all speeds up to the
@@ -16,28 +22,167 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.signal
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
 from ..rig import Rig
-from .turning import turning_shaft
+from .gains import SpatialGains
+from .spatial import spatial_model
+from .turning import TurningShaft, rising, turning_shaft
 from .whirling import require_round
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from .whirling import Whirl
 
-__all__ = ["RunningClearance", "running_clearance"]
+__all__ = [
+    "RunningClearance", "UnbalanceResponse", "draw_margins", "running_clearance", "unbalance_response", "with_margins",
+]  # fmt: skip
 
 RPM = 30 / math.pi
 SHARE = 0.75  # of a diametral clearance that an orbit may take
 LIMIT, AT_SPEED = 25.4e-6, 12000.0  # m, peak to peak, at rev/min
 SCALES = 0.5, 6.0  # smallest and largest
 STILL = 1e-15  # m, of vibration that is rounding
+NEAR = np.geomspace(1e-5, 0.3, 120)  # distances to a critical speed, over it, at which spins are added
+PROMINENT = 0.01  # of a probe's largest amplitude, by which a peak rises above its surroundings
+HALF_POWER = 0.5**0.5
+DAMPED = 2.5  # amplification factor below which a response is critically damped and needs no margin
+
+
+def with_margins(criticals: pd.DataFrame, operating: Sequence[float] | None) -> pd.DataFrame:
+    """Return a table of critical speeds with their separation margins and those that API 617 requires.
+
+    Parameters
+    ----------
+    criticals : DataFrame
+        With columns ``spin_rad_s`` and ``amplification_factor``, nan where that is not known.
+    operating : sequence of float, length 2, optional
+        rad/s, minimum operating speed and maximum continuous speed; None: nothing is added.
+
+    Returns
+    -------
+    DataFrame
+        With ``separation_margin_percent`` of the nearer operating speed, 0 between them, ``required_margin_percent``,
+        and ``margin``: "met", "not met" or "not known".
+
+    Raises
+    ------
+    RigError
+        If operating speeds fall or are not above 0.
+    """
+    if operating is None:
+        return criticals
+    first, last = map(float, operating)
+    if not 0 < first <= last < math.inf:
+        raise RigError(f"operating speeds {first:g} to {last:g} rad/s: must be above 0 and not fall")
+    at, factor = (criticals[name].to_numpy(dtype=float) for name in ("spin_rad_s", "amplification_factor"))
+    actual = 100 * np.where(at < first, 1 - at / first, np.maximum(at / last - 1, 0.0))
+    needed = np.minimum(17 * (1 - 1 / (np.maximum(factor, DAMPED) - 1.5)), 16.0) + 10.0 * (at > last)
+    required = np.where(factor < DAMPED, 0.0, needed)
+    met = np.select([np.isnan(required), actual >= required], ["not known", "met"], "not met")
+    return criticals.assign(separation_margin_percent=actual, required_margin_percent=required, margin=met)
+
+
+def draw_margins(ax: Axes, operating: tuple[float, float] | None, criticals: pd.DataFrame) -> None:
+    """Draw operating speeds as a band over spin in rev/min, and beside them the largest margins that are required.
+
+    Parameters
+    ----------
+    ax : Axes
+        Whose x is the spin.
+    operating : tuple of float, optional
+        rad/s, minimum operating speed and maximum continuous speed.
+    criticals : DataFrame
+        Critical speeds, see `with_margins`.
+    """
+    from ..core.drawing import COLOURS, FAINT
+
+    if operating is None:
+        return
+    first, last = (RPM * speed for speed in operating)
+    ax.axvspan(first, last, color=FAINT, alpha=0.6, label="operating speeds")
+    for side, away in ((first, -1), (last, 1)):
+        required = away * criticals.required_margin_percent[away * (criticals.spin_rev_min - side) > 0].max() / 100
+        if abs(required) > 0:  # nan where there is none
+            ax.axvspan(side, side * (1 + required), color=COLOURS[5], alpha=0.3, lw=0, label="required margin")
+
+
+@dataclass(frozen=True, eq=False)
+class UnbalanceResponse:
+    """Synchronous motion at probes under a rig's unbalances over the speed. Made by `unbalance_response`."""
+
+    shaft: TurningShaft
+    """the shaft"""
+    speed: np.ndarray
+    """(n_speeds,) spin, rad/s: those asked for, and more of them near critical speeds"""
+    planes: dict[str, str]
+    """where each probe is, such as "node 7, x = 0.6 m", by its node and direction, such as "7:+Z" """
+    motion: np.ndarray
+    """(n_probes, n_speeds) m, complex: a probe reads the real part of it e^(iφ), φ the shaft's angle from its mark"""
+    operating: tuple[float, float] | None = None
+    """rad/s, minimum operating speed and maximum continuous speed, from which margins count; None: not known"""
+
+    @property
+    def amplitude(self) -> np.ndarray:
+        """(n_probes, n_speeds) m, peak to peak."""
+        return 2 * np.abs(self.motion)
+
+    @property
+    def phase_lag(self) -> np.ndarray:
+        """(n_probes, n_speeds) degrees, 0 to 360, by which the shaft turns from its mark to a probe's maximum."""
+        return np.asarray(np.degrees(-np.angle(self.motion)) % 360)
+
+    @property
+    def criticals(self) -> pd.DataFrame:
+        """Critical speeds, which are the peaks that probes show: a row for each, see `with_margins`.
+
+        ``amplification_factor`` is the peak's speed over the distance of its half-power points; nan where one of them
+        is beyond the speeds or another, higher peak.
+        """
+        import pandas as pd
+
+        index, found = np.arange(self.speed.size), []
+        for probe, read, lag in zip(self.planes, self.amplitude, self.phase_lag):
+            tops, of = scipy.signal.find_peaks(read, prominence=max(PROMINENT * read.max(), STILL))
+            bases = read[tops], of["left_bases"], of["right_bases"]
+            ends = np.array(scipy.signal.peak_widths(read, tops, 1 - HALF_POWER, bases)[2:])
+            fell = np.interp(ends, index, read) < 1.001 * HALF_POWER * read[tops]
+            below, above = np.where(fell, np.interp(ends, index, self.speed), np.nan)
+            speed, factor = self.speed[tops], self.speed[tops] / (above - below)
+            columns = {"probe": probe, "spin_rad_s": speed, "spin_rev_min": RPM * speed}
+            columns |= {"amplitude_um_pp": 1e6 * read[tops], "phase_lag_deg": lag[tops], "amplification_factor": factor}
+            found.append(pd.DataFrame(columns))
+        return with_margins(pd.concat(found, ignore_index=True), self.operating)
+
+    def plot(self) -> Figure:
+        """Draw amplitude and phase over spin at each plane of probes, with critical speeds, margins and clearances."""
+        from ..core.drawing import COLOURS, FONT, TEST, bode, key
+
+        curves: dict[str, list[tuple[str, np.ndarray, dict[str, Any]]]] = {plane: [] for plane in self.planes.values()}
+        for (probe, plane), motion in zip(self.planes.items(), self.motion):
+            look = {"color": COLOURS["ZYX".index(probe[-1])], "ls": "--" if probe[-1] == "Y" else "-"}
+            curves[plane].append((f"along {probe[-1].lower()}", 2e6 * motion, look))
+        figure, axes = bode(curves, RPM * self.speed, "Amplitude (µm p-p)")
+        criticals, gaps = self.criticals, dict(zip(self.shaft.rig.probe_labels[::2], self.shaft.rig.bushings))
+        for (above, below), plane in zip(axes, curves):
+            draw_margins(above, self.operating, criticals)
+            for row in criticals[criticals.probe.map(self.planes) == plane].itertuples():
+                at, words = row.spin_rev_min, f"{row.spin_rev_min:.0f} rev/min, AF {row.amplification_factor:.3g}"
+                above.plot(at, row.amplitude_um_pp, "o", color=TEST, ms=3.5, label="critical speed")
+                above.annotate(words, (at, row.amplitude_um_pp), (6, -2), textcoords="offset points", fontsize=FONT - 1)
+                below.axvline(at, color=TEST, lw=0.7, ls=":")
+            for bushing in (gaps[probe] for probe in gaps if self.planes[probe] == plane):
+                above.axhline(2e6 * bushing.gap, color=TEST, lw=0.9, ls=":", label="diametral clearance")
+        key(figure, [line for ax in axes[:, 0] for line in ax.get_legend_handles_labels()[0]], 5)
+        return figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +268,41 @@ class RunningClearance:
 
 
 @checks_kinds
+def unbalance_response(
+    rig: Rig, speeds: Sequence[float] | np.ndarray, operating: tuple[float, float] | None = None, n_modes: int = 16
+) -> UnbalanceResponse:
+    """Find what probes read under a rig's unbalances over its speed, with bushings filled and not in contact.
+
+    Probes are the displacement probes of the bushings, and the places and directions of the sensors.
+
+    Parameters
+    ----------
+    rig : Rig
+        With ``motion = "spatial"`` and unbalances.
+    speeds : sequence of float
+        Rising spins, rad/s; near critical speeds more of them are added.
+    operating : tuple of float, optional
+        rad/s, minimum operating speed and maximum continuous speed, from which separation margins count.
+    n_modes : int
+        Modes of each plane in the shaft's reduction.
+
+    Raises
+    ------
+    RigError
+        If the rig has no unbalances or its structure is no shaft that turns, or speeds do not rise.
+    """
+    speed, shaft, model = rising(speeds), turning_shaft(rig, n_modes), spatial_model(rig, n_modes, True, True)
+    at = [(s.label, f"x = {s.position:.4g} m") for s in rig.sensors]
+    at += zip(rig.probe_labels, (b.where for b in rig.bushings for _ in "YZ"))
+    planes = {label: f"node {label.split(':')[0]}, {where}" for label, where in at}  # a probe counts before a sensor
+    rows = dict(zip([label for label, _ in at], [*model.at_sensors, *SpatialGains(model).at_probes({})]))
+    near = np.multiply.outer(shaft.critical_speeds, np.concatenate((1 - NEAR, 1 + NEAR)))
+    speed = np.union1d(speed, near[(near > speed[0]) & (near < speed[-1])])
+    motion = np.array([*rows.values()]) @ shaft.under_unbalances(speed)
+    return UnbalanceResponse(shaft, speed, planes, motion, operating)
+
+
+@checks_kinds
 def running_clearance(
     rig: Rig, speeds: Sequence[float] | np.ndarray, operating: Sequence[float], n_modes: int = 16
 ) -> RunningClearance:
@@ -149,25 +329,18 @@ def running_clearance(
         If the rig is planar or has no bushings.
     """
     require_round(rig)
-    speed = np.array(speeds, dtype=float)
-    if speed.ndim != 1 or speed.size < 2 or not np.isfinite(speed).all() or np.any(np.diff(speed) <= 0):
-        raise RigError(f"speeds must be rising spins in rad/s, got {speeds!r}")
+    speed = rising(speeds)
     first, last = map(float, operating)
-    if not 0 <= first < last or not np.any((speed >= first) & (speed <= last)):
+    if not 0 <= first <= last or not np.any((speed >= first) & (speed <= last)):
         ends = speed[[0, -1]]
         raise RigError(
             f"operating speeds {first:g} to {last:g} rad/s: must rise, with some of the speeds "
             f"({ends[0]:g} to {ends[1]:g} rad/s) between them"
         )
-    if not rig.unbalances:
-        raise RigError(f"rig {rig.name!r} has no unbalances, under which API 617 asks for its orbits; give one")
     shaft, n_probes = turning_shaft(rig, n_modes), len(rig.sensors)
     points = [float(sensor.position) for sensor in rig.sensors]
     points += [float(b.position) + side * b.length / 2 for b in rig.bushings for side in (-1, 1)]
-    moved = np.zeros((speed.size, len(points), 2), dtype=complex)
-    for u in rig.unbalances:
-        moved += np.exp(1j * u.phase) * shaft.unbalance_response(speed, float(u.position), u.moment, points)
-    y, z = moved[:, :, 0].T, moved[:, :, 1].T
+    y, z = np.moveaxis(shaft.shapes(points) @ shaft.under_unbalances(speed), 1, 0)
     vibration = 2 * np.maximum(np.abs(y), np.abs(z))[:n_probes]
     axis = (np.abs(y + 1j * z) + np.abs(y - 1j * z))[n_probes:].reshape(-1, 2, speed.size)
     found = RunningClearance(rig, speed, (first, last), vibration, np.max(axis, axis=1))

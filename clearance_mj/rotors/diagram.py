@@ -9,17 +9,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ..core.errors import RigError
 from ..core.kinds import checks_kinds
 from ..rig import Rig
-from .turning import Poles, TurningShaft, turning_shaft
+from .api_617 import RPM, draw_margins, with_margins
+from .turning import Poles, TurningShaft, rising, turning_shaft
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
-__all__ = ["Campbell", "campbell"]
+__all__ = ["Campbell", "campbell", "whirl_names"]
 
 WHIRLS = 0.5  # sense above which a motion counts as forward, and below the negative as backward
+BACKWARD = -0.999  # sense below which a motion turns against the spin everywhere, so that no unbalance works on it
+SHOWN = 1.25  # times the largest spin, to which frequencies are drawn
+TINY = 1e-12  # damping ratio
+
+
+def whirl_names(sense: np.ndarray) -> np.ndarray:
+    """Return "forward", "backward" or "in a plane" for each sense of a motion, see `TurningShaft.sense`.
+
+    Parameters
+    ----------
+    sense : ndarray
+        1 forward, -1 backward, 0 in a plane.
+    """
+    return np.select([sense > WHIRLS, sense < -WHIRLS], ["forward", "backward"], "in a plane")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +50,9 @@ class Campbell:
     damping_ratio: np.ndarray
     """(n_modes, n_speeds), below 0 where the motion grows"""
     sense: np.ndarray
-    """(n_modes, n_speeds) 1 forward, -1 backward, 0 in a plane"""
+    """(n_modes, n_speeds) 1 forward, -1 backward, 0 in a plane; at rest what it is at the next speed"""
+    operating: tuple[float, float] | None = None
+    """rad/s, minimum operating speed and maximum continuous speed, from which margins count; None: not known"""
 
     @property
     def threshold(self) -> float | None:
@@ -43,41 +60,57 @@ class Campbell:
         return self.shaft.threshold(self.speed)
 
     @property
-    def critical_speeds(self) -> np.ndarray:
-        """(m,) rad/s, up to the highest speed: spins that are a natural frequency of the undamped shaft."""
-        found = self.shaft.critical_speeds
-        return found[found <= self.speed[-1]]
+    def criticals(self) -> pd.DataFrame:
+        """Critical speeds up to the highest speed: a row for each, with the columns of `with_margins`.
+
+        ``damping_ratio`` is that of the damped motion at this spin, and ``amplification_factor`` half its inverse, as
+        half-power points show it of a peak that stands alone; 0 where a whirl is backward, which no unbalance excites.
+        """
+        import pandas as pd
+
+        value, motion = self.shaft.critical_motions
+        undamped = [Poles(value[[j]], motion[:, [j]]) for j in np.flatnonzero(value.imag <= self.speed[-1])]
+        damped = np.array([_next(each, self.shaft.poles(each.value[0].imag)).value[0] for each in undamped])
+        speed, sense = (part[: damped.size] for part in (value.imag, self.shaft.sense(motion)))
+        damping = -damped.real / np.abs(damped)
+        factor = np.where(sense > BACKWARD, 0.5 / np.maximum(damping, TINY), 0.0)
+        columns = {"spin_rad_s": speed, "spin_rev_min": RPM * speed, "whirl": whirl_names(sense)}
+        columns |= {"damping_ratio": damping, "amplification_factor": factor}
+        return with_margins(pd.DataFrame(columns), self.operating)
 
     def plot(self) -> Figure:
-        """Draw frequencies over spin, with the line of the spin itself, and where motions grow."""
-        from ..core.drawing import COLOURS, REPEAT, TEST, canvas, key, tidy
+        """Draw frequencies over spin to a little above its own line, critical speeds on it, and where motions grow."""
+        from ..core.drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, tidy
 
-        figure = canvas(3.6)
+        figure = canvas(3.8)
         ax = figure.subplots()
-        rpm = self.speed * 30 / np.pi
-        shown = {"forward": COLOURS[0], "backward": COLOURS[1], "in a plane": REPEAT}
-        senses = self.sense.copy()
-        senses[:, :1] = self.sense[:, 1:2]  # of two equal modes of a shaft at rest, the planes are any
-        for frequency, sense in zip(self.frequency, senses):
-            kind = np.select([sense > WHIRLS, sense < -WHIRLS], ["forward", "backward"], "in a plane")
-            for name, colour in shown.items():
-                ax.plot(rpm, np.where(kind == name, frequency, np.nan), color=colour, linewidth=1.6)
-        for name, colour in shown.items():
-            if name != "in a plane" or not (np.abs(senses) > WHIRLS).all():
-                ax.plot([], [], color=colour, label=name)
+        rpm, whirls, criticals = RPM * self.speed, whirl_names(self.sense), self.criticals
+        draw_margins(ax, self.operating, criticals)
+        looks = {"forward": (COLOURS[0], "-"), "backward": (COLOURS[1], "--"), "in a plane": (REPEAT, "-.")}
+        for name, (colour, style) in looks.items():
+            lines = np.where(whirls == name, self.frequency, np.nan)
+            if np.isfinite(lines).any():
+                ax.plot(rpm, lines.T, style, color=colour, linewidth=1.6, label=name)
         growing = self.damping_ratio < 0
         if self.threshold is not None:
             ax.plot(np.tile(rpm, len(growing))[growing.ravel()], self.frequency[growing], "x", color=TEST,
                     markersize=5, label="grows by itself")  # fmt: skip
-        ax.plot(rpm, rpm / 60, color=TEST, linewidth=0.9, linestyle="--", label="spin")
-        ax.set_ylim(0.0, 1.1 * float(np.max(self.frequency)))
+        ax.plot(rpm, rpm / 60, color=TEST, linewidth=0.9, linestyle=":", label="spin (1X)")
+        for at, name in zip(criticals.spin_rev_min, criticals.whirl):
+            ax.plot(at, at / 60, "o", color=TEST, mfc=looks[name][0], markersize=5, label="critical speed")
+            ha, x, y = ("left", 4, -9) if name == "backward" else ("right", -4, 5)
+            ax.annotate(f"{at:.0f}", (at, at / 60), (x, y), textcoords="offset points", fontsize=FONT - 1, ha=ha)
+        ax.set(xlim=rpm[[0, -1]], ylim=(0.0, max(SHOWN * rpm[-1] / 60, 1.1 * float(np.min(self.frequency)))))
         tidy(ax, "", "Natural frequency (Hz)", "Spin (rev/min)")
         key(figure, ax.get_legend_handles_labels()[0])
         return figure
 
 
 @checks_kinds
-def campbell(rig: Rig, speeds: Sequence[float] | np.ndarray, n: int = 8, n_modes: int = 16) -> Campbell:
+def campbell(
+    rig: Rig, speeds: Sequence[float] | np.ndarray, n: int = 8, n_modes: int = 16,
+    operating: tuple[float, float] | None = None,
+) -> Campbell:  # fmt: skip
     """Follow the natural frequencies of a rig's shaft over its spin, its bushings filled and not in contact.
 
     Parameters
@@ -90,23 +123,24 @@ def campbell(rig: Rig, speeds: Sequence[float] | np.ndarray, n: int = 8, n_modes
         Number of modes that are followed, the lowest ones at the first speed.
     n_modes : int
         Modes of each plane in the shaft's reduction.
+    operating : tuple of float, optional
+        rad/s, minimum operating speed and maximum continuous speed, from which separation margins count.
 
     Raises
     ------
     RigError
         If speeds do not rise, or the structure is no such shaft.
     """
-    speed = np.array(speeds, dtype=float)
-    if speed.ndim != 1 or not speed.size or not np.isfinite(speed).all() or np.any(np.diff(speed) <= 0):
-        raise RigError(f"speeds must be rising spins in rad/s, got {speeds!r}")
-    shaft = turning_shaft(rig, n_modes)
+    speed, shaft = rising(speeds), turning_shaft(rig, n_modes)
     followed = [shaft.poles(speed[0])]
     followed[0] = Poles(followed[0].value[:n], followed[0].motion[:, :n])
     for spin in speed[1:]:
         followed.append(_next(followed[-1], shaft.poles(spin)))
     value = np.array([poles.value for poles in followed]).T
     sense = np.array([shaft.sense(poles.motion) for poles in followed]).T
-    return Campbell(shaft, speed, value.imag / (2 * np.pi), -value.real / np.abs(value), sense)
+    if speed[0] == 0:  # of two equal modes of a shaft at rest, the planes are any
+        sense[:, 0] = sense[:, min(1, speed.size - 1)]
+    return Campbell(shaft, speed, value.imag / (2 * np.pi), -value.real / np.abs(value), sense, operating)
 
 
 def _next(before: Poles, now: Poles) -> Poles:

@@ -19,7 +19,7 @@ from ..core.kinds import checks_kinds
 from ..rig import Rig
 from .spatial import SpatialModel, spatial_model
 
-__all__ = ["Poles", "TurningShaft", "turning_shaft"]
+__all__ = ["Poles", "TurningShaft", "rising", "turning_shaft"]
 
 UNSTABLE = -1e-9  # damping ratio below which a motion grows; rounding leaves an undamped one within it
 POINTS = 41  # along the shaft, at which the sense of a whirl is found
@@ -127,46 +127,64 @@ class TurningShaft:
 
     @property
     def critical_speeds(self) -> np.ndarray:
-        """(m,) rad/s, rising: spins that are a natural frequency of the undamped shaft, forward or backward.
+        """(m,) rad/s, rising: spins that are a natural frequency of the undamped shaft, forward or backward."""
+        return self.critical_motions.value.imag
 
-        With q = a e^(iΩt) the equations become ω² a = Ω² (1 - i G) a.
-        """
+    @property
+    def critical_motions(self) -> Poles:
+        """Motions a e^(iΩt) of the undamped shaft at its critical speeds Ω: ω² a = Ω² (1 - i G) a."""
         if not self.omega.all():
             raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
-        inverse = scipy.linalg.eigh(
-            np.eye(self.omega.size) - 1j * self.gyroscopic, np.diag(self.omega**2), eigvals_only=True
-        )
-        return np.sort(1 / np.sqrt(inverse[inverse > np.finfo(float).eps * inverse.max()]))
+        inverse, motion = scipy.linalg.eigh(np.eye(self.omega.size) - 1j * self.gyroscopic, np.diag(self.omega**2))
+        kept = np.flatnonzero(inverse > np.finfo(float).eps * inverse.max())[::-1]
+        return Poles(1j / np.sqrt(inverse[kept]), motion[:, kept])
 
-    def unbalance_response(
-        self, speeds: Sequence[float] | np.ndarray, position: float, moment: float, points: Sequence[float]
-    ) -> np.ndarray:
-        """Return the synchronous motion under an unbalance: y and z are the real parts of what is returned e^(iΩt).
+    def under_unbalances(self, speeds: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return the synchronous motion under the rig's unbalances: the real part of what is returned e^(iφ).
 
         Parameters
         ----------
         speeds : sequence of float, length n_speeds
             Spins Ω, rad/s.
-        position : float
-            m along the shaft, of the unbalance.
-        moment : float
-            Mass times eccentricity, kg m; it is along y at t = 0.
-        points : sequence of float, length n_points
-            Positions, m, whose motion is wanted.
 
         Returns
         -------
-        ndarray, shape (n_speeds, n_points, 2), complex
-            m.
+        ndarray, shape (n, n_speeds), complex
+            The modes' coordinates, sqrt(kg) m, which `shapes` makes displacements; φ is the shaft's angle.
+
+        Raises
+        ------
+        RigError
+            If the rig has no unbalances.
         """
-        y, z = self.shapes([position])[0]
-        seen, force = self.shapes(points), moment * (y - 1j * z)
+        if not self.rig.unbalances:
+            raise RigError(f"rig {self.rig.name!r} has no unbalances, so that nothing moves it at its speed; give one")
+        cos, sin = self._model.unbalance
         found = []
         for spin in map(float, speeds):
             viscous = self.damping + spin * self.gyroscopic
             dynamic = np.diag(self.omega**2 - spin**2) + spin * self.circulatory + 1j * spin * viscous
-            found.append(seen @ np.linalg.solve(dynamic, spin**2 * force))
-        return np.array(found)
+            found.append(np.linalg.solve(dynamic, spin**2 * (cos - 1j * sin)))
+        return np.array(found).T
+
+
+def rising(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return spins as an array; refuse what does not rise.
+
+    Parameters
+    ----------
+    speeds : sequence of float, length n_speeds
+        rad/s.
+
+    Raises
+    ------
+    RigError
+        If they are none, or do not rise.
+    """
+    speed = np.array(speeds, dtype=float)
+    if speed.ndim != 1 or not speed.size or not np.isfinite(speed).all() or np.any(np.diff(speed) <= 0):
+        raise RigError(f"speeds must be rising spins in rad/s, got {speeds!r}")
+    return speed
 
 
 @checks_kinds

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
+from clearance_mj.cli import main
 from clearance_mj.core.output_folder import FIGURES
 from clearance_mj.rig import Spin, Unbalance
-from clearance_mj.rotors import campbell, turning_shaft
+from clearance_mj.rotors import campbell, turning_shaft, unbalance_response
+from clearance_mj.rotors.diagram import whirl_names
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 from ..conftest import ROOT
@@ -38,7 +40,8 @@ def rig(tmp_path):
 def test_a_rig_is_simulated_and_its_1x_is_that_of_the_linear_theory(rig, tmp_path, answer):
     found = answer("orbits", tmp_path / "rotor.toml", "--duration", 6, "--fs", 1024, "--out", tmp_path / "out")
     (of,) = found["bushings"]
-    y, z = turning_shaft(rig, 8).unbalance_response([SPIN], 0.35, MOMENT, [0.6])[0, 0] * np.exp(0.5j)
+    shaft = turning_shaft(rig, 8)
+    y, z = (shaft.shapes([0.6]) @ shaft.under_unbalances([SPIN]))[0, :, 0]
     forward, backward = (y + 1j * z) / 2, np.conj((y - 1j * z) / 2)
     assert of["forward"] == pytest.approx(abs(forward), rel=2e-3)
     assert of["backward"] == pytest.approx(abs(backward), rel=5e-3)
@@ -77,12 +80,18 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     given = ["--speeds", "0", "9000rpm", "--points", 11, "--n", 4, "--out", tmp_path / "out"]
     found = answer("campbell", tmp_path / "rotor.toml", *given)
     expected = campbell(rig, np.linspace(0.0, 300 * np.pi, 11), 4)
-    np.testing.assert_allclose(found["critical_speeds"], expected.critical_speeds, rtol=1e-12)
-    assert found["threshold"] is None and len(found["critical_speeds"]) >= 2
+    criticals = expected.criticals
+    assert [row["whirl"] for row in found["critical_speeds"]] == list(criticals.whirl) and len(criticals) >= 2
+    speeds = [row["spin_rad_s"] for row in found["critical_speeds"]]
+    np.testing.assert_allclose(speeds, criticals.spin_rad_s, rtol=1e-12)
+    with (tmp_path / "out" / "critical_speeds.csv").open(newline="", encoding="utf-8") as file:
+        assert [float(row["spin_rad_s"]) for row in csv.DictReader(file)] == speeds
+    assert found["threshold"] is None and found["operating"] == [SPIN, SPIN]  # of the rig's spin
     with (tmp_path / "out" / "campbell.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     np.testing.assert_allclose([float(r["frequency_hz"]) for r in rows], expected.frequency.ravel(), rtol=1e-12)
     assert [int(r["mode"]) for r in rows] == list(np.repeat([1, 2, 3, 4], 11))
+    assert [r["whirl"] for r in rows] == whirl_names(expected.sense).ravel().tolist()
     assert float(rows[10]["spin_rad_s"]) == pytest.approx(300 * np.pi)
     assert np.ptp(matplotlib.image.imread(tmp_path / "out" / "campbell.png")) > 0.5
     for kind, head in (("svg", b"<?xml"), ("pdf", b"%PDF")):
@@ -94,3 +103,29 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     assert FIGURES.get() == ()  # a command that fails leaves nothing to the next one
     assert "--speeds 3 1 rad/s: must rise, from 0 on" in refused("campbell", here, "--speeds", "3", "1")
     assert "--points 1: must be at least 2" in refused("campbell", here, "--speeds", "0", "1", "--points", "1")
+    assert "does not say how fast it turns; give --speeds FROM TO" in refused("campbell", PLANAR)
+    assert "must be above 0 and not fall" in refused("campbell", here, "--operating", "90", "80")
+
+
+def test_unbalance_writes_what_the_call_finds(rig, tmp_path, answer, refused, capsys):
+    given = "--speeds", 0, 300, "--points", 50, "--out", tmp_path / "out"
+    found = answer("unbalance", tmp_path / "rotor.toml", *given)
+    expected = unbalance_response(rig, np.linspace(0.0, 300.0, 50), (SPIN, SPIN))  # margins count from the rig's spin
+    assert found["critical_speeds"] == expected.criticals.to_dict("records")
+    with (tmp_path / "out" / "unbalance.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [r["probe"] for r in rows[:: expected.speed.size]] == ["1:+Z", "301:+Y", "301:+Z"]
+    for name, want in (("amplitude_um_pp", 1e6 * expected.amplitude), ("phase_lag_deg", expected.phase_lag)):
+        np.testing.assert_allclose([float(r[name]) for r in rows], want.ravel(), rtol=1e-12)
+    with (tmp_path / "out" / "critical_speeds.csv").open(newline="", encoding="utf-8") as file:
+        assert {r["probe"] for r in csv.DictReader(file)} == set(expected.criticals.probe)
+    assert np.ptp(matplotlib.image.imread(tmp_path / "out" / "unbalance.png")) > 0.5
+    arguments = "unbalance", tmp_path / "rotor.toml", "--gap", "0.01mm", "--out", tmp_path / "narrow"
+    assert main([*map(str, arguments)]) == 0
+    said = capsys.readouterr()
+    assert "301:+Y, 301:+Z: wider than the clearance" in said.err
+    assert (
+        "critical speeds up to 1432.4 rev/min:" in said.out and "required_margin_percent" in said.out
+    )  # 1.5 times SPIN
+    rig.replace(unbalances=()).save(tmp_path / "balanced.toml")
+    assert "has no unbalances" in refused("unbalance", tmp_path / "balanced.toml")

@@ -29,18 +29,18 @@ NAMES = ("placement.csv", "placement.json", "comparison.json", "response.csv", "
          "modes.csv", "synthesis.png", "rig.toml", "calibration.json", "updated_rig.json", "motion.json",
          "phase_portraits.png", "energy.csv", "impacts.csv", "index.html", "report.html", "summary.json", "results.nc",
          "law.json", "identified.json", "lock", "plan.json", "cases.npy", "thesis.tex", "campbell.csv",
-         "orbits.json", "running_clearance.csv")  # fmt: skip
+         "orbits.json", "running_clearance.csv", "unbalance.csv")  # fmt: skip
 
 
 @pytest.fixture
 def mine(tmp_path):
-    """56 files of the user's in a folder and beside it, with names of this program's own; all are there after."""
+    """58 files of the user's in a folder and beside it, with names of this program's own; all are there after."""
     for folder in ("mine", "beside"):
         (tmp_path / folder).mkdir()
         for name in NAMES:
             (tmp_path / folder / name).write_bytes(f"{folder} {name}".encode())
     before = content(tmp_path)
-    assert len(before) == 56
+    assert len(before) == 58
     yield tmp_path / "mine"
     after = content(tmp_path)
     assert {name: after.get(name) for name in before} == before
@@ -52,6 +52,7 @@ def mine(tmp_path):
         ("place", RIG),
         ("motion", RIG, *QUICK, "--sine", "50"),
         ("campbell", RIG, "--speeds", "0", "100"),
+        ("unbalance", RIG, "--speeds", "0", "100"),
         ("orbits", RIG),
         ("running-clearance", RIG, "--speeds", "0", "100", "--operating", "50", "100"),
         ("backbone", RIG),

@@ -82,15 +82,19 @@ def test_files_figure_and_words(tmp_path, answer):
     given = "--speeds", 10, "4200rpm", "--operating", "1800rpm", "3820rpm", "--points", 200, "--run-up", 0.5
     told = answer("running-clearance", ROOT / "models" / "rotor.toml", *given, "--out", tmp_path / "out")
     turned = np.pi / 30
-    found = running_clearance(
-        Rig.load(ROOT / "models" / "rotor.toml"), np.linspace(10, 4200 * turned, 200), (1800 * turned, 3820 * turned)
-    )
+    operating = 1800 * turned, 3820 * turned
+    speeds = np.union1d(np.linspace(10, 4200 * turned, 200), operating)
+    found = running_clearance(Rig.load(ROOT / "models" / "rotor.toml"), speeds, operating)
     assert told["scale"] == pytest.approx(found.scale) and told["used"] == pytest.approx([found.used.max()])
     assert told["at_speed"] == pytest.approx([found.speed[found.used[0].argmax()]]) and told["holds"] == [False]
     with (tmp_path / "out" / "running_clearance.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["major_axis_m"]) for row in rows] == pytest.approx((found.scale * found.major[0]).tolist())
     assert (tmp_path / "out" / "running_clearance.png").stat().st_size > 10_000
+    rig = Rig.load(ROOT / "models" / "rotor.toml")  # runs up to 400 rad/s: without options it operates there
+    told = answer("running-clearance", ROOT / "models" / "rotor.toml", "--points", 100, "--out", tmp_path / "out")
+    found = running_clearance(rig, np.union1d(np.linspace(0.0, 440.0, 100), 400.0), (400.0, 400.0))
+    assert told["scale"] == pytest.approx(found.scale) and told["used"] == pytest.approx([found.used.max()])
 
 
 def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):

@@ -6,10 +6,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+import scipy.linalg
 from numpy.testing import assert_allclose
 
 from clearance_mj import Bushing, Contact, Grease, Rig, RigError, Sensor
 from clearance_mj.beam import natural_frequencies
+from clearance_mj.rig import Spin, Unbalance
 from clearance_mj.rotors import campbell, turning_shaft
 from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
 from clearance_mj.structure.attached import Planes
@@ -132,7 +134,9 @@ def test_unbalance_of_a_jeffcott_rotor(spin: float) -> None:
     outer, moment = 4.0, 3e-5
     omega = spin * JEFFCOTT
     want = moment * omega**2 / (3.0 * (JEFFCOTT**2 - omega**2 + 1j * outer * omega))
-    found = turning_shaft(jeffcott((outer, 2e-5))).unbalance_response([omega], 0.5, moment, [0.5])[0, 0]
+    turning = {"motion": "spatial", "spin": Spin(omega), "unbalances": (Unbalance(0.5, moment),)}
+    shaft = turning_shaft(jeffcott((outer, 2e-5)).replace(**turning))
+    found = (shaft.shapes([0.5]) @ shaft.under_unbalances([omega]))[0, :, 0]
     assert_allclose(found, [want, -1j * want], rtol=1e-4)
 
 
@@ -161,10 +165,40 @@ def test_sections_turn_too() -> None:
 
 
 def test_the_diagram_is_drawn() -> None:
-    figure = campbell(jeffcott((1.0, 1e-4)), np.linspace(0, 2.5 * JEFFCOTT, 9), n=2).plot()
-    (axes,) = figure.axes
+    speeds = np.linspace(0, 2.5 * JEFFCOTT, 9)
+    (axes,) = campbell(jeffcott((1.0, 1e-4)), speeds, n=6, operating=(300.0, 350.0)).plot().axes
     assert axes.get_xlabel() == "Spin (rev/min)"
-    assert {"forward", "backward", "spin", "grows by itself"} <= set(axes.get_legend_handles_labels()[1])
+    drawn = dict(zip(*axes.get_legend_handles_labels()[::-1]))
+    assert {"forward", "backward", "spin (1X)", "grows by itself", "operating speeds", "required margin"} <= set(drawn)
+    assert drawn["forward"].get_linestyle() != drawn["backward"].get_linestyle()
+    assert_allclose(drawn["critical speed"].get_data(), [[JEFFCOTT * 30 / np.pi], [JEFFCOTT / (2 * np.pi)]], rtol=1e-4)
+    # Other modes are a hundred times higher; what matters is where the line of the spin is.
+    assert_allclose(axes.get_ylim(), [0.0, 1.25 * speeds[-1] / (2 * np.pi)])
+
+
+def test_critical_speeds_of_an_overhung_disc_by_their_whirl() -> None:
+    """det [k11 - m Ω², k12; k12, k22 - (I ∓ J) Ω²] = 0: forward and backward whirl with the spin, Ω = ω."""
+    length, mass, polar = 0.3, 2.0, 0.01
+    k = BENDING * np.array([[12 / length**3, -6 / length**2], [-6 / length**2, 4 / length]])
+    found = campbell(overhung(polar_inertia=polar), [0.0, 5000.0], n=4).criticals
+    for whirl, sign in (("forward", -1), ("backward", 1)):
+        want = np.sqrt(scipy.linalg.eigvalsh(k, np.diag([mass, INERTIA + sign * polar])))
+        assert_allclose(found.spin_rad_s[found.whirl == whirl], want, rtol=1e-4)
+        assert (found.amplification_factor[found.whirl == whirl] > 0).all() == (whirl == "forward")
+
+
+def test_amplification_and_margin_of_a_critical_speed() -> None:
+    """A Jeffcott rotor has ζ = c/(2 m ω) and AF = 1/(2 ζ); API 617 then requires 17 (1 - 1/(AF - 1.5)) %."""
+    outer = 0.2 * JEFFCOTT
+    (found,) = campbell(
+        jeffcott((outer, 0.0)), [0.0, 2 * JEFFCOTT], n=2, operating=(1.2 * JEFFCOTT, 1.5 * JEFFCOTT)
+    ).criticals.query("whirl == 'forward'").to_dict("records")  # fmt: skip
+    want = {
+        "spin_rad_s": JEFFCOTT, "damping_ratio": 0.1, "amplification_factor": 5.0,
+        "separation_margin_percent": 100 * 0.2 / 1.2, "required_margin_percent": 17 * (1 - 1 / 3.5),
+    }  # fmt: skip
+    assert {name: found[name] for name in want} == pytest.approx(want, rel=1e-3)
+    assert found["margin"] == "met"
 
 
 def test_what_does_not_turn_is_refused() -> None:

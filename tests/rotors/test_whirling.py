@@ -30,11 +30,12 @@ def response(rig, displacement, spin):
 
 
 def test_the_1x_orbit_of_an_unbalance_is_that_of_the_linear_theory():
-    """Ellipse of (ω² - Ω² + iΩ(C + ΩG)) q = Ω² f, y and z its real parts times e^(iθ): turning.unbalance_response."""
+    """Ellipse of (ω² - Ω² + iΩ(C + ΩG)) q = Ω² f, y and z its real parts times e^(iθ): turning.under_unbalances."""
     rig = rotor()
     found = cm.simulate(rig, cm.excitation.still(6.0, FS), engine="modal")
     orbit = whirl(rig, found).between(4.0).orbits(0).filtered()
-    y, z = turning_shaft(rig, 8).unbalance_response([90.0], 0.35, 2e-5, [0.6])[0, 0] * np.exp(0.5j)
+    shaft = turning_shaft(rig, 8)
+    y, z = (shaft.shapes([0.6]) @ shaft.under_unbalances([90.0]))[0, :, 0]
     assert orbit.y == pytest.approx(y, rel=2e-3)
     assert orbit.z == pytest.approx(z, rel=2e-3)
     assert 0.1 < orbit.minor / orbit.major < 0.99  # an ellipse that both planes make
