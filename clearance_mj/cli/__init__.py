@@ -17,6 +17,7 @@ from importlib import import_module
 from ..core.errors import ClearanceError
 from ..core.files import to_json
 from ..core.notes import RecordNote
+from ..core.output_folder import vectors
 from ..core.provenance import stale
 from ..rig.plausible import ImplausibleRig
 from ..version import __version__
@@ -65,7 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _say
             warnings.simplefilter("error", ImplausibleRig)
             load_plugin(getattr(options, "plugin", None))
-            result = options.run(options)
+            with vectors(getattr(options, "figures", None)):
+                result = options.run(options)
         if options.json:
             print(to_json(result), end="")
         if sys.stdout:

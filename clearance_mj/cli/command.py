@@ -78,7 +78,8 @@ def command(
 
     def register(run: Run) -> Run:
         published = _publishing(name, writes, run) if writes else run
-        COMMANDS[name] = Command(name, help, options, published, out, out_help, bool(writes))
+        is_folder = bool(writes or (out and not out.suffix))
+        COMMANDS[name] = Command(name, help, options, published, out, out_help, is_folder)
         return run
 
     return register
@@ -93,19 +94,15 @@ def results_of(name: str, *more: str) -> dict[str, Any]:
 
 def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
     def published(options: argparse.Namespace) -> Any:
-        from ..core.output_folder import FIGURES, output_folder
+        from ..core.output_folder import output_folder
 
         if options.out is None:
             return run(options)
-        before = FIGURES.set((options.figures,) if options.figures else ())
-        try:
-            with output_folder(options.out, name, inputs(options)) as folder:
-                folder.refuse_others(*writes)
-                options.new = folder.new
-                with contextlib.redirect_stdout(io.StringIO()) as said:
-                    found = run(options)
-        finally:
-            FIGURES.reset(before)
+        with output_folder(options.out, name, inputs(options)) as folder:
+            folder.refuse_others(*writes)
+            options.new = folder.new
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                found = run(options)
         print(said.getvalue(), end="")  # where nobody can read, the files are there all the same
         return found
 

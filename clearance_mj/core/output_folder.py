@@ -27,13 +27,23 @@ from .errors import ClearanceError
 from .files import plain_file, sha256, write_text
 from .provenance import MANIFEST, WORK, files_of, made_from
 
-__all__ = ["FIGURES", "OutputFolder", "output_folder"]
+__all__ = ["FIGURES", "OutputFolder", "output_folder", "vectors"]
 
 MARK, MARK_TEXT = "README", "Working folder of clearance-mj: result cache, lock and manifest of what it wrote beside.\n"
 FIGURES: ContextVar[tuple[str, ...]] = ContextVar("FIGURES", default=())
 """Formats in which a command's figures are written beside PNG: "svg" or "pdf" """
 LAST = ("summary.json", "report.html", "identified.json", "index.html")
 """Files that a reader starts from: while they are there, the others belong to them"""
+
+
+@contextmanager
+def vectors(kind: str | None) -> Iterator[None]:
+    """Write figures as "svg" or "pdf" too, meanwhile."""
+    before = FIGURES.set((kind,) if kind else ())
+    try:
+        yield
+    finally:
+        FIGURES.reset(before)
 
 
 class OutputFolder:

@@ -62,7 +62,7 @@ def csv_file(ramp, tmp_path_factory):
 def test_dataset_to_model_to_simulation(rig, tmp_path, capsys):
     out, dataset = tmp_path / "found", tmp_path / "dataset"
     write_dataset(dataset, rig, [record_of(rig, "ramp", "identify", 8.0, 1, 8.0, start=0.3)])
-    result, said = run(capsys, dataset, "--method", "force-balance", "--out", out)
+    result, said = run(capsys, dataset, "--method", "force-balance", "--figures", "svg", "--out", out)
     assert (said, result["warnings"]) == ("", [])
     model = Model.load(out)
     assert model.rig == Dataset.load(dataset).rig
@@ -75,6 +75,7 @@ def test_dataset_to_model_to_simulation(rig, tmp_path, capsys):
     np.testing.assert_allclose(model.law.c, SMALL_LAW.c[0], rtol=0.15)
 
     figures = {p.stem for p in (out / "figures").iterdir()}
+    assert {p.name for p in (out / "figures").iterdir()} == {f"{f}.{end}" for f in figures for end in ("png", "svg")}
     assert figures == {"rattle_map", "restoring_force", *(f"{name}_ramp" for name in FIGURES), FIGURES_OVER_ALL}
     page = (out / "index.html").read_text(encoding="utf-8")
     assert page.index("ouches first from") < page.index("half the gap") < page.rindex("What was found")

@@ -68,9 +68,11 @@ def test_on_the_command_line_and_in_the_library(plugin, small_dataset, tmp_path,
 
 @pytest.mark.slow
 def test_in_a_study_and_its_report(plugin, small_dataset, tmp_path, capsys):
-    options = ["--plugin", str(plugin), "--engines", "modal", "--methods", "nominal,half-grease"]
+    options = ["--plugin", str(plugin), "--engines", "modal", "--methods", "nominal,half-grease", "--figures", "pdf"]
     assert main(["study", str(small_dataset), *options, "--out", str(tmp_path / "out"), "--json", "--quiet"]) == 0
     assert {row["law"] for row in json.loads(capsys.readouterr().out)["results"]} >= {"nominal", "half-grease"}
+    figures = tmp_path / "out" / "figures"
+    assert {path.stem for path in figures.glob("*.pdf")} == {path.stem for path in figures.glob("*.png")} != set()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "half of its grease, to a tenth" in page
     assert (tmp_path / "out" / "laws" / "half-grease.json").is_file()
