@@ -128,9 +128,12 @@ def load_model(options: argparse.Namespace) -> Model:
     An engine that was not asked for is then known.
     """
     from ..model import Model
+    from ..rig.examples import example_words
     from ..rig.plausible import check_units
 
     model = Model.load(options.rig, options.law)
+    if model.rig.examples:
+        say(f"{options.rig}: {example_words(model.rig.examples)}", "warning")
     if getattr(options, "engine", "") is None:
         from ..engines import default_engine
 
@@ -143,6 +146,19 @@ def load_model(options: argparse.Namespace) -> Model:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
         say(f"--gap: {words} (identify by method bench finds one)")
     return model
+
+
+def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:
+    """Say where walls are pressed too deep, from the largest penetrations (n_bushings,), m, or contact forces, N.
+
+    Of a force the depth is that of both ends at the largest stiffness: it is at least so deep.
+    """
+    from ..rig.depths import depth_words
+
+    if quantity == "contact_force":
+        largest = largest / model.law.largest([bushing.gap for bushing in model.rig.bushings])[0]
+    for words in depth_words(model.rig, largest) if quantity != "acceleration" else ():
+        say(words, "warning")
 
 
 def by_bushing(texts: Sequence[str], option: str) -> str | dict[str, str]:

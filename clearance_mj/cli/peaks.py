@@ -7,7 +7,7 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
-from .options import add_plugin, add_psd, add_rig, load_model, psd_of, seconds, settings
+from .options import add_plugin, add_psd, add_rig, load_model, psd_of, seconds, settings, warn_of_depths
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -48,5 +48,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
     result = write_results(options, "peaks", result, rows(found), draw(found))
     print("\n".join(words(found)))
+    warn_of_depths(model, found.median, found.quantity)
     print(f"peaks: {options.out / 'peaks.png'}")
     return result

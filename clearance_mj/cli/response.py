@@ -18,6 +18,7 @@ from .options import (
     numbers,
     periodic_settings,
     settings,
+    warn_of_depths,
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -59,6 +60,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     **results_of("response"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    import numpy as np
+
     from ..periodic.summaries import of_branch
     from ..report.responses import draw, rows, words
 
@@ -72,6 +75,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = write_results(options, "response", result, rows(branches), draw(branches, sensors))
     for branch in branches:
         print("\n  ".join(words(branch)))
+    largest = np.max([branch.excursion().max(axis=0) for branch in branches], axis=0)
+    warn_of_depths(model, largest - [bushing.gap for bushing in model.rig.bushings])
     for level in basins:
         lost = 100 * sum(shares[-1] for shares in level["shares"]) / len(level["shares"])
         print(f"{level['new']} more branches from random starts, of which {lost:.0f} % came to none that repeats")
