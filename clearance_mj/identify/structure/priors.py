@@ -60,6 +60,8 @@ LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay", 
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
+OF_SUPPORT = ("translation", "rotation", "translation_damping", "rotation_damping")
+SUPPORT_LOSS = 0.01  # of its force, that of its damper at the shaft's lowest frequency
 STIFF_SUPPORT, STIFF_TURN = 3e3, 3e2  # of EI/L³ and EI/L, the support of a shaft that the rig file takes for rigid
 STEEL = 2.1e11  # N/m², of a shaft whose rig file does not say
 RATIOS = 8  # modes at most with a damping ratio of their own
@@ -180,16 +182,17 @@ def _on_springs(shaft: Shaft, exact: Collection[str | int]) -> Shaft:
     material = shaft.material or shaft.sections[0].material
     thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
     bending = (material.young_modulus if material else STEEL) * thickest
-    length = shaft.length
-    stiff = ("translation", STIFF_SUPPORT * bending / length**3), ("rotation", STIFF_TURN * bending / length)
-    supports = tuple(
-        s if i in exact else dataclasses.replace(s, kind="elastic", **dict(stiff[held] for held in HELD[s.kind]))
-        for i, s in enumerate(shaft.supports)
-    )
+    stiff, turn = STIFF_SUPPORT * bending / shaft.length**3, STIFF_TURN * bending / shaft.length
+    lowest = math.pi**2 * math.sqrt(bending / (shaft.total_mass * shaft.length**3))  # rad/s, on pins
+    springs = {"translation": stiff, "translation_damping": SUPPORT_LOSS * stiff / lowest}, {"rotation": turn}
+    supports = list(shaft.supports)
+    for i, support in enumerate(supports):
+        for held in HELD[support.kind] if i not in exact else ():
+            supports[i] = dataclasses.replace(supports[i], kind="elastic", **springs[held])
     thin = tuple(
         dataclasses.replace(d, polar_inertia=None) if d.polar_inertia == 2 * d.inertia else d for d in shaft.discs
     )
-    return dataclasses.replace(shaft, supports=supports, discs=thin)
+    return dataclasses.replace(shaft, supports=tuple(supports), discs=thin)
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
@@ -257,7 +260,7 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
             # What is across its direction in the plane: a component of a vector that keeps its main one.
             yield ("sensors", i, "direction", 1 if abs(along[2]) > abs(along[1]) else 2)
     for i, support in enumerate(shaft.get("supports", ())):
-        yield from (("structure", "supports", i, name) for name in ("translation", "rotation") if support.get(name))
+        yield from (("structure", "supports", i, name) for name in OF_SUPPORT if support.get(name))
 
 
 def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:
