@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import sys
@@ -183,29 +184,25 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     else:
         structure = STRUCTURES[kind](options)
         length = options.length
-        on = "rod@" if kind == "shafts" else ""
-        clearances = options.bushings or [_on(on, share * length) for share in (0.55, 0.8)]
-        last = [] if kind == "shaft" else [_on(on, length)]
-        points = options.sensors or _sorted([_on(on, 0.25 * length), *clearances, *last])
+        first, *places, last = [f"rod@{s * length:g}" if kind == "shafts" else s * length for s in (0.25, 0.55, 0.8, 1)]
+        clearances = options.bushings or places
+        points = options.sensors or _sorted([first, *clearances, *([] if kind == "shaft" else [last])])
     grease = Grease(*options.grease) if options.oil is None else Grease(0.0)  # oil is in its place
     friction = None if options.friction is None else Friction(options.friction)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
     length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
-    radii = [0.0 if kind in EXAMPLE_FILES else _radius(structure, x) for x in clearances]
+    made = [_contact_and_film(options, None if kind in EXAMPLE_FILES else structure, x) for x in clearances]
     return {
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(
-            Bushing(
-                x, options.gap, length, grease, _contact(options, radius), to=to[x], friction=friction,
-                film=None if options.oil is None else _film(options, radius),
-            )
-            for x, radius in zip(clearances, radii)
+            Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film)
+            for x, (contact, film) in zip(clearances, made)
         ),
         "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
-    } | _in_space(options)  # fmt: skip
+    } | _in_space(options)
 
 
 def _with_examples(options: argparse.Namespace) -> list[str]:
@@ -221,7 +218,7 @@ def _with_examples(options: argparse.Namespace) -> list[str]:
     given = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
     found = []
     for name, (value, paths) in EXAMPLES.items():
-        if not (getattr(options, name) or given.get(name)):
+        if getattr(options, name) in (None, []) and not given.get(name):
             found += paths.split()
             setattr(options, name, value)
     return [path for path in found if not (options.bushing_material and path == "contact.stiffness")]
@@ -239,20 +236,21 @@ def _marked(rig: dict[str, Any], options: argparse.Namespace, ends: Sequence[str
     return rig | {"examples": tuple(options.examples), "tolerances": tolerances}
 
 
-def _radius(structure: Structure, point: float | str) -> float:
-    which, x = structure.place(point)
-    return structure.shafts[which].half_depth(x)
-
-
-def _contact(options: argparse.Namespace, radius: float) -> Contact:
-    """The contact given, an example, or one from the bushing's material."""
+def _contact_and_film(
+    options: argparse.Namespace, structure: Structure | None, point: float | str
+) -> tuple[Contact, OilFilm | None]:
+    """Contact and oil of a bushing: as given, examples, or from its material and the shaft of a structure in it."""
+    which, x = structure.place(point) if structure else (0, 0.0)
+    radius = structure.shafts[which].half_depth(x) if structure else math.inf
+    width: Any = "finite" if options.bushing_length > SHORTEST_FINITE * 2 * radius else "short"
+    film = None if options.oil is None else OilFilm(options.oil, width=width)
     if not options.bushing_material:
-        return Contact(*options.contact)
+        return Contact(*options.contact), film
     sizes = options.bushing_thickness, options.bushing_length, radius, options.gap
     found = layer_contact(options.bushing_material, *sizes)
     options.spread = max(getattr(options, "spread", 0.0), found.spread)
-    rounded = (float(f"{value:.3g}") for value in (found.stiffness, found.bearable_depth))
-    return Contact(next(rounded), options.contact[1], next(rounded))
+    rounded = [float(f"{value:.3g}") for value in (found.stiffness, found.bearable_depth)]
+    return Contact(rounded[0], options.contact[1], rounded[1]), film
 
 
 def _in_space(options: argparse.Namespace) -> dict[str, Any]:
@@ -269,19 +267,10 @@ def _in_space(options: argparse.Namespace) -> dict[str, Any]:
     return {name: value for name, value in fields.items() if value}
 
 
-def _film(options: argparse.Namespace, radius: float) -> OilFilm:
-    is_long = options.bushing_length > SHORTEST_FINITE * 2 * radius
-    return OilFilm(options.oil, width="finite" if is_long else "short")
-
-
 def _node(point: float | str, number: int) -> int:
     """That of a degree of freedom; of other points and of places with names the number of the sensor."""
     dof = parse_dof(point)
     return dof[0] if dof and isinstance(dof[0], int) else number
-
-
-def _on(shaft: str, x: float) -> float | str:
-    return f"{shaft}{x:g}" if shaft else x
 
 
 def _sorted(points: Sequence[float | str]) -> list[float | str]:

@@ -56,10 +56,8 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
 
 def add_units(parser: argparse.ArgumentParser) -> None:
     """Add the option that says the units of a universal file."""
-    parser.add_argument(
-        "--units", metavar="UNITS",
-        help='units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"',
-    )  # fmt: skip
+    words = 'units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"'
+    parser.add_argument("--units", metavar="UNITS", help=words)
 
 
 def add_rate(parser: argparse.ArgumentParser) -> None:
@@ -276,11 +274,8 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
 def add_grid(parser: argparse.ArgumentParser) -> None:
     """Add the options that say over which levels and frequencies a map goes."""
     option = parser.add_argument
-    option(
-        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT (default: %(default)s)",
-    )  # fmt: skip
+    words = "amplitudes, m/s² of the base or N, or factors of the unbalances: a list or FROM:TO:COUNT (%(default)s)"
+    option("--levels", type=numbers, default="0.5:10:20", metavar="A,...", help=words)
     option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
     option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
     option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
@@ -306,10 +301,8 @@ lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("
 
 def add_speeds(parser: argparse.ArgumentParser, name: str, words: str) -> None:
     """Let a command be given two spins."""
-    parser.add_argument(
-        name, type=spin, nargs=2, metavar=("FROM", "TO"), required=True,
-        help=f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz",
-    )  # fmt: skip
+    words = f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz"
+    parser.add_argument(name, type=spin, nargs=2, metavar=("FROM", "TO"), required=True, help=words)
 
 
 def speeds(options: argparse.Namespace) -> np.ndarray:

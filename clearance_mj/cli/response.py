@@ -36,21 +36,16 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_periodic(parser)
     add_periodic_kind(parser)
     over = parser.add_mutually_exclusive_group(required=True)
-    over.add_argument(
-        "--level", type=numbers, metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT; follows over frequency",
-    )  # fmt: skip
+    words = "amplitudes, m/s² of the base or N, or factors of the unbalances: a list or FROM:TO:COUNT; over frequency"
+    over.add_argument("--level", type=numbers, metavar="A,...", help=words)
     over.add_argument("--frequency", type=frequencies, metavar="HZ,...", help="Hz, a list or range; follows over level")
     option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")
     option("--to", dest="stop", type=float, metavar="X", help="last frequency, Hz (default: 220), or level")
     nodes = listed(int, "of sensors' nodes such as 6,7")
     option("--sensors", type=nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
     option("--period-doublings", action="store_true", help="leave branches where the period doubles, and follow on")
-    option(
-        "--isolas", type=int, default=0, metavar="N",
-        help="random starts at each of nine frequencies, from which vibrations on no known branch are followed",
-    )  # fmt: skip
+    words = "random starts at each of nine frequencies, from which vibrations on no known branch are followed"
+    option("--isolas", type=int, default=0, metavar="N", help=words)
     option("--workers", type=int, help="threads (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 

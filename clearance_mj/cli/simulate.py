@@ -21,10 +21,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=24.0, fs=2048.0)
     option("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
-    option(
-        "--energy", type=Path, metavar="FOLDER",
-        help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
-    )  # fmt: skip
+    words = "balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder"
+    option("--energy", type=Path, metavar="FOLDER", help=words)
     add_plugin(parser, "an engine, a contact or a grease")
 
 
