@@ -47,11 +47,11 @@ def load_plugin(plugin: Path | None) -> None:
 
 def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str = "a CSV, LVM or MATLAB file") -> None:
     """Add the option ``name`` that maps columns ``of`` some file."""
-    parser.add_argument(
-        name, action="append", default=[], metavar="HEADER=CHANNEL",
-        help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
-        "base, force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without",
-    )  # fmt: skip
+    words = (
+        f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, base, '
+    )
+    words += "force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without"
+    parser.add_argument(name, action="append", default=[], metavar="HEADER=CHANNEL", help=words)
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
@@ -113,11 +113,11 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("rig", type=Path, help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json")
     option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
-    option(
-        "--gap", action="append", default=[], metavar="[BUSHING=]VALUE",
-        help="radial gap instead of the rig's: m, with a unit such as 0.09mm, or a factor such as x0.5; of all "
-        "bushings, or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated",
-    )  # fmt: skip
+    words = (
+        "radial gap instead of the rig's: m, with a unit such as 0.09mm, or a factor such as x0.5; of all bushings, "
+    )
+    words += "or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated"
+    option("--gap", action="append", default=[], metavar="[BUSHING=]VALUE", help=words)
 
 
 def load_model(options: argparse.Namespace) -> Model:
@@ -206,11 +206,9 @@ def add_kind(parser: argparse.ArgumentParser, *more: str, default: str = "as the
 
 def add_periodic_kind(parser: argparse.ArgumentParser) -> None:
     """Add the option that says what excites a vibration that is periodic: unbalance too."""
-    parser.add_argument(
-        "--kind", choices=("base", "force", "unbalance"),
-        help="what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
-        "frequencies are turns in a second and levels factors of the rig's unbalances",
-    )  # fmt: skip
+    words = "what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
+    words += "frequencies are turns in a second and levels factors of the rig's unbalances"
+    parser.add_argument("--kind", choices=("base", "force", "unbalance"), help=words)
 
 
 def print_parameters(estimates: Estimates, width: int, head: str) -> None:
