@@ -48,5 +48,6 @@ def unknown_examples(examples: Sequence[str], known: Collection[str]) -> tuple[s
         Names of parameters that records tell: paths such as "bushings[0].gap", or such as "contact stiffness".
     """
     paths = {re.sub(r"\[\d+\]", "", name) for name in known}
+    paths |= {path.replace("damping_ratios", "rayleigh") for path in paths}  # in the place of which they were fitted
     laws = tuple(f"bushings.{part}." for part in _OF_LAW if any(f"{part} " in name for name in known))
     return tuple(path for path in examples if path not in paths and not path.startswith(laws))

@@ -33,9 +33,10 @@ def test_a_name_of_no_number_is_refused(path):
 
 
 def test_what_records_tell_is_no_example_any_more():
-    """Of a fitted gap and a fitted contact; grease was not fitted, nor was the length."""
-    examples = ("beam.length", "bushings.gap", "bushings.contact.stiffness", "bushings.grease.stiffness")
-    known = ["bushings[0].gap", "contact stiffness, bushing 1"]
+    """Of a gap, modal damping and a contact that were fitted; grease was not, nor was the length."""
+    fitted = "beam.rayleigh", "bushings.gap", "bushings.contact.stiffness"
+    examples = "beam.length", "bushings.grease.stiffness", *fitted
+    known = ["bushings[0].gap", "beam.damping_ratios[2]", "contact stiffness, bushing 1"]
     assert unknown_examples(examples, known) == ("beam.length", "bushings.grease.stiffness")
 
 
