@@ -39,8 +39,6 @@ WORDS = {
     "modes": "the modes of a test or of a finite element program, out of a file",
     "mjcf": "a MuJoCo model",
 }
-KINDS = tuple(WORDS)
-MOTIONS = ("planar", "spatial")
 SHORTEST_FINITE = 0.25  # L/D up to which a short bearing's oil is near enough
 EXAMPLES: dict[str, tuple[Any, str]] = {
     "length": (1.0, "beam.length sections.length"), "diameter": (0.01, "diameter parts.sections.inner_diameter"),
@@ -63,7 +61,7 @@ EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["mo
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("name", nargs="?", help="name of the rig")
-    option("--kind", choices=KINDS, help="of structure (default: beam; asked for at a terminal if there is no name)")
+    option("--kind", choices=WORDS, help="of structure (default: beam; asked for at a terminal if there is no name)")
     words = "files of M, K and perhaps C, and a .csv of degrees of freedom; of modes: a .uff or .csv; of mjcf: a .xml"
     option("--file", type=Path, nargs="+", help=f"of kind matrices: a .npz or .mat, or {words}")
     option("--units", help="of kind matrices: such as m-kg-s or mm-t-s")
@@ -83,7 +81,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--bushing-material", choices=LAYER_MATERIALS, help=words)
     option("--bushing-thickness", type=length, help="m, of that lining")
     option = parser.add_argument_group("in space: round bushings, motion along y and z").add_argument
-    option("--motion", choices=MOTIONS, help='"spatial" goes without saying with what follows')
+    option("--motion", choices=("planar", "spatial"), help='"spatial" goes without saying with what follows')
     option("--gravity", type=in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z"), help="m/s² or g")
     option("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
     words = "at a point of a shaft that turns, kg m or such as 20g-mm; may be repeated"
@@ -159,10 +157,10 @@ def _asked(options: argparse.Namespace) -> None:
     """Ask at a terminal for what is not given."""
     options.name = input("Name of the rig: ").strip() or None
     if options.kind is None:
-        print("\n".join(f"  {kind:10s}{WORDS[kind]}" for kind in KINDS))
+        print("\n".join(f"  {kind:10s}{WORDS[kind]}" for kind in WORDS))
         options.kind = input("Kind of structure [beam]: ").strip() or None
-        if options.kind not in (*KINDS, None):
-            raise ClearanceError(f'kind "{options.kind}" is unknown; use {", ".join(KINDS)}')
+        if options.kind not in (*WORDS, None):
+            raise ClearanceError(f'kind "{options.kind}" is unknown; use {", ".join(WORDS)}')
     if options.kind in EXAMPLE_FILES and not options.file:
         options.file = [Path(name) for name in input(f"File [{EXAMPLE_FILES[options.kind][0]}]: ").split()] or None
     if options.kind == "matrices" and not options.units:

@@ -32,7 +32,7 @@ from ...structure.base import parse_dof, parse_place
 from ...structure.beam import Clamp
 from ...structure.shaft import HELD
 
-__all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words"]
+__all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words", "with_exact_supports"]
 
 CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 LONGEST_DELAY = 0.05  # s, of a channel
@@ -175,6 +175,12 @@ def _exact_supports(rig: Rig) -> set[str | int]:
     """Numbers of the supports that a tolerance says to be exact."""
     exact = (t.of for t in rig.tolerances if t.size == 0 and t.of.startswith("structure.supports"))
     return {key[2] for path in exact for key in find_numbers(rig.to_dict(), path)}
+
+
+def with_exact_supports(rig: Rig) -> Rig:
+    """Return the rig as its file has it: a shaft's supports as rigid as they are drawn."""
+    exact = (Tolerance("structure.supports.translation", "0 %"),) if isinstance(rig.linear, Shaft) else ()
+    return rig.replace(tolerances=rig.tolerances + exact)
 
 
 def _on_springs(shaft: Shaft, exact: Collection[str | int]) -> Shaft:
