@@ -66,19 +66,16 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--file", type=Path, nargs="+", help=f"of kind matrices: a .npz or .mat, or {words}")
     option("--units", help="of kind matrices: such as m-kg-s or mm-t-s")
     option("--schema", type=Path, help="also write a JSON Schema here, for editors")
-    words = "of which files (default: %(default)s)"
-    option("--schema-of", choices=("rig", "dataset", "law"), default="rig", help=words)
+    option("--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (%(default)s)")
     add_shaft(parser.add_argument_group("shaft (of kinds beam, shaft and shafts)"))
     option = parser.add_argument_group("bushings, all alike").add_argument
     words = 'm along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (example: two)'
     option("--bushings", type=_point, nargs="+", metavar="POINT", help=words)
     option("--gap", type=length, help="radial clearance, m or such as 0.3mm or 5mil (example: 3e-4)")
     option("--bushing-length", type=length, help="m (example: 0.012)")
-    for name, words in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
-        pair: dict[str, Any] = {"type": float, "nargs": 2, "metavar": ("STIFFNESS", "DAMPING")}
-        option(name, help=f"N/m and N s/m (example: {words})", **pair)
-    words = "lining, in a rigid housing, from which the contact stiffness and its tolerance are proposed"
-    option("--bushing-material", choices=LAYER_MATERIALS, help=words)
+    for name, values in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
+        option(name, type=float, nargs=2, metavar=("STIFFNESS", "DAMPING"), help=f"N/m, N s/m (example: {values})")
+    option("--bushing-material", choices=LAYER_MATERIALS, help="lining, from which contact stiffness is proposed")
     option("--bushing-thickness", type=length, help="m, of that lining")
     option = parser.add_argument_group("in space: round bushings, motion along y and z").add_argument
     option("--motion", choices=("planar", "spatial"), help='"spatial" goes without saying with what follows')
@@ -134,8 +131,7 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
     if Path(options.name).name != options.name:
         raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
     out = options.out or Path(f"{options.name}.toml")
-    given = _with_examples(options)
-    rig = _marked(_fields(options, out), options, given)
+    rig = _marked(options, _with_examples(options), _fields(options, out))
     head = [f"# Begun by clearance-mj new {__version__}."]
     head += ["# SI units. A line that begins with # holds a default, or a key that may be added."]
     if options.schema and options.schema_of == "rig":
@@ -211,8 +207,8 @@ def _with_examples(options: argparse.Namespace) -> list[str]:
         raise ClearanceError(f"{only_shaft[0]} is of a shaft: give --kind shaft, not {options.kind}")
     if bool(options.bushing_material) != (options.bushing_thickness is not None):
         raise ClearanceError("--bushing-material and --bushing-thickness belong together: give both")
-    if options.bushing_material and (options.contact or options.kind in EXAMPLE_FILES):
-        raise ClearanceError("--bushing-material proposes the contact of a shaft: leave out --contact, or give that")
+    if options.bushing_material and (options.contact or options.section or options.kind in EXAMPLE_FILES):
+        raise ClearanceError("--bushing-material proposes the contact of a round shaft: leave it out, or --contact")
     given = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
     found = []
     for name, (value, paths) in EXAMPLES.items():
@@ -222,7 +218,7 @@ def _with_examples(options: argparse.Namespace) -> list[str]:
     return [path for path in found if not (options.bushing_material and path == "contact.stiffness")]
 
 
-def _marked(rig: dict[str, Any], options: argparse.Namespace, ends: Sequence[str]) -> dict[str, Any]:
+def _marked(options: argparse.Namespace, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
     """Add to a rig the paths of the numbers that are examples, and tolerances of those, and of a proposed contact."""
     data = tomllib.loads("\n".join(rig_lines(rig)))
     paths = dict.fromkeys(re.sub(r"\[\d+\]", "", path_of(key)) for key in numbers(data) if get_number(data, key))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from ..core.checks import naming
+from ..core.errors import ClearanceError
 from ..core.units import si_value
 from ..structure import Beam, Disc, Material, Section, Shaft, Shafts, Support
 from .options import in_si, length, pressure
@@ -20,8 +22,7 @@ def add_shaft(group: argparse._ArgumentGroup) -> None:
     """Add the options that say what a shaft is."""
     option = group.add_argument
     repeated: dict[str, Any] = {"action": "append", "default": []}
-    words = "m, or with a unit such as 620mm or 24in, as all lengths (example: 1)"
-    option("--length", type=length, help=words)
+    option("--length", type=length, help="m, or with a unit such as 620mm or 24in, as all lengths (example: 1)")
     section = group.add_mutually_exclusive_group()
     section.add_argument("--diameter", type=length, help="m (example: 0.01)")
     words = "m, of a rectangular shaft, the height in the direction of vibration"
@@ -37,8 +38,7 @@ def add_shaft(group: argparse._ArgumentGroup) -> None:
     )
     option("--young-modulus", type=pressure, metavar="E", help="Pa or such as 210GPa (example: steel)")
     option("--density", type=in_si("kg/m3"), help="kg/m³ or 0.284lb/in3 (example: steel)")
-    words = "damping, 1/s and s (example: 0.5 1e-5)"
-    option("--rayleigh", type=float, nargs=2, metavar=("ETA1", "ETA2"), help=words)
+    option("--rayleigh", type=float, nargs=2, metavar=("ETA1", "ETA2"), help="1/s and s (example: 0.5 1e-5)")
     words = "a mass at a point, kg or such as 450g or 1lb, without inertia; may be repeated"
     option("--mass", nargs=2, metavar=("POINT", "MASS"), help=words, **repeated)
     words = "a body at a point, with the inertia of a disc of this size; may be repeated"
@@ -61,7 +61,8 @@ def _beam(options: argparse.Namespace) -> Beam:
 
 
 def _shaft(options: argparse.Namespace) -> Shaft:
-    steps = [Section(*step) for step in options.step]
+    with naming("--step", ClearanceError):
+        steps = [Section(*step) for step in options.step]
     steps = steps or [Section(options.length, **_section(options), inner_diameter=options.inner_diameter)]
     options.length = float(f"{sum(section.length for section in steps):.15g}")
     ends = [(str(x), "pinned" if options.spin is None else BEARING) for x in (0.0, options.length)]
@@ -71,7 +72,7 @@ def _shaft(options: argparse.Namespace) -> Shaft:
 
 
 def _support(point: str, what: str) -> Support:
-    x, (stiffness, _, damping) = length(point), what.partition(":")
+    x, (stiffness, _, damping) = si_value(point, "displacement"), what.partition(":")
     if what in HELD:
         return Support(x, what)  # type: ignore[arg-type]
     return Support(x, "elastic", si_value(stiffness, "N/m"), 0.0, si_value(damping or "0", "N s/m"))
@@ -79,8 +80,11 @@ def _support(point: str, what: str) -> Support:
 
 def _disc(point: str, mass: str, diameter: str, width: str) -> Disc:
     """A solid cylinder: m (3 r² + w²)/12 about a diameter, m r²/2 about its axis."""
-    m, d, w = si_value(mass, "mass"), length(diameter), length(width)
-    return Disc(length(point), m, round(m * (3 * d**2 / 4 + w**2) / 12, 9), polar_inertia=round(m * d**2 / 8, 9))
+    m, (x, d, w) = si_value(mass, "mass"), [si_value(text, "displacement") for text in (point, diameter, width)]
+    if not (d > 0 and w >= 0):
+        raise ClearanceError(f"--disc {point} {mass} {diameter} {width}: diameter must be > 0 m and width >= 0 m")
+    about, polar = (float(f"{inertia:.6g}") for inertia in (m * (3 * d**2 / 4 + w**2) / 12, m * d**2 / 8))
+    return Disc(x, m, about, polar_inertia=min(polar, 2 * about))
 
 
 def _shafts(options: argparse.Namespace) -> Shafts:

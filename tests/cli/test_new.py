@@ -228,7 +228,12 @@ def test_refusals(tmp_path, monkeypatch, refused):
     )
     assert "belong together" in refused("new", "mine", "--bushing-material", "pom")
     layer = "--bushing-material", "pom", "--bushing-thickness", "2mm"
-    assert "leave out --contact" in refused("new", "mine", *layer, "--contact", 1, 2)
+    for other in (("--contact", 1, 2), ("--section", 0.01, 0.02)):
+        assert "leave it out, or --contact" in refused("new", "mine", *layer, *other)
+    assert "--step: section: give either diameter" in refused("new", "mine", "--step", 0.3)
+    assert '"xx" is no number' in refused("new", "mine", "--disc", 0.2, 2, "xx", 0.01)
+    assert "diameter must be > 0 m" in refused("new", "mine", "--disc", 0.2, 2, -0.1, 0.01)
+    assert '"pined" is no number' in refused("new", "mine", "--support", 0, "pined")
     assert not list(tmp_path.iterdir())
 
 

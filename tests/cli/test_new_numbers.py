@@ -21,7 +21,7 @@ def test_steps_supports_and_discs(tmp_path):
     bearing = Support(0.5, translation=2e6, translation_damping=300.0)
     assert shaft.supports == (Support(0.02, "pinned"), bearing)
     (disc,) = shaft.discs
-    assert disc.inertia == pytest.approx(2 * (3 * 0.06**2 + 0.02**2) / 12, rel=1e-6)
+    assert disc.inertia == pytest.approx(2 * (3 * 0.06**2 + 0.02**2) / 12, rel=5e-6)  # six digits
     assert disc.about_axis == pytest.approx(2 * 0.06**2 / 2, rel=1e-6)
 
 
