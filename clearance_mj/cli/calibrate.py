@@ -16,11 +16,8 @@ if TYPE_CHECKING:
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("rig", type=Path, help="rig file (TOML): where to start, and all that is not free")
-    option(
-        "targets", type=Path, nargs="+",
-        help="CSV of natural frequencies (columns frequency_hz or test_hz, and mode, std_hz, shape_NODE if known), or "
-        "universal file of FRFs",
-    )  # fmt: skip
+    words = "CSV of natural frequencies (frequency_hz or test_hz; mode, std_hz, shape_NODE if known), or UFF of FRFs"
+    option("targets", type=Path, nargs="+", help=words)
     option(
         "--free", type=_free, action="append", required=True, metavar="PATH[=LOW:HIGH]",
         help="free parameter as in the rig file, such as bushings[0].position, with bounds in SI units; "
@@ -28,14 +25,10 @@ def _options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     option("--starts", type=int, default=8, help="starts of the search (default: %(default)s)")
     option("--seed", type=int, default=0, help="of the starts (default: %(default)s)")
-    option(
-        "--std", type=float, default=1e-3,
-        help="relative standard deviation of a frequency where the file does not say (default: %(default)s)",
-    )  # fmt: skip
-    option(
-        "--fit", choices=("modes", "frf"), default="modes",
-        help="what to fit of FRFs: natural frequencies and shapes, or the magnitude, which depends on damping too",
-    )  # fmt: skip
+    words = "relative standard deviation of a frequency where the file does not say (default: %(default)s)"
+    option("--std", type=float, default=1e-3, help=words)
+    words = "what to fit of FRFs: natural frequencies and shapes, or the magnitude, which depends on damping too"
+    option("--fit", choices=("modes", "frf"), default="modes", help=words)
     option("--modes", type=int, default=4, help="modes to extract from FRFs (default: %(default)s)")
     option("--band", type=hertz, nargs=2, metavar=("LOW", "HIGH"), help="lines of the FRFs to use, Hz")
 

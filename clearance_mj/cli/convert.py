@@ -25,26 +25,19 @@ OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    option(
-        "files", nargs="+", type=Path, metavar="FILE",
-        help="IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and the dataset folder "
-        "(no suffix) that they are added to",
-    )  # fmt: skip
+    words = "IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and their dataset folder"
+    option("files", nargs="+", type=Path, metavar="FILE", help=words)
     add_files(parser)
     option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
     option("--quantity", metavar="QUANTITY", help='of FRFs that do not say theirs, such as "acceleration/force [g/N]"')
-    option(
-        "--rig", type=Path,
-        help="rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are",
-    )  # fmt: skip
+    words = "rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are"
+    option("--rig", type=Path, help=words)
     option(
         "--frf", type=hertz, metavar="HZ", help="write a record's FRFs (H1) with lines this far apart: of the rig's "
         "sensors to its shaker, or without --rig of all accelerations to the column NAME=base or NAME=force",
     )  # fmt: skip
-    option(
-        "--window", choices=("hann", "boxcar"),
-        help="of the segments of --frf (default: hann; of hits none, on segments that begin with them)",
-    )  # fmt: skip
+    words = "of the segments of --frf (default: hann; of hits none, on segments that begin with them)"
+    option("--window", choices=("hann", "boxcar"), help=words)
     option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
     option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
     option("--role", help="of the records of a dataset: identify, validate, sine or orbit (default: identify)")
@@ -56,11 +49,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "rad/s), or FROM:TO:SECONDS of a run-up, such as 20Hz:60Hz:20; < 0: from z to y (default: as the rig file)",
     )  # fmt: skip
     option("--pulses", type=int, metavar="N", help="of the keyphasor in a turn (default: 1, or as the rig file)")
-    option(
-        "--leave-out", nargs="+", default=(), metavar="DOF",
-        help="accelerometers that records of a dataset lack, or that cannot be used in them, such as 3:+Z: the other "
-        "records keep theirs",
-    )  # fmt: skip
+    words = "accelerometers that records of a dataset lack or cannot use, such as 3:+Z: the other records keep theirs"
+    option("--leave-out", nargs="+", default=(), metavar="DOF", help=words)
     option(
         "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
     )

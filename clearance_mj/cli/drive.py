@@ -23,14 +23,10 @@ def _options(parser: argparse.ArgumentParser) -> None:
         'minus sign where it counts the other way round, or "motor_angle=pos [ticks/4096]"; units as in the header '
         "(deg, turn, ticks/4096, mN m, oz in ...), without one s, rad, N m; may be repeated",
     )  # fmt: skip
-    option(
-        "--map", type=Path, metavar="MAP",
-        help='TOML file with a table [channels] of the logs\' columns, such as "motor [deg]" = "motor_angle"',
-    )  # fmt: skip
-    option(
-        "--predict", nargs="+", type=Path, default=[], metavar="RUN",
-        help="logs that no drive is found from: their load's end is predicted from the motor's",
-    )  # fmt: skip
+    words = 'TOML file with a table [channels] of the logs\' columns, such as "motor [deg]" = "motor_angle"'
+    option("--map", type=Path, metavar="MAP", help=words)
+    words = "logs that no drive is found from: their load's end is predicted from the motor's"
+    option("--predict", nargs="+", type=Path, default=[], metavar="RUN", help=words)
 
 
 @command(

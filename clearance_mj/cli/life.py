@@ -23,10 +23,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="gap at which life ends: m, with a unit such as 0.5mm, or a factor of the gap such as x2; of every "
         "bushing that wears, or of one, such as bushings[0]=0.5mm, which may be repeated",
     )  # fmt: skip
-    option(
-        "--level", type=float, required=True, metavar="A",
-        help="of the excitation: amplitude of a sine, RMS of noise, m/s² of the base or N; 0: none, of what turns",
-    )  # fmt: skip
+    words = "of the excitation: amplitude of a sine, RMS of noise, m/s² of the base or N; 0: none, of what turns"
+    option("--level", type=float, required=True, metavar="A", help=words)
     option("--frequency", type=hertz, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--swept-from", type=hertz, metavar="HZ", help="from which the sine was swept (default: raised from rest)")
     add_kind(parser)

@@ -22,14 +22,10 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=3.0, engine="modal")
-    option(
-        "--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0), metavar="RMS,...",
-        help="m/s², or N for a force shaker (default: 0.5,1,2,5)",
-    )  # fmt: skip
-    option(
-        "--record", type=Path, action="append", default=[], metavar="FILE",
-        help="listen to this response or record of the rig's sensors instead of a simulation; may be repeated",
-    )  # fmt: skip
+    words = "m/s², or N for a force shaker (default: 0.5,1,2,5)"
+    option("--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0), metavar="RMS,...", help=words)
+    words = "listen to this response or record of the rig's sensors instead of a simulation; may be repeated"
+    option("--record", type=Path, action="append", default=[], metavar="FILE", help=words)
     option("--against", type=Path, metavar="RIG", help="another rig file, or folder of a model, under --law if given")
     option("--against-gap", metavar="GAP", help="another radial gap at all bushings, such as x0.5 or 0.09mm")
     option("--what", choices=("sound", "acceleration"), default="sound", help="of the WAV files (default: %(default)s)")

@@ -20,10 +20,8 @@ from .options import add_plugin, add_rig, load_model
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_rig(parser)
-    option(
-        "--dataset", type=Path, metavar="FOLDER",
-        help="records to lay over the figures and to drive the rig with (default: those in the rig's folder)",
-    )  # fmt: skip
+    words = "records to lay over the figures and to drive the rig with (default: those in the rig's folder)"
+    option("--dataset", type=Path, metavar="FOLDER", help=words)
     option("--port", type=int, default=0, help="on which the page is, on this machine alone (default: any free one)")
     option("--no-browser", action="store_true", help="open no browser; the page's address is printed")
     add_plugin(parser, "an engine, a contact or a grease")

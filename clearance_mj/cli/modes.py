@@ -17,16 +17,12 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    option(
-        "frfs", nargs="+", type=Path, metavar="FRFS",
-        help="files with FRFs per unit force, of one or several references: .uff, .csv, .mat, .nc, .h5",
-    )  # fmt: skip
+    words = "files with FRFs per unit force, of one or several references: .uff, .csv, .mat, .nc, .h5"
+    option("frfs", nargs="+", type=Path, metavar="FRFS", help=words)
     option("--modes", type=int, default=10, help="most modes to find (default: %(default)s)")
     option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band to use, Hz (default: all)")
-    option(
-        "--driving-point", action="append", default=[], metavar="REFERENCE=DOF",
-        help="response that is measured where a force acts, if it is not named alike, such as 200:+Z=5:+Z",
-    )  # fmt: skip
+    words = "response that is measured where a force acts, if it is not named alike, such as 200:+Z=5:+Z"
+    option("--driving-point", action="append", default=[], metavar="REFERENCE=DOF", help=words)
     add_columns(parser)
     add_plugin(parser, "a file format")
 

@@ -13,10 +13,8 @@ from .options import add_simulation, excitation, load_model, numbers, seconds, s
 
 def _options(parser: argparse.ArgumentParser) -> None:
     add_simulation(parser, duration=24.0)
-    parser.add_argument(
-        "--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...",
-        help="m/s², or N for a force shaker (default: 0.5,1,2,5,8)",
-    )  # fmt: skip
+    words = "m/s², or N for a force shaker (default: 0.5,1,2,5,8)"
+    parser.add_argument("--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...", help=words)
     parser.add_argument("--drop", type=seconds, help="s left out until the motion is steady (default: a quarter)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 

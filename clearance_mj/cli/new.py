@@ -3,40 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
+import re
 import sys
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..clearance.bushing_layer import LAYER_MATERIALS, layer_contact
 from ..clearance.law_files import law_schema
 from ..core.errors import ClearanceError, RigError
 from ..core.files import to_json, write_text
+from ..core.plain_numbers import get_number, numbers, path_of
 from ..core.units import si_value
 from ..core.validation import from_plain
 from ..io.dataset import dataset_schema
-from ..rig import (
-    Beam,
-    Bushing,
-    Contact,
-    Friction,
-    Grease,
-    OilFilm,
-    PointMass,
-    Rig,
-    Sensor,
-    Shaker,
-    Spin,
-    Unbalance,
-    rig_schema,
-)
+from ..rig import PointMass, Rig, Sensor, Shaker, Spin, Tolerance, Unbalance, rig_schema
+from ..rig.clearance import Bushing, Contact, Friction, Grease, OilFilm
 from ..rig.plausible import check_units
-from ..structure import Material, Section, Shaft, Shafts, Structure, Support
+from ..structure import Structure
 from ..structure.base import parse_dof
 from ..version import __version__
 from .command import command, spelled
-from .options import in_si, length, pressure, spin
+from .new_shaft import STRUCTURES, add_shaft, needs_shaft
+from .options import in_si, length, spin
 from .rig_text import rig_lines
 
 WORDS = {
@@ -47,9 +39,21 @@ WORDS = {
     "modes": "the modes of a test or of a finite element program, out of a file",
     "mjcf": "a MuJoCo model",
 }
-KINDS = tuple(WORDS)
-MOTIONS = ("planar", "spatial")
 SHORTEST_FINITE = 0.25  # L/D up to which a short bearing's oil is near enough
+EXAMPLES: dict[str, tuple[Any, str]] = {
+    "length": (1.0, "beam.length sections.length"), "diameter": (0.01, "diameter parts.sections.inner_diameter"),
+    "young_modulus": (210e9, "young_modulus"), "density": (7850.0, "density"), "rayleigh": ((0.5, 1e-5), "rayleigh"),
+    "support": (None, "supports.position supports.translation supports.translation_damping"),
+    "bushings": (None, "bushings.position bushings.to"), "gap": (3e-4, "bushings.gap"),
+    "bushing_length": (0.012, "bushings.length"), "contact": ((1e4, 4.0), "contact.stiffness contact.damping"),
+    "grease": ((4e3, 3.0), "grease.stiffness grease.damping"), "sensors": (None, "sensors.position"),
+}  # fmt: skip
+"""What stands for an option that is not given, if one value does, and the ends of the paths of these numbers."""
+KNOWN_TO = {
+    "diameter": "5 %", "inner_diameter": "5 %", "young_modulus": "3 %", "density": "1 %", "gap": "20 %",
+    "stiffness": "230 %", "damping": "230 %", "translation": "230 %", "translation_damping": "230 %",
+}  # fmt: skip
+"""Standard deviations of examples, by their fields; 230 % is a factor of ten where records decide"""
 EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["model.xml"]}
 """Examples of the files of each kind of structure."""
 
@@ -57,72 +61,36 @@ EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["mo
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("name", nargs="?", help="name of the rig")
-    option("--kind", choices=KINDS, help="of structure (default: beam; asked for at a terminal if there is no name)")
-    option(
-        "--file", type=Path, nargs="+",
-        help="of kind matrices: a .npz or .mat, or files of M, K and perhaps C, and a .csv of degrees of freedom; of "
-        "modes: a .uff or .csv; of mjcf: a .xml",
-    )  # fmt: skip
+    option("--kind", choices=WORDS, help="of structure (default: beam; asked for at a terminal if there is no name)")
+    words = "files of M, K and perhaps C, and a .csv of degrees of freedom; of modes: a .uff or .csv; of mjcf: a .xml"
+    option("--file", type=Path, nargs="+", help=f"of kind matrices: a .npz or .mat, or {words}")
     option("--units", help="of kind matrices: such as m-kg-s or mm-t-s")
     option("--schema", type=Path, help="also write a JSON Schema here, for editors")
-    option(
-        "--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (default: %(default)s)"
+    option("--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (%(default)s)")
+    add_shaft(parser.add_argument_group("shaft (of kinds beam, shaft and shafts)"))
+    option = parser.add_argument_group("bushings, all alike").add_argument
+    words = 'm along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (example: two)'
+    option("--bushings", type=_point, nargs="+", metavar="POINT", help=words)
+    option("--gap", type=length, help="radial clearance, m or such as 0.3mm or 5mil (example: 3e-4)")
+    option("--bushing-length", type=length, help="m (example: 0.012)")
+    for name, values in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
+        option(name, type=float, nargs=2, metavar=("STIFFNESS", "DAMPING"), help=f"N/m, N s/m (example: {values})")
+    option("--bushing-material", choices=LAYER_MATERIALS, help="lining, from which contact stiffness is proposed")
+    option("--bushing-thickness", type=length, help="m, of that lining")
+    option = parser.add_argument_group("in space: round bushings, motion along y and z").add_argument
+    option("--motion", choices=("planar", "spatial"), help='"spatial" goes without saying with what follows')
+    option("--gravity", type=in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z"), help="m/s² or g")
+    option("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
+    words = "at a point of a shaft that turns, kg m or such as 20g-mm; may be repeated"
+    option("--unbalance", nargs=2, action="append", default=[], metavar=("POINT", "MOMENT"), help=words)
+    option("--friction", type=float, metavar="MU", help="coefficient of friction in the bushings")
+    option("--oil", type=in_si("Pa s"), metavar="VISCOSITY", help="Pa s: oil in the bushings, not grease")
+    option = parser.add_argument_group("test").add_argument
+    words = (
+        "with nodes 1, 2, ... or those of degrees of freedom (example: a quarter of the length, every bushing, the tip)"
     )
-    shaft = parser.add_argument_group("shaft (of kinds beam, shaft and shafts)")
-    words = "m, or with a unit such as 620mm or 24in, as all lengths (default: %(default)s)"
-    shaft.add_argument("--length", type=length, default=1.0, help=words)
-    section = shaft.add_mutually_exclusive_group()
-    section.add_argument("--diameter", type=length, default=0.01, help="m (default: %(default)s)")
-    section.add_argument(
-        "--section", type=length, nargs=2, metavar=("WIDTH", "HEIGHT"),
-        help="m, of a rectangular shaft, the height in the direction of vibration",
-    )  # fmt: skip
-    shaft.add_argument(
-        "--young-modulus", type=pressure, default=210e9, metavar="E", help="Pa or such as 210GPa (default: steel)"
-    )
-    shaft.add_argument("--density", type=in_si("kg/m3"), default=7850.0, help="kg/m³ or 0.284lb/in3 (default: steel)")
-    shaft.add_argument(
-        "--rayleigh", type=float, nargs=2, default=(0.5, 1e-5), metavar=("ETA1", "ETA2"),
-        help="damping, 1/s and s (default: 0.5 1e-5)",
-    )  # fmt: skip
-    shaft.add_argument(
-        "--mass", nargs=2, action="append", default=[], metavar=("POINT", "MASS"),
-        help="a mass at a point, kg or such as 450g or 1lb; may be repeated",
-    )  # fmt: skip
-    bushings = parser.add_argument_group("bushings, all alike")
-    bushings.add_argument(
-        "--bushings",
-        type=_point,
-        nargs="+",
-        metavar="POINT",
-        help='m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (default: 0.55 and 0.8 '
-        "lengths, or the first degree of freedom)",
-    )
-    words = "radial clearance, m or such as 0.3mm or 5mil (default: %(default)s)"
-    bushings.add_argument("--gap", type=length, default=3e-4, help=words)
-    bushings.add_argument("--bushing-length", type=length, default=0.012, help="m (default: %(default)s)")
-    for name, default in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
-        bushings.add_argument(
-            name, type=float, nargs=2, default=tuple(map(float, default.split())), metavar=("STIFFNESS", "DAMPING"),
-            help=f"N/m and N s/m (default: {default})",
-        )  # fmt: skip
-    space = parser.add_argument_group("in space: round bushings, motion along y and z")
-    space.add_argument("--motion", choices=MOTIONS, help='"spatial" goes without saying with what follows')
-    space.add_argument("--gravity", type=in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z"), help="m/s² or g")
-    space.add_argument("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
-    space.add_argument(
-        "--unbalance", nargs=2, action="append", default=[], metavar=("POINT", "MOMENT"),
-        help="at a point of a shaft that turns, kg m or such as 20g-mm; may be repeated",
-    )  # fmt: skip
-    space.add_argument("--friction", type=float, metavar="MU", help="coefficient of friction in the bushings")
-    space.add_argument("--oil", type=in_si("Pa s"), metavar="VISCOSITY", help="Pa s: oil in the bushings, not grease")
-    test = parser.add_argument_group("test")
-    test.add_argument(
-        "--sensors", type=_point, nargs="+", metavar="POINT",
-        help="with nodes 1, 2, ... or those of degrees of freedom (default: a quarter of the length, every bushing, "
-        "the tip)",
-    )  # fmt: skip
-    test.add_argument("--force-at", type=_point, metavar="POINT", help="driven by a force, not by its base")
+    option("--sensors", type=_point, nargs="+", metavar="POINT", help=words)
+    option("--force-at", type=_point, metavar="POINT", help="driven by a force, not by its base")
 
 
 @command(
@@ -137,17 +105,22 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for path, text in files.items():
         write_text(path, text)
         print(f"written: {path}")
+    if options.examples:
+        print(f"nobody gave these numbers; they are examples until you put in yours: {', '.join(options.examples)}")
+    if options.mass:
+        print("masses are points without inertia; --disc gives a body of a size")
     if rigs := [path for path in files if path.suffix == ".toml"]:
         if options.motion == "spatial":
             print(f"next: {spelled('simulate', rigs[0])}: how it vibrates")
         else:
             print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")
-    return {"files": [str(path) for path in files]}
+    return {"files": [str(path) for path in files], "examples": options.examples}
 
 
 def _files(options: argparse.Namespace) -> dict[Path, str]:
     """Texts to write, by file."""
     schemas = {"rig": rig_schema, "dataset": dataset_schema, "law": law_schema}
+    options.examples = []
     files = {options.schema: to_json(schemas[options.schema_of]())} if options.schema else {}
     if not (options.name or options.out or options.schema) and sys.stdin.isatty():
         _asked(options)
@@ -158,7 +131,7 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
     if Path(options.name).name != options.name:
         raise ClearanceError(f"name {options.name!r} must not hold a folder; give that to --out")
     out = options.out or Path(f"{options.name}.toml")
-    rig = _fields(options, out)
+    rig = _marked(options, _with_examples(options), _fields(options, out))
     head = [f"# Begun by clearance-mj new {__version__}."]
     head += ["# SI units. A line that begins with # holds a default, or a key that may be added."]
     if options.schema and options.schema_of == "rig":
@@ -180,10 +153,10 @@ def _asked(options: argparse.Namespace) -> None:
     """Ask at a terminal for what is not given."""
     options.name = input("Name of the rig: ").strip() or None
     if options.kind is None:
-        print("\n".join(f"  {kind:10s}{WORDS[kind]}" for kind in KINDS))
+        print("\n".join(f"  {kind:10s}{WORDS[kind]}" for kind in WORDS))
         options.kind = input("Kind of structure [beam]: ").strip() or None
-        if options.kind not in (*KINDS, None):
-            raise ClearanceError(f'kind "{options.kind}" is unknown; use {", ".join(KINDS)}')
+        if options.kind not in (*WORDS, None):
+            raise ClearanceError(f'kind "{options.kind}" is unknown; use {", ".join(WORDS)}')
     if options.kind in EXAMPLE_FILES and not options.file:
         options.file = [Path(name) for name in input(f"File [{EXAMPLE_FILES[options.kind][0]}]: ").split()] or None
     if options.kind == "matrices" and not options.units:
@@ -192,7 +165,7 @@ def _asked(options: argparse.Namespace) -> None:
 
 def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     """Fields of the rig of the options, the structure an object or plain data."""
-    kind, length = options.kind or "beam", options.length
+    kind = options.kind
     if kind != "beam" and kind not in Structure.known:
         raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
     if kind in EXAMPLE_FILES:
@@ -203,29 +176,75 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
             options.force_at = points[0]
         clearances: Sequence[float | str] = options.bushings or points[:1]
     else:
-        structure = {"beam": _beam, "shaft": _shaft, "shafts": _shafts}[kind](options)
-        on = "rod@" if kind == "shafts" else ""
-        clearances = options.bushings or [_on(on, share * length) for share in (0.55, 0.8)]
-        last = [] if kind == "shaft" else [_on(on, length)]
-        points = options.sensors or _sorted([_on(on, 0.25 * length), *clearances, *last])
-    grease, contact = Grease(*options.grease), Contact(*options.contact)
-    if options.oil is not None:
-        grease = Grease(0.0)  # oil is in its place
+        structure = STRUCTURES[kind](options)
+        length = options.length
+        first, *places, last = [f"rod@{s * length:g}" if kind == "shafts" else s * length for s in (0.25, 0.55, 0.8, 1)]
+        clearances = options.bushings or places
+        points = options.sensors or _sorted([first, *clearances, *([] if kind == "shaft" else [last])])
+    grease = Grease(*options.grease) if options.oil is None else Grease(0.0)  # oil is in its place
     friction = None if options.friction is None else Friction(options.friction)
-    film = None if options.oil is None else _film(options)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
-    bushing_length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
+    length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
+    made = [_contact_and_film(options, None if kind in EXAMPLE_FILES else structure, x) for x in clearances]
     return {
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(
-            Bushing(x, options.gap, bushing_length, grease, contact, to=to[x], friction=friction, film=film)
-            for x in clearances
+            Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film)
+            for x, (contact, film) in zip(clearances, made)
         ),
         "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
     } | _in_space(options)
+
+
+def _with_examples(options: argparse.Namespace) -> list[str]:
+    """Fill in examples for what is not given; return the ends of the paths of these numbers."""
+    only_shaft = needs_shaft(options)
+    options.kind = options.kind or ("shaft" if only_shaft or options.spin is not None else "beam")
+    if only_shaft and options.kind != "shaft":
+        raise ClearanceError(f"{only_shaft[0]} is of a shaft: give --kind shaft, not {options.kind}")
+    if bool(options.bushing_material) != (options.bushing_thickness is not None):
+        raise ClearanceError("--bushing-material and --bushing-thickness belong together: give both")
+    if options.bushing_material and (options.contact or options.section or options.kind in EXAMPLE_FILES):
+        raise ClearanceError("--bushing-material proposes the contact of a round shaft: leave it out, or --contact")
+    given = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
+    found = []
+    for name, (value, paths) in EXAMPLES.items():
+        if getattr(options, name) in (None, []) and not given.get(name):
+            found += paths.split()
+            setattr(options, name, value)
+    return [path for path in found if not (options.bushing_material and path == "contact.stiffness")]
+
+
+def _marked(options: argparse.Namespace, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
+    """Add to a rig the paths of the numbers that are examples, and tolerances of those, and of a proposed contact."""
+    data = tomllib.loads("\n".join(rig_lines(rig)))
+    paths = dict.fromkeys(re.sub(r"\[\d+\]", "", path_of(key)) for key in numbers(data) if get_number(data, key))
+    options.examples = [path for path in paths if f".{path}".endswith(tuple(f".{end}" for end in ends))]
+    stds = {path: KNOWN_TO.get(path.rpartition(".")[2]) for path in options.examples}
+    if options.bushing_material:
+        stds["bushings.contact.stiffness"] = f"{100 * options.spread:.0f} %"
+    tolerances = tuple(Tolerance(path, std) for path, std in stds.items() if std)
+    return rig | {"examples": tuple(options.examples), "tolerances": tolerances}
+
+
+def _contact_and_film(
+    options: argparse.Namespace, structure: Structure | None, point: float | str
+) -> tuple[Contact, OilFilm | None]:
+    """Contact and oil of a bushing: as given, examples, or from its material and the shaft of a structure in it."""
+    which, x = structure.place(point) if structure else (0, 0.0)
+    radius = structure.shafts[which].half_depth(x) if structure else math.inf
+    width: Any = "finite" if options.bushing_length > SHORTEST_FINITE * 2 * radius else "short"
+    film = None if options.oil is None else OilFilm(options.oil, width=width)
+    if not options.bushing_material:
+        return Contact(*options.contact), film
+    sizes = options.bushing_thickness, options.bushing_length, radius, options.gap
+    found = layer_contact(options.bushing_material, *sizes)
+    options.spread = max(getattr(options, "spread", 0.0), found.spread)
+    rounded = [float(f"{value:.3g}") for value in (found.stiffness, found.bearable_depth)]
+    return Contact(rounded[0], options.contact[1], rounded[1]), film
 
 
 def _in_space(options: argparse.Namespace) -> dict[str, Any]:
@@ -242,19 +261,10 @@ def _in_space(options: argparse.Namespace) -> dict[str, Any]:
     return {name: value for name, value in fields.items() if value}
 
 
-def _film(options: argparse.Namespace) -> OilFilm:
-    depth = options.section[1] if options.section else options.diameter
-    return OilFilm(options.oil, width="finite" if options.bushing_length > SHORTEST_FINITE * depth else "short")
-
-
 def _node(point: float | str, number: int) -> int:
     """That of a degree of freedom; of other points and of places with names the number of the sensor."""
     dof = parse_dof(point)
     return dof[0] if dof and isinstance(dof[0], int) else number
-
-
-def _on(shaft: str, x: float) -> float | str:
-    return f"{shaft}{x:g}" if shaft else x
 
 
 def _sorted(points: Sequence[float | str]) -> list[float | str]:
@@ -267,39 +277,6 @@ def _position(point: float | str) -> float:
         return float(str(point).rpartition("@")[2])
     except ValueError:
         raise ClearanceError(f'"{point}" is no place on the shaft; give m, or SHAFT@M') from None
-
-
-def _section(options: argparse.Namespace, factor: float = 1.0) -> dict[str, Any]:
-    names = ("width", "height") if options.section else ("diameter",)
-    return {name: factor * size for name, size in zip(names, options.section or [options.diameter])}
-
-
-def _beam(options: argparse.Namespace) -> Beam:
-    material = options.young_modulus, options.density
-    return Beam(options.length, *material, rayleigh=tuple(options.rayleigh), **_section(options))
-
-
-def _shaft(options: argparse.Namespace) -> Shaft:
-    """A stepped shaft on two pins."""
-    lengths, factors = (0.6 * options.length, 0.4 * options.length), (1.0, 0.8)
-    sections = tuple(Section(length, **_section(options, factor)) for length, factor in zip(lengths, factors))
-    supports = Support(0.0, "pinned"), Support(options.length, "pinned")
-    material = Material(options.young_modulus, options.density)
-    return Shaft(sections, supports, material=material, rayleigh=tuple(options.rayleigh))
-
-
-def _shafts(options: argparse.Namespace) -> Shafts:
-    """A rod in a tube, or a bar beside another, clamped both."""
-    material = Material(options.young_modulus, options.density)
-    rod = Section(options.length, **_section(options))
-    tube = Section(options.length, **_section(options, 3.0))
-    if not options.section:
-        tube = Section(options.length, diameter=2 * options.diameter, inner_diameter=1.6 * options.diameter)
-    parts = (
-        Shaft((section,), (Support(0.0, "clamped"),), material=material, rayleigh=tuple(options.rayleigh), name=name)
-        for name, section in (("rod", rod), ("tube", tube))
-    )
-    return Shafts(tuple(parts))
 
 
 def _of_files(kind: str, options: argparse.Namespace, out: Path) -> dict[str, Any]:

@@ -47,19 +47,17 @@ def load_plugin(plugin: Path | None) -> None:
 
 def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str = "a CSV, LVM or MATLAB file") -> None:
     """Add the option ``name`` that maps columns ``of`` some file."""
-    parser.add_argument(
-        name, action="append", default=[], metavar="HEADER=CHANNEL",
-        help=f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, '
-        "base, force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without",
-    )  # fmt: skip
+    words = (
+        f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, base, '
+    )
+    words += "force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without"
+    parser.add_argument(name, action="append", default=[], metavar="HEADER=CHANNEL", help=words)
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
     """Add the option that says the units of a universal file."""
-    parser.add_argument(
-        "--units", metavar="UNITS",
-        help='units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"',
-    )  # fmt: skip
+    words = 'units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"'
+    parser.add_argument("--units", metavar="UNITS", help=words)
 
 
 def add_rate(parser: argparse.ArgumentParser) -> None:
@@ -115,11 +113,11 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("rig", type=Path, help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json")
     option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
-    option(
-        "--gap", action="append", default=[], metavar="[BUSHING=]VALUE",
-        help="radial gap instead of the rig's: m, with a unit such as 0.09mm, or a factor such as x0.5; of all "
-        "bushings, or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated",
-    )  # fmt: skip
+    words = (
+        "radial gap instead of the rig's: m, with a unit such as 0.09mm, or a factor such as x0.5; of all bushings, "
+    )
+    words += "or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated"
+    option("--gap", action="append", default=[], metavar="[BUSHING=]VALUE", help=words)
 
 
 def load_model(options: argparse.Namespace) -> Model:
@@ -128,9 +126,12 @@ def load_model(options: argparse.Namespace) -> Model:
     An engine that was not asked for is then known.
     """
     from ..model import Model
+    from ..rig.examples import example_words
     from ..rig.plausible import check_units
 
     model = Model.load(options.rig, options.law)
+    if model.rig.examples:
+        say(f"{options.rig}: {example_words(model.rig.examples)}", "warning")
     if getattr(options, "engine", "") is None:
         from ..engines import default_engine
 
@@ -143,6 +144,19 @@ def load_model(options: argparse.Namespace) -> Model:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
         say(f"--gap: {words} (identify by method bench finds one)")
     return model
+
+
+def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:
+    """Say where walls are pressed too deep, from the largest penetrations (n_bushings,), m, or contact forces, N.
+
+    Of a force the depth is that of both ends at the largest stiffness: it is at least so deep.
+    """
+    from ..rig.depths import depth_words
+
+    if quantity == "contact_force":
+        largest = largest / model.law.largest([bushing.gap for bushing in model.rig.bushings])[0]
+    for words in depth_words(model.rig, largest) if quantity != "acceleration" else ():
+        say(words, "warning")
 
 
 def by_bushing(texts: Sequence[str], option: str) -> str | dict[str, str]:
@@ -192,11 +206,9 @@ def add_kind(parser: argparse.ArgumentParser, *more: str, default: str = "as the
 
 def add_periodic_kind(parser: argparse.ArgumentParser) -> None:
     """Add the option that says what excites a vibration that is periodic: unbalance too."""
-    parser.add_argument(
-        "--kind", choices=("base", "force", "unbalance"),
-        help="what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
-        "frequencies are turns in a second and levels factors of the rig's unbalances",
-    )  # fmt: skip
+    words = "what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
+    words += "frequencies are turns in a second and levels factors of the rig's unbalances"
+    parser.add_argument("--kind", choices=("base", "force", "unbalance"), help=words)
 
 
 def print_parameters(estimates: Estimates, width: int, head: str) -> None:
@@ -260,11 +272,8 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
 def add_grid(parser: argparse.ArgumentParser) -> None:
     """Add the options that say over which levels and frequencies a map goes."""
     option = parser.add_argument
-    option(
-        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT (default: %(default)s)",
-    )  # fmt: skip
+    words = "amplitudes, m/s² of the base or N, or factors of the unbalances: a list or FROM:TO:COUNT (%(default)s)"
+    option("--levels", type=numbers, default="0.5:10:20", metavar="A,...", help=words)
     option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
     option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
     option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
@@ -290,10 +299,8 @@ lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("
 
 def add_speeds(parser: argparse.ArgumentParser, name: str, words: str, default: str = "") -> None:
     """Let a command be given two spins; it needs them where ``default`` does not say what it takes without."""
-    parser.add_argument(
-        name, type=spin, nargs=2, metavar=("FROM", "TO"), required=not default,
-        help=f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz" + f" (default: {default})" * bool(default),
-    )  # fmt: skip
+    words = f"{words}: rad/s, or with a unit such as 3000rpm or 50Hz" + f" (default: {default})" * bool(default)
+    parser.add_argument(name, type=spin, nargs=2, metavar=("FROM", "TO"), required=not default, help=words)
 
 
 def speeds(options: argparse.Namespace) -> np.ndarray:

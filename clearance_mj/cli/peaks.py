@@ -7,7 +7,7 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
-from .options import add_plugin, add_psd, add_rig, load_model, psd_of, seconds, settings
+from .options import add_plugin, add_psd, add_rig, load_model, psd_of, seconds, settings, warn_of_depths
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -16,10 +16,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_psd(parser)
     option("--rms", type=float, help="m/s² or N to which the PSD is scaled (default: as it is)")
     option("--kind", choices=("base", "force"), help="what a PSD file excites (default: as the rig's shaker)")
-    option(
-        "--quantity", default="contact_force", metavar="NAME",
-        help="contact_force, penetration or acceleration (default: %(default)s)",
-    )  # fmt: skip
+    words = "contact_force, penetration or acceleration (default: %(default)s)"
+    option("--quantity", default="contact_force", metavar="NAME", help=words)
     option("--limit", type=float, help="value, N, m or m/s², whose probability of being exceeded is wanted")
     option("--hours", type=float, default=1.0, help="time that is predicted, h (default: %(default)s)")
     option("--duration", type=seconds, default=60.0, help="s that are marched (default: %(default)s)")
@@ -48,5 +46,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
     result = write_results(options, "peaks", result, rows(found), draw(found))
     print("\n".join(words(found)))
+    warn_of_depths(model, found.median, found.quantity)
     print(f"peaks: {options.out / 'peaks.png'}")
     return result

@@ -26,10 +26,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="how many positions, evenly spaced outside the bushings (their distance is the least between sensors), or "
         "the points themselves, as 1:+Z,2:+Z (default: %(default)s)",
     )  # fmt: skip
-    option(
-        "--at", type=_point, action="append", default=[], metavar="X",
-        help="position that gets a sensor in any case, m, or a point such as 1:+Z; may be repeated",
-    )  # fmt: skip
+    words = "position that gets a sensor in any case, m, or a point such as 1:+Z; may be repeated"
+    option("--at", type=_point, action="append", default=[], metavar="X", help=words)
     whole, any_number = (listed(kind, "such as 1,2,3") for kind in (int, float))
     option("--modes", type=whole, default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
     option("--unwanted", type=whole, default=[], metavar="MODES", help="modes that disturb the readings, as 5,6")

@@ -21,6 +21,7 @@ from .options import (
     psd_of,
     seconds,
     settings,
+    warn_of_depths,
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -158,6 +159,7 @@ def _hours(options: argparse.Namespace, model: Model, scatter: Scatter | None, p
         not options.quiet, kept,
     )  # fmt: skip
     rig = model.rig
+    warn_of_depths(model, found[-1].largest[:, 1], quantity)
     places = rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels
     return Hours(
         tuple(found), quantity, value, options.hours, psd.kind, tuple(rig.clearance_labels), tuple(places)

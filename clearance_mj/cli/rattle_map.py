@@ -18,6 +18,7 @@ from .options import (
     load_model,
     periodic_settings,
     settings,
+    warn_of_depths,
 )  # fmt: skip
 
 
@@ -51,5 +52,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)
     result = write_results(options, "rattle_map", result, rows(found), draw(found))
     print("\n  ".join(words(found)))
+    for gaps, depth in zip(found.gap, np.nan_to_num(found.penetration).max(axis=(0, 2, 3))):
+        warn_of_depths(model.with_gap(gaps.tolist()), depth)
     print(f"rattle map: {options.out / 'rattle_map.png'}")
     return result

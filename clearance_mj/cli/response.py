@@ -18,6 +18,7 @@ from .options import (
     numbers,
     periodic_settings,
     settings,
+    warn_of_depths,
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -35,21 +36,16 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_periodic(parser)
     add_periodic_kind(parser)
     over = parser.add_mutually_exclusive_group(required=True)
-    over.add_argument(
-        "--level", type=numbers, metavar="A,...",
-        help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT; follows over frequency",
-    )  # fmt: skip
+    words = "amplitudes, m/s² of the base or N, or factors of the unbalances: a list or FROM:TO:COUNT; over frequency"
+    over.add_argument("--level", type=numbers, metavar="A,...", help=words)
     over.add_argument("--frequency", type=frequencies, metavar="HZ,...", help="Hz, a list or range; follows over level")
     option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")
     option("--to", dest="stop", type=float, metavar="X", help="last frequency, Hz (default: 220), or level")
     nodes = listed(int, "of sensors' nodes such as 6,7")
     option("--sensors", type=nodes, metavar="NODE,...", help="to draw (default: those in the bushings)")
     option("--period-doublings", action="store_true", help="leave branches where the period doubles, and follow on")
-    option(
-        "--isolas", type=int, default=0, metavar="N",
-        help="random starts at each of nine frequencies, from which vibrations on no known branch are followed",
-    )  # fmt: skip
+    words = "random starts at each of nine frequencies, from which vibrations on no known branch are followed"
+    option("--isolas", type=int, default=0, metavar="N", help=words)
     option("--workers", type=int, help="threads (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 
@@ -59,6 +55,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     **results_of("response"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    import numpy as np
+
     from ..periodic.summaries import of_branch
     from ..report.responses import draw, rows, words
 
@@ -72,6 +70,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = write_results(options, "response", result, rows(branches), draw(branches, sensors))
     for branch in branches:
         print("\n  ".join(words(branch)))
+    largest = np.max([branch.excursion().max(axis=0) for branch in branches], axis=0)
+    warn_of_depths(model, largest - [bushing.gap for bushing in model.rig.bushings])
     for level in basins:
         lost = 100 * sum(shares[-1] for shares in level["shares"]) / len(level["shares"])
         print(f"{level['new']} more branches from random starts, of which {lost:.0f} % came to none that repeats")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import tomli_w
@@ -19,14 +19,21 @@ MAY_BE_ADDED = {
 """what empty lists may hold"""
 TAPERED = ("diameter", "inner_diameter", "width", "height")
 WIDTH = 32
+EXAMPLE = "EXAMPLE, put in yours: "
+MANY = 3  # items from which on a list has a line for each
 
 
 def rig_lines(rig: Mapping[str, Any]) -> Iterator[str]:
-    """Return the lines of a rig file from its fields; what is not among them, or at its default, is a comment."""
-    return _lines(Rig, rig)
+    """Return the lines of a rig file from its fields; what is not among them, or at its default, is a comment.
+
+    The numbers that ``examples`` name are marked.
+    """
+    return _lines(Rig, rig, rig.get("examples", ()))
 
 
-def _lines(kind: type, values: Mapping[str, Any], name: str = "", plural: bool = False) -> Iterator[str]:
+def _lines(
+    kind: type, values: Mapping[str, Any], examples: Collection[str], name: str = "", plural: bool = False
+) -> Iterator[str]:
     """Lines of a table of the file: its own keys, ``kind`` first, then its tables."""
     words = descriptions(kind)
     if name:
@@ -44,11 +51,12 @@ def _lines(kind: type, values: Mapping[str, Any], name: str = "", plural: bool =
         if key in TAPERED and isinstance(value, tuple) and value[0] == value[1]:
             value = value[0]
         comment = "# " if value is None or value == default else ""
-        yield _line(f"{comment}{key} = {_toml(value)}", words[key])
+        mark = EXAMPLE if (f"{name}.{key}" if name else key) in examples else ""
+        yield _line(f"{comment}{key} = {_toml(value)}", mark + words[key])
     for key, value in tables.items():
         path = f"{name}.{key}" if name else key
         for item in value if isinstance(value, tuple) else (value,):
-            yield from _lines(*_parts(item), path, isinstance(value, tuple))
+            yield from _lines(*_parts(item), examples, path, isinstance(value, tuple))
         if value == ():
             yield from ("", f"# [[{path}]]")
             yield from (_line(f"# {n} =", text) for n, text in descriptions(MAY_BE_ADDED[key]).items())
@@ -76,5 +84,6 @@ def _toml(value: object) -> str:
     if isinstance(value, float):
         return f"{value:g}" if float(f"{value:g}") == value else f"{value:.15g}"
     if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_toml, value))}]"
+        items = [*map(_toml, value)]
+        return "[\n  " + ",\n  ".join(items) + ",\n]" if len(items) > MANY else f"[{', '.join(items)}]"
     return "" if value is None else tomli_w.dumps({"": value}).partition(" = ")[2].strip()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import command, inputs, out_file, provenance, say
-from .options import add_plugin, add_simulation, excitation, load_model
+from .options import add_plugin, add_simulation, excitation, load_model, warn_of_depths
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -21,10 +21,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=24.0, fs=2048.0)
     option("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
-    option(
-        "--energy", type=Path, metavar="FOLDER",
-        help="balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
-    )  # fmt: skip
+    words = "balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder"
+    option("--energy", type=Path, metavar="FOLDER", help=words)
     add_plugin(parser, "an engine, a contact or a grease")
 
 
@@ -36,6 +34,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
     from ..engines import simulate
     from ..io.results import save
+    from ..rig.depths import wall_depths
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     model = load_model(options)
@@ -45,6 +44,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         _with_energy(options, folder, case) if folder else (simulate(*case, progress=not options.quiet), {})
     )
     _warn_of_truncation(model.rig)
+    assert response.displacement is not None  # of a whole simulation
+    depth = wall_depths(model.rig, response.displacement)
+    warn_of_depths(model, depth)
     save(options.out, replace(response, provenance=response.provenance | {"made_from": provenance(options)}))
     print(f"response: {options.out}")
     share = None if response.contact_share is None else response.contact_share.tolist()
@@ -52,7 +54,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print(f"clearance at {bushing.where}: beyond its gap, in contact, for {100 * value:.3g} % of the time")
     rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
     used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
-    return {"out": str(options.out), "acceleration_rms": rms, "contact_share": share} | used | more
+    return (
+        {"out": str(options.out), "acceleration_rms": rms, "contact_share": share, "depth": depth.tolist()}
+        | used
+        | more
+    )
 
 
 def _warn_of_truncation(rig: Rig) -> None:

@@ -25,20 +25,13 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="file with one record: .uff, .csv, .mat, .nc or .h5; with the excitation, the rig's accelerometers and a "
         "displacement probe at every clearance",
     )  # fmt: skip
-    option(
-        "--rig", type=Path, required=True,
-        help="rig file (TOML), or a folder with rig.toml and, if one was identified, law.json",
-    )  # fmt: skip
-    option(
-        "--law", type=Path,
-        help="law file: whose kinds of contact and grease are tracked (default: the folder's; else the likeliest of "
-        "twelve)",
-    )  # fmt: skip
+    words = "rig file (TOML), or a folder with rig.toml and, if one was identified, law.json"
+    option("--rig", type=Path, required=True, help=words)
+    words = "law file, whose kinds of contact and grease are tracked (default: the folder's; else the likeliest)"
+    option("--law", type=Path, help=words)
     option("--window", type=seconds, default=2.0, metavar="S", help="s between two values (default: %(default)s)")
-    option(
-        "--learn", type=seconds, default=10.0, metavar="S",
-        help="s of the record to which rig and law are fitted (default: %(default)s)",
-    )  # fmt: skip
+    words = "s of the record to which rig and law are fitted (default: %(default)s)"
+    option("--learn", type=seconds, default=10.0, metavar="S", help=words)
     option("--rig-exact", action="store_true", help="take the rig file for exact instead of correcting it first")
     add_records(parser)
 

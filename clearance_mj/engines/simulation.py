@@ -248,5 +248,5 @@ def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:
     hardest = int(np.argmax(k + c))
     raise LawError(
         f"{needs}, for its law at bushings[{hardest}] (k up to {k[hardest]:g} N/m, c up to {c[hardest]:g} N s/m); "
-        "a contact is rarely stiffer than 1e7 N/m"
+        "a contact is rarely stiffer than 1e9 N/m"
     )

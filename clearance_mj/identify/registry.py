@@ -20,6 +20,7 @@ from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Rig
 from ..rig.dimensions import planar
+from ..rig.examples import example_words, unknown_examples
 from ..version import __version__
 from .forces.restoring import possible_forces, restoring_force
 from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
@@ -217,12 +218,23 @@ def register(
                     warnings.warn(each.message, each.category, stacklevel=2)
             own = (str(each.message) for each in caught if issubclass(each.category, IdentifiabilityWarning))
             pages = found.pages or (_pages(dataset) if shortest else {})
+            if found.rig.examples:
+                found = _without_examples(found)
             return dataclasses.replace(found, warnings=tuple(dict.fromkeys((*own, *found.warnings))), pages=pages)
 
         METHODS[name] = Method(prior_information, checked, shortest, finds_rig, tuple(needs), in_space)
         return checked
 
     return add
+
+
+def _without_examples(found: Found) -> Found:
+    """What was found, with a warning of the examples in the rig file about which the records say nothing."""
+    only = found.estimates.only_prior if found.estimates else ()
+    left = unknown_examples(found.rig.examples, [p["name"] for p in found.parameters if p["name"] not in only])
+    words = (f"of the rig file, {example_words(left)}",) if left else ()
+    model = dataclasses.replace(found.model, rig=found.rig.replace(examples=left))
+    return dataclasses.replace(found, model=model, warnings=found.warnings + words)
 
 
 def _check(dataset: Dataset, exact: bool) -> None:

@@ -74,7 +74,9 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
     sections = [section for section in written if section.body]
     writer.close()
     title = f"Clearance study of rig “{study.dataset.rig.name}”"
-    write_text(Path(folder) / "report.html", html.page(title, sections, _source(study)))
+    write_text(
+        Path(folder) / "report.html", html.page(title, sections, _source(study) + html.examples(study.dataset.rig))
+    )
 
 
 def _source(study: Study) -> str:

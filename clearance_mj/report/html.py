@@ -17,12 +17,14 @@ from itertools import groupby
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from ..rig import Rig
+from ..rig.examples import example_words
 from ..statistics.intervals import Interval
 from .interactive import embedded
 from .style import Drawing
 from .tables import Table
 
-__all__ = ["Section", "figure", "formula", "heading", "page", "paragraph", "render", "table"]
+__all__ = ["Section", "examples", "figure", "formula", "heading", "page", "paragraph", "render", "table"]
 
 MISSING = "–"  # Shown for nan
 _CHART = '<script type="application/json">'
@@ -75,6 +77,11 @@ def figure(drawing: Drawing, number: int, image: bytes) -> str:
         f'<figure id="figure-{drawing.name}"><img src="{source}" alt="{escape(drawing.alt)}">\n'
         f"<figcaption><b>Figure {number}.</b> {escape(drawing.caption)}</figcaption>{data}</figure>\n"
     )
+
+
+def examples(rig: Rig) -> str:
+    """Return a banner that names the numbers of a rig that nobody gave; "" without any."""
+    return paragraph(f"{escape(example_words(rig.examples))}.", "banner") if rig.examples else ""
 
 
 def table(shown: Table, label: str = "", breaks: bool = False) -> str:

@@ -146,7 +146,8 @@ def write_production(
     sections.append(html.Section("numbers", "What scatters", _numbers(found)))
     writer.close()
     write_text(folder / "production.json", to_json(result | made_from))
-    write_text(folder / "index.html", html.page(f"Production of rig “{found.nominal.rig.name}”", sections))
+    rig = found.nominal.rig
+    write_text(folder / "index.html", html.page(f"Production of rig “{rig.name}”", sections, html.examples(rig)))
     return result
 
 

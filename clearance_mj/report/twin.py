@@ -93,7 +93,7 @@ def write_twin(
         html.Section("alarms", "Alarms", _alarms(found)),
     ]
     writer.close()
-    write_text(folder / "index.html", html.page(f"Twin of rig “{found.rig.name}”", sections))
+    write_text(folder / "index.html", html.page(f"Twin of rig “{found.rig.name}”", sections, html.examples(found.rig)))
     return result
 
 

@@ -84,6 +84,8 @@ class Contact:
     """k, N/m"""
     damping: NotNegative = 0.0
     """c, N s/m"""
+    bearable_depth: Positive | None = seldom(default=None)
+    """m, at which the bushing begins to yield; a deeper contact is warned of where it is predicted"""
 
 
 @checked(RigError)

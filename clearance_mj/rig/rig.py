@@ -12,10 +12,9 @@ import tomli_w
 from pydantic import Field
 
 from ..core.checks import naming
-from ..core.errors import ClearanceError, RigError
+from ..core.errors import RigError
 from ..core.files import replacing
 from ..core.overview import Overview, Shown, few
-from ..core.plain_numbers import find_numbers
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
@@ -24,6 +23,7 @@ from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
 from .dimensions import Gravity, check_motion, motion_in_words
+from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
@@ -34,7 +34,7 @@ from .plausible import warn_of_units
 from .points import joined_points
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
-from .tolerance import CLAMP_COMPLIANCES, Tolerance
+from .tolerance import Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
@@ -95,6 +95,8 @@ class Rig(Shown):
     """of a shaft whose two bending planes differ; None: they are alike"""
     tolerances: tuple[Tolerance, ...] = seldom(default=())
     """how well numbers are known; others have defaults, see `identify.priors`"""
+    examples: tuple[Text, ...] = seldom(default=())
+    """paths of numbers that nobody gave, such as "beam.length"; results say so until their names are deleted here"""
     motion: Literal["planar", "spatial"] = seldom(default="planar")
     """along z alone, or along y and z in round clearances"""
     gravity: Gravity | None = seldom(default=None)
@@ -136,18 +138,8 @@ class Rig(Shown):
                 raise ValueError(f"fixture[{i}].frequency {mode.frequency:g} Hz is another mode's; put both into one")
         check_bushings(self.bushings, self.linear.check)
         check_motion(self)
-        if self.tolerances:
-            self._check_tolerances()
-
-    def _check_tolerances(self) -> None:
-        numbers = {key: value for key, value in to_plain(self).items() if key != "tolerances"}
-        for i, tolerance in enumerate(self.tolerances):
-            if self.beam and tolerance.of in CLAMP_COMPLIANCES:
-                continue
-            try:
-                find_numbers(numbers, tolerance.of)
-            except ClearanceError as error:
-                raise ValueError(f"tolerances[{i}].of: {error}") from None
+        if self.tolerances or self.examples:
+            check_paths(to_plain(self), self.tolerances, self.examples)
 
     def _check(self, name: str, point: float | str) -> None:
         try:
@@ -266,6 +258,7 @@ class Rig(Shown):
             "motion": motion_in_words(self) if self.is_spatial else "",
             "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
+            "examples": few(self.examples),
         }
         head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
         rows = [

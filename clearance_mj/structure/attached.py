@@ -44,7 +44,7 @@ class PointMass:
     position: Point
     """m along the shaft, or a degree of freedom such as "12:+Z" """
     mass: Positive
-    """kg"""
+    """kg; a point without inertia"""
     name: Text = ""
     """for people"""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import tomli_w
@@ -18,7 +18,7 @@ from ..model import Model
 from ..rig import Rig
 from ..rig.tolerance import CLAMP_COMPLIANCES
 from .designs import Designs, DrawingRule
-from .scattered import Correlation, Scattered
+from .scattered import CUT, Correlation, Scattered
 
 __all__ = ["Scatter", "draw_designs"]
 
@@ -51,6 +51,8 @@ class Scatter:
     def of_rig(cls, rig: Rig) -> Scatter:
         """Return the scatter that a rig file's own tolerances say: normal, of their standard deviations.
 
+        Shares that would reach below zero within four of them are lognormal.
+
         Parameters
         ----------
         rig : Rig
@@ -59,7 +61,9 @@ class Scatter:
         """
         left = [t.of for t in rig.tolerances if t.of.rpartition(".")[2] in APART or t.of in CLAMP_COMPLIANCES]
         kept = [t for t in rig.tolerances if t.of not in left and t.size > 0]
-        return cls(tuple(Scattered(t.of, std=t.std) for t in kept), (), tuple(left))
+        wide = [t.relative and t.size >= 1 / CUT and not t.of.rpartition(".")[2].startswith("offset") for t in kept]
+        forms: list[Literal["normal", "lognormal"]] = ["lognormal" if each else "normal" for each in wide]
+        return cls(tuple(Scattered(t.of, t.std, None, f) for t, f in zip(kept, forms)), (), tuple(left))
 
     @classmethod
     def load(cls, path: str | Path) -> Scatter:

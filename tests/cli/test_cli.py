@@ -11,9 +11,11 @@ import pytest
 from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
 from clearance_mj.cli.command import COMMANDS, command
+from clearance_mj.cli.options import warn_of_depths
 from clearance_mj.engines import simulate
 from clearance_mj.io.results import load
-from clearance_mj.rig import Rig
+from clearance_mj.model import Model
+from clearance_mj.rig import Contact, Rig
 from clearance_mj.signals import excitation
 from clearance_mj.study import ENGINES, METHODS
 
@@ -72,6 +74,19 @@ def test_simulate_writes_a_response(answer, tmp_path):
     assert found["contact_share"] == load(out).contact_share.tolist() and max(found["contact_share"]) > 0.01
     assert list(rms) == [f"{n}:+Z" for n in range(1, 9)]
     assert rms["8:+Z"] == pytest.approx(load(out).acceleration[7].std())
+    beyond = np.abs(load(out).displacement).max(axis=1) - 3e-4  # the gaps
+    assert found["depth"] == pytest.approx(np.maximum(beyond, 0.0), abs=1e-9) and max(found["depth"]) > 1e-5
+
+
+def test_a_force_says_how_deep_it_presses(rig, capsys):
+    """3.3 N at 1e4 N/m are 0.33 mm, in a gap of 0.15 mm; 0.2 N are 20 µm, less than a fifth of it."""
+    gaps = tuple(dataclasses.replace(b, gap=1.5e-4, contact=Contact(1e4, 4.0)) for b in rig.bushings)
+    model = Model(rig.replace(bushings=gaps))
+    warn_of_depths(model, np.array([3.3, 0.2]), "contact_force")
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "6:+Z: the shaft is 0.33 mm deep in the wall, beyond a fifth of the gap (0.15 mm)" in line
+    warn_of_depths(model, np.array([3.3, 0.2]), "acceleration")
+    assert capsys.readouterr().err == ""
 
 
 def test_simulate_takes_a_folder_with_rig_and_law(answer, rig, tmp_path):

@@ -70,7 +70,7 @@ def test_what_is_told_is_in_the_file(tmp_path):
     beam = Beam(0.8, 70e9, 2700.0, width=0.02, height=0.01, rayleigh=(0.1, 0.0))
     sensors = (Sensor(1, 0.3), Sensor(2, 0.6), Sensor(3, 0.8))
     masses = (PointMass(0.8, 0.4), PointMass(0.5, 0.1))
-    assert rig == Rig("mine", beam, bushings, sensors, masses, Shaker("force", 0.1))
+    assert rig == Rig("mine", beam, bushings, sensors, masses, Shaker("force", 0.1)) and not rig.examples
 
 
 def test_an_example_follows_the_length(tmp_path):
@@ -89,7 +89,7 @@ def test_comments_hold_the_defaults(tmp_path):
     given = {*found, *found["beam"], *found["bushings"][0], *found["bushings"][0]["grease"], *found["shaker"]}
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
-        "of", "std", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
+        "bearable_depth", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
         "moment", "phase", "plate", "wear",
     }  # fmt: skip
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
@@ -120,9 +120,9 @@ def test_the_next_step_quotes_names_with_blanks(tmp_path, monkeypatch, capsys):
 
 
 def test_numbers_are_as_they_were_meant(tmp_path):
-    """Products of floats: 0.4 × 0.7 is 0.27999999999999997, 0.8 × 0.0086 is 0.006880000000000001."""
-    rig = new(tmp_path, "mine", "--kind", "shaft", "--length", 0.7, "--diameter", 0.0086)
-    assert [(s.length, s.diameter) for s in rig.structure.sections] == [(0.42, (0.0086,) * 2), (0.28, (0.00688,) * 2)]
+    """Products of floats: 1.6 × 0.0086 is 0.013760000000000001."""
+    rig = new(tmp_path, "mine", "--kind", "shafts", "--diameter", 0.0086)
+    assert rig.structure.parts[1].sections[0].inner_diameter == (0.01376,) * 2
 
 
 def test_shafts_rattle_in_each_other(tmp_path):
@@ -223,6 +223,17 @@ def test_refusals(tmp_path, monkeypatch, refused):
     assert 'sensors[0].position "3:Z" is no position on the shaft' in refused(
         "new", "mine", "--kind", "shaft", "--sensors", "3:Z"
     )
+    assert "--step is of a shaft: give --kind shaft, not beam" in refused(
+        "new", "mine", "--kind", "beam", "--step", 1, 2
+    )
+    assert "belong together" in refused("new", "mine", "--bushing-material", "pom")
+    layer = "--bushing-material", "pom", "--bushing-thickness", "2mm"
+    for other in (("--contact", 1, 2), ("--section", 0.01, 0.02)):
+        assert "leave it out, or --contact" in refused("new", "mine", *layer, *other)
+    assert "--step: section: give either diameter" in refused("new", "mine", "--step", 0.3)
+    assert '"xx" is no number' in refused("new", "mine", "--disc", 0.2, 2, "xx", 0.01)
+    assert "diameter must be > 0 m" in refused("new", "mine", "--disc", 0.2, 2, -0.1, 0.01)
+    assert '"pined" is no number' in refused("new", "mine", "--support", 0, "pined")
     assert not list(tmp_path.iterdir())
 
 

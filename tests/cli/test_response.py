@@ -62,7 +62,8 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
     given = [str(RIG), "--law", str(law), "--level", "6", "--from", "49", "--to", "43", "--harmonics", "7", "--quiet"]
     assert main(["response", *given, "--out", str(tmp_path)]) == 0
     said = capsys.readouterr()
-    assert said.err == ""
+    deep = "is 0.43 mm deep in the wall, beyond a fifth of the gap (0.3 mm): the contact's stiffness decides what is"
+    assert [line.count("deep in the wall") for line in said.err.splitlines()] == [1, 1] and deep in said.err
     lines = said.out.splitlines()
     assert lines[0].startswith("6 m/s²: ") and " from 49 to 43 Hz, " in lines[0]
     assert "fold at 45.6" in lines[1] and ": downwards the vibration jumps from 0.3" in lines[1]

@@ -123,11 +123,11 @@ def test_a_structure_is_none_without_a_kind():
         (lambda: Grease(1.0, beta=1.0, gamma=2.0), "grease.gamma 2 makes the Bouc-Wen element create energy"),
         (lambda: Contact(0.0), "contact.stiffness must be > 0, got 0 (k, N/m)"),
         (lambda: Beam(1.0), "beam.young_modulus is missing"),
-        (lambda: Contact(1.0, 2.0, 3.0), "contact takes each of stiffness, damping once"),
-        (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping once"),
+        (lambda: Contact(1.0, 2.0, 3.0, 4.0), "contact takes each of stiffness, damping, bearable_depth once"),
+        (lambda: Contact(1.0, stiffness=3.0), "contact takes each of stiffness, damping, bearable_depth once"),
         (
             lambda: Contact(1.0, dampng=3.0),
-            "contact.dampng is not a known key; known: stiffness, damping; did",
+            "contact.dampng is not a known key; known: stiffness, damping, bearable_depth; did",
         ),
     ],
 )

@@ -35,7 +35,7 @@ def fit_constant(dataset: Dataset, progress: bool = False) -> Fit:
     """Fit the best constants: contact stiffness and damping and a linear grease, the same at every bushing."""
     found, first = evidence(dataset.to_identify()), dataset.rig.bushings[0]
     parameters = [
-        Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, 1e7),
+        Parameter("contact stiffness", "N/m", first.contact.stiffness, 1e2, max(1e7, 100 * first.contact.stiffness)),
         Parameter("contact damping", "N s/m", max(first.contact.damping, 0.1), 1e-3, 1e3),
         *linear_grease(first.grease),
     ]

@@ -80,6 +80,7 @@ def fit_output_error(dataset: Dataset, progress: bool = False) -> Fit:
 
 def _parameters(rig: Rig) -> list[Parameter]:
     first, gap = rig.bushings[0], rig.bushings[0].gap
+    stiffness = first.contact.stiffness
     narrowest, widest = min(b.gap for b in rig.bushings), max(b.gap for b in rig.bushings)
     return [
         *linear_grease(first.grease),
@@ -88,7 +89,7 @@ def _parameters(rig: Rig) -> list[Parameter]:
         Parameter("grease film height", "m", 3 * widest, 1.02 * widest, 100 * widest),
         Parameter("grease exponent", "1", 2.0, 1.0, 3.0),
         Parameter("grease beta / (beta + gamma)", "1", 0.5, 0.5, 3.0),
-        Parameter("contact force at one gap", "N", first.contact.stiffness * gap / 1.5, 1e-2 * gap, 1e7 * gap),
+        Parameter("contact force at one gap", "N", stiffness * gap / 1.5, 1e-2 * gap, max(1e7, 100 * stiffness) * gap),
         Parameter("contact exponent", "1", 1.5, 1.0, 3.0),
         Parameter("contact restitution", "1", 0.6, 0.02, 0.999),
     ]

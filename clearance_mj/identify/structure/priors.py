@@ -2,8 +2,10 @@
 
 A tolerance of the rig file (`Tolerance`) goes before these standard deviations: Young's modulus 3 %, density 1 %,
 masses 5 %, places of bushings and sensors 2 mm, gains 1 %, modal damping a factor of 2, gap 20 %, offset 0.3 of the
-gap, a bushing's length by half; grease is free within decades. A clamp varies by its compliance, so that rigid is a
-value like others: it gives as 0 to 2 diameters more shaft would, unless the rig file says how much.
+gap, a bushing's length by half; grease is free within decades. So are the springs of a shaft's supports; rigid ones
+begin as stiff springs, unless a tolerance says that they are exact ("0 %" of "structure.supports.translation"). A clamp
+of a beam varies by its compliance, so that rigid is a value like others: it gives as 0 to 2 diameters more shaft would,
+unless the rig file says how much.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,8 +30,9 @@ from ...structure import Beam, Shaft
 from ...structure.attached import LARGEST_DIFFERENCE, MAX_DAMPING
 from ...structure.base import parse_dof, parse_place
 from ...structure.beam import Clamp
+from ...structure.shaft import HELD
 
-__all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words"]
+__all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words", "with_exact_supports"]
 
 CRITICAL = 1.0  # damping ratio that no mode of a rig may exceed
 LONGEST_DELAY = 0.05  # s, of a channel
@@ -39,6 +42,7 @@ DEFAULTS = {
     "lever": 2e-3, "frequency": 0.1, "damping_ratio": math.log(2.0), "participation": 0.1, "rocking": 0.02,
     "about": 0.02, "difference": math.log(2.0), "angle": 0.2, "delay": 2e-5, "probe_delay": 2e-5,
     "translation_damping": math.log(10.0), "rotation_damping": math.log(10.0), "translation": math.log(10.0),
+    "rotation": math.log(10.0),
     "inertia": 0.05, "polar_inertia": 0.05, "direction": 0.02, "probe_angle": 0.035, "offset_y": 0.3,
     "coefficient": math.log(1.5), "viscosity": math.log(1.5),
 }  # fmt: skip
@@ -56,7 +60,9 @@ LINEAR = ("participation", "rocking", "about", "angle", "delay", "probe_delay", 
 """Fields that may be 0 or negative, and vary as they are"""
 BOUNDS_AT = 6.0  # standard deviations, from the start to a parameter's bounds
 CLAMP_LENGTH = 2.0  # diameters of shaft as which a clamp may give
-STIFF_SUPPORT = 3e3  # of EI/L³, the support of a shaft that the rig file takes for rigid
+OF_SUPPORT = ("translation", "rotation", "translation_damping", "rotation_damping")
+SUPPORT_LOSS = 0.01  # of its force, that of its damper at the shaft's lowest frequency
+STIFF_SUPPORT, STIFF_TURN = 3e3, 3e2  # of EI/L³ and EI/L, the support of a shaft that the rig file takes for rigid
 STEEL = 2.1e11  # N/m², of a shaft whose rig file does not say
 RATIOS = 8  # modes at most with a damping ratio of their own
 DAMPED_BAND = 1.3  # of the highest frequency: up to here modes have one, and the next one above
@@ -139,22 +145,21 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
 def prepared_rig(rig: Rig) -> Rig:
     """Return the same rig, the Rayleigh damping of its shaft as the damping ratios of its lowest modes.
 
-    In space the directions of its sensors are vectors, pins that hold its shaft are stiff springs, and discs that are
-    thin have one inertia.
+    Rigid supports that hold its shaft are stiff springs, and discs that are thin have one inertia. In space the
+    directions of its sensors are vectors.
     """
     linear = rig.linear
     if not isinstance(linear, Beam | Shaft):
         return rig
-    rig = rig.replace(tolerances=())
+    if isinstance(linear, Shaft):
+        linear = _on_springs(linear, _exact_supports(rig))
+    rig = rig.replace(tolerances=(), structure=None if rig.beam else linear)
     if rig.is_spatial:
         sensors = tuple(
             dataclasses.replace(s, direction=tuple(s.unit_direction.tolist())) if parse_dof(s.position) is None else s
             for s in rig.sensors
         )
         rig = rig.replace(sensors=sensors)
-        if isinstance(linear, Shaft):
-            linear = _on_springs(linear)
-            rig = rig.replace(structure=linear)
     omega = ritz_model(rig, 2 * RATIOS).omega[:RATIOS]
     own = linear.damping_ratios or (0.0,)
     eta1, eta2 = linear.rayleigh
@@ -166,18 +171,34 @@ def prepared_rig(rig: Rig) -> Rig:
     return rig.replace(structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
 
 
-def _on_springs(shaft: Shaft) -> Shaft:
-    """The shaft with springs in the place of pins, and thin discs by one inertia."""
+def _exact_supports(rig: Rig) -> set[str | int]:
+    """Numbers of the supports that a tolerance says to be exact."""
+    exact = (t.of for t in rig.tolerances if t.size == 0 and t.of.startswith("structure.supports"))
+    return {key[2] for path in exact for key in find_numbers(rig.to_dict(), path)}
+
+
+def with_exact_supports(rig: Rig) -> Rig:
+    """Return the rig as its file has it: a shaft's supports as rigid as they are drawn."""
+    exact = (Tolerance("structure.supports.translation", "0 %"),) if isinstance(rig.linear, Shaft) else ()
+    return rig.replace(tolerances=rig.tolerances + exact)
+
+
+def _on_springs(shaft: Shaft, exact: Collection[str | int]) -> Shaft:
+    """The shaft with springs in the place of rigid supports that are not exact, and thin discs by one inertia."""
     material = shaft.material or shaft.sections[0].material
     thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
-    stiff = STIFF_SUPPORT * (material.young_modulus if material else STEEL) * thickest / shaft.length**3
-    supports = tuple(
-        dataclasses.replace(s, kind="elastic", translation=stiff) if s.kind == "pinned" else s for s in shaft.supports
-    )
+    bending = (material.young_modulus if material else STEEL) * thickest
+    stiff, turn = STIFF_SUPPORT * bending / shaft.length**3, STIFF_TURN * bending / shaft.length
+    lowest = math.pi**2 * math.sqrt(bending / (shaft.total_mass * shaft.length**3))  # rad/s, on pins
+    springs = {"translation": stiff, "translation_damping": SUPPORT_LOSS * stiff / lowest}, {"rotation": turn}
+    supports = list(shaft.supports)
+    for i, support in enumerate(supports):
+        for held in HELD[support.kind] if i not in exact else ():
+            supports[i] = dataclasses.replace(supports[i], kind="elastic", **springs[held])
     thin = tuple(
         dataclasses.replace(d, polar_inertia=None) if d.polar_inertia == 2 * d.inertia else d for d in shaft.discs
     )
-    return dataclasses.replace(shaft, supports=supports, discs=thin)
+    return dataclasses.replace(shaft, supports=tuple(supports), discs=thin)
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
@@ -245,8 +266,7 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
             # What is across its direction in the plane: a component of a vector that keeps its main one.
             yield ("sensors", i, "direction", 1 if abs(along[2]) > abs(along[1]) else 2)
     for i, support in enumerate(shaft.get("supports", ())):
-        if data.get("motion") == "spatial" and support.get("translation"):
-            yield ("structure", "supports", i, "translation")
+        yield from (("structure", "supports", i, name) for name in OF_SUPPORT if support.get(name))
 
 
 def _attached_keys(data: dict[str, Any]) -> Iterator[Key]:

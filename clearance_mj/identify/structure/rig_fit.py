@@ -18,7 +18,7 @@ from ..records.prepared import EXCITATION, PreparedRecord
 from .couples import WhiteLines, likeliest_share
 from .force_gains import Lines, displacement_at_ends, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
-from .priors import priors, rig_with
+from .priors import priors, rig_with, with_exact_supports
 from .projection import Projection
 from .rig_update import RigUpdate
 from .spectra import ChannelSpectra, rms
@@ -133,7 +133,7 @@ class RigFit:
         """
         at = self.problem.at(start or {})
         found = self.projected(at)
-        first = found if before is None else RigFit(before, self.records, like=self).projected(None)
+        first = RigFit(with_exact_supports(before or self.rig), self.records, like=self).projected(None)
         missed = [f.fitted(noise) for f, noise in zip(first, self.noise)]
         for round_ in range(ROUNDS):
             if round_:

@@ -17,6 +17,7 @@ import numpy as np
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .misfit import mean_share, share_missed
+from .priors import with_exact_supports
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
 from .spectra import rms
@@ -52,7 +53,7 @@ def rig_file_misfit(rig: Rig, records: Sequence[PreparedRecord]) -> np.ndarray:
     RecordError
         As `update_from`.
     """
-    fit = RigFit(rig, records)
+    fit = RigFit(with_exact_supports(rig), records)
     found = fit.projected(None)
     residual = [
         share_missed(rms(f.fitted(n) - s.measured), rms(s.measured)) for f, n, s in zip(found, fit.noise, fit.spectra)

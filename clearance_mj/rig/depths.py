@@ -1,0 +1,55 @@
+"""Depths to which a shaft is predicted to press into a bushing's wall, and those that no wall has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from .rig import Rig
+
+__all__ = ["depth_words", "wall_depths"]
+
+DEEP = 0.2  # of the gap: a contact that gives so far is softer than a wall, and decides what the gap should
+
+
+def wall_depths(rig: Rig, displacement: np.ndarray) -> np.ndarray:
+    """Return the largest depths (n_bushings,) in the walls, m; 0 where none is touched.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    displacement : ndarray, shape (n_bushings, n_t), or (2 n_bushings, n_t) in space
+        Relative to the bushings, m, from rest; in space along y and z by turns.
+    """
+    found = []
+    for bushing, x in zip(rig.bushings, displacement.reshape(-1, rig.n_coordinates, displacement.shape[1])):
+        if rig.is_spatial:
+            found.append(np.hypot(x[0] + bushing.offset_y, x[1] + bushing.offset).max() - bushing.gap)
+        else:
+            lower, upper = bushing.walls
+            found.append(max(lower - x.min(), x.max() - upper))
+    return np.maximum(found, 0.0)
+
+
+def depth_words(rig: Rig, depth: Sequence[float] | np.ndarray) -> list[str]:
+    """Say where a wall is pressed deeper than it bears, or than a fifth of the gap.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    depth : sequence of float
+        (n_bushings,) m, as predicted; nan: not known.
+    """
+    said = []
+    for name, bushing, value in zip(rig.clearance_labels, rig.bushings, depth):
+        words = f"clearance {name}: the shaft is {1e3 * value:.2g} mm deep in the wall"
+        if value > (most := bushing.contact.bearable_depth or math.inf):
+            said.append(f"{words}, and from {1e3 * most:.2g} mm on the bushing yields: forces are then smaller")
+        elif value > DEEP * bushing.gap:
+            words += f", beyond a fifth of the gap ({1e3 * bushing.gap:.3g} mm): the contact's stiffness decides "
+            said.append(f"{words}what is predicted; clearance-mj new --bushing-material proposes one")
+    return said

@@ -1,0 +1,80 @@
+"""Supports that a rig file takes for rigid, and the records know better."""
+
+import math
+
+import pytest
+
+import clearance_mj as cm
+from clearance_mj.beam import natural_frequencies
+from clearance_mj.identify.records.prepared import prepare
+from clearance_mj.identify.structure.priors import prepared_rig, priors
+from clearance_mj.identify.structure.updating import rig_file_misfit
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Tolerance
+from clearance_mj.structure import Material, Section, Shaft, Support
+
+from .records import noisy
+
+PINS = Support(0.0, "pinned"), Support(0.6, "pinned")
+
+
+def stepped(*supports, tolerances=()):
+    sections, steel = (Section(0.36, 0.018), Section(0.24, 0.0144)), Material(210e9, 7850.0)
+    shaft = Shaft(sections, supports, material=steel, rayleigh=(0.5, 1e-5))
+    bushing = Bushing(0.33, 3e-4, 0.012, Grease(4e3, 3.0), Contact(1e4, 4.0))
+    sensors = tuple(Sensor(i, x) for i, x in enumerate((0.08, 0.2, 0.33, 0.42, 0.5, 0.55), 1))
+    return Rig("stepped", None, (bushing,), sensors, structure=shaft, tolerances=tolerances)
+
+
+def of_supports(rig):
+    return {p.name: p for p in priors(rig) if "supports" in p.name}
+
+
+def test_pins_are_stiff_springs_within_decades():
+    """So stiff at first that the lowest frequency of a slender shaft changes by less than 1 %."""
+    found = of_supports(stepped(*PINS))
+    assert set(found) == {
+        f"structure.supports[{i}].{name}" for i in (0, 1) for name in ("translation", "translation_damping")
+    }
+    assert all(p.prior_std == pytest.approx(math.log(10)) for p in found.values())
+    rig = stepped(*PINS)
+    prepared = natural_frequencies(prepared_rig(rig), 1)
+    assert prepared == pytest.approx(natural_frequencies(rig, 1), rel=0.01)
+
+
+def test_a_clamp_of_a_shaft_may_turn():
+    """Of a cantilever, whose tip rests on a spring: deflection and rotation of the root are open."""
+    rig = stepped(Support(0.0, "clamped"), Support(0.6, translation=1e4))
+    found = of_supports(rig)
+    assert "structure.supports[0].rotation" in found and "structure.supports[1].translation_damping" not in found
+    assert natural_frequencies(prepared_rig(rig), 1) == pytest.approx(natural_frequencies(rig, 1), rel=0.02)
+
+
+def test_exact_supports_stay_pins():
+    exact = Tolerance("structure.supports[1].translation", "0 %")
+    rig = stepped(*PINS, tolerances=(exact,))
+    assert [s.kind for s in prepared_rig(rig).structure.supports] == ["elastic", "pinned"]
+    assert all("supports[0]" in name for name in of_supports(rig))
+
+
+def test_pins_that_are_pins_do_not_contradict_the_records():
+    """A rig file that is exact misses what noise and modes beyond the band make of a channel, not springs for pins."""
+    rig = stepped(*PINS)
+    record = noisy(rig, cm.simulate(rig, cm.excitation.random(4.0, 2048.0, (5, 500), 2.0, 3), engine="modal"))
+    assert rig_file_misfit(rig, prepare(Dataset(rig, (record,), "bench"))).max() < 0.06
+
+
+@pytest.mark.slow
+def test_soft_supports_are_found_and_nothing_is_invented():
+    """With exact pins the same records made a mode of the fixture, a mass of 1 kg and sensors 12 mm aside."""
+    truth = [Support(x, translation=k, translation_damping=20.0) for x, k in ((0.0, 3e5), (0.6, 4.5e5))]
+    drives = (cm.excitation.random(8.0, 2048.0, (5, 500), rms, seed) for seed, rms in ((1, 1.0), (2, 4.0)))
+    drawn, built = stepped(*PINS), stepped(*truth)
+    records = [noisy(drawn, cm.simulate(built, drive, engine="modal"), name=f"r{i}") for i, drive in enumerate(drives)]
+    found = cm.identify.update_rig(Dataset(drawn, tuple(records), "bench"))
+    assert not found.structure.accepted
+    for support, true in zip(found.rig.structure.supports, truth):
+        assert support.translation == pytest.approx(true.translation, rel=0.2)
+        assert support.translation_damping == pytest.approx(true.translation_damping, rel=0.5)
+    moved = [a.position - b.position for a, b in zip(found.rig.sensors, drawn.sensors)]
+    assert max(map(abs, moved)) < 8e-3
