@@ -257,17 +257,31 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
     return ((low * (count - 1 - i) + high * i) / (count - 1) for i in range(count))
 
 
+GRID: dict[str, Any] = {"levels": numbers("0.5:10:20"), "start": 5.0, "stop": 220.0, "steps": 400}
+"""Options of `add_grid` that are not given"""
+
+
 def add_grid(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say over which levels and frequencies a map goes."""
+    """Add the options that say over which levels and frequencies of a sine a map goes, see `grid`."""
     option = parser.add_argument
     option(
-        "--levels", type=numbers, default="0.5:10:20", metavar="A,...",
+        "--levels", type=numbers, metavar="A,...",
         help="amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, or a range "
-        "FROM:TO:COUNT (default: %(default)s)",
+        "FROM:TO:COUNT (default: 0.5:10:20)",
     )  # fmt: skip
-    option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
-    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
+    option("--from", dest="start", type=hertz, metavar="HZ", help=f"(default: {GRID['start']})")
+    option("--to", dest="stop", type=hertz, metavar="HZ", help=f"(default: {GRID['stop']})")
+    option("--steps", type=int, metavar="COUNT", help=f"frequencies, evenly spaced (default: {GRID['steps']})")
+
+
+def grid(options: argparse.Namespace, least: int) -> tuple[tuple[float, ...], np.ndarray]:
+    """Return the levels and the frequencies, Hz, of `add_grid`, of which there must be at least so many."""
+    import numpy as np
+
+    given = GRID | {name: value for name in GRID if (value := getattr(options, name)) is not None}
+    if not least <= given["steps"] <= MAX_NUMBERS:
+        raise ClearanceError(f"--steps must be between {least} and {MAX_NUMBERS}, got {given['steps']}")
+    return given["levels"], np.linspace(given["start"], given["stop"], given["steps"])
 
 
 def _with_unit(text: str, quantity: str) -> float:

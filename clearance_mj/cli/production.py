@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import ClearanceError
 from .command import command, provenance
 from .options import (
-    MAX_NUMBERS,
+    GRID,
     add_grid,
     add_periodic,
     add_periodic_kind,
     add_plugin,
     add_psd,
+    grid,
     load_model,
     numbers,
     periodic_settings,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
     from ..report.random_production import Hours
     from ..signals.psd import PSD
-    from ..tolerance import Scatter
+    from ..tolerance import Designs
 
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
@@ -78,14 +79,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("index.html", "production.csv", "production.json", "tightened.toml"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    import numpy as np
-
     from ..report.production import words, write_production
     from ..report.tightening import tightening_words
-    from ..tolerance import Scatter, production, rattle_sensitivity, tighten
+    from ..tolerance import Scatter, draw_designs, production, rattle_sensitivity, tighten
 
-    if not 1 <= options.steps <= MAX_NUMBERS:
-        raise ClearanceError(f"--steps must be between 1 and {MAX_NUMBERS}, got {options.steps}")
+    levels, frequencies = grid(options, 1)
     if options.up_to is not None and options.allowed is None:
         raise ClearanceError("--up-to is the level of --allowed: give both")
     posterior = options.scatter == "posterior"
@@ -93,38 +91,42 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
     model = load_model(options)
     noise = _noise(options, model)
+    sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol"))
     scatter = None
     if not posterior:
         scatter = Scatter.load(options.scatter) if options.scatter else Scatter.of_rig(model.rig)
-    frequencies = np.linspace(options.start, options.stop, options.steps)
+    designs = draw_designs(model, scatter or "posterior", options.designs, options.seed)
     kept = options.out / ".clearance-mj" / "designs"
     shared: dict[str, Any] = {name: getattr(options, name) for name in ("seed", "kind", "workers", "scheduler")}
     shared |= periodic_settings(options) | {"progress": not options.quiet}
-    found = production(
-        model, scatter or "posterior", options.limit, options.levels, frequencies, options.designs,
-        kept=kept / "production", **shared,
-    )  # fmt: skip
-    sensitivity = tightening = hours = None
+    found = sensitivity = tightening = hours = None
+    if noise:
+        hours = _hours(options, designs, noise, kept / "random")
+    if sines:
+        found = production(
+            model, scatter or "posterior", options.limit, levels, frequencies, options.designs,
+            kept=kept / "production", **shared,
+        )  # fmt: skip
     if options.sobol:
         sensitivity = rattle_sensitivity(
-            model, scatter, options.limit, max(options.levels), frequencies, options.sobol,
+            model, scatter, options.limit, max(levels), frequencies, options.sobol,
             kept=kept / "sensitivities", **shared,
         )  # fmt: skip
     if options.allowed is not None:
         tightening = tighten(
-            model, scatter, options.limit, options.up_to or max(options.levels), frequencies, options.allowed,
+            model, scatter, options.limit, options.up_to or max(levels), frequencies, options.allowed,
             min(options.designs, MOST_LEARNT_FROM), kept=kept / "tightening", **shared,
         )  # fmt: skip
-    if noise:
-        hours = _hours(options, model, scatter, noise, kept / "random")
     made_from = settings(model) | {
         "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
-        "frequency": frequencies.tolist(), "provenance": provenance(options),
+        "provenance": provenance(options),
     }  # fmt: skip
-    result = write_production(found, options.new, made_from, sensitivity, tightening, hours)
+    made_from |= {"frequency": frequencies.tolist()} if sines else {}
+    result = write_production(designs, options.new, made_from, found, sensitivity, tightening, hours)
     if tightening and tightening.cheapest:
         tightening.scatter.save(options.new / "tightened.toml")
-    print("\n  ".join(words(found)))
+    if found:
+        print("\n  ".join(words(found)))
     for left in scatter.left_out if scatter else ():
         print(f"note: {left} is left out: a production does not scatter by it")
     for said in (hours.words() if hours else (), tightening_words(tightening) if tightening else ()):
@@ -145,19 +147,18 @@ def _noise(options: argparse.Namespace, model: Model) -> PSD | None:
     return psd
 
 
-def _hours(options: argparse.Namespace, model: Model, scatter: Scatter | None, psd: PSD, kept: Path) -> Hours:
+def _hours(options: argparse.Namespace, designs: Designs, psd: PSD, kept: Path) -> Hours:
     """What hours of random excitation do."""
     from ..report.random_production import Hours
-    from ..tolerance import Limit, draw_designs, random_production
+    from ..tolerance import Limit, random_production
 
     limit = Limit.parse(options.limit) if options.limit else None
     quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
     found = random_production(
-        draw_designs(model, scatter or "posterior", options.designs, options.seed), psd, options.rms or (psd.rms,),
-        options.duration, options.seed, quantity, options.hours, value, options.workers, options.scheduler,
-        not options.quiet, kept,
+        designs, psd, options.rms or (psd.rms,), options.duration, options.seed, quantity, options.hours, value,
+        options.workers, options.scheduler, not options.quiet, kept,
     )  # fmt: skip
-    rig = model.rig
+    rig = designs.nominal.rig
     places = rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels
     return Hours(
         tuple(found), quantity, value, options.hours, psd.kind, tuple(rig.clearance_labels), tuple(places)

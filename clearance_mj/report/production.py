@@ -11,7 +11,7 @@ import pandas as pd
 from ..core.files import to_json, write_text
 from ..periodic.axes import level_axis
 from ..sweep.sensitivity import Sensitivity
-from ..tolerance import Production, Tightening
+from ..tolerance import Designs, Production, Tightening
 from . import html
 from .random_production import Hours
 from .style import COLOURS, FONT, Drawing, canvas, colour_bar, frequency_ends, tidy
@@ -96,19 +96,21 @@ def words(found: Production) -> list[str]:
 
 
 def write_production(
-    found: Production, folder: Path, made_from: dict[str, Any], sensitivity: Sensitivity | None = None,
-    tightening: Tightening | None = None, hours: Hours | None = None,
+    designs: Designs, folder: Path, made_from: dict[str, Any], found: Production | None = None,
+    sensitivity: Sensitivity | None = None, tightening: Tightening | None = None, hours: Hours | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Write ``index.html``, figures, ``production.csv`` and ``production.json``; return what the last one holds.
+    """Write ``index.html``, figures, ``production.json`` and, of sines, ``production.csv``; return what the JSON holds.
 
     Parameters
     ----------
-    found : Production
-        The production.
+    designs : Designs
+        What was drawn.
     folder : Path
         Gets the files.
     made_from : dict
         Where all this comes from, plain data that goes into ``production.json`` too.
+    found : Production, optional
+        What sines do.
     sensitivity : Sensitivity, optional
         Of the level at which designs rattle.
     tightening : Tightening, optional
@@ -116,21 +118,25 @@ def write_production(
     hours : Hours, optional
         What random excitation does.
     """
-    write_csv(folder / "production.csv", rows(found))
     result: dict[str, Any] = {
-        "designs": found.designs, "kind": found.kind, "limit": found.limit.words if found.limit else None,
-        "level": found.level.tolist(), "over_level": found.over_level("contact").tolist(), "notes": found.notes,
+        "designs": len(designs),
         "numbers": {
             name: {"mean": float(column.mean()), "std": float(column.std())}
-            for name, column in zip(found.names, found.values.T)
+            for name, column in zip(designs.names, designs.values.T)
         },
-    }  # fmt: skip
-    if found.limit:
-        result["exceeding_over_level"] = found.over_level("exceeding").tolist()
-    writer = ReportWriter(folder)
-    body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
-    body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
-    sections = [html.Section("production", "How many rattle", body)]
+    }
+    writer, sections = ReportWriter(folder), []
+    if found:
+        write_csv(folder / "production.csv", rows(found))
+        result |= {
+            "kind": found.kind, "limit": found.limit.words if found.limit else None,
+            "level": found.level.tolist(), "over_level": found.over_level("contact").tolist(), "notes": found.notes,
+        }  # fmt: skip
+        if found.limit:
+            result["exceeding_over_level"] = found.over_level("exceeding").tolist()
+        body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
+        body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
+        sections.append(html.Section("production", "How many rattle", body))
     if hours:
         result["random"] = hours.rows()
         said = "".join(html.paragraph(html.formula(each)) for each in hours.words())
@@ -143,20 +149,20 @@ def write_production(
         said = "".join(html.paragraph(html.formula(each)) for each in tightening_words(tightening))
         said += writer.figure(draw_tightening(tightening))
         sections.append(html.Section("tightening", "Which tolerance to tighten", said))
-    sections.append(html.Section("numbers", "What scatters", _numbers(found)))
+    sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
     writer.close()
     write_text(folder / "production.json", to_json(result | made_from))
-    write_text(folder / "index.html", html.page(f"Production of rig “{found.nominal.rig.name}”", sections))
+    write_text(folder / "index.html", html.page(f"Production of rig “{designs.nominal.rig.name}”", sections))
     return result
 
 
-def _numbers(found: Production) -> str:
-    if not found.names:
+def _numbers(designs: Designs) -> str:
+    if not designs.names:
         return html.paragraph("The designs are draws from what records left open of the model.")
     table = tuple(
         (name, column.mean(), column.std(), column.min(), column.max())
-        for name, column in zip(found.names, found.values.T)
+        for name, column in zip(designs.names, designs.values.T)
     )
     heads = (Column("Number"), *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")))
-    caption = f"What scatters, of {found.designs} designs as they were drawn."
+    caption = f"What scatters, of {len(designs)} designs as they were drawn."
     return html.table(Table("numbers", caption, heads, table))

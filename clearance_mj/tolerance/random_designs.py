@@ -12,6 +12,7 @@ import itertools
 import json
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,7 +23,7 @@ from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
 from ..core.cache import code, digest
 from ..core.errors import ClearanceError
-from ..core.tasks import run_tasks, workers_to_use
+from ..core.tasks import foretell, run_tasks, workers_to_use
 from ..engines import Engine, get_engine
 from ..rig import Rig
 from ..signals.psd import PSD
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["DesignPeaks", "LevelPeaks", "peaks_of_designs", "peaks_over_production", "random_production"]
 
 TOGETHER = 8  # consecutive designs that share a noise
+TIMED = 5.0  # s of excitation, from whose march it is said how long all take
 LEAST_GROUPS = 5  # from which on their scatter is used
 SPREAD = (0.05, 0.5, 0.95)
 
@@ -155,6 +157,10 @@ def peaks_of_designs(
             )  # fmt: skip
     many = bool(scheduler) or (workers_to_use(workers) > 1 and len(tasks) > 1)  # a process takes seconds to start
     said = "designs, eight at a time" if progress else ""
+    if tasks and progress and not scheduler:
+        part = partial(_marched, tasks[0]._replace(duration=TIMED, settling=0.0))
+        times = len(tasks) * (duration + settling) / TIMED
+        foretell(f"random excitation, {len(cases)} designs", part, times, min(workers_to_use(workers), len(tasks)))
     run = run_tasks(_marched, tasks, workers if many else 1, processes=many, scheduler=scheduler, progress=said)
     for _, found in run:
         yield from (each for each in found if (each.design, each.level) not in done)

@@ -32,23 +32,11 @@ CONTACT = "level of first contact (dB)"
 
 @checks_kinds
 def rattle_sensitivity(
-    model: Model,
-    scatter: Scatter | None,
-    limit: Limit | str | None,
-    level: float,
-    frequencies: ArrayLike,
-    n_base: int = 128,
-    seed: int = 0,
-    kind: str | None = None,
-    n_harmonics: int | None = None,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    progress: bool = False,
-    kept: Path | None = None,
-) -> Sensitivity:
+    model: Model, scatter: Scatter | None, limit: Limit | str | None, level: float, frequencies: ArrayLike,
+    n_base: int = 128, seed: int = 0, kind: str | None = None, n_harmonics: int | None = None,
+    n_samples: int | None = None, n_modes: int = 8, workers: int | None = None, scheduler: str | None = None,
+    executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+) -> Sensitivity:  # fmt: skip
     """Find Sobol indices of the lowest level that touches, of that which exceeds a limit, and of what is limited.
 
     Parameters

@@ -148,23 +148,11 @@ def share_interval(share: ArrayLike, n: int, confidence: float = 0.95) -> np.nda
 
 @checks_kinds
 def production(
-    model: Model,
-    scatter: Scatter | str | None,
-    limit: Limit | str | None,
-    levels: ArrayLike,
-    frequencies: ArrayLike,
-    n_designs: int = 1000,
-    seed: int = 0,
-    kind: str | None = None,
-    n_harmonics: int | None = None,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    progress: bool = False,
-    kept: Path | None = None,
-) -> Production:
+    model: Model, scatter: Scatter | str | None, limit: Limit | str | None, levels: ArrayLike, frequencies: ArrayLike,
+    n_designs: int = 1000, seed: int = 0, kind: str | None = None, n_harmonics: int | None = None,
+    n_samples: int | None = None, n_modes: int = 8, workers: int | None = None, scheduler: str | None = None,
+    executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+) -> Production:  # fmt: skip
     """Find how many of a production touch, exceed a limit or may jump, over level and frequency.
 
     For every design and frequency the vibration that grows out of rest is followed over the level, around folds.

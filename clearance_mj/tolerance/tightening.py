@@ -85,24 +85,11 @@ class Tightening:
 
 @checks_kinds
 def tighten(
-    model: Model,
-    scatter: Scatter | None,
-    limit: Limit | str | None,
-    level: float,
-    frequencies: ArrayLike,
-    allowed: float = 0.01,
-    n_designs: int = 500,
-    seed: int = 0,
-    kind: str | None = None,
-    n_harmonics: int | None = None,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    progress: bool = False,
-    kept: Path | None = None,
-) -> Tightening:
+    model: Model, scatter: Scatter | None, limit: Limit | str | None, level: float, frequencies: ArrayLike,
+    allowed: float = 0.01, n_designs: int = 500, seed: int = 0, kind: str | None = None,
+    n_harmonics: int | None = None, n_samples: int | None = None, n_modes: int = 8, workers: int | None = None,
+    scheduler: str | None = None, executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+) -> Tightening:  # fmt: skip
     """Find how far tolerances must be tightened so that at most a share of the designs touches, or exceeds a limit.
 
     Parameters

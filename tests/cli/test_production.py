@@ -58,6 +58,20 @@ def test_random_excitation_is_a_part_of_the_page(tmp_path, answer):
     assert "Under random excitation" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 
+def test_of_a_road_alone_no_sines_are_computed(tmp_path, answer, monkeypatch):
+    """What is not asked for is not computed: with --levels, or no random excitation, sines are."""
+    monkeypatch.setattr("clearance_mj.tolerance.production", None)
+    given = ("--scatter", SCATTER, "--designs", 3, "--road", "A", "--speed", 80, "--duration", 10, "--workers", 1)
+    stored = answer("production", RIG, *given, "--out", tmp_path / "out")
+    assert stored["designs"] == 3 and "over_level" not in stored and {"random", "numbers"} <= stored.keys()
+    assert {path.name for path in (tmp_path / "out").glob("*.*")} >= {"index.html", "production.json"}
+    assert not (tmp_path / "out" / "production.csv").exists()
+    page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert "How many rattle" not in page and "Under random excitation" in page
+    with pytest.raises(TypeError):
+        main([str(each) for each in ("production", RIG, *given, "--levels", 1, "--out", tmp_path / "more")])
+
+
 BAD = '[[scatter]]\nof = "bushings.gap"\nwithin = "0.4 mm"\n'
 
 
