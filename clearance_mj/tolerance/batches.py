@@ -52,7 +52,7 @@ def total_of(
     workers = workers_to_use(workers)
     batches = [Batch(i, designs[i : i + BATCH]) for i in range(0, len(designs), BATCH)]
     cache = ResultCache(kept) if kept else None
-    counts = np.zeros((4, settings.levels.size, settings.frequencies.size), dtype=np.int64)
+    counts = np.zeros((5, settings.levels.size, settings.frequencies.size), dtype=np.int64)
     of_designs: dict[int, np.ndarray] = {}
 
     def add(batch: Batch, found: Rattling) -> None:
