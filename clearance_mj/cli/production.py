@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,10 +26,9 @@ from .options import (
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..model import Model
     from ..report.random_production import Hours
     from ..signals.psd import PSD
-    from ..tolerance import Designs
+    from ..tolerance import Designs, Limit, Tightening
 
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
@@ -48,15 +48,15 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--seed", type=int, default=0, help="of the draws (default: %(default)s)")
     add_grid(parser)
     option(
-        "--sobol", type=_power_of_two, metavar="SAMPLES",
+        "--sobol", type=int, metavar="SAMPLES",
         help="Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs",
     )  # fmt: skip
     option(
-        "--allowed", type=_share, metavar="SHARE",
+        "--allowed", type=float, metavar="SHARE",
         help="say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds --limit) up "
-        "to the level of --up-to",
+        "to the level of --up-to, and under random excitation; or what nominal gap does where none does",
     )  # fmt: skip
-    option("--up-to", type=float, metavar="LEVEL", help="level of --allowed (default: the largest of --levels)")
+    option("--up-to", type=float, metavar="LEVEL", help="level of --allowed, of sines (default: the largest)")
     add_psd(parser)
     option(
         "--rms", type=numbers, metavar="A,...",
@@ -76,22 +76,30 @@ def _options(parser: argparse.ArgumentParser) -> None:
     "production", "how many of a production rattle, exceed a limit or may jump; which tolerance to tighten", _options,
     out=Path("results/production"),
     out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on (default: %(default)s)",
-    writes=("index.html", "production.csv", "production.json", "tightened.toml"),
+    writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report.production import words, write_production
     from ..report.tightening import tightening_words
-    from ..tolerance import Scatter, draw_designs, production, rattle_sensitivity, tighten
+    from ..tolerance import Limit, Scatter, draw_designs, production, random_tightening, rattle_sensitivity, tighten
+    from ..tolerance.peaks import QUANTITIES
 
     levels, frequencies = grid(options, 1)
+    if options.sobol is not None and (options.sobol < 2 or options.sobol & (options.sobol - 1)):
+        raise ClearanceError(f"--sobol {options.sobol}: is no power of 2, such as 64, which Sobol' points need")
+    if options.allowed is not None and not 0 < options.allowed < 1:
+        raise ClearanceError(f"--allowed {options.allowed:g}: is no share between 0 and 1, such as 0.01")
     if options.up_to is not None and options.allowed is None:
         raise ClearanceError("--up-to is the level of --allowed: give both")
     posterior = options.scatter == "posterior"
     if posterior and (options.sobol or options.allowed):
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
     model = load_model(options)
-    noise = _noise(options, model)
-    sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol"))
+    limit = Limit.parse(options.limit) if options.limit else None
+    noise = psd_of(options, options.kind or model.rig.shaker.kind)
+    if noise and limit and (limit.quantity not in QUANTITIES or limit.at):
+        raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
+    sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol", "up_to"))
     scatter = None
     if not posterior:
         scatter = Scatter.load(options.scatter) if options.scatter else Scatter.of_rig(model.rig)
@@ -99,84 +107,57 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     kept = options.out / ".clearance-mj" / "designs"
     shared: dict[str, Any] = {name: getattr(options, name) for name in ("seed", "kind", "workers", "scheduler")}
     shared |= periodic_settings(options) | {"progress": not options.quiet}
-    found = sensitivity = tightening = hours = None
+    found = sensitivity = hours = None
+    tightenings: dict[str, Tightening] = {}
+    largest, tighter = max(levels), (options.allowed, min(options.designs, MOST_LEARNT_FROM))
     if noise:
-        hours = _hours(options, designs, noise, kept / "random")
+        how = options.workers, options.scheduler, not options.quiet, kept / "random"
+        rms, time = options.rms or (noise.rms,), (options.duration, options.seed)
+        hours = _hours(designs, limit, noise, rms, time, options.hours, how)
+        if options.allowed:
+            tightenings["tightening_random"] = random_tightening(
+                model, scatter, noise, max(rms), limit, *tighter, *time, options.hours, *how
+            )
     if sines:
-        found = production(
-            model, scatter or "posterior", options.limit, levels, frequencies, options.designs,
-            kept=kept / "production", **shared,
-        )  # fmt: skip
+        asked = scatter or "posterior", limit, levels, frequencies, options.designs
+        found = production(model, *asked, kept=kept / "production", **shared)
     if options.sobol:
-        sensitivity = rattle_sensitivity(
-            model, scatter, options.limit, max(levels), frequencies, options.sobol,
-            kept=kept / "sensitivities", **shared,
-        )  # fmt: skip
-    if options.allowed is not None:
-        tightening = tighten(
-            model, scatter, options.limit, options.up_to or max(levels), frequencies, options.allowed,
-            min(options.designs, MOST_LEARNT_FROM), kept=kept / "tightening", **shared,
-        )  # fmt: skip
+        given = limit, largest, frequencies, options.sobol
+        sensitivity = rattle_sensitivity(model, scatter, *given, kept=kept / "sensitivities", **shared)
+    if sines and options.allowed:
+        largest = options.up_to or largest
+        tightenings["tightening"] = tighten(
+            model, scatter, limit, largest, frequencies, *tighter, kept=kept / "tightening", **shared
+        )
     made_from = settings(model) | {
         "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
         "provenance": provenance(options),
     }  # fmt: skip
     made_from |= {"frequency": frequencies.tolist()} if sines else {}
-    result = write_production(designs, options.new, made_from, found, sensitivity, tightening, hours)
-    if tightening and tightening.cheapest:
-        tightening.scatter.save(options.new / "tightened.toml")
+    result = write_production(designs, options.new, made_from, found, sensitivity, tightenings, hours)
+    for name, tightening in tightenings.items():
+        if tightening.cheapest:
+            tightening.scatter.save(options.new / f"{name.replace('ening', 'ened')}.toml")
     if found:
         print("\n  ".join(words(found)))
     for left in scatter.left_out if scatter else ():
         print(f"note: {left} is left out: a production does not scatter by it")
-    for said in (hours.words() if hours else (), tightening_words(tightening) if tightening else ()):
+    for said in (hours.words() if hours else (), *map(tightening_words, tightenings.values())):
         print("\n".join(said))
     print(f"production: {options.out / 'index.html'}")
     return result | {"out": str(options.out)}
 
 
-def _noise(options: argparse.Namespace, model: Model) -> PSD | None:
-    """Random excitation, if some was given; refuses a limit that is none of it."""
-    from ..tolerance import Limit
-    from ..tolerance.peaks import QUANTITIES
-
-    psd = psd_of(options, options.kind or model.rig.shaker.kind)
-    limit = Limit.parse(options.limit) if options.limit else None
-    if psd and limit and (limit.quantity not in QUANTITIES or limit.at):
-        raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
-    return psd
-
-
-def _hours(options: argparse.Namespace, designs: Designs, psd: PSD, kept: Path) -> Hours:
+def _hours(
+    designs: Designs, limit: Limit | None, psd: PSD, rms: Sequence[float], time: tuple[float, int], hours: float,
+    how: tuple[Any, ...],
+) -> Hours:  # fmt: skip
     """What hours of random excitation do."""
     from ..report.random_production import Hours
-    from ..tolerance import Limit, random_production
+    from ..tolerance import random_production
 
-    limit = Limit.parse(options.limit) if options.limit else None
     quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
-    found = random_production(
-        designs, psd, options.rms or (psd.rms,), options.duration, options.seed, quantity, options.hours, value,
-        options.workers, options.scheduler, not options.quiet, kept,
-    )  # fmt: skip
+    found = random_production(designs, psd, rms, *time, quantity, hours, value, *how)
     rig = designs.nominal.rig
     places = rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels
-    return Hours(
-        tuple(found), quantity, value, options.hours, psd.kind, tuple(rig.clearance_labels), tuple(places)
-    )  # fmt: skip
-
-
-def _power_of_two(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 2 or number & (number - 1):
-        raise argparse.ArgumentTypeError(f"{text!r} is no power of 2, such as 64, which Sobol' points need")
-    return number
-
-
-def _share(text: str) -> float:
-    try:
-        share = float(text)
-    except ValueError:
-        share = 0.0
-    if not 0 < share < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no share between 0 and 1, such as 0.01")
-    return share
+    return Hours(tuple(found), quantity, value, hours, psd.kind, tuple(rig.clearance_labels), tuple(places))

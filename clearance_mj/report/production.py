@@ -103,7 +103,8 @@ def words(found: Production) -> list[str]:
 
 def write_production(
     designs: Designs, folder: Path, made_from: dict[str, Any], found: Production | None = None,
-    sensitivity: Sensitivity | None = None, tightening: Tightening | None = None, hours: Hours | None = None,
+    sensitivity: Sensitivity | None = None, tightenings: dict[str, Tightening] | None = None,
+    hours: Hours | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Write ``index.html``, figures, ``production.json`` and, of sines, ``production.csv``; return what the JSON holds.
 
@@ -119,8 +120,8 @@ def write_production(
         What sines do.
     sensitivity : Sensitivity, optional
         Of the level at which designs rattle.
-    tightening : Tightening, optional
-        What each tolerance may be.
+    tightenings : dict of str to Tightening, optional
+        What each tolerance may be, by names of figures and files: "tightening", of sines, "tightening_random".
     hours : Hours, optional
         What random excitation does.
     """
@@ -151,11 +152,11 @@ def write_production(
     if sensitivity:
         result["sensitivity"] = sensitivity.rows()
         sections.append(html.Section("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity))))
-    if tightening:
-        result["tightening"] = tightening_table(tightening)
-        said = "".join(html.paragraph(html.formula(each)) for each in tightening_words(tightening))
-        said += writer.figure(draw_tightening(tightening))
-        sections.append(html.Section("tightening", "Which tolerance to tighten", said))
+    for name, each in (tightenings or {}).items():
+        result[name] = tightening_table(each)
+        said = "".join(html.paragraph(html.formula(words)) for words in tightening_words(each))
+        said += writer.figure(draw_tightening(each, name))
+        sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", said))
     sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
     writer.close()
     write_text(folder / "production.json", to_json(result | made_from))

@@ -90,6 +90,8 @@ class LevelPeaks:
     """(n_rows, 3) the same of each design's median of the largest value; 0 where a design has too few peaks"""
     too_few: np.ndarray = field(default_factory=lambda: np.empty(0))
     """(n_rows,) share of designs with too few peaks for a fit"""
+    by_design: tuple[DesignPeaks, ...] = ()
+    """what is known of each design, in their order"""
 
 
 class _Task(NamedTuple):
@@ -282,6 +284,7 @@ def _of_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
     return LevelPeaks(
         level, len(designs), _share(touch, groups), exceeds, np.quantile(rates, SPREAD, axis=0).T,
         np.quantile(np.where(too_few, 0.0, median), SPREAD, axis=0).T, too_few.mean(axis=0),
+        tuple(designs),
     )  # fmt: skip
 
 

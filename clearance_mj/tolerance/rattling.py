@@ -17,12 +17,15 @@ from ..periodic.resolution import resolution
 from .designs import Designs
 from .limits import Limit
 
-__all__ = ["HARMONICS", "REACH", "Batch", "Rattling", "Settings", "rattling_of"]
+__all__ = [
+    "CONTACT", "EXCEEDING", "HARMONICS", "LARGEST", "REACH", "Batch", "Rattling", "Settings", "rattling_of",
+]  # fmt: skip
 
 HARMONICS = (9, 13, 21)
 """Of the motion: as many as reach the modes; with more, shares of all but accelerations, which have the most of them
 always, hardly change"""
 REACH = 0.7
+CONTACT, FROM_REST, EXCEEDING, LARGEST = range(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,27 +58,7 @@ class Rattling(NamedTuple):
     of_designs: np.ndarray
     """(4, n_designs) lowest level at any frequency that can touch, that touches if it is raised from rest, and that
     exceeds the limit, infinite if none does; the largest value of what is limited, up to the largest level, 0 without a
-    limit"""
-
-    @property
-    def first_contact(self) -> np.ndarray:
-        """(n_designs,) lowest level that can touch."""
-        return self.of_designs[0]
-
-    @property
-    def first_from_rest(self) -> np.ndarray:
-        """(n_designs,) lowest level that touches if it is raised from rest."""
-        return self.of_designs[1]
-
-    @property
-    def first_exceeding(self) -> np.ndarray:
-        """(n_designs,) lowest level that exceeds the limit."""
-        return self.of_designs[2]
-
-    @property
-    def largest(self) -> np.ndarray:
-        """(n_designs,) largest value of what is limited."""
-        return self.of_designs[3]
+    limit: rows `CONTACT`, `FROM_REST`, `EXCEEDING` and `LARGEST`"""
 
 
 def rattling_of(settings: Settings, batch: Batch) -> Rattling:

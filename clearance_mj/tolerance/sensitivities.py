@@ -21,13 +21,13 @@ from ..sweep.design import saltelli_shares
 from ..sweep.sensitivity import Sensitivity, sobol_indices
 from .batches import settings_of, total_of
 from .limits import Limit
-from .rattling import Rattling
+from .rattling import CONTACT, EXCEEDING, LARGEST, Rattling
 from .scatter import Scatter
 from .scattered import Correlation
 
 __all__ = ["rattle_sensitivity"]
 
-CONTACT = "level of first contact (dB)"
+FIRST = "level of first contact (dB)"
 
 
 @checks_kinds
@@ -97,19 +97,19 @@ def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[l
 
 
 def _results(found: Rattling, limit: Limit | None, level: str) -> dict[str, np.ndarray]:
-    results = {CONTACT: found.first_contact}
+    results = {FIRST: found.of_designs[CONTACT]}
     if limit:
-        results[f"level at {limit.words} (dB)"] = found.first_exceeding
+        results[f"level at {limit.words} (dB)"] = found.of_designs[EXCEEDING]
     levels = {}
     for name, values in results.items():
         if silent := int(np.sum(~np.isfinite(values))):
-            if name == CONTACT or silent == values.size:
+            if name == FIRST or silent == values.size:
                 raise ClearanceError(
                     f"{name}: {silent} of {values.size} designs do not come to it up to {level}; give a higher "
-                    "level" + ("" if name == CONTACT else " or a lower limit")
+                    "level" + ("" if name == FIRST else " or a lower limit")
                 )
             continue
         levels[name] = 20 * np.log10(values)
     if limit:
-        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = found.largest
+        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = found.of_designs[LARGEST]
     return {name: values for name, values in levels.items() if np.ptp(values) > 0}

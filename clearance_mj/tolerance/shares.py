@@ -227,9 +227,10 @@ def production(
     designs = draw_designs(model, scatter, n_designs, seed)
     total = total_of(settings, designs, workers, scheduler, executor, "production" if progress else "", kept)
     known, *counts = total.counts
+    first_contact, first_from_rest, first_exceeding, largest = total.of_designs
     contact, from_rest, exceeding, several = counts / np.maximum(known, 1)
     return Production(
         model, settings.kind, settings.limit, settings.levels, settings.frequencies, contact, from_rest, exceeding,
-        several, 1 - known / len(designs), total.first_contact, total.first_from_rest, total.first_exceeding,
-        total.largest, designs.names, designs.values,
+        several, 1 - known / len(designs), first_contact, first_from_rest, first_exceeding, largest, designs.names,
+        designs.values,
     )  # fmt: skip
