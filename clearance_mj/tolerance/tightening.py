@@ -155,7 +155,7 @@ def tighten(
     what = settings.limit.words if settings.limit else "contact"
 
     def first_levels(designs: Designs, name: str) -> np.ndarray:
-        words = "designs" if progress else ""
+        words = "tightening" if progress else ""
         found = total_of(settings, designs, workers, scheduler, executor, words, kept and kept / name)
         return found.of_designs[EXCEEDING if settings.limit else CONTACT]
 
