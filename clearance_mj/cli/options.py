@@ -322,15 +322,20 @@ def speeds(options: argparse.Namespace) -> np.ndarray:
     return np.linspace(first, last, options.points)
 
 
-def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
+def excitation(
+    options: argparse.Namespace, kind: str, rms: float, realisation: int = 0, psd: PSD | None = None
+) -> Excitation:
     """Return the excitation of one level; of level 0 none, under which gravity and unbalance alone act."""
-    from ..signals.excitation import random, stepped_sine, still
+    from ..signals.excitation import from_psd, random, stepped_sine, still
 
     if rms == 0:
         return still(options.duration, options.fs, kind)
     if options.sine is not None:
         return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
-    return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)
+    seed = options.seed + realisation
+    if psd:
+        return from_psd(psd.scaled(rms), options.duration, options.fs, seed)
+    return random(options.duration, options.fs, tuple(options.band), rms, seed, kind)
 
 
 def add_psd(parser: argparse.ArgumentParser) -> None:
