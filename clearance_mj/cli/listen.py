@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_psd, add_simulation, excitation, in_si, length, load_model, numbers, psd_of, settings
+from .options import add_psd, add_simulation, excitation, in_si, length, levels, load_model, psd_of, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -25,8 +25,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=3.0, engine="modal")
     option(
-        "--levels", type=numbers, metavar="RMS,...",
-        help="m/s², or N for a force shaker (default: 0.5,1,2,5, or that of the PSD)",
+        "--levels", type=levels, metavar="RMS,...",
+        help="m/s² or such as 0.1g,1g, or N for a force shaker (default: 0.5,1,2,5, or that of the PSD)",
     )  # fmt: skip
     add_psd(parser)
     option(
@@ -123,14 +123,16 @@ def _responses(options: argparse.Namespace, name: str, model: Model) -> list[tup
         return [(float(np.sqrt(np.mean(response.excitation**2))), response) for response in measured]
     if options.duration < 2 * SETTLING:
         raise ClearanceError(f"--duration {options.duration:g}: must be at least {2 * SETTLING:g} s")
-    kind = model.rig.shaker.kind
-    psd, count = psd_of(options, kind), options.realisations
+    psd, count = psd_of(options, model.rig.shaker.kind), options.realisations
+    kind = (psd or model.rig.shaker).kind
+    if psd and options.sine is not None:
+        raise ClearanceError("give --sine, or --psd or --road, one of them")
     count = (5 if psd or options.scatter else 1) if count is None else count
     if count < 1:
         raise ClearanceError(f"--realisations {count}: must be 1 or more")
-    levels = options.levels or ((psd.rms,) if psd else LEVELS)
+    rms = options.levels(kind) if options.levels else (psd.rms,) if psd else LEVELS
     drawn = Scatter.load(options.scatter).draw(model, count, options.seed) if options.scatter else None
-    cases = [(level, i) for level in levels for i in range(count)]
+    cases = [(level, i) for level in rms for i in range(count)]
     found = simulate_batch(
         [drawn.model(i) if drawn else model for _, i in cases],
         [excitation(options, kind, level, i, psd) for level, i in cases], None, options.engine, options.workers,

@@ -17,8 +17,9 @@ from .options import (
     add_plugin,
     add_psd,
     grid,
+    level,
+    levels,
     load_model,
-    numbers,
     periodic_settings,
     psd_of,
     seconds,
@@ -56,11 +57,11 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds --limit) up "
         "to the level of --up-to, and under random excitation; or what nominal gap does where none does",
     )  # fmt: skip
-    option("--up-to", type=float, metavar="LEVEL", help="level of --allowed, of sines (default: the largest)")
+    option("--up-to", type=level, metavar="LEVEL", help="level of --allowed, of sines (default: the largest)")
     add_psd(parser)
     option(
-        "--rms", type=numbers, metavar="A,...",
-        help="RMS to which the PSD is scaled, m/s² or N: a list, or a range FROM:TO:COUNT (default: as it is)",
+        "--rms", type=levels, metavar="A,...",
+        help="RMS to which the PSD is scaled, m/s² or N: a list, such as 0.1g,1g, or FROM:TO:COUNT (default: as it is)",
     )  # fmt: skip
     option("--hours", type=float, default=1.0, help="of random excitation that are predicted, h (default: %(default)s)")
     option(
@@ -79,12 +80,12 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..periodic.space.forced import excited_by
     from ..report.production import words, write_production
     from ..report.tightening import tightening_words
     from ..tolerance import Limit, Scatter, draw_designs, production, random_tightening, rattle_sensitivity, tighten
     from ..tolerance.peaks import QUANTITIES
 
-    levels, frequencies = grid(options, 1)
     if options.sobol is not None and (options.sobol < 2 or options.sobol & (options.sobol - 1)):
         raise ClearanceError(f"--sobol {options.sobol}: is no power of 2, such as 64, which Sobol' points need")
     if options.allowed is not None and not 0 < options.allowed < 1:
@@ -95,8 +96,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if posterior and (options.sobol or options.allowed):
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
     model = load_model(options)
+    kind = excited_by(model.rig, options.kind)
+    levels, frequencies = grid(options, kind, 1)
     limit = Limit.parse(options.limit) if options.limit else None
     noise = psd_of(options, options.kind or model.rig.shaker.kind)
+    if options.rms and not noise:
+        raise ClearanceError("--rms is of random excitation: give --psd FILE or --road CLASS")
     if noise and limit and (limit.quantity not in QUANTITIES or limit.at):
         raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
     sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol", "up_to"))
@@ -112,7 +117,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     largest, tighter = max(levels), (options.allowed, min(options.designs, MOST_LEARNT_FROM))
     if noise:
         how = options.workers, options.scheduler, not options.quiet, kept / "random"
-        rms, time = options.rms or (noise.rms,), (options.duration, options.seed)
+        rms = options.rms(noise.kind) if options.rms else (noise.rms,)
+        time = (options.duration, options.seed)
         hours = _hours(designs, limit, noise, rms, time, options.hours, how)
         if options.allowed:
             tightenings["tightening_random"] = random_tightening(
@@ -125,7 +131,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         given = limit, largest, frequencies, options.sobol
         sensitivity = rattle_sensitivity(model, scatter, *given, kept=kept / "sensitivities", **shared)
     if sines and options.allowed:
-        largest = options.up_to or largest
+        largest = options.up_to(kind) if options.up_to else largest
         tightenings["tightening"] = tighten(
             model, scatter, limit, largest, frequencies, *tighter, kept=kept / "tightening", **shared
         )

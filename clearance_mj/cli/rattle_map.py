@@ -36,11 +36,12 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic import map_rattle
+    from ..periodic.space.forced import excited_by
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
 
-    levels, frequencies = grid(options, 2)
     model = load_model(options)
+    levels, frequencies = grid(options, excited_by(model.rig, options.kind), 2)
     shared = {name: getattr(options, name) for name in ("kind", "workers", "gaps")} | periodic_settings(options)
     found = map_rattle(model, levels, frequencies, **shared, progress=not options.quiet)
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)

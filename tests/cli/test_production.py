@@ -101,6 +101,7 @@ BAD = '[[scatter]]\nof = "bushings.gap"\nwithin = "0.4 mm"\n'
         (["--scatter", SCATTER, "--limit", "penetration > 3 kg"], 'unit "kg"'),
         (["--scatter", SCATTER, "--up-to", 3], "--up-to is the level of --allowed"),
         (["--scatter", "posterior"], "no posterior"),
+        (["--scatter", SCATTER, "--rms", 1], "--rms is of random excitation: give --psd FILE or --road CLASS"),
         (["--scatter", SCATTER, "--sobol", 3], "--sobol 3: is no power of 2"),
         (["--scatter", SCATTER, "--allowed", 2], "--allowed 2: is no share between 0 and 1"),
         (["--scatter", SCATTER, "--road", "C"], "--road needs --speed"),
