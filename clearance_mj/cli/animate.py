@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from .command import command, inputs, out_file, provenance, say
-from .options import add_simulation, excitation, load_model, seconds
+from .options import add_simulation, excitation, level, load_model, seconds
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=6.0)
-    option("--rms", type=float, default=5.0, help="m/s², or N for a force shaker (default: %(default)s)")
+    option(
+        "--rms", type=level, default="5", help="m/s², or N of a force shaker, or such as 0.5g (default: %(default)s)"
+    )
     option("--start", type=seconds, help="s (default: the strongest contact is in the middle)")
     option("--seconds", type=seconds, default=0.15, help="of motion that are shown (default: %(default)s)")
     option("--slow", type=float, default=60.0, help="how many times slower (default: %(default)s)")
@@ -37,7 +39,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     check(options.out, options.renderer)
     out_file(options.out, (options.out.suffix.lower(),), inputs(options), is_marked)
     model = load_model(options)
-    response = model.simulate(excitation(options, model.rig.shaker.kind, options.rms), options.engine)
+    kind = model.rig.shaker.kind
+    response = model.simulate(excitation(options, kind, options.rms(kind)), options.engine)
     cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
     in_space = model.rig.is_spatial
     cut_out = space_clip if in_space else clip
@@ -50,9 +53,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return {
         "out": str(options.out),
         "renderer": "matplotlib" if reason or in_space or options.renderer == "matplotlib" else "mujoco",
-        "start": float(shown.time[0]),
-        "end": float(shown.time[-1]),
-        "pictures": int(shown.time.size),
-        "exaggeration": shown.exaggeration,
-        "peak_contact_force": abs(shown.trace).max(axis=0).tolist(),
-    }
+        "start": float(shown.time[0]), "end": float(shown.time[-1]), "pictures": int(shown.time.size),
+        "exaggeration": shown.exaggeration, "peak_contact_force": abs(shown.trace).max(axis=0).tolist(),
+    }  # fmt: skip

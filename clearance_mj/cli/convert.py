@@ -10,7 +10,7 @@ from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
 from .command import command, out_file, say, spelled
-from .options import add_files, add_kind, hertz, reading
+from .options import add_files, add_kind, hertz, level, reading
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..io.channels import Channel
@@ -52,8 +52,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     words = "accelerometers that records of a dataset lack or cannot use, such as 3:+Z: the other records keep theirs"
     option("--leave-out", nargs="+", default=(), metavar="DOF", help=words)
     option(
-        "--level", type=float, help="RMS of the excitation of records that validate, m/s² or N (default: as measured)"
-    )
+        "--level", type=level,
+        help="RMS of the excitation of records that validate, m/s² or N, or such as 0.1g (default: as measured)",
+    )  # fmt: skip
 
 
 @command(
@@ -264,17 +265,11 @@ def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
         if spin is None:
             raise ClearanceError("--pulses needs --spin, or a rig file that has a spin")
         spin = dataclasses.replace(spin, pulses=options.pulses)
+    rms = options.level and options.level(options.kind or rig.shaker.kind)
     record = read_record(
-        path,
-        rig,
-        options.role or "identify",
-        **reading(options),
-        level=options.level,
-        band=band,
-        kind=options.kind,
-        left_out=tuple(options.leave_out),
-        spin=None if spin == rig.spin else spin,
-    )
+        path, rig, options.role or "identify", **reading(options), level=rms, band=band, kind=options.kind,
+        left_out=tuple(options.leave_out), spin=None if spin == rig.spin else spin,
+    )  # fmt: skip
     faults: list[str] = []
     for channel in record.channels:
         sensor = channel.quantity == "acceleration" and channel.label in rig.sensor_labels

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
-from .options import add_kind, add_plugin, add_rig, by_bushing, hertz, load_model, seconds, settings
+from .options import add_kind, add_plugin, add_rig, by_bushing, hertz, level, load_model, seconds, settings
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -23,8 +23,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
         help="gap at which life ends: m, with a unit such as 0.5mm, or a factor of the gap such as x2; of every "
         "bushing that wears, or of one, such as bushings[0]=0.5mm, which may be repeated",
     )  # fmt: skip
-    words = "of the excitation: amplitude of a sine, RMS of noise, m/s² of the base or N; 0: none, of what turns"
-    option("--level", type=float, required=True, metavar="A", help=words)
+    words = "amplitude of a sine, RMS of noise, m/s² of the base or N, or such as 0.1g; 0: none, of what turns"
+    option("--level", type=level, required=True, metavar="A", help=words)
     option("--frequency", type=hertz, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--swept-from", type=hertz, metavar="HZ", help="from which the sine was swept (default: raised from rest)")
     add_kind(parser)
@@ -63,14 +63,15 @@ def _operation(options: argparse.Namespace, model: Model) -> Operation:
     from ..signals.excitation import random, still
     from ..wear import Marched, Sine
 
+    kind = options.kind or model.rig.shaker.kind
+    level = options.level(kind)
     if options.frequency is not None:
-        return Sine(options.frequency, options.level, options.kind, options.swept_from)
+        return Sine(options.frequency, level, options.kind, options.swept_from)
     if options.swept_from is not None:
         raise ClearanceError("--swept-from is of a sine; give its --frequency")
-    kind = options.kind or model.rig.shaker.kind
-    if options.level == 0:
+    if level == 0:
         return Marched(still(options.duration, options.fs, kind))
-    noise = random(options.duration, options.fs, tuple(options.band), options.level, options.seed, kind)
+    noise = random(options.duration, options.fs, tuple(options.band), level, options.seed, kind)
     return Marched(noise)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_simulation, excitation, in_si, length, load_model, numbers, settings
+from .options import add_psd, add_simulation, excitation, in_si, length, levels, load_model, psd_of, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -18,12 +18,19 @@ if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..signals.response import Response
     from ..sound import LoudnessOverLevel, Sound
 
+LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
+
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=3.0, engine="modal")
-    words = "m/s², or N for a force shaker (default: 0.5,1,2,5)"
-    option("--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0), metavar="RMS,...", help=words)
+    words = "m/s² or such as 0.1g,1g, or N for a force shaker (default: 0.5,1,2,5, or that of the PSD)"
+    option("--levels", type=levels, metavar="RMS,...", help=words)
+    add_psd(parser)
+    words = "noises of each level, which give an interval (default: 1; with --psd, --road or --scatter 5)"
+    option("--realisations", type=int, metavar="COUNT", help=words)
+    words = "another design for each, drawn as this file of production says"
+    option("--scatter", type=Path, metavar="FILE", help=words)
     words = "listen to this response or record of the rig's sensors instead of a simulation; may be repeated"
     option("--record", type=Path, action="append", default=[], metavar="FILE", help=words)
     option("--against", type=Path, metavar="RIG", help="another rig file, or folder of a model, under --law if given")
@@ -48,6 +55,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("loudness.csv", "loudness.json", "loudness.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..periodic.axes import level_axis
     from ..sound import has_mosqito
 
     if options.method != "none" and not has_mosqito():
@@ -61,7 +69,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     files = _write_wavs(options, models, plates, heard, sounds)
     result: dict[str, Any] = {"designs": {name: settings(model) for name, model in models.items()}, "files": files}
     if options.method != "none":
-        unit = "N" if models["A"].rig.shaker.kind == "force" else "m/s²"
+        shaker = models["A"].rig.shaker
+        unit = level_axis((psd_of(options, shaker.kind) or shaker).kind).unit
         levels = {name: [level for level, _ in each] for name, each in heard.items()}
         result["loudness"] = _loudness(options, unit, levels, sounds)
     return write_results(options, "loudness", result | {"method": options.method, "field": options.field})
@@ -100,15 +109,29 @@ def _responses(options: argparse.Namespace, name: str, model: Model) -> list[tup
 
     from ..engines import simulate_batch
     from ..sound.over_level import SETTLING
+    from ..tolerance import Scatter
 
     if options.record:
         measured = [_measured(path, model) for path in options.record]
         return [(float(np.sqrt(np.mean(response.excitation**2))), response) for response in measured]
     if options.duration < 2 * SETTLING:
         raise ClearanceError(f"--duration {options.duration:g}: must be at least {2 * SETTLING:g} s")
-    excitations = [excitation(options, model.rig.shaker.kind, level) for level in options.levels]
-    found = simulate_batch(model, excitations, None, options.engine, options.workers, not options.quiet)
-    return list(zip(options.levels, found))
+    psd, count = psd_of(options, model.rig.shaker.kind), options.realisations
+    kind = (psd or model.rig.shaker).kind
+    if psd and options.sine is not None:
+        raise ClearanceError("give --sine, or --psd or --road, one of them")
+    count = (5 if psd or options.scatter else 1) if count is None else count
+    if count < 1:
+        raise ClearanceError(f"--realisations {count}: must be 1 or more")
+    rms = options.levels(kind) if options.levels else (psd.rms,) if psd else LEVELS
+    drawn = Scatter.load(options.scatter).draw(model, count, options.seed) if options.scatter else None
+    cases = [(level, i) for level in rms for i in range(count)]
+    found = simulate_batch(
+        [drawn.model(i) if drawn else model for _, i in cases],
+        [excitation(options, kind, level, i, psd) for level, i in cases], None, options.engine, options.workers,
+        not options.quiet,
+    )  # fmt: skip
+    return [(level, response) for (level, _), response in zip(cases, found)]
 
 
 def _measured(path: Path, model: Model) -> Response:
@@ -138,6 +161,8 @@ def _write_wavs(
         row = plates[name].row(models[name].rig.sensors)
         for i, (level, response) in enumerate(each):
             title = f"{name}_{options.record[i].stem}" if options.record else f"{name}_{level:g}"
+            if f"{title}.wav" in signals and not options.record:
+                continue  # of several realisations one is to be heard
             title += f"_{i + 1}" if f"{title}.wav" in signals else ""
             signals[f"{title}.wav"] = (sounds[name][i], 0) if options.what == "sound" else (response, row)
     scale = options.full_scale

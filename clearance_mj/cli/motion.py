@@ -8,13 +8,13 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_simulation, excitation, load_model, numbers, seconds, settings
+from .options import add_simulation, excitation, levels, load_model, seconds, settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     add_simulation(parser, duration=24.0)
-    words = "m/s², or N for a force shaker (default: 0.5,1,2,5,8)"
-    parser.add_argument("--levels", type=numbers, default=(0.5, 1.0, 2.0, 5.0, 8.0), metavar="RMS,...", help=words)
+    words = "m/s² or such as 0.1g,1g, or N for a force shaker (default: 0.5,1,2,5,8)"
+    parser.add_argument("--levels", type=levels, default="0.5,1,2,5,8", metavar="RMS,...", help=words)
     parser.add_argument("--drop", type=seconds, help="s left out until the motion is steady (default: a quarter)")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
@@ -35,9 +35,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     rig = model.rig
     if not rig.bushings:
         raise ClearanceError(f"{options.rig}: the rig has no bushings whose motion could be drawn")
-    excitations = [excitation(options, rig.shaker.kind, level) for level in options.levels]
+    kind = rig.shaker.kind
+    excitations = [excitation(options, kind, level) for level in options.levels(kind)]
     found = simulate_batch(model, excitations, None, options.engine, options.workers, not options.quiet)
-    responses = dict(zip(options.levels, found))
+    responses = dict(zip(options.levels(kind), found))
     drawn = drawings(rig, responses, options.sine, drop)
     paths = [str(options.out / drawing.write(options.new).name) for drawing in drawn]
     for path, drawing in zip(paths, drawn):

@@ -9,7 +9,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..core.errors import ClearanceError
 from .command import say
@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # the command line starts without the library
     from ..signals.psd import PSD
 
 MAX_NUMBERS = 10_000  # numbers of a range
+T = TypeVar("T")
 
 
 def add_plugin(parser: argparse.ArgumentParser, what: str) -> None:
@@ -270,13 +271,24 @@ def _evenly(low: float, high: float, count: int) -> Iterator[float]:
 
 
 def add_grid(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say over which levels and frequencies a map goes."""
+    """Add the options that say over which levels and frequencies of a sine a map goes, see `grid`."""
     option = parser.add_argument
-    words = "amplitudes, m/s² of the base or N, or factors of the unbalances: a list or FROM:TO:COUNT (%(default)s)"
-    option("--levels", type=numbers, default="0.5:10:20", metavar="A,...", help=words)
-    option("--from", dest="start", type=hertz, default=5.0, metavar="HZ", help="(default: %(default)s)")
-    option("--to", dest="stop", type=hertz, default=220.0, metavar="HZ", help="(default: %(default)s)")
-    option("--steps", type=int, default=400, help="frequencies, evenly spaced (default: %(default)s)")
+    words = "amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, such as 0.1g,1g, or "
+    words += "a range FROM:TO:COUNT (default: 0.5:10:20)"
+    option("--levels", type=levels, metavar="A,...", help=words)
+    option("--from", dest="start", type=hertz, metavar="HZ", help=f"(default: {GRID['start']})")
+    option("--to", dest="stop", type=hertz, metavar="HZ", help=f"(default: {GRID['stop']})")
+    option("--steps", type=int, metavar="COUNT", help=f"frequencies, evenly spaced (default: {GRID['steps']})")
+
+
+def grid(options: argparse.Namespace, kind: str, least: int) -> tuple[tuple[float, ...], np.ndarray]:
+    """Return the levels and the frequencies, Hz, of `add_grid`, of which there must be at least so many."""
+    import numpy as np
+
+    given = GRID | {name: value for name in GRID if (value := getattr(options, name)) is not None}
+    if not least <= given["steps"] <= MAX_NUMBERS:
+        raise ClearanceError(f"--steps must be between {least} and {MAX_NUMBERS}, got {given['steps']}")
+    return given["levels"](kind), np.linspace(given["start"], given["stop"], given["steps"])
 
 
 def _with_unit(text: str, quantity: str) -> float:
@@ -295,6 +307,37 @@ def in_si(quantity: str) -> Callable[[str], float]:
 
 length, pressure, spin, seconds, hertz = map(in_si, ("displacement", "pressure", "spin", "time", "frequency"))
 lengths, frequencies = (functools.partial(numbers, quantity=each) for each in ("displacement", "frequency"))
+LEVEL_OF = {"base": "acceleration", "force": "force"}  # quantity of an excitation's level; else it is a factor
+
+
+def _of_kind(read: Callable[[str, str], T], text: str, kind: str) -> T:
+    """Read a level, which may have a unit such as 0.5g or 3N, now that the kind of the excitation is known."""
+    try:
+        return read(text, LEVEL_OF.get(kind, "factor"))
+    except argparse.ArgumentTypeError as error:
+        raise ClearanceError(f'level {text} of kind "{kind}": {error}') from None
+
+
+def _by_kind(read: Callable[[str, str], T], text: str) -> Callable[[str], T]:
+    """Return what makes of a level's text its value, once the kind of the excitation is known; refuse what is none."""
+    try:
+        read(text, "force")
+    except argparse.ArgumentTypeError:
+        read(text, "acceleration")
+    return functools.partial(_of_kind, read, text)
+
+
+level, levels = (functools.partial(_by_kind, read) for read in (_with_unit, numbers))
+GRID: dict[str, Any] = {"levels": levels("0.5:10:20"), "start": 5.0, "stop": 220.0, "steps": 400}
+"""Options of `add_grid` that are not given"""
+
+
+def kmh(text: str) -> float:
+    """Return a speed, km/h, of a number in these or with another unit, such as 22m/s or 50mph."""
+    try:
+        return float(text)
+    except ValueError:
+        return round(3.6 * _with_unit(text, "velocity"), 9)
 
 
 def add_speeds(parser: argparse.ArgumentParser, name: str, words: str, default: str = "") -> None:
@@ -315,15 +358,20 @@ def speeds(options: argparse.Namespace) -> np.ndarray:
     return np.linspace(first, last, options.points)
 
 
-def excitation(options: argparse.Namespace, kind: str, rms: float) -> Excitation:
+def excitation(
+    options: argparse.Namespace, kind: str, rms: float, realisation: int = 0, psd: PSD | None = None
+) -> Excitation:
     """Return the excitation of one level; of level 0 none, under which gravity and unbalance alone act."""
-    from ..signals.excitation import random, stepped_sine, still
+    from ..signals.excitation import from_psd, random, stepped_sine, still
 
     if rms == 0:
         return still(options.duration, options.fs, kind)
     if options.sine is not None:
         return stepped_sine(options.duration, options.fs, options.sine, math.sqrt(2) * rms, kind)
-    return random(options.duration, options.fs, tuple(options.band), rms, options.seed, kind)
+    seed = options.seed + realisation
+    if psd:
+        return from_psd(psd.scaled(rms), options.duration, options.fs, seed)
+    return random(options.duration, options.fs, tuple(options.band), rms, seed, kind)
 
 
 def add_psd(parser: argparse.ArgumentParser) -> None:
@@ -331,7 +379,7 @@ def add_psd(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("--psd", type=Path, metavar="FILE", help="CSV with columns frequency (Hz) and psd, (m/s²)²/Hz or N²/Hz")
     option("--road", metavar="CLASS", help="road of ISO 8608 instead, A to H, under a quarter-car")
-    option("--speed", type=float, metavar="KM/H", help="of the car on the road, km/h")
+    option("--speed", type=kmh, metavar="KM/H", help="of the car on the road, km/h, or such as 22m/s or 50mph")
     words = "what of the car the rig is fixed to (default: %(default)s)"
     option("--at", choices=("hub", "body"), default="hub", help=words)
 

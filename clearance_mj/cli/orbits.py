@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, write_results
-from .options import add_plugin, add_simulation, excitation, hertz, load_model, seconds, settings
+from .options import add_plugin, add_simulation, excitation, hertz, level, load_model, seconds, settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -26,7 +26,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     rig.help = (
         "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
     )
-    option("--rms", type=float, default=0.0, help="of an excitation, m/s² or N (default: gravity and unbalance alone)")
+    option("--rms", type=level, default="0", help="of an excitation, m/s² or N (default: gravity and unbalance alone)")
     option("--drop", type=seconds, help="s left out at the start (default: a quarter, of a run at one speed)")
     option("--turns", type=int, default=8, help="last turns that are drawn (default: %(default)s)")
     option("--resolution", type=hertz, default=1.0, help="distance of a spectrum's lines, Hz (default: %(default)s)")
@@ -85,7 +85,8 @@ def _simulated(options: argparse.Namespace) -> tuple[Rig, Response, dict[str, An
 
     model = load_model(options)
     require_round(model.rig)
-    response = model.simulate(excitation(options, model.rig.shaker.kind, options.rms), options.engine)
+    kind = model.rig.shaker.kind
+    response = model.simulate(excitation(options, kind, options.rms(kind)), options.engine)
     return model.rig, response, settings(model) | {"engine": options.engine}
 
 

@@ -7,18 +7,19 @@ from typing import Any
 
 from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
-from .options import add_plugin, add_psd, add_rig, load_model, psd_of, seconds, settings, warn_of_depths
+from .options import add_plugin, add_psd, add_rig, level, load_model, psd_of, seconds, settings, warn_of_depths
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_rig(parser)
     add_psd(parser)
-    option("--rms", type=float, help="m/s² or N to which the PSD is scaled (default: as it is)")
+    option("--rms", type=level, help="m/s² or N, or such as 0.1g, to which the PSD is scaled (default: as it is)")
     option("--kind", choices=("base", "force"), help="what a PSD file excites (default: as the rig's shaker)")
     words = "contact_force, penetration or acceleration (default: %(default)s)"
     option("--quantity", default="contact_force", metavar="NAME", help=words)
-    option("--limit", type=float, help="value, N, m or m/s², whose probability of being exceeded is wanted")
+    words = "such as 3N, 10um or 5g (SI without a unit): how likely it is exceeded"
+    option("--limit", metavar="VALUE", help=words)
     option("--hours", type=float, default=1.0, help="time that is predicted, h (default: %(default)s)")
     option("--duration", type=seconds, default=60.0, help="s that are marched (default: %(default)s)")
     option("--seed", type=int, default=0, help="of the noise (default: %(default)s)")
@@ -31,16 +32,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
     **results_of("peaks"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
+    from ..core.units import si_value
     from ..report.peaks import draw, plain, rows, words
+    from ..tolerance.limits import KINDS
     from ..tolerance.peaks import peaks_over_an_hour
 
     model = load_model(options)
     psd = psd_of(options, options.kind or model.rig.shaker.kind)
     if psd is None:
         raise ClearanceError("give --psd FILE or --road CLASS, one of them")
-    psd = psd if options.rms is None else psd.scaled(options.rms)
+    psd = psd if options.rms is None else psd.scaled(options.rms(psd.kind))
+    limit = options.limit and si_value(options.limit, KINDS.get(options.quantity, options.quantity))
     found = peaks_over_an_hour(
-        model, psd, options.duration, options.seed, options.quantity, options.hours, options.limit,
+        model, psd, options.duration, options.seed, options.quantity, options.hours, limit,
         engine=options.engine,
     )  # fmt: skip
     result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .command import command, provenance
 from .options import (
-    MAX_NUMBERS,
+    GRID,
     add_grid,
     add_periodic,
     add_periodic_kind,
     add_plugin,
     add_psd,
+    grid,
+    level,
+    levels,
     load_model,
-    numbers,
     periodic_settings,
     psd_of,
     seconds,
@@ -25,10 +28,9 @@ from .options import (
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..model import Model
     from ..report.random_production import Hours
     from ..signals.psd import PSD
-    from ..tolerance import Scatter
+    from ..tolerance import Designs, Limit, Tightening
 
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
@@ -48,19 +50,19 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--seed", type=int, default=0, help="of the draws (default: %(default)s)")
     add_grid(parser)
     option(
-        "--sobol", type=_power_of_two, metavar="SAMPLES",
+        "--sobol", type=int, metavar="SAMPLES",
         help="Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs",
     )  # fmt: skip
     option(
-        "--allowed", type=_share, metavar="SHARE",
+        "--allowed", type=float, metavar="SHARE",
         help="say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds --limit) up "
-        "to the level of --up-to",
+        "to the level of --up-to, and under random excitation; or what nominal gap does where none does",
     )  # fmt: skip
-    option("--up-to", type=float, metavar="LEVEL", help="level of --allowed (default: the largest of --levels)")
+    option("--up-to", type=level, metavar="LEVEL", help="level of --allowed, of sines (default: the largest)")
     add_psd(parser)
     option(
-        "--rms", type=numbers, metavar="A,...",
-        help="RMS to which the PSD is scaled, m/s² or N: a list, or a range FROM:TO:COUNT (default: as it is)",
+        "--rms", type=levels, metavar="A,...",
+        help="RMS to which the PSD is scaled, m/s² or N: a list, such as 0.1g,1g, or FROM:TO:COUNT (default: as it is)",
     )  # fmt: skip
     option("--hours", type=float, default=1.0, help="of random excitation that are predicted, h (default: %(default)s)")
     option(
@@ -76,108 +78,94 @@ def _options(parser: argparse.ArgumentParser) -> None:
     "production", "how many of a production rattle, exceed a limit or may jump; which tolerance to tighten", _options,
     out=Path("results/production"),
     out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on (default: %(default)s)",
-    writes=("index.html", "production.csv", "production.json", "tightened.toml"),
+    writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    import numpy as np
-
+    from ..periodic.space.forced import excited_by
     from ..report.production import words, write_production
     from ..report.tightening import tightening_words
-    from ..tolerance import Scatter, production, rattle_sensitivity, tighten
+    from ..tolerance import Limit, Scatter, draw_designs, production, random_tightening, rattle_sensitivity, tighten
+    from ..tolerance.peaks import QUANTITIES
 
-    if not 1 <= options.steps <= MAX_NUMBERS:
-        raise ClearanceError(f"--steps must be between 1 and {MAX_NUMBERS}, got {options.steps}")
+    if options.sobol is not None and (options.sobol < 2 or options.sobol & (options.sobol - 1)):
+        raise ClearanceError(f"--sobol {options.sobol}: is no power of 2, such as 64, which Sobol' points need")
+    if options.allowed is not None and not 0 < options.allowed < 1:
+        raise ClearanceError(f"--allowed {options.allowed:g}: is no share between 0 and 1, such as 0.01")
     if options.up_to is not None and options.allowed is None:
         raise ClearanceError("--up-to is the level of --allowed: give both")
     posterior = options.scatter == "posterior"
     if posterior and (options.sobol or options.allowed):
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
     model = load_model(options)
-    noise = _noise(options, model)
+    kind = excited_by(model.rig, options.kind)
+    levels, frequencies = grid(options, kind, 1)
+    limit = Limit.parse(options.limit) if options.limit else None
+    noise = psd_of(options, options.kind or model.rig.shaker.kind)
+    if options.rms and not noise:
+        raise ClearanceError("--rms is of random excitation: give --psd FILE or --road CLASS")
+    if noise and limit and (limit.quantity not in QUANTITIES or limit.at):
+        raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
+    sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol", "up_to"))
     scatter = None
     if not posterior:
         scatter = Scatter.load(options.scatter) if options.scatter else Scatter.of_rig(model.rig)
-    frequencies = np.linspace(options.start, options.stop, options.steps)
+    designs = draw_designs(model, scatter or "posterior", options.designs, options.seed)
     kept = options.out / ".clearance-mj" / "designs"
     shared: dict[str, Any] = {name: getattr(options, name) for name in ("seed", "kind", "workers", "scheduler")}
     shared |= periodic_settings(options) | {"progress": not options.quiet}
-    found = production(
-        model, scatter or "posterior", options.limit, options.levels, frequencies, options.designs,
-        kept=kept / "production", **shared,
-    )  # fmt: skip
-    sensitivity = tightening = hours = None
-    if options.sobol:
-        sensitivity = rattle_sensitivity(
-            model, scatter, options.limit, max(options.levels), frequencies, options.sobol,
-            kept=kept / "sensitivities", **shared,
-        )  # fmt: skip
-    if options.allowed is not None:
-        tightening = tighten(
-            model, scatter, options.limit, options.up_to or max(options.levels), frequencies, options.allowed,
-            min(options.designs, MOST_LEARNT_FROM), kept=kept / "tightening", **shared,
-        )  # fmt: skip
+    found = sensitivity = hours = None
+    tightenings: dict[str, Tightening] = {}
+    largest, tighter = max(levels), (options.allowed, min(options.designs, MOST_LEARNT_FROM))
     if noise:
-        hours = _hours(options, model, scatter, noise, kept / "random")
+        how = options.workers, options.scheduler, not options.quiet, kept / "random"
+        rms = options.rms(noise.kind) if options.rms else (noise.rms,)
+        time = (options.duration, options.seed)
+        hours = _hours(designs, limit, noise, rms, time, options.hours, how)
+        if options.allowed:
+            tightenings["tightening_random"] = random_tightening(
+                model, scatter, noise, max(rms), limit, *tighter, *time, options.hours, *how
+            )
+    if sines:
+        asked = scatter or "posterior", limit, levels, frequencies, options.designs
+        found = production(model, *asked, kept=kept / "production", **shared)
+    if options.sobol:
+        given = limit, largest, frequencies, options.sobol
+        sensitivity = rattle_sensitivity(model, scatter, *given, kept=kept / "sensitivities", **shared)
+    if sines and options.allowed:
+        largest = options.up_to(kind) if options.up_to else largest
+        tightenings["tightening"] = tighten(
+            model, scatter, limit, largest, frequencies, *tighter, kept=kept / "tightening", **shared
+        )
     made_from = settings(model) | {
         "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
-        "frequency": frequencies.tolist(), "provenance": provenance(options),
+        "provenance": provenance(options),
     }  # fmt: skip
-    result = write_production(found, options.new, made_from, sensitivity, tightening, hours)
-    if tightening and tightening.cheapest:
-        tightening.scatter.save(options.new / "tightened.toml")
-    print("\n  ".join(words(found)))
+    made_from |= {"frequency": frequencies.tolist()} if sines else {}
+    result = write_production(designs, options.new, made_from, found, sensitivity, tightenings, hours)
+    for name, tightening in tightenings.items():
+        if tightening.cheapest:
+            tightening.scatter.save(options.new / f"{name.replace('ening', 'ened')}.toml")
+    if found:
+        print("\n  ".join(words(found)))
     for left in scatter.left_out if scatter else ():
         print(f"note: {left} is left out: a production does not scatter by it")
-    for said in (hours.words() if hours else (), tightening_words(tightening) if tightening else ()):
+    for said in (hours.words() if hours else (), *map(tightening_words, tightenings.values())):
         print("\n".join(said))
     print(f"production: {options.out / 'index.html'}")
     return result | {"out": str(options.out)}
 
 
-def _noise(options: argparse.Namespace, model: Model) -> PSD | None:
-    """Random excitation, if some was given; refuses a limit that is none of it."""
-    from ..tolerance import Limit
-    from ..tolerance.peaks import QUANTITIES
-
-    psd = psd_of(options, options.kind or model.rig.shaker.kind)
-    limit = Limit.parse(options.limit) if options.limit else None
-    if psd and limit and (limit.quantity not in QUANTITIES or limit.at):
-        raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
-    return psd
-
-
-def _hours(options: argparse.Namespace, model: Model, scatter: Scatter | None, psd: PSD, kept: Path) -> Hours:
+def _hours(
+    designs: Designs, limit: Limit | None, psd: PSD, rms: Sequence[float], time: tuple[float, int], hours: float,
+    how: tuple[Any, ...],
+) -> Hours:  # fmt: skip
     """What hours of random excitation do."""
     from ..report.random_production import Hours
-    from ..tolerance import Limit, draw_designs, random_production
+    from ..tolerance import random_production
 
-    limit = Limit.parse(options.limit) if options.limit else None
     quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
-    found = random_production(
-        draw_designs(model, scatter or "posterior", options.designs, options.seed), psd, options.rms or (psd.rms,),
-        options.duration, options.seed, quantity, options.hours, value, options.workers, options.scheduler,
-        not options.quiet, kept,
-    )  # fmt: skip
-    rig = model.rig
-    warn_of_depths(model, found[-1].largest[:, 1], quantity)
+    found = random_production(designs, psd, rms, *time, quantity, hours, value, *how)
+    rig = designs.nominal.rig
+    warn_of_depths(designs.nominal, found[-1].largest[:, 1], quantity)
     places = rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels
-    return Hours(
-        tuple(found), quantity, value, options.hours, psd.kind, tuple(rig.clearance_labels), tuple(places)
-    )  # fmt: skip
-
-
-def _power_of_two(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 2 or number & (number - 1):
-        raise argparse.ArgumentTypeError(f"{text!r} is no power of 2, such as 64, which Sobol' points need")
-    return number
-
-
-def _share(text: str) -> float:
-    try:
-        share = float(text)
-    except ValueError:
-        share = 0.0
-    if not 0 < share < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no share between 0 and 1, such as 0.01")
-    return share
+    return Hours(tuple(found), quantity, value, hours, psd.kind, tuple(rig.clearance_labels), tuple(places))

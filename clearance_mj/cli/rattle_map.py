@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..core.errors import ClearanceError
 from .command import command, results_of, write_results
 from .options import (
-    MAX_NUMBERS,
     PERIODIC,
     add_grid,
     add_periodic,
     add_periodic_kind,
     add_plugin,
+    grid,
     lengths,
     load_model,
     periodic_settings,
@@ -40,15 +39,14 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
 
     from ..periodic import map_rattle
+    from ..periodic.space.forced import excited_by
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
 
-    if not 2 <= options.steps <= MAX_NUMBERS:
-        raise ClearanceError(f"--steps must be between 2 and {MAX_NUMBERS}, got {options.steps}")
     model = load_model(options)
+    levels, frequencies = grid(options, excited_by(model.rig, options.kind), 2)
     shared = {name: getattr(options, name) for name in ("kind", "workers", "gaps")} | periodic_settings(options)
-    frequencies = np.linspace(options.start, options.stop, options.steps)
-    found = map_rattle(model, options.levels, frequencies, **shared, progress=not options.quiet)
+    found = map_rattle(model, levels, frequencies, **shared, progress=not options.quiet)
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)
     result = write_results(options, "rattle_map", result, rows(found), draw(found))
     print("\n  ".join(words(found)))

@@ -13,9 +13,9 @@ from .options import (
     add_periodic_kind,
     add_plugin,
     frequencies,
+    levels,
     listed,
     load_model,
-    numbers,
     periodic_settings,
     settings,
     warn_of_depths,
@@ -36,8 +36,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_periodic(parser)
     add_periodic_kind(parser)
     over = parser.add_mutually_exclusive_group(required=True)
-    words = "amplitudes, m/s² of the base or N, or factors of the unbalances: a list or FROM:TO:COUNT; over frequency"
-    over.add_argument("--level", type=numbers, metavar="A,...", help=words)
+    words = "amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, such as 0.1g,1g, or "
+    words += "a range FROM:TO:COUNT; follows over frequency"
+    over.add_argument("--level", type=levels, metavar="A,...", help=words)
     over.add_argument("--frequency", type=frequencies, metavar="HZ,...", help="Hz, a list or range; follows over level")
     option("--from", dest="start", type=float, metavar="X", help="first frequency, Hz (default: 5), or level")
     option("--to", dest="stop", type=float, metavar="X", help="last frequency, Hz (default: 220), or level")
@@ -91,6 +92,7 @@ def _branches(options: argparse.Namespace, model: Model) -> list[list[Branch]]:
     """The branches of each level, or frequency."""
     from ..core.tasks import run_tasks
     from ..periodic import follow_response_over_level
+    from ..periodic.space.forced import excited_by
     from ..study.periodic import from_both_ends
 
     shared = periodic_settings(options) | {"kind": options.kind}
@@ -103,7 +105,7 @@ def _branches(options: argparse.Namespace, model: Model) -> list[list[Branch]]:
             found = list(from_both_ends(model, value, ends, **shared))
         return found + [new for branch in found for new in _doubled(branch)] if options.period_doublings else found
 
-    wanted = options.frequency or options.level
+    wanted = options.frequency or options.level(excited_by(model.rig, options.kind))
     found = dict(run_tasks(follow, wanted, options.workers, progress="" if options.quiet else "branches"))
     return [found[value] for value in wanted]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import command, inputs, out_file, provenance, say
-from .options import add_plugin, add_simulation, excitation, load_model, warn_of_depths
+from .options import add_plugin, add_simulation, excitation, level, load_model, warn_of_depths
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -20,7 +20,8 @@ MAX_STIFFNESS_ERROR = 0.03  # of a contact's stiffness, from modes that are left
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     add_simulation(parser, duration=24.0, fs=2048.0)
-    option("--rms", type=float, default=1.0, help="m/s², or N for a force shaker (default: %(default)s)")
+    words = "m/s², or N of a force shaker, or such as 0.1g (default: %(default)s)"
+    option("--rms", type=level, default="1", help=words)
     words = "balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder"
     option("--energy", type=Path, metavar="FOLDER", help=words)
     add_plugin(parser, "an engine, a contact or a grease")
@@ -38,7 +39,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     model = load_model(options)
-    case = model, excitation(options, model.rig.shaker.kind, options.rms), None, options.engine
+    kind = model.rig.shaker.kind
+    case = model, excitation(options, kind, options.rms(kind)), None, options.engine
     folder = options.energy
     response, more = (
         _with_energy(options, folder, case) if folder else (simulate(*case, progress=not options.quiet), {})

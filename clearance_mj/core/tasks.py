@@ -6,7 +6,9 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import (
@@ -28,7 +30,7 @@ from tqdm import tqdm
 from .cache import code
 from .errors import ClearanceError
 
-__all__ = ["run_tasks", "workers_to_use"]
+__all__ = ["foretell", "run_tasks", "workers_to_use"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -51,6 +53,17 @@ def workers_to_use(workers: int | None) -> int:
     if not 1 <= workers <= MAX_WORKERS:
         raise ClearanceError(f"workers must be 1 to {MAX_WORKERS}, got {workers}")
     return workers
+
+
+def foretell(what: str, task: Callable[[], object], times: float, workers: int) -> None:
+    """Say how long so many times a task take on workers, from one that is timed after one that compiles its code."""
+    task()
+    start = time.perf_counter()
+    task()
+    alone = times * (time.perf_counter() - start)
+    least, most = (f"{s:.0f} s" if s < 100 else f"{s / 60:.0f} min" for s in (alone / workers, alone))
+    shared = f"es (up to {most} where they share cores with each other or with other work)" if workers > 1 else ""
+    print(f"{what}: about {least} on {workers} process{shared}, by one timed here", file=sys.stderr)
 
 
 def run_tasks(

@@ -81,6 +81,15 @@ class LevelBranch:
 
         return crossed.sum(axis=0), largest(self.depth), np.array([largest(row) for row in self.values])
 
+    def level_from_rest(self) -> float:
+        """Return the level at which contact begins if the level is raised slowly from rest; infinite if it does not."""
+        if self.depth.max() <= 0:
+            return np.inf
+        i = int(np.argmax(self.depth > 0))
+        ends = slice(max(i - 1, 0), i + 1)
+        begins = float(np.interp(0.0, self.depth[ends], self.level[ends]))
+        return max(begins, float(self.level[:i].max(initial=0.0)))  # a fold in the gap is passed before
+
     def first_level(self, values: np.ndarray, limit: float) -> float:
         """Return the lowest level at which a quantity is beyond a limit, infinite if at none.
 

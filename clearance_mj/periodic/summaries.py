@@ -14,18 +14,9 @@ from .branch import Branch
 from .rattle_maps import RattleMap
 
 __all__ = [
-    "JumpAtFold",
-    "frequency_title",
-    "is_cut",
-    "jumps",
-    "level_title",
-    "motion",
-    "of_backbone",
-    "of_branch",
-    "of_map",
-    "stable_points",
-    "unit",
-]
+    "JumpAtFold", "frequency_title", "is_cut", "jumps", "level_title", "motion", "of_backbone", "of_branch", "of_map",
+    "stable_points", "unit",
+]  # fmt: skip
 
 BESIDE_FOLD = 3
 """Points on either side of a fold, one of which is stable if a vibration ends there: rounding may shift the change."""

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import StrMethodFormatter
+from scipy.stats import t
 
 from ..core.drawing import envelope
-from ..sound import LoudnessOverLevel
+from ..sound import LoudnessOverLevel, loudness_level
 from .style import COLOURS, FONT, MARKERS, Drawing, canvas, level_axis, tidy
 
 __all__ = ["draw", "rows", "words"]
@@ -30,7 +31,10 @@ def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
     for i, (name, each) in enumerate(found.items()):
         colour = COLOURS[i % len(COLOURS)]
         look = {"color": colour, "marker": MARKERS[i % len(MARKERS)], "ms": 4, "lw": 1.2}
-        left.plot(each.level, np.maximum(each.n5, FEWEST), label=name, **look)
+        means = _means(each)
+        middle, low, high = np.maximum(np.array(list(means.values())).T, FEWEST)
+        left.plot(list(means), middle, label=name, **look)
+        left.vlines(list(means), low, high, color=colour, lw=1.2)
         loudest = each.loudness[int(np.argmax(each.level))]
         label = f"{name}, {max(each.level):g} {each.unit}"
         right.plot(*envelope(loudest.time, loudest.sone), color=colour, lw=0.9, label=label)
@@ -45,7 +49,19 @@ def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
     for ax in (left, right):
         ax.legend(fontsize=FONT - 1, frameon=False)
     caption = "Loudness by ISO 532-1 of what the plate radiates: over level, and over time at the highest level."
+    if any(len({*each.level}) < len(each.level) for each in found.values()):
+        caption += " Vertical lines: 95 % intervals of the mean of several noises or designs."
     return Drawing("loudness", figure, caption, f"{caption} {' '.join(words(found))}")
+
+
+def _means(found: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
+    """Mean N5 of the sounds of each level, sone, levels rising, with Student's 95 % interval; nan of a single sound."""
+    means = {}
+    for level in sorted({*found.level}):
+        n5 = found.n5[np.equal(found.level, level)]
+        half = t.ppf(0.975, n5.size - 1) * n5.std(ddof=1) / np.sqrt(n5.size) if n5.size > 1 else np.nan
+        means[level] = float(n5.mean()), float(np.maximum(n5.mean() - half, 0.0)), float(n5.mean() + half)
+    return means
 
 
 def rows(found: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
@@ -56,19 +72,17 @@ def rows(found: Mapping[str, LoudnessOverLevel]) -> pd.DataFrame:
     found : mapping
         By the design's name.
     """
-    table = [
-        {
-            "design": name,
-            "level": level,
-            "level_unit": each.unit,
-            "sound_pressure_level_db": sound.level,
-            "loudness_n5_sone": heard.n5,
-            "loudness_max_sone": heard.maximum,
-            "loudness_level_phon": heard.phon,
-        }
-        for name, each in found.items()
-        for level, sound, heard in zip(each.level, each.sound, each.loudness)
-    ]
+    table = []
+    for name, each in found.items():
+        means = _means(each)
+        for level, sound, heard in zip(each.level, each.sound, each.loudness):
+            row = {
+                "design": name, "level": level, "level_unit": each.unit, "sound_pressure_level_db": sound.level,
+                "loudness_n5_sone": heard.n5, "loudness_max_sone": heard.maximum, "loudness_level_phon": heard.phon,
+            }  # fmt: skip
+            if len(means) < len(each.level):
+                row |= zip(("mean_n5_sone", "mean_n5_low_sone", "mean_n5_high_sone"), means[level])
+            table.append(row)
     return pd.DataFrame(table)
 
 
@@ -81,12 +95,19 @@ def words(found: Mapping[str, LoudnessOverLevel]) -> Iterator[str]:
         By the design's name.
     """
     for name, each in found.items():
-        ends = sorted({int(np.argmin(each.level)), int(np.argmax(each.level))}, key=lambda i: each.level[i])
-        said = [f"{each.n5[i]:.3g} sone ({each.phon[i]:.0f} phon) at {each.level[i]:g} {each.unit}" for i in ends]
-        yield f"{name}: {', '.join(said)}."
+        said, means = [], _means(each)
+        for level in sorted({min(means), max(means)}):
+            middle, low, high = means[level]
+            words = f"{middle:.3g} sone ({loudness_level(middle):.0f} phon) at {level:g} {each.unit}"
+            single = each.n5[np.equal(each.level, level)]
+            if single.size > 1:
+                words += f", the mean of {single.size} from {single.min():.3g} to {single.max():.3g}, "
+                words += f"its 95 % interval {low:.3g} to {high:.3g}"
+            said.append(words)
+        yield f"{name}: {'; '.join(said)}."
     if len(found) == 2:
         (a, first), (b, second) = found.items()
         if common := sorted(set(first.level) & set(second.level)):
-            one, other = (each.n5[each.level.index(common[-1])] for each in (first, second))
+            one, other = (_means(each)[common[-1]][0] for each in (first, second))
             if one > 0 and other > 0:
                 yield f"At {common[-1]:g} {first.unit}, {b} is {other / one:.3g} times as loud as {a}."

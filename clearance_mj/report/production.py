@@ -11,7 +11,8 @@ import pandas as pd
 from ..core.files import to_json, write_text
 from ..periodic.axes import level_axis
 from ..sweep.sensitivity import Sensitivity
-from ..tolerance import Production, Tightening
+from ..tolerance import Designs, Production, Tightening
+from ..tolerance.shares import SHARES
 from . import html
 from .random_production import Hours
 from .style import COLOURS, FONT, Drawing, canvas, colour_bar, frequency_ends, tidy
@@ -25,10 +26,15 @@ __all__ = ["draw_over_level", "draw_shares", "rows", "words", "write_production"
 CONTOURS = (0.01, 0.1, 0.5, 0.9)
 
 
+def _said(found: Production) -> dict[str, str]:
+    """What the designs of each share do."""
+    limited = {"exceeding": found.limit.words} if found.limit else {}
+    return {"contact": "can touch", "from_rest": "touch if raised from rest"} | limited
+
+
 def draw_shares(found: Production) -> Drawing:
-    """Draw the shares that touch, exceed the limit and may jump over frequency and level."""
-    panels = {"contact": "touch a wall"} | ({"exceeding": found.limit.words} if found.limit else {})
-    panels |= {"several": "may jump"}
+    """Draw the shares that can touch, touch from rest, exceed the limit and may jump over frequency and level."""
+    panels = _said(found) | {"several": "may jump"}
     figure = canvas(2.6)
     axes = np.ravel(figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False))
     for i, (ax, (name, title)) in enumerate(zip(axes, panels.items())):
@@ -45,20 +51,20 @@ def draw_shares(found: Production) -> Drawing:
     colour_bar(figure, image, axes, "Share of the designs (1)", pad=0.01, aspect=30)
     caption = (
         f"Shares of {found.designs} designs of rig “{found.nominal.rig.name}” over frequency and amplitude of a sine, "
-        "the larger one of sweeps up and down. May jump: there is more than one vibration."
+        "of the largest of the vibrations that coexist; raised from rest: of that to which a level leads that is "
+        "raised slowly. May jump: there is more than one vibration."
     )
     return Drawing("production", figure, caption, "Maps of the shares of designs over frequency and level.", False)
 
 
 def draw_over_level(found: Production) -> Drawing:
-    """Draw the share that touches, or exceeds the limit, at any of the frequencies, over level."""
+    """Draw the share that can touch, touches from rest, or exceeds the limit, at any of the frequencies, over level."""
     figure = canvas(2.4)
     ax = figure.subplots()
-    named = {"contact": "touch a wall"} | ({"exceeding": found.limit.words} if found.limit else {})
-    for colour, (what, label) in zip(COLOURS, named.items()):
+    for colour, (what, label) in zip(COLOURS, _said(found).items()):
         share = found.over_level(what)
         low, high = found.interval(share)
-        ax.plot(found.level, 100 * share, color=colour, lw=1.2, label=label)
+        ax.plot(found.level, 100 * share, "--" if what == "from_rest" else "-", color=colour, lw=1.2, label=label)
         ax.fill_between(found.level, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
     tidy(ax, "", "Share of the designs (%)", level_axis(found.kind).title)
     ax.set_ylim(-2, 102)
@@ -75,7 +81,7 @@ def rows(found: Production) -> pd.DataFrame:
     level, frequency = np.meshgrid(found.level, found.frequency, indexing="ij")
     unit = level_axis(found.kind).symbol
     columns = {"level": level.ravel(), "level_unit": unit, "frequency_hz": frequency.ravel()}
-    for name in ("contact", "exceeding", "several", "unknown"):
+    for name in (*SHARES, "unknown"):
         columns[f"share_{name}"] = getattr(found, name).ravel()
     low, high = found.interval(found.contact)
     return pd.DataFrame(columns | {"share_contact_low": low.ravel(), "share_contact_high": high.ravel()})
@@ -87,7 +93,7 @@ def words(found: Production) -> list[str]:
     said = [f"{found.designs} designs at {found.frequency.size} frequencies and {found.level.size} levels"]
     for i in sorted({found.level.size // 2, found.level.size - 1}):
         parts = []
-        for what, label in (("contact", "touch"), *((("exceeding", found.limit.words),) if found.limit else ())):
+        for what, label in _said(found).items():
             share = float(found.over_level(what)[i])
             low, high = found.interval(share)
             parts.append(f"{100 * share:.3g} % {label} ({100 * low:.3g} to {100 * high:.3g} %)")
@@ -96,41 +102,49 @@ def words(found: Production) -> list[str]:
 
 
 def write_production(
-    found: Production, folder: Path, made_from: dict[str, Any], sensitivity: Sensitivity | None = None,
-    tightening: Tightening | None = None, hours: Hours | None = None,
+    designs: Designs, folder: Path, made_from: dict[str, Any], found: Production | None = None,
+    sensitivity: Sensitivity | None = None, tightenings: dict[str, Tightening] | None = None,
+    hours: Hours | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Write ``index.html``, figures, ``production.csv`` and ``production.json``; return what the last one holds.
+    """Write ``index.html``, figures, ``production.json`` and, of sines, ``production.csv``; return what the JSON holds.
 
     Parameters
     ----------
-    found : Production
-        The production.
+    designs : Designs
+        What was drawn.
     folder : Path
         Gets the files.
     made_from : dict
         Where all this comes from, plain data that goes into ``production.json`` too.
+    found : Production, optional
+        What sines do.
     sensitivity : Sensitivity, optional
         Of the level at which designs rattle.
-    tightening : Tightening, optional
-        What each tolerance may be.
+    tightenings : dict of str to Tightening, optional
+        What each tolerance may be, by names of figures and files: "tightening", of sines, "tightening_random".
     hours : Hours, optional
         What random excitation does.
     """
-    write_csv(folder / "production.csv", rows(found))
     result: dict[str, Any] = {
-        "designs": found.designs, "kind": found.kind, "limit": found.limit.words if found.limit else None,
-        "level": found.level.tolist(), "over_level": found.over_level("contact").tolist(), "notes": found.notes,
+        "designs": len(designs),
         "numbers": {
             name: {"mean": float(column.mean()), "std": float(column.std())}
-            for name, column in zip(found.names, found.values.T)
+            for name, column in zip(designs.names, designs.values.T)
         },
-    }  # fmt: skip
-    if found.limit:
-        result["exceeding_over_level"] = found.over_level("exceeding").tolist()
-    writer = ReportWriter(folder)
-    body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
-    body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
-    sections = [html.Section("production", "How many rattle", body)]
+    }
+    writer, sections = ReportWriter(folder), []
+    if found:
+        write_csv(folder / "production.csv", rows(found))
+        result |= {
+            "kind": found.kind, "limit": found.limit.words if found.limit else None,
+            "level": found.level.tolist(), "over_level": found.over_level("contact").tolist(),
+            "from_rest_over_level": found.over_level("from_rest").tolist(), "notes": found.notes,
+        }  # fmt: skip
+        if found.limit:
+            result["exceeding_over_level"] = found.over_level("exceeding").tolist()
+        body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
+        body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
+        sections.append(html.Section("production", "How many rattle", body))
     if hours:
         result["random"] = hours.rows()
         said = "".join(html.paragraph(html.formula(each)) for each in hours.words())
@@ -138,26 +152,26 @@ def write_production(
     if sensitivity:
         result["sensitivity"] = sensitivity.rows()
         sections.append(html.Section("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity))))
-    if tightening:
-        result["tightening"] = tightening_table(tightening)
-        said = "".join(html.paragraph(html.formula(each)) for each in tightening_words(tightening))
-        said += writer.figure(draw_tightening(tightening))
-        sections.append(html.Section("tightening", "Which tolerance to tighten", said))
-    sections.append(html.Section("numbers", "What scatters", _numbers(found)))
+    for name, each in (tightenings or {}).items():
+        result[name] = tightening_table(each)
+        said = "".join(html.paragraph(html.formula(words)) for words in tightening_words(each))
+        said += writer.figure(draw_tightening(each, name))
+        sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", said))
+    sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
     writer.close()
     write_text(folder / "production.json", to_json(result | made_from))
-    rig = found.nominal.rig
+    rig = designs.nominal.rig
     write_text(folder / "index.html", html.page(f"Production of rig “{rig.name}”", sections, html.examples(rig)))
     return result
 
 
-def _numbers(found: Production) -> str:
-    if not found.names:
+def _numbers(designs: Designs) -> str:
+    if not designs.names:
         return html.paragraph("The designs are draws from what records left open of the model.")
     table = tuple(
         (name, column.mean(), column.std(), column.min(), column.max())
-        for name, column in zip(found.names, found.values.T)
+        for name, column in zip(designs.names, designs.values.T)
     )
     heads = (Column("Number"), *(Column(each, "SI", ".4g") for each in ("Mean", "Std", "Lowest", "Highest")))
-    caption = f"What scatters, of {found.designs} designs as they were drawn."
+    caption = f"What scatters, of {len(designs)} designs as they were drawn."
     return html.table(Table("numbers", caption, heads, table))

@@ -13,8 +13,16 @@ from .style import COLOURS, FONT, REPEAT, Drawing, canvas, tidy
 __all__ = ["draw_tightening", "tightening_table", "tightening_words"]
 
 
-def draw_tightening(found: Tightening) -> Drawing:
-    """Draw, for each number, what share of its tolerance it may have, and what share of the designs is left without."""
+def draw_tightening(found: Tightening, name: str = "tightening") -> Drawing:
+    """Draw, for each number, what share of its tolerance it may have, and what share of the designs is left without.
+
+    Parameters
+    ----------
+    found : Tightening
+        What each tolerance may be.
+    name : str
+        Of the figure's file.
+    """
     order = np.argsort(found.share_without)
     places = np.arange(order.size)
     figure = canvas(0.9 + 0.3 * order.size)
@@ -42,7 +50,7 @@ def draw_tightening(found: Tightening) -> Drawing:
         "designs without the scatter of one number; grey line: of all of it; dashed: what is allowed. Right: what is "
         "left of its tolerance where it is tightened alone, and in the cheapest set."
     )
-    return Drawing("tightening", figure, caption, "Bars of shares of designs and of tolerances for each number.")
+    return Drawing(name, figure, caption, "Bars of shares of designs and of tolerances for each number.")
 
 
 def tightening_table(found: Tightening) -> dict[str, Any]:
@@ -51,7 +59,8 @@ def tightening_table(found: Tightening) -> dict[str, Any]:
         "level": found.level, "what": found.what, "allowed": found.allowed, "share": found.share,
         "share_limits": list(found.share_limits), "numbers": found.rows(), "cost": found.cost,
         "cheapest_share": found.cheapest_share, "cheapest_limits": list(found.cheapest_limits),
-        "error_db": found.error,
+        "error_db": found.error, "gap_factor": found.gap, "gaps": list(found.gaps), "gap_share": found.gap_share,
+        "gap_limits": list(found.gap_limits),
     }  # fmt: skip
 
 
@@ -69,7 +78,8 @@ def tightening_words(found: Tightening) -> list[str]:
         if width < 1:
             said.append(f"{found.names[i]} alone would do with {100 * width:.3g} % of its tolerance.")
     if not np.any(found.width < 1):
-        said.append("No tolerance does alone.")
+        priced = any(number.price for number in found.scatter.numbers) and not found.cheapest
+        said.append(f"No tolerance does alone{', nor do those with a price together' if priced else ''}.")
     if found.cheapest:
         parts = ", ".join(f"{name} {100 * width:.3g} %" for name, width in found.cheapest.items())
         low, high = found.cheapest_limits
@@ -77,7 +87,13 @@ def tightening_words(found: Tightening) -> list[str]:
             f"The cheapest set, at {found.cost:.4g}: {parts} of their tolerances; computed anew, "
             f"{100 * found.cheapest_share:.3g} % of the designs ({100 * low:.3g} to {100 * high:.3g} %)."
         )
-    elif any(number.price for number in found.scatter.numbers):
-        said.append("No set of those with a price does.")
-    said.append(f"The level is learnt from the designs within {found.error:.2g} dB (RMS, cross-validated).")
+    if found.gaps:
+        low, high = found.gap_limits
+        does = "The nominal gap does" if found.gap_share <= found.allowed else "Nor does the nominal gap"
+        gaps = ", ".join(f"{1e3 * gap:.3g}" for gap in dict.fromkeys(found.gaps))
+        said.append(
+            f"{does}: at {found.gap:.3g} times the present one ({gaps} mm), with the tolerances as they are, computed "
+            f"anew, {100 * found.gap_share:.3g} % of the designs ({100 * low:.3g} to {100 * high:.3g} %)."
+        )
+    said.append(f"Learnt from the designs within {found.error:.2g} dB of the level (RMS, cross-validated).")
     return said

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.cache import ResultCache
-from ..core.tasks import run_tasks, workers_to_use
+from ..core.tasks import foretell, run_tasks, workers_to_use
 from ..model import Model
 from ..periodic.in_gap import resonances
 from ..periodic.map_rows import solver_at
@@ -52,7 +52,7 @@ def total_of(
     workers = workers_to_use(workers)
     batches = [Batch(i, designs[i : i + BATCH]) for i in range(0, len(designs), BATCH)]
     cache = ResultCache(kept) if kept else None
-    counts = np.zeros((4, settings.levels.size, settings.frequencies.size), dtype=np.int64)
+    counts = np.zeros((5, settings.levels.size, settings.frequencies.size), dtype=np.int64)
     of_designs: dict[int, np.ndarray] = {}
 
     def add(batch: Batch, found: Rattling) -> None:
@@ -64,10 +64,14 @@ def total_of(
         if cache and (known := cache.find("batch", _inputs(settings, batch), _read, ".npz")) is not None:
             add(batch, known)
     left = [batch for batch in batches if batch.first not in of_designs]
+    compute = functools.partial(rattling_of, settings)
     alone = workers == 1 and not scheduler and not executor
+    if progress and left and not scheduler and not executor:
+        first, count = Batch(left[0].first, left[0].designs[:1]), sum(len(batch.designs) for batch in left)
+        foretell(f"{progress}, {count} designs", lambda: compute(first), count, min(workers, len(left)))
     run = run_tasks(
-        functools.partial(rattling_of, settings), left, workers, processes=not alone, scheduler=scheduler,
-        executor=executor, progress=progress, done=len(of_designs),
+        compute, left, workers, processes=not alone, scheduler=scheduler, executor=executor, progress=progress,
+        done=len(of_designs),
     )  # fmt: skip
     for batch, found in run:
         add(batch, found)

@@ -12,6 +12,7 @@ import itertools
 import json
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,7 +23,7 @@ from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
 from ..core.cache import code, digest
 from ..core.errors import ClearanceError
-from ..core.tasks import run_tasks, workers_to_use
+from ..core.tasks import foretell, run_tasks, workers_to_use
 from ..engines import Engine, get_engine
 from ..rig import Rig
 from ..signals.psd import PSD
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["DesignPeaks", "LevelPeaks", "peaks_of_designs", "peaks_over_production", "random_production"]
 
 TOGETHER = 8  # consecutive designs that share a noise
+TIMED = 5.0  # s of excitation, from whose march it is said how long all take
 LEAST_GROUPS = 5  # from which on their scatter is used
 SPREAD = (0.05, 0.5, 0.95)
 
@@ -88,6 +90,8 @@ class LevelPeaks:
     """(n_rows, 3) the same of each design's median of the largest value; 0 where a design has too few peaks"""
     too_few: np.ndarray = field(default_factory=lambda: np.empty(0))
     """(n_rows,) share of designs with too few peaks for a fit"""
+    by_design: tuple[DesignPeaks, ...] = ()
+    """what is known of each design, in their order"""
 
 
 class _Task(NamedTuple):
@@ -155,6 +159,10 @@ def peaks_of_designs(
             )  # fmt: skip
     many = bool(scheduler) or (workers_to_use(workers) > 1 and len(tasks) > 1)  # a process takes seconds to start
     said = "designs, eight at a time" if progress else ""
+    if tasks and progress and not scheduler:
+        part = partial(_marched, tasks[0]._replace(duration=TIMED, settling=0.0))
+        times = len(tasks) * (duration + settling) / TIMED
+        foretell(f"random excitation, {len(cases)} designs", part, times, min(workers_to_use(workers), len(tasks)))
     run = run_tasks(_marched, tasks, workers if many else 1, processes=many, scheduler=scheduler, progress=said)
     for _, found in run:
         yield from (each for each in found if (each.design, each.level) not in done)
@@ -276,6 +284,7 @@ def _of_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
     return LevelPeaks(
         level, len(designs), _share(touch, groups), exceeds, np.quantile(rates, SPREAD, axis=0).T,
         np.quantile(np.where(too_few, 0.0, median), SPREAD, axis=0).T, too_few.mean(axis=0),
+        tuple(designs),
     )  # fmt: skip
 
 

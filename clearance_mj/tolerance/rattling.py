@@ -17,12 +17,15 @@ from ..periodic.resolution import resolution
 from .designs import Designs
 from .limits import Limit
 
-__all__ = ["HARMONICS", "REACH", "Batch", "Rattling", "Settings", "rattling_of"]
+__all__ = [
+    "CONTACT", "EXCEEDING", "HARMONICS", "LARGEST", "REACH", "Batch", "Rattling", "Settings", "rattling_of",
+]  # fmt: skip
 
 HARMONICS = (9, 13, 21)
 """Of the motion: as many as reach the modes; with more, shares of all but accelerations, which have the most of them
 always, hardly change"""
 REACH = 0.7
+CONTACT, FROM_REST, EXCEEDING, LARGEST = range(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,26 +53,12 @@ class Rattling(NamedTuple):
     """What designs do."""
 
     counts: np.ndarray
-    """(4, n_levels, n_frequencies) how many designs are known there; of these how many touch a wall, exceed the limit,
-    and have more than one vibration, so that they may jump"""
+    """(5, n_levels, n_frequencies) how many designs are known there; of these how many can touch a wall, do so if the
+    level is raised from rest, exceed the limit, and have more than one vibration, so that they may jump"""
     of_designs: np.ndarray
-    """(3, n_designs) lowest level at any frequency that touches, and that exceeds the limit, infinite if none does; the
-    largest value of what is limited, up to the largest level, 0 without a limit"""
-
-    @property
-    def first_contact(self) -> np.ndarray:
-        """(n_designs,) lowest level that touches."""
-        return self.of_designs[0]
-
-    @property
-    def first_exceeding(self) -> np.ndarray:
-        """(n_designs,) lowest level that exceeds the limit."""
-        return self.of_designs[1]
-
-    @property
-    def largest(self) -> np.ndarray:
-        """(n_designs,) largest value of what is limited."""
-        return self.of_designs[2]
+    """(4, n_designs) lowest level at any frequency that can touch, that touches if it is raised from rest, and that
+    exceeds the limit, infinite if none does; the largest value of what is limited, up to the largest level, 0 without a
+    limit: rows `CONTACT`, `FROM_REST`, `EXCEEDING` and `LARGEST`"""
 
 
 def rattling_of(settings: Settings, batch: Batch) -> Rattling:
@@ -87,8 +76,8 @@ def rattling_of(settings: Settings, batch: Batch) -> Rattling:
     ClearanceError
         If a design cannot be computed; the message has its number.
     """
-    counts = np.zeros((4, settings.levels.size, settings.frequencies.size), dtype=np.int64)
-    of_designs = np.empty((3, len(batch.designs)))
+    counts = np.zeros((5, settings.levels.size, settings.frequencies.size), dtype=np.int64)
+    of_designs = np.empty((4, len(batch.designs)))
     for i in range(len(batch.designs)):
         with naming(f"design {batch.first + i}", ClearanceError):
             one = _of_one(settings, batch.designs.model(i))
@@ -106,9 +95,11 @@ def _of_one(settings: Settings, model: Model) -> Rattling:
     values = np.array([each[0] for _, _, each in read]).T if limit else np.zeros_like(depth)
     beyond = values > limit.value if limit else np.zeros_like(depth, dtype=bool)
     touched = min(branch.first_level(branch.depth, 0.0) for branch in branches)
+    raised = np.array([branch.level_from_rest() for branch in branches])
+    from_rest = (vibrations > 0) & (levels[:, None] >= raised)
     exceeded = min(branch.first_level(branch.values[0], limit.value) for branch in branches) if limit else np.inf
-    counts = np.array([vibrations > 0, depth > 0, beyond, vibrations > 1], dtype=np.int64)
-    return Rattling(counts, np.array([[touched], [exceeded], [values.max()]]))
+    counts = np.array([vibrations > 0, depth > 0, from_rest, beyond, vibrations > 1], dtype=np.int64)
+    return Rattling(counts, np.array([[touched], [raised.min()], [exceeded], [values.max()]]))
 
 
 def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:

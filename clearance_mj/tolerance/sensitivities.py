@@ -21,34 +21,22 @@ from ..sweep.design import saltelli_shares
 from ..sweep.sensitivity import Sensitivity, sobol_indices
 from .batches import settings_of, total_of
 from .limits import Limit
-from .rattling import Rattling
+from .rattling import CONTACT, EXCEEDING, LARGEST, Rattling
 from .scatter import Scatter
 from .scattered import Correlation
 
 __all__ = ["rattle_sensitivity"]
 
-CONTACT = "level of first contact (dB)"
+FIRST = "level of first contact (dB)"
 
 
 @checks_kinds
 def rattle_sensitivity(
-    model: Model,
-    scatter: Scatter | None,
-    limit: Limit | str | None,
-    level: float,
-    frequencies: ArrayLike,
-    n_base: int = 128,
-    seed: int = 0,
-    kind: str | None = None,
-    n_harmonics: int | None = None,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    progress: bool = False,
-    kept: Path | None = None,
-) -> Sensitivity:
+    model: Model, scatter: Scatter | None, limit: Limit | str | None, level: float, frequencies: ArrayLike,
+    n_base: int = 128, seed: int = 0, kind: str | None = None, n_harmonics: int | None = None,
+    n_samples: int | None = None, n_modes: int = 8, workers: int | None = None, scheduler: str | None = None,
+    executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+) -> Sensitivity:  # fmt: skip
     """Find Sobol indices of the lowest level that touches, of that which exceeds a limit, and of what is limited.
 
     Parameters
@@ -109,19 +97,19 @@ def _groups(names: Sequence[str], correlations: Sequence[Correlation]) -> list[l
 
 
 def _results(found: Rattling, limit: Limit | None, level: str) -> dict[str, np.ndarray]:
-    results = {CONTACT: found.first_contact}
+    results = {FIRST: found.of_designs[CONTACT]}
     if limit:
-        results[f"level at {limit.words} (dB)"] = found.first_exceeding
+        results[f"level at {limit.words} (dB)"] = found.of_designs[EXCEEDING]
     levels = {}
     for name, values in results.items():
         if silent := int(np.sum(~np.isfinite(values))):
-            if name == CONTACT or silent == values.size:
+            if name == FIRST or silent == values.size:
                 raise ClearanceError(
                     f"{name}: {silent} of {values.size} designs do not come to it up to {level}; give a higher "
-                    "level" + ("" if name == CONTACT else " or a lower limit")
+                    "level" + ("" if name == FIRST else " or a lower limit")
                 )
             continue
         levels[name] = 20 * np.log10(values)
     if limit:
-        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = found.largest
+        levels[f"largest {limit.quantity.replace('_', ' ')} ({limit.unit})"] = found.of_designs[LARGEST]
     return {name: values for name, values in levels.items() if np.ptp(values) > 0}

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Production", "production", "share_interval"]
 
-SHARES = ("contact", "exceeding", "several")
+SHARES = ("contact", "from_rest", "exceeding", "several")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,7 +44,9 @@ class Production(ArrayData):
     frequency: np.ndarray
     """(n_frequencies,) Hz"""
     contact: np.ndarray
-    """(n_levels, n_frequencies) share of the designs that touch a wall"""
+    """(n_levels, n_frequencies) share of the designs that can touch a wall: one of their coexisting vibrations does"""
+    from_rest: np.ndarray
+    """(n_levels, n_frequencies) share of the designs that touch a wall if the level is raised slowly from rest"""
     exceeding: np.ndarray
     """(n_levels, n_frequencies) share of the designs that exceed the limit; 0 without one"""
     several: np.ndarray
@@ -52,8 +54,10 @@ class Production(ArrayData):
     unknown: np.ndarray
     """(n_levels, n_frequencies) share of the designs whose vibration was not found"""
     first_contact: np.ndarray
-    """(n_designs,) lowest level at which a design touches at any of the frequencies; infinite if it is not found up to
-    somewhat above the largest level"""
+    """(n_designs,) lowest level at which a design can touch at any of the frequencies; infinite if it is not found up
+    to somewhat above the largest level"""
+    first_from_rest: np.ndarray
+    """(n_designs,) lowest level at which it touches if the level is raised slowly from rest"""
     first_exceeding: np.ndarray
     """(n_designs,) lowest level at which it exceeds the limit"""
     largest: np.ndarray
@@ -72,15 +76,15 @@ class Production(ArrayData):
         return self.first_contact.size
 
     def over_level(self, what: str = "contact") -> np.ndarray:
-        """Return the share (n_levels,) of the designs that touch, or exceed the limit, at any of the frequencies.
+        """Return the share (n_levels,) of the designs that do so at any of the frequencies.
 
         Parameters
         ----------
         what : str
-            "contact" or "exceeding".
+            "contact": that can touch; "from_rest": that touch if the level is raised from rest; "exceeding": the limit.
         """
-        if what not in ("contact", "exceeding"):
-            raise ClearanceError(f'what must be "contact" or "exceeding", got {what!r}')
+        if what not in SHARES[:3]:
+            raise ClearanceError(f"what must be one of {', '.join(SHARES[:3])}, got {what!r}")
         first = np.sort(getattr(self, f"first_{what}"))
         return np.searchsorted(first, self.level, side="right") / self.designs
 
@@ -116,7 +120,8 @@ class Production(ArrayData):
         unit = level_axis(self.kind).symbol
         cells = ("level", "frequency")
         variables: dict[str, Any] = {name: (cells, getattr(self, name), "1") for name in (*SHARES, "unknown")}
-        variables |= {name: ("design", getattr(self, name), unit) for name in ("first_contact", "first_exceeding")}
+        firsts = [f"first_{name}" for name in SHARES[:3]]
+        variables |= {name: ("design", getattr(self, name), unit) for name in firsts}
         limited = self.limit.unit if self.limit else "1"
         variables["largest"] = ("design", self.largest, limited.replace("/s²", " s-2"))
         variables["value"] = (("design", "number"), self.values, "SI")
@@ -148,23 +153,11 @@ def share_interval(share: ArrayLike, n: int, confidence: float = 0.95) -> np.nda
 
 @checks_kinds
 def production(
-    model: Model,
-    scatter: Scatter | str | None,
-    limit: Limit | str | None,
-    levels: ArrayLike,
-    frequencies: ArrayLike,
-    n_designs: int = 1000,
-    seed: int = 0,
-    kind: str | None = None,
-    n_harmonics: int | None = None,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    progress: bool = False,
-    kept: Path | None = None,
-) -> Production:
+    model: Model, scatter: Scatter | str | None, limit: Limit | str | None, levels: ArrayLike, frequencies: ArrayLike,
+    n_designs: int = 1000, seed: int = 0, kind: str | None = None, n_harmonics: int | None = None,
+    n_samples: int | None = None, n_modes: int = 8, workers: int | None = None, scheduler: str | None = None,
+    executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+) -> Production:  # fmt: skip
     """Find how many of a production touch, exceed a limit or may jump, over level and frequency.
 
     For every design and frequency the vibration that grows out of rest is followed over the level, around folds.
@@ -234,9 +227,10 @@ def production(
     designs = draw_designs(model, scatter, n_designs, seed)
     total = total_of(settings, designs, workers, scheduler, executor, "production" if progress else "", kept)
     known, *counts = total.counts
-    contact, exceeding, several = counts / np.maximum(known, 1)
+    first_contact, first_from_rest, first_exceeding, largest = total.of_designs
+    contact, from_rest, exceeding, several = counts / np.maximum(known, 1)
     return Production(
-        model, settings.kind, settings.limit, settings.levels, settings.frequencies, contact, exceeding, several,
-        1 - known / len(designs), total.first_contact, total.first_exceeding, total.largest, designs.names,
+        model, settings.kind, settings.limit, settings.levels, settings.frequencies, contact, from_rest, exceeding,
+        several, 1 - known / len(designs), first_contact, first_from_rest, first_exceeding, largest, designs.names,
         designs.values,
     )  # fmt: skip

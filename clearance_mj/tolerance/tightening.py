@@ -2,15 +2,21 @@
 
 The lowest level at which a design touches (or exceeds the limit) is learnt from designs of the production as it stands,
 as a function of how far each number is from its middle; what the function misses is known by cross-validation and goes
-into every share. The answer is then computed anew with designs of the tightened scatter.
+into every share. The answer is then computed anew with designs of the tightened scatter. Where no tolerance does, the
+nominal gap is looked for that does.
+
+Under random excitation a design is marched at one level. With λ impacts in the time, of at most N, the level at which
+it touches as likely as not, λ = ln 2, is √(ln(N/λ) / ln(N/ln 2)) times as high if its motion in the gap is Gaussian,
+λ = N exp(-gap²/2σ²) (S. O. Rice, Bell System Technical Journal 24, 1945). That at which it exceeds a limit is taken to
+be in proportion to the largest value. Both have the right side of the level that is asked for; shares need no more.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +29,28 @@ from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..periodic.axes import level_axis
+from ..signals.psd import PSD
 from .batches import settings_of, total_of
-from .designs import DrawingRule
+from .designs import Designs
 from .learnt import Learnt, learn
 from .limits import Limit
+from .random_designs import DesignPeaks, random_production
+from .rattling import CONTACT, EXCEEDING
 from .scatter import Scatter
 from .shares import share_interval
 
-__all__ = ["Tightening", "tighten"]
+__all__ = ["Tightening", "random_tightening", "tighten"]
 
 LOOKED_AHEAD = 3.0  # times the level, up to which designs are followed: what the function is learnt from
 POINTS = 2**13  # of the production, at which the learnt function is read
 SMOOTHED = 0.05  # of the level's standard deviation: by which shares are smooth functions of tolerances at least
 NARROWEST = 0.02  # share of a tolerance below which none is tightened
+GAPS, GAPS_TRIED = (0.5, 8.0), 4  # times the nominal gap, within which another one is looked for, and how often
+ROOM = 0.03  # of the logarithm of the level, by which a gap should do
+IMPACTS = 200.0  # 1/s, more than there are at a bushing
+
+FirstLevels = Callable[[Designs, str], np.ndarray]
+"""Lowest levels (n,) at which designs do what they must not; the text tells calls apart"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +88,14 @@ class Tightening:
     """of the learnt level, dB, RMS of cross-validation"""
     unit: str
     """of the level, in words behind a number"""
+    gap: float = math.nan
+    """factor of the nominal gaps that does, or else the best that was tried; nan where a tolerance does"""
+    gaps: tuple[float, ...] = ()
+    """m, the radial gaps of the rig's bushings with it"""
+    gap_share: float = math.nan
+    """of the designs about these gaps, computed anew"""
+    gap_limits: tuple[float, float] = (math.nan, math.nan)
+    """its 95 % interval"""
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row of plain data for each number."""
@@ -85,24 +108,11 @@ class Tightening:
 
 @checks_kinds
 def tighten(
-    model: Model,
-    scatter: Scatter | None,
-    limit: Limit | str | None,
-    level: float,
-    frequencies: ArrayLike,
-    allowed: float = 0.01,
-    n_designs: int = 500,
-    seed: int = 0,
-    kind: str | None = None,
-    n_harmonics: int | None = None,
-    n_samples: int | None = None,
-    n_modes: int = 8,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    progress: bool = False,
-    kept: Path | None = None,
-) -> Tightening:
+    model: Model, scatter: Scatter | None, limit: Limit | str | None, level: float, frequencies: ArrayLike,
+    allowed: float = 0.01, n_designs: int = 500, seed: int = 0, kind: str | None = None,
+    n_harmonics: int | None = None, n_samples: int | None = None, n_modes: int = 8, workers: int | None = None,
+    scheduler: str | None = None, executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+) -> Tightening:  # fmt: skip
     """Find how far tolerances must be tightened so that at most a share of the designs touches, or exceeds a limit.
 
     Parameters
@@ -139,46 +149,144 @@ def tighten(
     Raises
     ------
     ClearanceError
-        If the share is impossible, or no design does what it must not, so that there is nothing to tighten.
+        If the share is impossible, or there are too few designs to learn from.
     """
+    settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
+    what = settings.limit.words if settings.limit else "contact"
+
+    def first_levels(designs: Designs, name: str) -> np.ndarray:
+        words = "tightening" if progress else ""
+        found = total_of(settings, designs, workers, scheduler, executor, words, kept and kept / name)
+        return found.of_designs[EXCEEDING if settings.limit else CONTACT]
+
+    unit = level_axis(settings.kind).unit
+    return _tightened(model, scatter, first_levels, level, unit, what, allowed, n_designs, seed)
+
+
+@checks_kinds
+def random_tightening(
+    model: Model, scatter: Scatter | None, psd: PSD, level: float, limit: Limit | str | None = None,
+    allowed: float = 0.01, n_designs: int = 500, duration: float = 60.0, seed: int = 0, hours: float = 1.0,
+    workers: int | None = None, scheduler: str | None = None, progress: bool = False, kept: Path | None = None,
+) -> Tightening:  # fmt: skip
+    """Find how far tolerances must be tightened so that at most a share of the designs touches under random excitation.
+
+    A design counts if it touches, or exceeds the limit, as likely as not within the time.
+
+    Parameters
+    ----------
+    model, scatter, allowed, n_designs
+        As `tighten` takes them.
+    psd : PSD
+        Shape of the excitation's spectrum.
+    level : float
+        RMS to which it is scaled, m/s² or N.
+    limit : Limit or str or None
+        Contact force, penetration or acceleration that the largest value of the time must not exceed, of all bushings
+        or sensors; None: no contact at all.
+    duration, seed, hours, workers, scheduler, progress, kept
+        As `random_production` takes them.
+
+    Returns
+    -------
+    Tightening
+
+    Raises
+    ------
+    ClearanceError
+        As `tighten` and `random_production`.
+    """
+    limit = Limit.parse(limit) if isinstance(limit, str) else limit
+    quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
+
+    def first_levels(designs: Designs, name: str) -> np.ndarray:
+        asked = designs, psd, (level,), duration, seed, quantity, hours, value
+        (found,) = random_production(*asked, workers, scheduler, progress, kept)
+        return level * _over_level(found.by_design, value, 3600 * hours)
+
+    what = f"{limit.words if limit else 'contact'} within {hours:g} h"
+    unit = f"{level_axis(psd.kind).unit} RMS"
+    return _tightened(model, scatter, first_levels, level, unit, what, allowed, n_designs, seed)
+
+
+def _over_level(found: Sequence[DesignPeaks], limit: float | None, time: float) -> np.ndarray:
+    """Levels at which designs touch, or come to the limit, as likely as not, over that at which they were marched."""
+    with np.errstate(divide="ignore"):
+        if limit is not None:
+            return limit / np.nan_to_num([each.median for each in found]).max(axis=1)
+        touch, rate = (np.array([getattr(each, name) for each in found]).max(axis=1) for name in
+                       ("impact_probability", "impacts_per_second"))  # fmt: skip
+        impacts = np.where(rate > 0, rate * time, -np.log1p(-touch))
+        most = IMPACTS * time
+        return np.sqrt(np.log(most / np.minimum(impacts, most / 2)) / math.log(most / math.log(2)))
+
+
+def _tightened(
+    model: Model, scatter: Scatter | None, first_levels: FirstLevels, level: float, unit: str, what: str,
+    allowed: float, n_designs: int, seed: int,
+) -> Tightening:  # fmt: skip
+    """What to tighten so that few enough designs have their first level below one."""
     if not 0 < allowed < 1:
         raise ClearanceError(f"allowed must be a share between 0 and 1, got {allowed!r}")
     scatter = scatter or Scatter.of_rig(model.rig)
-    settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
-    what = settings.limit.words if settings.limit else "contact"
-    rule, unit = scatter.rule(model), level_axis(settings.kind).unit
-
-    def compute(rule: DrawingRule, kept: Path | None) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest levels (n_designs,) at which designs do what they must not, and their deviations."""
-        drawn = rule.draw(n_designs, seed)
-        found = total_of(settings, drawn, workers, scheduler, executor, "designs" if progress else "", kept)
-        return found.first_exceeding if settings.limit else found.first_contact, rule.deviations(drawn)
-
-    first, deviation = compute(rule, kept)
-    if not np.any(np.isfinite(first)):
-        raise ClearanceError(
-            f"{what}: none of {n_designs} designs comes to it up to {LOOKED_AHEAD:g} times the level {level:g} {unit}; "
-            "give a lower limit or a higher level"
-        )
-    learnt = learn(deviation, np.log(np.minimum(first, LOOKED_AHEAD * level)))
+    rule = scatter.rule(model)
+    drawn = rule.draw(n_designs, seed)
+    first, names = first_levels(drawn, ""), tuple(number.of for number in scatter.numbers)
+    share = float(np.mean(first <= level))
+    learnt = learn(rule.deviations(drawn), np.log(np.minimum(first, LOOKED_AHEAD * level)))
     dense = rule.deviations(rule.draw(POINTS, seed))
     alone = _Shares(learnt, dense, math.log(level), rule.owner)
     widths, without = zip(*(_alone(alone, i, allowed) for i in range(len(scatter.numbers))))
-    names = tuple(number.of for number in scatter.numbers)
     cheapest = _cheapest(alone, scatter, allowed) if alone.share() > allowed else {}
     prices = {number.of: number.price for number in scatter.numbers if number.price}
     tightened = scatter.narrowed(cheapest) if cheapest else scatter
-    share = float(np.mean(first <= level))
-    new_share, limits = math.nan, (math.nan, math.nan)
+    cost, new_share, limits = math.nan, math.nan, (math.nan, math.nan)
     if cheapest:
-        again, _ = compute(tightened.rule(model), kept and kept / "tightened")
+        cost = sum(prices[name] * (1 / width - 1) for name, width in cheapest.items())
+        again = first_levels(tightened.draw(model, n_designs, seed), "tightened")
         new_share = float(np.mean(again <= level))
         limits = _limits(new_share, n_designs)
-    return Tightening(
+    found = Tightening(
         level, what, allowed, names, share, _limits(share, n_designs), np.array(widths), np.array(without), cheapest,
-        sum(prices[name] * (1 / width - 1) for name, width in cheapest.items()) if cheapest else math.nan, tightened,
-        new_share, limits, 20 / math.log(10) * learnt.error, unit,
+        cost, tightened, new_share, limits, 20 / math.log(10) * learnt.error, unit,
     )  # fmt: skip
+    if share <= allowed or cheapest or np.any(found.width < 1):
+        return found
+
+    def about(factor: float) -> np.ndarray:
+        other = model.with_gap(f"x{factor!r}")
+        return first_levels(scatter.draw(other, n_designs, seed), f"gap_{factor:.6g}")
+
+    factor, again = _gap(about, first, level, allowed)
+    gap_share = float(np.mean(again <= level))
+    return replace(
+        found, gap=factor, gaps=tuple(factor * bushing.gap for bushing in model.rig.bushings), gap_share=gap_share,
+        gap_limits=_limits(gap_share, n_designs),
+    )  # fmt: skip
+
+
+def _gap(
+    about: Callable[[float], np.ndarray], first: np.ndarray, level: float, allowed: float
+) -> tuple[float, np.ndarray]:
+    """The factor of the gaps that leaves the share, or the best of those tried, and the first levels of its designs.
+
+    Levels go with the gap at first; what designs about other gaps do says how they go, by secants over logarithms.
+    """
+
+    def room(first: np.ndarray) -> float:
+        return math.log(min(np.sort(first)[int(allowed * first.size)], LOOKED_AHEAD * level) / level)
+
+    at, slope, rooms = 0.0, 1.0, {0.0: room(first)}
+    found: dict[float, np.ndarray] = {}
+    while slope and len(found) < GAPS_TRIED and not 0 < rooms[at] < 5 * ROOM:
+        new = float(np.clip(at + (ROOM - rooms[at]) / slope, *np.log(GAPS)))
+        if new in rooms:
+            break
+        found[new] = about(math.exp(new))
+        rooms[new] = room(found[new])
+        at, slope = new, (rooms[new] - rooms[at]) / (new - at)
+    best = max(found, key=lambda each: (min(rooms[each], 0.0), -abs(each)))
+    return math.exp(best), found[best]
 
 
 def _limits(share: float, designs: int) -> tuple[float, float]:
@@ -191,7 +299,7 @@ class _Shares:
 
     def __init__(self, learnt: Learnt, deviations: np.ndarray, level: float, owner: np.ndarray):
         self.learnt, self.deviations, self.level, self.owner = learnt, deviations, level, owner
-        self.spread = max(learnt.error, SMOOTHED * float(np.std(learnt(deviations))))
+        self.spread = max(learnt.error, SMOOTHED * float(np.std(learnt(deviations))), 1e-9)
 
     def share(self, widths: np.ndarray | None = None) -> float:
         """Return the share for widths (n_numbers,) of the scatter's numbers."""

@@ -6,12 +6,15 @@ import json
 
 import numpy as np
 import pytest
+import scipy.stats
 import tomli_w
 
 from clearance_mj.model import Model
 from clearance_mj.rig import Plate, Rig
-from clearance_mj.signals.excitation import random
-from clearance_mj.sound import loudness_over_level, radiate, read_wav
+from clearance_mj.signals.excitation import from_psd, random
+from clearance_mj.signals.road import road_psd
+from clearance_mj.sound import heard, loudness, loudness_over_level, radiate, read_wav
+from clearance_mj.tolerance import Scatter
 
 from ..conftest import ROOT
 from ..rig.rig_changes import TABLES
@@ -47,6 +50,29 @@ def test_two_designs_have_one_full_scale(tmp_path, answer):
     with (out / "loudness.csv").open(newline="", encoding="utf-8") as file:
         assert [row["level"] for row in csv.DictReader(file)] == ["1.0", "4.0", "1.0", "4.0"]
     assert (out / "loudness.png").stat().st_size > 10_000
+
+
+def test_the_loudness_of_a_road_has_an_interval_over_noises_and_designs(tmp_path, answer):
+    """Each noise and design as the calls have it; Student's interval of the mean by SciPy."""
+    pytest.importorskip("mosqito")
+    scatter = tmp_path / "gap.toml"
+    scatter.write_text('[[scatter]]\nof = "bushings.gap"\nwithin = "0.1 mm"\n', encoding="utf-8")
+    road = ("--road", "C", "--speed", 80, "--at", "body")
+    given = [*QUICK, *OF_PLATE, *road, "--levels", 2, "--realisations", 3, "--method", "stationary"]
+    designs = Scatter.load(scatter).draw(Model(Rig.load(RIG)), 3)
+    for more, models in (([], [Model(Rig.load(RIG))] * 3), (["--scatter", scatter], map(designs.model, range(3)))):
+        found = answer("listen", RIG, *given, *more, "--out", tmp_path / f"out{len(more)}")
+        rows = [{key: float(value) for key, value in row.items() if "sone" in key} for row in found["loudness"]]
+        n5 = []
+        for seed, model in enumerate(models):
+            noise = from_psd(road_psd("C", 80 / 3.6, at="body").scaled(2.0), 1.5, 4096.0, seed)
+            sound = heard(model.simulate(noise, "modal"), model.rig, PLATE)
+            n5.append(loudness(sound, "stationary").n5)
+        assert [row["loudness_n5_sone"] for row in rows] == pytest.approx(n5, rel=1e-9)
+        low, high = scipy.stats.t.interval(0.95, 2, np.mean(n5), scipy.stats.sem(n5))
+        known = {"mean_n5_sone": np.mean(n5), "mean_n5_low_sone": max(low, 0), "mean_n5_high_sone": high}
+        assert all({key: row[key] for key in known} == pytest.approx(known) for row in rows)
+        assert [file.rpartition("/")[2] for file in found["files"]] == ["A_2.wav"]  # one is to be heard
 
 
 def test_a_rig_with_a_plate_needs_no_options_and_another_file_is_b(tmp_path, answer):
@@ -87,6 +113,9 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
         ([*OF_PLATE, "--full-scale", 0], "full_scale must be > 0, got 0"),
         ([*OF_PLATE, "--full-scale", 1e-3], "beyond the full scale of 0.001 Pa; give full_scale="),
         ([*OF_PLATE, "--against", "none.toml"], "none.toml"),
+        ([*OF_PLATE, "--road", "C"], "--road needs --speed"),
+        ([*OF_PLATE, "--road", "C", "--speed", 80, "--sine", 20], "give --sine, or --psd or --road, one of them"),
+        ([*OF_PLATE, "--realisations", 0], "--realisations 0: must be 1 or more"),
         ([*OF_PLATE, "--record", "x.uff", "--against-gap", "x0.5"], "--record is measured: give no --against"),
     ],
 )

@@ -16,6 +16,7 @@ from clearance_mj.periodic.level_branches import level_branches
 from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Grease
 from clearance_mj.rig.tolerance import Tolerance
+from clearance_mj.signals.excitation import stepped_sine
 from clearance_mj.tolerance import Correlation, Limit, Scatter, Scattered, production, share_interval
 from clearance_mj.tolerance.batches import settings_of
 from clearance_mj.tolerance.rattling import branches_of
@@ -44,6 +45,30 @@ def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
     assert_allclose(found.over_level("contact"), found.contact[:, 0])
     assert_allclose(found.first_contact, needed(LOW, found.values[:, 0]), rtol=1e-6)
     assert not found.unknown.any() and not found.exceeding.any()
+
+
+def test_raised_from_rest_a_design_touches_where_the_free_vibration_fills_its_gap():
+    """Closed form, also above the resonance at 15.9 Hz, where a second vibration touches at lower levels."""
+    scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
+    levels, frequency = needed(18.0) * np.array([0.8, 0.95, 1.05]), 18.0
+    found = production(oscillator(), scatter, None, levels, [frequency], 32, workers=1)
+    fills = needed(frequency, found.values[:, 0])
+    assert_allclose(found.first_from_rest, fills, rtol=1e-6)
+    assert_allclose(found.from_rest[:, 0], [np.mean(fills <= level) for level in levels])
+    assert np.all(found.first_contact < 0.8 * fills) and found.contact[0, 0] > found.from_rest[0, 0]
+
+
+def test_shares_from_rest_are_those_of_marches_whose_level_is_raised_slowly():
+    """Table 1's example at 45 Hz and 6 m/s²: both designs can touch, and one of them does from rest."""
+    model, (frequency, level) = cm.Model(TABLE1), (45.0, 6.0)
+    scatter = Scatter.load(ROOT / "models" / "scatter" / "table1.toml")
+    found = production(model, scatter, None, [level], [frequency], 3, workers=1)
+    sine = stepped_sine(8.0, 8192.0, frequency, level, "base")
+    slowly = dataclasses.replace(sine, value=sine.value * np.minimum(1, np.arange(sine.value.size) / 5 / sine.fs))
+    designs = scatter.draw(model, 3)
+    marched = [designs.model(i).simulate(slowly, "modal").contact_force[:, -8192:].any() for i in (1, 2)]
+    assert marched == [True, False] == (found.first_from_rest <= level)[1:].tolist()
+    assert found.contact[0, 0] == 1.0 and found.from_rest[0, 0] == pytest.approx(2 / 3)
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
         if record.missing_probes:
             number, label = record.missing_probes[0]
             raise RecordError(f'record "{record.name}": bushings[{number}] has no displacement probe at {label}')
-        if not np.ptp(record.response().displacement, axis=1).any():
+        if not any(np.ptp(c.value) for c in record.channels if c.quantity == "displacement"):
             raise RecordError(
                 f'record "{record.name}": no probe moves; needs orbits of a shaft that turns, with its unbalance'
             )
