@@ -121,8 +121,8 @@ def _responses(options: argparse.Namespace, name: str, model: Model) -> list[tup
     if psd and options.sine is not None:
         raise ClearanceError("give --sine, or --psd or --road, one of them")
     count = (5 if psd or options.scatter else 1) if count is None else count
-    if count < 1:
-        raise ClearanceError(f"--realisations {count}: must be 1 or more")
+    if not 1 <= count <= 1000:
+        raise ClearanceError(f"--realisations {count}: must be 1 to 1000")
     rms = options.levels(kind) if options.levels else (psd.rms,) if psd else LEVELS
     drawn = Scatter.load(options.scatter).draw(model, count, options.seed) if options.scatter else None
     cases = [(level, i) for level in rms for i in range(count)]

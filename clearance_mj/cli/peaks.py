@@ -42,7 +42,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if psd is None:
         raise ClearanceError("give --psd FILE or --road CLASS, one of them")
     psd = psd if options.rms is None else psd.scaled(options.rms(psd.kind))
-    limit = options.limit and si_value(options.limit, KINDS.get(options.quantity, options.quantity))
+    quantity = KINDS.get(options.quantity, options.quantity)
+    limit = None if options.limit is None else si_value(options.limit, quantity)
     found = peaks_over_an_hour(
         model, psd, options.duration, options.seed, options.quantity, options.hours, limit,
         engine=options.engine,

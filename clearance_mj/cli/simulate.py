@@ -39,9 +39,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     out_file(options.out, (".nc", ".h5", ".hdf5"), inputs(options), is_marked)
     model = load_model(options)
-    kind = model.rig.shaker.kind
+    kind, folder = model.rig.shaker.kind, options.energy
     case = model, excitation(options, kind, options.rms(kind)), None, options.engine
-    folder = options.energy
     response, more = (
         _with_energy(options, folder, case) if folder else (simulate(*case, progress=not options.quiet), {})
     )

@@ -49,6 +49,12 @@ def test_peaks_with_units_are_those_without(tmp_path, answer):
     assert united["largest"] == plain["largest"] and united["psd"]["value"] == plain["psd"]["value"]
 
 
+def test_a_limit_is_of_the_quantity(tmp_path, refused):
+    given = ("peaks", RIG, "--road", "A", "--speed", 36, "--quantity", "penetration", "--out", tmp_path / "out")
+    assert 'unit "N" of displacement is unknown' in refused(*given, "--limit", "3N")
+    assert '"" is no number' in refused(*given, "--limit", "")
+
+
 @pytest.mark.parametrize(
     "command, given",
     [

@@ -115,7 +115,7 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
         ([*OF_PLATE, "--against", "none.toml"], "none.toml"),
         ([*OF_PLATE, "--road", "C"], "--road needs --speed"),
         ([*OF_PLATE, "--road", "C", "--speed", 80, "--sine", 20], "give --sine, or --psd or --road, one of them"),
-        ([*OF_PLATE, "--realisations", 0], "--realisations 0: must be 1 or more"),
+        ([*OF_PLATE, "--realisations", 0], "--realisations 0: must be 1 to 1000"),
         ([*OF_PLATE, "--record", "x.uff", "--against-gap", "x0.5"], "--record is measured: give no --against"),
     ],
 )
