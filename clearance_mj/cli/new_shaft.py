@@ -30,12 +30,8 @@ def add_shaft(group: argparse._ArgumentGroup) -> None:
     option("--inner-diameter", type=length, metavar="M", help="m, of a tube")
     words = "length, diameter and, of a tube, inner diameter of a section; repeated from one end to the other"
     option("--step", type=length, nargs="+", metavar="M", help=words, **repeated)
-    words = (
-        f"at a point: {', '.join(HELD)}, or a bearing's stiffness and damping, N/m and N s/m, such as {BEARING}; may "
-    )
-    option(
-        "--support", nargs=2, metavar=("POINT", "KIND"), help=f"{words}be repeated (example: at both ends)", **repeated
-    )
+    words = f"at a point: {', '.join(HELD)} or a bearing's N/m and N s/m, {BEARING}; may be repeated (example: two)"
+    option("--support", nargs=2, metavar=("POINT", "KIND"), help=words, **repeated)
     option("--young-modulus", type=pressure, metavar="E", help="Pa or such as 210GPa (example: steel)")
     option("--density", type=in_si("kg/m3"), help="kg/m³ or 0.284lb/in3 (example: steel)")
     option("--rayleigh", type=float, nargs=2, metavar=("ETA1", "ETA2"), help="1/s and s (example: 0.5 1e-5)")
