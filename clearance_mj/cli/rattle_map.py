@@ -27,6 +27,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     add_periodic_kind(parser)
     add_grid(parser)
     option("--gaps", type=lengths, metavar="M,...", help="of all bushings, m or such as 0.1mm,5mil; list or range")
+    words = "map contacts a standard deviation softer and stiffer too, as the rig file's tolerance of them says"
+    option("--contact-spread", action="store_true", help=words)
     option("--workers", type=int, help="processes (default: one for each core)")
     add_plugin(parser, "a contact or a grease")
 
@@ -42,14 +44,21 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.space.forced import excited_by
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
+    from ..tolerance import Scatter
+    from ..tolerance.designs import softer_and_stiffer
 
     model = load_model(options)
     levels, frequencies = grid(options, excited_by(model.rig, options.kind), 2)
     shared = {name: getattr(options, name) for name in ("kind", "workers", "gaps")} | periodic_settings(options)
     found = map_rattle(model, levels, frequencies, **shared, progress=not options.quiet)
+    ends = softer_and_stiffer(model, Scatter.of_rig(model.rig).numbers) if options.contact_spread else ()
+    spread = {name: map_rattle(each, levels, frequencies, **shared) for name, each in zip(("softer", "stiffer"), ends)}
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)
+    result |= {name: of_map(each) for name, each in spread.items()}
     result = write_results(options, "rattle_map", result, rows(found), draw(found))
     print("\n  ".join(words(found)))
+    for name, each in spread.items():
+        print(f"contacts a standard deviation {name}: " + "\n  ".join(words(each)))
     for gaps, depth in zip(found.gap, np.nan_to_num(found.penetration).max(axis=(0, 2, 3))):
         warn_of_depths(model.with_gap(gaps.tolist()), depth)
     print(f"rattle map: {options.out / 'rattle_map.png'}")

@@ -150,5 +150,7 @@ def of_map(found: RattleMap) -> dict[str, Any]:
         "several": [float(share) for share in np.mean(found.vibrations > 1, axis=(1, 2))],
         "jumps": [jump._asdict() for jump in found.jumps],
         "unknown": found.unknown,
+        "largest_force": np.nanmax(found.contact_force, axis=(0, 2, 3), initial=0.0).tolist(),
+        "largest_depth": np.nanmax(found.penetration, axis=(0, 2, 3), initial=0.0).tolist(),
         "ended": list(found.ended),
     }

@@ -108,9 +108,12 @@ def rows(found: RattleMap) -> pd.DataFrame:
 
 
 def words(found: RattleMap) -> Iterator[str]:
-    """Say in lines, for each gap, where it touches first, how much of the map rattles, and where it jumps."""
+    """Say in lines, for each gap, where it touches first, how much of the map rattles, how hard, and where it jumps."""
     for i in range(len(found.gap)):
-        yield f"{_gap(found, i)}: {_first(found, i)}; rattles in {100 * np.mean(found.rattles[i]):.0f} % of the map"
+        force, depth = (np.nanmax(each[:, i], initial=0.0) for each in (found.contact_force, found.penetration))
+        most = f", with up to {force:.3g} N and {1e3 * depth:.2g} mm deep in a wall" if depth > 0 else ""
+        share = f"{100 * np.mean(found.rattles[i]):.0f} % of the map"
+        yield f"{_gap(found, i)}: {_first(found, i)}; rattles in {share}{most}"
         for sweep in ("up", "down"):
             jumps = [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]
             if jumps:

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from clearance_mj import periodic
+from clearance_mj.calibrate.free import with_values
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.model import Model
 from clearance_mj.rig import Rig, Spin
+from clearance_mj.rig.tolerance import Tolerance
 
 from ..conftest import ROOT
 from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
@@ -60,6 +62,30 @@ def test_it_says_where_it_touches_and_jumps(law, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("gap 0.3 mm: touches first from 1.5") and "at 39.5 Hz; rattles in " in lines[0]
     assert any("jumps in sweeps up" in line and "to 6 m/s² and 46.9" in line for line in lines), lines
+
+
+def test_contacts_as_soft_and_as_stiff_as_their_tolerance_says(tmp_path, answer, refused, capsys):
+    """A standard deviation of 50 % is a factor of 1.5 either way; what lies in the gap does not feel it.
+
+    Scatter ends at four standard deviations, which moves one of them by 1e-4.
+    """
+    rig = Rig.load(RIG)
+    rig = rig.replace(tolerances=(*rig.tolerances, Tolerance("bushings.contact.stiffness", "50 %")))
+    rig.save(tmp_path / "rig.toml")
+    given = ["--levels", "2,6", "--from", 40, "--to", 44, "--steps", 3, "--harmonics", 3, "--workers", 1, "--quiet"]
+    found = answer("rattle-map", tmp_path / "rig.toml", *given, "--contact-spread", "--out", tmp_path / "out")
+    for name, factor in (("softer", 1 / 1.5), ("stiffer", 1.5)):
+        other = periodic.map_rattle(
+            Model(with_values(rig, {("bushings", i, "contact", "stiffness"): factor * 7.8e3 for i in range(2)})),
+            (2.0, 6.0), np.linspace(40, 44, 3), n_harmonics=3, workers=1,
+        )  # fmt: skip
+        largest = np.nanmax(other.contact_force, axis=(0, 2, 3))
+        np.testing.assert_allclose(found[name]["largest_force"], largest, rtol=1e-4)
+        np.testing.assert_allclose(found[name]["first_contact"], found["first_contact"], rtol=1e-6)
+    soft, as_drawn, stiff = (np.array(each["largest_depth"]) for each in (found["softer"], found, found["stiffer"]))
+    assert np.all(soft > as_drawn) and np.all(as_drawn > stiff) and np.all(stiff > 0)
+    words = 'no tolerance of "bushings.contact.stiffness" says how far'
+    assert words in refused("rattle-map", RIG, *given, "--contact-spread", "--out", tmp_path / "no")
 
 
 @pytest.mark.parametrize(
