@@ -44,14 +44,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.space.forced import excited_by
     from ..periodic.summaries import of_map
     from ..report.rattle_maps import draw, rows, words
-    from ..tolerance import Scatter
-    from ..tolerance.designs import softer_and_stiffer
+    from ..tolerance.scatter import softer_and_stiffer
 
     model = load_model(options)
     levels, frequencies = grid(options, excited_by(model.rig, options.kind), 2)
     shared = {name: getattr(options, name) for name in ("kind", "workers", "gaps")} | periodic_settings(options)
     found = map_rattle(model, levels, frequencies, **shared, progress=not options.quiet)
-    ends = softer_and_stiffer(model, Scatter.of_rig(model.rig).numbers) if options.contact_spread else ()
+    ends = softer_and_stiffer(model) if options.contact_spread else ()
     spread = {name: map_rattle(each, levels, frequencies, **shared) for name, each in zip(("softer", "stiffer"), ends)}
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC} | of_map(found)
     result |= {name: of_map(each) for name, each in spread.items()}

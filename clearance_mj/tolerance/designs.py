@@ -20,7 +20,7 @@ from ..model import Model
 from ..rig.tolerance import unit_of
 from .scattered import LAW, Correlation, Scattered
 
-__all__ = ["Designs", "DrawingRule", "softer_and_stiffer"]
+__all__ = ["Designs", "DrawingRule", "changed", "is_datasheet"]
 
 _UNIT_INTERVAL = 1e-12  # distance of a share from 0 and 1
 
@@ -160,43 +160,17 @@ def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model
     if of_law:
         law = law_from_dict(with_numbers(model.law.to_dict(), of_law))
     else:
-        law = nominal_law(rig) if _is_datasheet(model) else model.law
+        law = nominal_law(rig) if is_datasheet(model) else model.law
     return replace(model, rig=rig, law=law, posterior=None)
 
 
-def softer_and_stiffer(model: Model, numbers: Sequence[Scattered]) -> list[Model]:
-    """Return models whose contacts are a standard deviation softer, and stiffer, all of them together.
-
-    Parameters
-    ----------
-    model : Model
-        Under the contacts of its rig file.
-    numbers : sequence of Scattered
-        Of which those of contact stiffness count.
-
-    Raises
-    ------
-    ClearanceError
-        If no stiffness scatters, or the model has a law of its own.
-    """
-    stiff = [each for each in numbers if each.of.endswith("contact.stiffness")]
-    if not (stiff and _is_datasheet(model)):
-        raise ClearanceError(
-            f'rig "{model.rig.name}": no tolerance of "bushings.contact.stiffness" says how far a contact may be softer'
-            if not stiff else f'rig "{model.rig.name}" is under a law of its own, and not under its contacts'
-        )  # fmt: skip
-    rule = DrawingRule(stiff, (), model)
-    of_each = [*zip(rule.numbers, rule.values, rule.gaps)]
-    shares = np.array([[norm.cdf(side)] for side in (-1, 1)])
-    return [changed(model, rule.keys, [float(n.quantile(s, v, gap)[0]) for n, v, gap in of_each]) for s in shares]
-
-
-def _is_datasheet(model: Model) -> bool:
+def is_datasheet(model: Model) -> bool:
+    """Return whether a model's law is that of its rig file."""
     return model.law == nominal_law(model.rig)
 
 
 def _plain(model: Model) -> dict[str, Any]:
-    return {"rig": model.rig.to_dict(), "law": None if _is_datasheet(model) else model.law.to_dict()}
+    return {"rig": model.rig.to_dict(), "law": None if is_datasheet(model) else model.law.to_dict()}
 
 
 def _keys(data: dict[str, Any], path: str) -> list[Key]:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 import tomli_w
+from scipy.stats import norm
 
 from ..core.checks import naming
 from ..core.errors import ClearanceError
@@ -17,10 +18,10 @@ from ..core.validation import from_plain, read_plain, to_plain
 from ..model import Model
 from ..rig import Rig
 from ..rig.tolerance import CLAMP_COMPLIANCES
-from .designs import Designs, DrawingRule
+from .designs import Designs, DrawingRule, changed, is_datasheet
 from .scattered import CUT, Correlation, Scattered
 
-__all__ = ["Scatter", "draw_designs"]
+__all__ = ["Scatter", "draw_designs", "softer_and_stiffer"]
 
 APART = ("gain", "delay", "probe_delay", "direction", "probe_angle", "wear")
 """Fields by which a production does not scatter: those of sensors and probes, and what no vibration feels"""
@@ -144,6 +145,32 @@ class Scatter:
             As `draw`.
         """
         return DrawingRule(self.numbers, self.correlations, model)
+
+
+def softer_and_stiffer(model: Model) -> list[Model]:
+    """Return models whose contacts are a standard deviation softer, and stiffer, all of them together.
+
+    Parameters
+    ----------
+    model : Model
+        Under the contacts of its rig file, which has a tolerance of their stiffness.
+
+    Raises
+    ------
+    ClearanceError
+        If it has none, or the model has a law of its own.
+    """
+    rig = model.rig
+    stiff = tuple(t for t in rig.tolerances if t.of.endswith("contact.stiffness") and t.size > 0)
+    if not stiff:
+        words = f'rig "{rig.name}": no tolerance of "bushings.contact.stiffness" says how far a contact may be softer'
+        raise ClearanceError(words)
+    if not is_datasheet(model):
+        raise ClearanceError(f'rig "{rig.name}" is under a law of its own, and not under the contacts of its file')
+    rule = Scatter.of_rig(rig.replace(tolerances=stiff)).rule(model)
+    of_each = [*zip(rule.numbers, rule.values, rule.gaps)]
+    shares = norm.cdf([[-1.0], [1.0]])
+    return [changed(model, rule.keys, [float(n.quantile(s, v, gap)[0]) for n, v, gap in of_each]) for s in shares]
 
 
 def draw_designs(model: Model, scatter: Scatter | str | None, n_designs: int, seed: int = 0) -> Designs:
