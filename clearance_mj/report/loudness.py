@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import StrMethodFormatter
+from matplotlib.ticker import LogLocator, StrMethodFormatter
 from scipy.stats import t
 
 from ..core.drawing import envelope
@@ -41,6 +41,7 @@ def draw(found: Mapping[str, LoudnessOverLevel]) -> Drawing:
     unit = next(iter(found.values())).unit
     left.set_yscale("log")
     left.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    left.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))  # more numbers would overlap
     left.yaxis.set_minor_formatter(StrMethodFormatter("{x:g}"))
     level_axis(left, sorted({level for each in found.values() for level in each.level}))
     tidy(left, "Exceeded in 5 % of the time", "Loudness N5 (sone)", f"Level ({unit} RMS)")
