@@ -72,6 +72,7 @@ def test_of_a_road_alone_no_sines_are_computed(tmp_path, answer, monkeypatch):
         main([str(each) for each in ("production", RIG, *given, "--levels", 1, "--out", tmp_path / "more")])
 
 
+@pytest.mark.slow
 def test_which_tolerance_to_tighten_is_said_of_a_road_too(tmp_path, answer, capsys):
     """All designs touch within an hour, whatever the tolerance of the gap: the nominal gap is named."""
     scatter = tmp_path / "gap.toml"

@@ -46,6 +46,7 @@ def test_torques_as_recorded_would_give_work(folder):
         fit_drive([record])
 
 
+@pytest.mark.slow
 def test_script(folder, tmp_path, capsys):
     assert surgical_tool.main([str(folder), "--identify", "0", "--predict", "2", "--out", str(tmp_path)]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 3
