@@ -30,10 +30,10 @@ def check_paths(data: dict[str, Any], tolerances: Sequence[Tolerance], examples:
 
 def example_words(examples: Sequence[str]) -> str:
     """Return in words which numbers are examples, by their paths, and what to do about it."""
-    are = "numbers are examples" if len(examples) > 1 else "number is an example"
+    are, names = ("numbers are examples", "their names") if len(examples) > 1 else ("number is an example", "its name")
     return (
         f"{len(examples)} {are} that nobody gave, and so is what rests on them: {few(examples, LISTED)}; put in your "
-        'own and delete their names from "examples" in the rig file'
+        f'own and delete {names} from "examples" in the rig file'
     )
 
 
