@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import functools
 import importlib
+import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -138,6 +139,7 @@ def load_model(options: argparse.Namespace) -> Model:
 
         options.engine = default_engine(model.rig)
     if not options.gap:
+        _warn_of_unseen_gaps(options.rig)
         return model
     model = model.with_gap(by_bushing(options.gap, "--gap"))
     check_units(model.rig.linear, model.rig.bushings)
@@ -145,6 +147,18 @@ def load_model(options: argparse.Namespace) -> Model:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
         say(f"--gap: {words} (identify by method bench finds one)")
     return model
+
+
+def _warn_of_unseen_gaps(folder: Path) -> None:
+    """Say which gaps of an identified model no record showed."""
+    from ..core.overview import few
+
+    try:
+        said = json.loads((folder / "identified.json").read_text(encoding="utf-8"))["only_prior"]
+    except (OSError, ValueError, KeyError, TypeError):  # no model that was identified from records
+        return
+    if gaps := [name for name in said if name.endswith(".gap")]:
+        say(f"{folder}: no record showed {few(gaps)}; contact is predicted with the rig file's number", "warning")
 
 
 def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:

@@ -85,7 +85,8 @@ def _in_words(found: Identified, j: int) -> str:
     for name in ("gap", "offset"):
         value = 1e6 * getattr(found.rig.bushings[j], name)
         std = rows.get(f"bushings[{j}].{name}", {}).get("std", 0.0)
-        words.append(f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
+        is_unseen = name == "gap" and j in found.unseen_gaps
+        words.append("gap not seen" if is_unseen else f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
     return ", ".join(words)
 
 

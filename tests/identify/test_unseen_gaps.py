@@ -1,0 +1,57 @@
+"""A gap of which the records say nothing is the rig file's: everything that shows or takes the model says so."""
+
+import json
+
+import numpy as np
+import pytest
+
+from clearance_mj import Model
+from clearance_mj.cli import main
+from clearance_mj.estimate import Estimates, Parameter
+from clearance_mj.identify.registry import Identified
+from clearance_mj.io.dataset import Dataset
+from clearance_mj.report.identification import _gaps
+from clearance_mj.report.identification_figures import _in_words
+
+from ..conftest import record_of
+
+
+@pytest.fixture
+def found(rig):
+    """The first gap with its prior's standard deviation, 0.2, the second with a tenth of that."""
+    parameters = [Parameter(f"bushings[{j}].gap", "m", 3e-4, 1e-5, 1e-2, 0.2) for j in range(2)]
+    estimates = Estimates.of(parameters, np.array([3e-4, 3e-4]), np.diag([0.2**2, 0.02**2]))
+    return Identified(model=Model(rig), estimates=estimates)
+
+
+def test_page_and_figure_show_no_interval_of_it(found, rig):
+    assert found.unseen_gaps == (0,)
+    first, second = _gaps(found, Dataset(rig, (record_of(rig, "quiet", "identify", 0.3, 3),))).rows
+    assert first[2] == "not seen"
+    assert second[2].value == pytest.approx(300.0)
+    assert _in_words(found, 0).startswith("gap not seen, offset ")
+    assert _in_words(found, 1).startswith("gap 300 ± 12 µm, offset ")
+
+
+def test_a_model_that_is_predicted_with_says_it_unless_a_gap_is_given(found, tmp_path, capsys):
+    folder = tmp_path / "found"
+    found.model.save(folder)
+    given = ["simulate", str(folder), "--duration", "0.5", "--engine", "modal", "--out", str(tmp_path / "a.nc")]
+    words = "found: no record showed bushings[0].gap; contact is predicted with the rig file's number"
+
+    def said(*more):
+        assert main([*given, *more]) == 0
+        return words in capsys.readouterr().err
+
+    assert not said()
+    (folder / "identified.json").write_text(json.dumps(found.to_dict()))
+    assert said()
+    assert not said("--gap", "0.2mm")
+    (folder / "identified.json").write_text("[]")  # another program's
+    assert not said()
+
+
+def test_a_new_rig_that_turns_leads_on_to_its_critical_speeds(tmp_path, capsys):
+    path = tmp_path / "rotor.toml"
+    assert main(["new", "rotor", "--spin", "900rpm", "--out", str(path)]) == 0
+    assert capsys.readouterr().out.endswith(f"next: clearance-mj campbell {path}: its critical speeds\n")
