@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import functools
 import importlib
-import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -128,18 +127,17 @@ def load_model(options: argparse.Namespace) -> Model:
     An engine that was not asked for is then known.
     """
     from ..model import Model
-    from ..rig.examples import example_words
+    from ..rig.examples import doubts
     from ..rig.plausible import check_units
 
     model = Model.load(options.rig, options.law)
-    if model.rig.examples:
-        say(f"{options.rig}: {example_words(model.rig.examples)}", "warning")
+    for words in doubts(model.rig.examples, None if options.gap else options.rig):
+        say(f"{options.rig}: {words}", "warning")
     if getattr(options, "engine", "") is None:
         from ..engines import default_engine
 
         options.engine = default_engine(model.rig)
     if not options.gap:
-        _warn_of_unseen_gaps(options.rig)
         return model
     model = model.with_gap(by_bushing(options.gap, "--gap"))
     check_units(model.rig.linear, model.rig.bushings)
@@ -147,18 +145,6 @@ def load_model(options: argparse.Namespace) -> Model:
         words = "the law's stiffness over amplitude was found at the gap before; a contact model holds at any gap"
         say(f"--gap: {words} (identify by method bench finds one)")
     return model
-
-
-def _warn_of_unseen_gaps(folder: Path) -> None:
-    """Say which gaps of an identified model no record showed."""
-    from ..core.overview import few
-
-    try:
-        said = json.loads((folder / "identified.json").read_text(encoding="utf-8"))["only_prior"]
-    except (OSError, ValueError, KeyError, TypeError):  # no model that was identified from records
-        return
-    if gaps := [name for name in said if name.endswith(".gap")]:
-        say(f"{folder}: no record showed {few(gaps)}; contact is predicted with the rig file's number", "warning")
 
 
 def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:

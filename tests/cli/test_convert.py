@@ -209,7 +209,7 @@ def test_orbits_of_a_run_up_out_of_a_csv(tmp_path, answer, refused):
     given += ["--role", "orbit", "--spin", "5Hz:900rpm:4"]
     assert "run added with role orbit" in answer(*given, "--pulses", 2)["holds"]
     dataset = Dataset.load(tmp_path / "machine")
-    assert dataset.source == str(tmp_path / "run.csv")
+    assert dataset.source == "run.csv"
     (record,) = dataset.orbits
     assert (record.excitation_kind, record.level, record.spin.pulses) == ("spin", None, 2)
     turning = record.turning()

@@ -8,10 +8,11 @@ import pytest
 from clearance_mj import Model
 from clearance_mj.cli import main
 from clearance_mj.estimate import Estimates, Parameter
+from clearance_mj.identify.forces.restoring import possible_forces, restoring_force
 from clearance_mj.identify.registry import Identified
 from clearance_mj.io.dataset import Dataset
-from clearance_mj.report.identification import _gaps
-from clearance_mj.report.identification_figures import _in_words
+from clearance_mj.report.identification import write_identification
+from clearance_mj.report.identification_figures import draw_forces
 
 from ..conftest import record_of
 
@@ -24,13 +25,17 @@ def found(rig):
     return Identified(model=Model(rig), estimates=estimates)
 
 
-def test_page_and_figure_show_no_interval_of_it(found, rig):
-    assert found.unseen_gaps == (0,)
-    first, second = _gaps(found, Dataset(rig, (record_of(rig, "quiet", "identify", 0.3, 3),))).rows
-    assert first[2] == "not seen"
-    assert second[2].value == pytest.approx(300.0)
-    assert _in_words(found, 0).startswith("gap not seen, offset ")
-    assert _in_words(found, 1).startswith("gap 300 ± 12 µm, offset ")
+def test_page_and_figure_show_no_interval_of_it(found, rig, tmp_path):
+    record = record_of(rig, "quiet", "identify", 0.3, 3)
+    write_identification(found, Dataset(rig, (record,)), tmp_path, tmp_path)
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert page.count("<td>not seen</td>") == 1
+    assert "288.5" in page and "312.0" in page  # 300 µm times exp(±1.96 × 0.02)
+    (force,) = possible_forces([record], restoring_force)
+    first, _, second, _ = draw_forces(found, [force]).figure.axes
+    assert first.get_title(loc="left").startswith("bushing 1: gap not seen, offset ")
+    assert second.get_title(loc="left").startswith("bushing 2: gap 300 ± 12 µm, offset ")
+    assert len(first.patches) == 0 < len(second.patches)  # walls
 
 
 def test_a_model_that_is_predicted_with_says_it_unless_a_gap_is_given(found, tmp_path, capsys):
