@@ -104,6 +104,14 @@ def test_the_rig_that_is_saved_predicts_with_what_was_found(found, tmp_path):
     assert rig.structure.supports[0].kind == "elastic"
 
 
+def test_a_rig_file_without_spin_and_unbalance_gets_both(rubbing):
+    """An unbalance acts on a shaft that turns: of a file that says of no speed, that of the fastest record is taken."""
+    plain = rotor(1.15 * GAP).replace(unbalances=(), spin=None)
+    rig = cm.identify.orbits([dataclasses.replace(record, rig=plain) for record in rubbing]).rig
+    assert rig.spin == RUN_UP
+    assert rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.05)
+
+
 def test_examples_that_the_orbits_do_not_tell_stay_and_are_said(found):
     assert found.rig.examples == ("structure.material.density",)
     assert found.warnings[-1].startswith("of the rig file, 1 number is an example that nobody gave")

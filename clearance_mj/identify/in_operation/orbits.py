@@ -148,7 +148,8 @@ def _result(
     misfit = float(found.loss.scale(found.residuals)) ** 0.5
     names, left = tuple(r.name for r in records), unknown_examples(rig.examples, told)
     words = (f"of the rig file, {example_words(left)}",) if left else ()
-    base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=left)
+    spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
+    base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=left, spin=spin)
     warnings = _warnings(records, misfit) + words
     return OrbitFit(base, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
 
