@@ -58,7 +58,8 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     for ax in axes[-1]:
         ax.set_xlabel("Displacement at the bushing’s middle (mm)", fontsize=FONT)
     dots = {name: {"color": colour, "ls": "none", "marker": "."} for name, colour in (("measured", TEST), ("law", LAW))}
-    key(figure, of_curves(dots | {"walls, 95 % interval": {"color": WALL}}), 3)
+    of_walls = {"walls, 95 % interval": {"color": WALL}} if len(found.unseen_gaps) < len(bushings) else {}
+    key(figure, of_curves(dots | of_walls), 3)
     names = ", ".join(f.name for f in forces)
     caption = (
         f"Restoring force of grease and contact over displacement, records {names}: measured on the model’s rig, and "

@@ -1,6 +1,7 @@
 """A gap of which the records say nothing is the rig file's: everything that shows or takes the model says so."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,6 +37,10 @@ def test_page_and_figure_show_no_interval_of_it(found, rig, tmp_path):
     assert first.get_title(loc="left").startswith("bushing 1: gap not seen, offset ")
     assert second.get_title(loc="left").startswith("bushing 2: gap 300 ± 12 µm, offset ")
     assert len(first.patches) == 0 < len(second.patches)  # walls
+    both = Estimates.of(found.estimates.parameters, np.array([3e-4, 3e-4]), 0.2**2 * np.eye(2))
+    figures = (draw_forces(each, [force]).figure for each in (found, replace(found, estimates=both)))
+    keys = [[text.get_text() for text in figure.legends[0].get_texts()] for figure in figures]
+    assert keys == [["measured", "law", "walls, 95 % interval"], ["measured", "law"]]
 
 
 def test_a_model_that_is_predicted_with_says_it_unless_a_gap_is_given(found, tmp_path, capsys):
