@@ -25,7 +25,8 @@ def add_over_speed(parser: argparse.ArgumentParser, points: int, beyond: float =
     """Add the options of a command that looks at a shaft up to ``beyond`` times its largest spin, see `over_speed`."""
     parser.set_defaults(beyond=beyond)  # the margins that API 617 requires reach to 1.26
     add_rig(parser)
-    add_speeds(parser, "--speeds", "spins that are looked at", f"0 to {beyond:g} times the rig's largest")
+    fastest = f"0 to {beyond:g} times the rig's largest or, if it is faster, the operating speed"
+    add_speeds(parser, "--speeds", "spins that are looked at", fastest)
     words = "minimum operating speed and maximum continuous speed, from which separation margins (API 617) count"
     add_speeds(parser, "--operating", words, "the rig's largest spin")
     parser.add_argument("--points", type=int, default=points, help="spins that are computed (default: %(default)s)")
@@ -42,10 +43,10 @@ def over_speed(options: argparse.Namespace) -> tuple[Model, Rig, np.ndarray, tup
             raise ClearanceError(f"--{name} {getattr(options, name)}: must be at least 1")
     model = load_model(options)
     largest = model.rig.spin.fastest if model.rig.spin else 0.0
-    if not (options.speeds or largest):
-        raise ClearanceError(f"rig {model.rig.name!r} does not say how fast it turns; give --speeds FROM TO")
-    options.speeds = options.speeds or (0.0, options.beyond * largest)
     operating = options.operating or ((largest, largest) if largest else None)
+    if not (options.speeds or operating):
+        raise ClearanceError(f"rig {model.rig.name!r} does not say how fast it turns; give --speeds FROM TO")
+    options.speeds = options.speeds or (0.0, options.beyond * max(largest, *(operating or ())))
     return model, rig_in_gap(model.rig, model.law), speeds(options), operating
 
 

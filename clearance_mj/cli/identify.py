@@ -53,7 +53,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError(f"{out}: what was found is kept, and drawing it failed: {failure}") from failure
     if not options.no_figures:
         print(f"report: {out / 'index.html'}")
-    print(f"next: {spelled('simulate', out, '--rms', 2, '--gap', 'x0.5')}: what half of the gap would do")
+    if len(found.unseen_gaps) < len(found.rig.bushings):
+        print(f"next: {spelled('simulate', out, '--rms', 2, '--gap', 'x0.5')}: what half of the gap would do")
     if dataset.path and dataset.path.is_dir() and any(record.role == "validate" for record in dataset.records):
         print(f"next: {spelled('study', dataset.path)}: how well records that were kept back are predicted")
     return {"out": str(out), "law": found.law.to_dict()} | found.to_dict()

@@ -110,7 +110,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if options.mass:
         print("masses are points without inertia; --disc gives a body of a size")
     if rigs := [path for path in files if path.suffix == ".toml"]:
-        if options.motion == "spatial":
+        if options.spin:
+            print(f"next: {spelled('campbell', rigs[0])}: its critical speeds")
+        elif options.motion == "spatial":
             print(f"next: {spelled('simulate', rigs[0])}: how it vibrates")
         else:
             print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")

@@ -127,12 +127,12 @@ def load_model(options: argparse.Namespace) -> Model:
     An engine that was not asked for is then known.
     """
     from ..model import Model
-    from ..rig.examples import example_words
+    from ..rig.examples import doubts
     from ..rig.plausible import check_units
 
     model = Model.load(options.rig, options.law)
-    if model.rig.examples:
-        say(f"{options.rig}: {example_words(model.rig.examples)}", "warning")
+    for words in doubts(model.rig.examples, None if options.gap else options.rig):
+        say(f"{options.rig}: {words}", "warning")
     if getattr(options, "engine", "") is None:
         from ..engines import default_engine
 

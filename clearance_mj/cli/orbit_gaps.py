@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .command import command, write_results
+from .command import command, spelled, write_results
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -56,5 +56,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         for said in twin.alarms or ("no alarm",):
             print(f"{twin.record}: {said}")
     print(f"results: {options.out}")
+    print(f"next: {spelled('unbalance', options.out)}: critical speeds under the unbalance that was found")
     alarms = {twin.record: [str(alarm) for alarm in twin.alarms] for twin in followed}
     return {"clearances": found.rows(), "alarms": alarms, "out": str(options.out)}

@@ -13,11 +13,7 @@ from .options import add_plugin, kmh
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
     option("--manoeuvre", help="lane-change, slalom, obstacle-40, ... (default: a double lane change)")
-    option(
-        "--speed",
-        type=kmh,
-        help="km/h, or such as 50mph (default: the manoeuvre's, 120 of the double lane change)",
-    )
+    option("--speed", type=kmh, help="km/h, or such as 50mph (default: the manoeuvre's, 120 of the double lane change)")
     option("--controller", default="smc,mpc,smc-cm", help="comma-separated, or all (default: %(default)s)")
     add_plugin(parser, "a controller")
     option("--gap", default="0.2deg", help="half-gap: 0.2deg, 3.5mrad at the road wheel, or 0.15mm of the shaft")

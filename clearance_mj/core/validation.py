@@ -63,12 +63,7 @@ def checked(
             found["properties"][field]["description"] = words
         found.update(schema or {})
 
-    config = ConfigDict(
-        extra="forbid",
-        allow_inf_nan=False,
-        arbitrary_types_allowed=True,
-        json_schema_extra=describe,
-    )
+    config = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True, json_schema_extra=describe)
 
     def decorate(cls: type[T]) -> type[T]:
         made = pydantic.dataclasses.dataclass(frozen=True, eq=eq, config=config)(cls)

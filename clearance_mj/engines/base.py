@@ -14,16 +14,7 @@ from ..core.errors import ClearanceError, SimulationError
 from ..core.validation import Registered, register
 from ..rig import Rig
 
-__all__ = [
-    "Engine",
-    "Equations",
-    "Run",
-    "diverged",
-    "get_engine",
-    "location",
-    "register",
-    "step_factor",
-]
+__all__ = ["Engine", "Equations", "Run", "diverged", "get_engine", "location", "register", "step_factor"]
 
 
 class Run(ABC):

@@ -60,6 +60,12 @@ class Identified:
         """Fitted parameters as plain data, see `Estimates.rows`."""
         return self.estimates.rows() if self.estimates else ()
 
+    @property
+    def unseen_gaps(self) -> tuple[int, ...]:
+        """Numbers of the bushings of whose gap the records say nothing: it is the rig file's."""
+        only = self.estimates.only_prior if self.estimates else ()
+        return tuple(j for j in range(len(self.rig.bushings)) if f"bushings[{j}].gap" in only)
+
     def draw(self, n: int, seed: int = 0) -> Sequence[Model]:
         """Draw models that the records do not distinguish from the one found, see `Model.draw`.
 

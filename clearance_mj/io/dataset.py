@@ -17,18 +17,8 @@ from pydantic import AfterValidator, Field
 
 from ..core.errors import RecordError
 from ..core.files import replacing
-from ..core.overview import Overview, Shown
-from ..core.validation import (
-    NotNegative,
-    Positive,
-    Text,
-    Whole,
-    checked,
-    from_plain,
-    json_schema,
-    read_plain,
-    to_plain,
-)
+from ..core.overview import Overview, Shown, few
+from ..core.validation import NotNegative, Positive, Text, Whole, checked, from_plain, json_schema, read_plain, to_plain
 from ..rig import BASE_NODE, SHAKER_NODE, Rig, Spin
 from ..rig.instruments import Direction
 from .record import Band, FileChannels, Kind, Record, RecordName, Role
@@ -73,7 +63,9 @@ class Dataset(Shown):
         for record in self.records:
             # Names are file names, and some file systems do not tell "A" from "a".
             if record.name.lower() in seen:
-                raise RecordError(f'record name "{record.name}" is used twice')
+                raise RecordError(
+                    f'record name "{record.name}" is used twice; rename one, or delete its table in dataset.toml first'
+                )
             seen.add(record.name.lower())
 
     def _overview(self) -> Overview:
@@ -119,6 +111,12 @@ class Dataset(Shown):
     def is_synthetic(self) -> bool:
         """Whether any record's provenance says that it was computed, not measured."""
         return any("synthetic" in str(r.provenance).lower() for r in self.records)
+
+    @property
+    def source(self) -> str:
+        """Where the records come from, in words: what their provenance says, or the files that they were read from."""
+        named = (r.provenance.get("source", r.provenance.get("file", "")) for r in self.records)
+        return few(list(dict.fromkeys(str(name) for name in named if name))) or "the dataset does not say"
 
     @property
     def sines(self) -> tuple[Record, ...]:

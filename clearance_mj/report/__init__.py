@@ -81,5 +81,4 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
 
 def _source(study: Study) -> str:
     """Where the records come from, in plain sight."""
-    sources = dict.fromkeys(str(r.provenance["source"]) for r in study.dataset.records if "source" in r.provenance)
-    return html.render("source.html.j2", study=study, source="; ".join(sources) or "the dataset does not say")
+    return html.render("source.html.j2", study=study, source=study.dataset.source)

@@ -74,10 +74,9 @@ def write_identification(
 
 
 def _summary(found: Identified, dataset: Dataset, shown: Path) -> str:
-    sources = dict.fromkeys(str(r.provenance["source"]) for r in dataset.identify if "source" in r.provenance)
     return html.render(
         "identification.html.j2", warnings=found.warnings, folder=shlex.quote(str(shown)), gaps=_gaps(found, dataset),
-        synthetic=dataset.is_synthetic, source="; ".join(sources) or "the dataset does not say",
+        synthetic=dataset.is_synthetic, source=dataset.source,
         records=[r.name for r in dataset.identify], model=_model(found),
     )  # fmt: skip
 
@@ -100,7 +99,11 @@ def _gaps(found: Identified, dataset: Dataset) -> Table:
         for name in ("gap", "offset"):
             row = rows.get(f"bushings[{j}].{name}")
             limits = (1e6 * row["low"], 1e6 * row["high"]) if row else ()
-            own += [1e6 * getattr(before, name), Interval(1e6 * getattr(bushing, name), *limits)]
+            is_unseen = name == "gap" and j in found.unseen_gaps
+            own += [
+                1e6 * getattr(before, name),
+                "not seen" if is_unseen else Interval(1e6 * getattr(bushing, name), *limits),
+            ]
         cells.append((f"{j + 1} ({bushing.where})", *own))
     columns = [Column("Bushing")]
     for name in ("Gap", "Offset"):

@@ -42,7 +42,8 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
         x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))
         law = np.concatenate([of[j, f.valid] for f, of in zip(forces, laws)])
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
-        walls = [w for w in zip(bushing.walls, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
+        places = (-np.inf, np.inf) if j in found.unseen_gaps else bushing.walls
+        walls = [w for w in zip(places, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
         for ax in line:
             ax.plot(MM * x, measured, ".", color=TEST, ms=1.5, mew=0, alpha=0.35, rasterized=True, label="measured")
             ax.plot(
@@ -53,11 +54,12 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
                 ax.axvline(MM * wall, color=WALL, lw=1.0)
         tidy(line[0], f"bushing {j + 1}: {_in_words(found, j)}", "Restoring force (N)")
         tidy(line[1], f"bushing {j + 1}, between the walls")
-        _between(line[1], x, measured, bushing.walls)
+        _between(line[1], x, measured, places)
     for ax in axes[-1]:
         ax.set_xlabel("Displacement at the bushing’s middle (mm)", fontsize=FONT)
     dots = {name: {"color": colour, "ls": "none", "marker": "."} for name, colour in (("measured", TEST), ("law", LAW))}
-    key(figure, of_curves(dots | {"walls, 95 % interval": {"color": WALL}}), 3)
+    of_walls = {"walls, 95 % interval": {"color": WALL}} if len(found.unseen_gaps) < len(bushings) else {}
+    key(figure, of_curves(dots | of_walls), 3)
     names = ", ".join(f.name for f in forces)
     caption = (
         f"Restoring force of grease and contact over displacement, records {names}: measured on the model’s rig, and "
@@ -85,7 +87,8 @@ def _in_words(found: Identified, j: int) -> str:
     for name in ("gap", "offset"):
         value = 1e6 * getattr(found.rig.bushings[j], name)
         std = rows.get(f"bushings[{j}].{name}", {}).get("std", 0.0)
-        words.append(f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
+        is_unseen = name == "gap" and j in found.unseen_gaps
+        words.append("gap not seen" if is_unseen else f"{name} {value:.0f} ± {2e6 * std:.0f} µm")
     return ", ".join(words)
 
 

@@ -74,12 +74,11 @@ def _unseen(found: Identified, dataset: Dataset) -> list[str]:
     """In words, which gaps no record shows: by the probes, without them where the records add nothing to the prior."""
     rig = found.model.rig
     far = reached(prepare(dataset), rig) if rig.bushings else None
-    untold = found.estimates.only_prior if found.estimates else ()
     said = []
     for j, bushing in enumerate(rig.bushings):
         if far is not None and far[j] <= bushing.gap:
             larger = f"it is larger than {1e3 * far[j]:.2g} mm, as far as the shaft came from its middle"
-        elif far is None and f"bushings[{j}].gap" in untold:
+        elif far is None and j in found.unseen_gaps:
             larger = "the records add nothing to what was known of it"
         else:
             continue

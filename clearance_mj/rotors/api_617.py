@@ -52,6 +52,7 @@ LIMIT, AT_SPEED = 25.4e-6, 12000.0  # m, peak to peak, at rev/min
 SCALES = 0.5, 6.0  # smallest and largest
 STILL = 1e-15  # m, of vibration that is rounding
 NEAR = np.geomspace(1e-5, 0.3, 120)  # distances to a critical speed, over it, at which spins are added
+LATE = 0.75  # of the largest speed that is drawn, beyond which words stand on the left of a peak
 PROMINENT = 0.01  # of a probe's largest amplitude, by which a peak rises above its surroundings
 HALF_POWER = 0.5**0.5
 DAMPED = 2.5  # amplification factor below which a response is critically damped and needs no margin
@@ -177,7 +178,9 @@ class UnbalanceResponse:
             for row in criticals[criticals.probe.map(self.planes) == plane].itertuples():
                 at, words = row.spin_rev_min, f"{row.spin_rev_min:.0f} rev/min, AF {row.amplification_factor:.3g}"
                 above.plot(at, row.amplitude_um_pp, "o", color=TEST, ms=3.5, label="critical speed")
-                above.annotate(words, (at, row.amplitude_um_pp), (6, -2), textcoords="offset points", fontsize=FONT - 1)
+                side, ha = (-6, "right") if at > LATE * RPM * self.speed[-1] else (6, "left")
+                place = {"xytext": (side, -2), "textcoords": "offset points", "ha": ha}
+                above.annotate(words, (at, row.amplitude_um_pp), fontsize=FONT - 1, **place)
                 below.axvline(at, color=TEST, lw=0.7, ls=":")
             for bushing in (gaps[probe] for probe in gaps if self.planes[probe] == plane):
                 above.axhline(2e6 * bushing.gap, color=TEST, lw=0.9, ls=":", label="diametral clearance")

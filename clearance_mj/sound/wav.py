@@ -124,11 +124,7 @@ def wav_bytes(
             f"the largest sample is {peak:.4g} {unit}, beyond the full scale of {full_scale:g} {unit}; "
             f"give full_scale={_round_above(peak):g}"
         )
-    info = {
-        b"ISFT": f"clearance-mj {__version__}",
-        b"INAM": name,
-        b"ICMT": f"full_scale={full_scale:.17g} unit={unit}",
-    }
+    info = {b"ISFT": f"clearance-mj {__version__}", b"INAM": name, b"ICMT": f"full_scale={full_scale:.17g} unit={unit}"}
     return _riff(samples / full_scale, int(rate), encoding, info)
 
 

@@ -38,7 +38,7 @@ class Support:
     position: Number
     """m along the shaft"""
     kind: Literal["clamped", "pinned", "guided", "elastic"] = "elastic"
-    """no deflection and no rotation; no deflection; no rotation; springs and dampers alone"""
+    """clamped: no deflection, no rotation; pinned: no deflection; guided: no rotation; elastic: springs and dampers"""
     translation: NotNegative = 0.0
     """N/m"""
     rotation: NotNegative = 0.0

@@ -208,7 +208,9 @@ def test_orbits_of_a_run_up_out_of_a_csv(tmp_path, answer, refused):
         given += ["--column", name]
     given += ["--role", "orbit", "--spin", "5Hz:900rpm:4"]
     assert "run added with role orbit" in answer(*given, "--pulses", 2)["holds"]
-    (record,) = Dataset.load(tmp_path / "machine").orbits
+    dataset = Dataset.load(tmp_path / "machine")
+    assert dataset.source == "run.csv"
+    (record,) = dataset.orbits
     assert (record.excitation_kind, record.level, record.spin.pulses) == ("spin", None, 2)
     turning = record.turning()
     middle = (turning.marks[1:] + turning.marks[:-1]) / 2

@@ -105,6 +105,8 @@ def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):
     assert "--points 1: must be at least 2" in refused("campbell", here, "--speeds", "0", "1", "--points", "1")
     assert "does not say how fast it turns; give --speeds FROM TO" in refused("campbell", PLANAR)
     assert "must be above 0 and not fall" in refused("campbell", here, "--operating", "90", "80")
+    beyond = answer("campbell", here, "--operating", 90, 400, "--points", 11, "--out", tmp_path / "beyond")
+    assert beyond["speed"] == [0.0, pytest.approx(1.5 * 400)]  # the operating speed, which is the faster one
 
 
 def test_unbalance_writes_what_the_call_finds(rig, tmp_path, answer, refused, capsys):

@@ -57,8 +57,11 @@ def recorded(name, rig, spin, seconds=8.0, noise=2e-7, nominal=None):
 
 @pytest.fixture(scope="module")
 def rubbing():
-    """Records of a rotor whose file has a gap that is 15 % too wide."""
+    """Records of a rotor whose file has a gap that is 15 % too wide, and two examples."""
     drawn = rotor(1.15 * GAP)
+    soft = dataclasses.replace(drawn.bushings[0], contact=Contact(0.3 * CONTACT, 50.0))
+    examples = "bushings.contact.stiffness", "structure.material.density"
+    drawn = drawn.replace(bushings=(soft,), examples=examples)
     return [
         recorded("slow", rotor(), SLOW, 3.5, nominal=drawn),
         recorded("middle", rotor(), MIDDLE, 3.5, nominal=drawn),
@@ -87,6 +90,31 @@ def test_a_found_unbalance_is_the_one_that_acts(found):
     along, across = (values[f"unbalances[0] {part} the mark"] for part in ("along", "across"))
     # The mark passes where the pulses rise, which the records' angle begins at.
     assert np.hypot(along, across) == pytest.approx(1e-4, rel=0.05)
+
+
+def test_the_rig_that_is_saved_predicts_with_what_was_found(found, tmp_path):
+    """Contact and unbalance, too: its file had contact at 0.3 of what it is, and no angle from the keyphasor's mark."""
+    found.save(tmp_path)
+    rig = Rig.load(tmp_path / "rig.toml")
+    assert rig.bushings[0].contact.stiffness == pytest.approx(CONTACT, rel=0.1)
+    (unbalance,) = rig.unbalances
+    assert unbalance.moment == pytest.approx(1e-4, rel=0.05)
+    # Pulses rise where cos(angle + π/3) passes 0.5, at -2π/3: the mark. Half a sample is 0.04 rad of a turn.
+    assert unbalance.phase == pytest.approx(0.5 - 2 * np.pi / 3, abs=0.05)
+    assert rig.structure.supports[0].kind == "elastic"
+
+
+def test_a_rig_file_without_spin_and_unbalance_gets_both(rubbing):
+    """An unbalance acts on a shaft that turns: of a file that says of no speed, that of the fastest record is taken."""
+    plain = rotor(1.15 * GAP).replace(unbalances=(), spin=None)
+    rig = cm.identify.orbits([dataclasses.replace(record, rig=plain) for record in rubbing]).rig
+    assert rig.spin == RUN_UP
+    assert rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.05)
+
+
+def test_examples_that_the_orbits_do_not_tell_stay_and_are_said(found):
+    assert found.rig.examples == ("structure.material.density",)
+    assert found.warnings[-1].startswith("of the rig file, 1 number is an example that nobody gave")
 
 
 def test_results_are_words_rows_and_a_figure(found, tmp_path):

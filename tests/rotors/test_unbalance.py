@@ -52,6 +52,15 @@ def test_amplification_factor_of_a_jeffcott_rotor(zeta):
     assert "margin" not in found
 
 
+@pytest.mark.parametrize("last", [1.1, 4.0])
+def test_words_beside_a_peak_stay_within_the_axes(last):
+    figure = unbalance_response(damped(0.02), np.linspace(0.0, last * JEFFCOTT, 101)).plot()
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    assert len(axes.texts) == 2
+    assert all(text.get_window_extent().x1 < axes.bbox.x1 for text in axes.texts)
+
+
 def test_probes_see_the_critical_speeds_of_their_own_planes():
     """Supports that are softer along y: shaft and springs in series, each probe with one peak, nearly undamped."""
     stiff, soft = 4e5, 1e5

@@ -11,15 +11,7 @@ from pydantic import Field
 from ...core.validation import NotNegative, Number, Positive
 from ...rig import Bushing
 from ..contact import ContactModel, Numbers, register
-from ..family import (
-    DECADE,
-    ContactFamily,
-    EarlierFit,
-    FamilyParameter,
-    GapForces,
-    positive_parameter,
-    register_family,
-)
+from ..family import DECADE, ContactFamily, EarlierFit, FamilyParameter, GapForces, positive_parameter, register_family
 from ..lanes import power
 
 __all__ = ["HuntCrossley1975", "PowerLaw", "loss_factor"]

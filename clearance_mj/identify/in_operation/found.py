@@ -86,7 +86,7 @@ class OrbitFit:
     """What the orbits of a machine in operation tell of its clearances. Made by `orbits`."""
 
     rig: Rig
-    """with the gaps and places found, where they are seen"""
+    """with what was found: linear rig, unbalances and, where a gap is seen, it, place, contact, friction and filling"""
     clearances: tuple[ClearanceInOperation, ...]
     """of each bushing"""
     estimates: Estimates

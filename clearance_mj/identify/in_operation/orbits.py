@@ -14,13 +14,15 @@ from ...estimate import Parameter, Solution, solve
 from ...estimate.loss import UnknownScale
 from ...io.dataset import Dataset, Record
 from ...model import Model
-from ...rig import Rig
+from ...rig import Bushing, Friction, Rig, Unbalance
+from ...rig.examples import example_words, unknown_examples
 from ..laws.round_comparison import rests_of
 from ..laws.round_fit import placed
 from ..laws.round_motion import smallest_circle
 from ..records.prepared import PreparedRecord, prepared, require_one_mark
-from ..structure.priors import priors
+from ..structure.priors import priors, rig_with
 from .found import ClearanceInOperation, OrbitFit
+from .gains import places_of_unbalance
 from .problem import LawProblem, Place, law_parameters, places_of
 from .search import FIRST, fitted, free
 from .windows import Bands, bands_of, cut, uncertain
@@ -120,13 +122,9 @@ def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
 
 
 def _result(
-    rig: Rig,
-    records: Sequence[PreparedRecord],
-    bands: Bands,
-    places: Sequence[Place],
-    found: Solution,
+    rig: Rig, records: Sequence[PreparedRecord], bands: Bands, places: Sequence[Place], found: Solution,
     odds: np.ndarray,
-) -> OrbitFit:
+) -> OrbitFit:  # fmt: skip
     problem = found.problem
     assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
     correlated = max(found.loss.correlated, 1.0)
@@ -134,21 +132,50 @@ def _result(
     estimates = found.estimates(covariance)
     values = dict(zip(estimates.names, estimates.value.tolist()))
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
+    linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}
+    base, told = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
     clearances, bushings = [], []
-    for place in places:
+    for place, bushing in zip(places, base.bushings):
         clearance = _clearance(rig, problem, place, values, std, float(odds[place.number]))
         clearances.append(clearance)
-        bushing = rig.bushings[place.number]
         if clearance.seen:
-            sag = np.array(rests_of(rig)[place.number]) - (bushing.offset_y, bushing.offset)
-            bushing = placed(bushing, np.array(clearance.rest) - sag, gap=clearance.gap)
+            sag = np.array(rests_of(base)[place.number]) - (bushing.offset_y, bushing.offset)
+            filled = _filled(bushing, place, values, clearance.touches)
+            bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap)
+        else:
+            told = [name for name in told if not name.startswith(f"bushings[{place.number}].")]
         bushings.append(bushing)
     misfit = float(found.loss.scale(found.residuals)) ** 0.5
-    names = tuple(r.name for r in records)
-    return OrbitFit(
-        rig.replace(bushings=tuple(bushings)), tuple(clearances), estimates, names, misfit, bands, rig,
-        _warnings(records, misfit),
-    )  # fmt: skip
+    names, left = tuple(r.name for r in records), unknown_examples(rig.examples, told)
+    words = (f"of the rig file, {example_words(left)}",) if left else ()
+    spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
+    base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=left, spin=spin)
+    warnings = _warnings(records, misfit) + words
+    return OrbitFit(base, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
+
+
+def _filled(bushing: Bushing, place: Place, values: dict[str, float], touches: bool) -> Bushing:
+    """Return a bushing with the filling that was found and, if the shaft touches, contact and friction."""
+    own, nominal = f"bushings[{place.number}]", place.nominal
+    if touches:
+        k, c, mu = (values[f"{own}.{name}"] for name in ("contact stiffness", "contact damping", "friction"))
+        contact = dataclasses.replace(bushing.contact, stiffness=k, damping=c)
+        friction = dataclasses.replace(bushing.friction or Friction(mu), coefficient=mu)
+        bushing = dataclasses.replace(bushing, contact=contact, friction=friction)
+    if bushing.film:
+        film = dataclasses.replace(bushing.film, viscosity=values[f"{own}.grease viscosity"])
+        return dataclasses.replace(bushing, film=film)
+    found = (values.get(f"{own}.{p.name}", 0.0) for p in place.filling.parameters(nominal))
+    return dataclasses.replace(bushing, grease=place.filling.make(nominal, *found))
+
+
+def _unbalances(rig: Rig, values: dict[str, float]) -> tuple[Unbalance, ...]:
+    """Return the unbalances that were found, each at its angle from the keyphasor's mark."""
+    found = []
+    for i, (x, _) in enumerate(places_of_unbalance(rig)):
+        along, across = (values[f"unbalances[{i}] {part} the mark"] for part in ("along", "across"))
+        found.append(Unbalance(x, math.hypot(along, across), math.atan2(across, along)))
+    return tuple(found)
 
 
 def _clearance(

@@ -147,11 +147,7 @@ def _mark(axes: Axes, alarms: Sequence[OrbitAlarm]) -> None:
     for alarm in alarms:
         axes.axvline(alarm.time, color=ALARM, lw=1.0)
         axes.annotate(
-            f" {alarm.quantity}",
-            (alarm.time, 0.9),
-            xycoords=("data", "axes fraction"),
-            color=ALARM,
-            fontsize="small",
+            f" {alarm.quantity}", (alarm.time, 0.9), xycoords=("data", "axes fraction"), color=ALARM, fontsize="small"
         )
 
 

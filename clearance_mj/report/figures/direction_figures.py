@@ -11,18 +11,7 @@ from ...rig import Rig
 from ...signals.frf import FRF
 from ...study import Study
 from ...study.matrices import FRFMatrices
-from ..style import (
-    COLOURS,
-    REPEAT,
-    TEST,
-    Drawing,
-    decibel,
-    finite,
-    frequency_axis,
-    letters,
-    sheet,
-    tidy,
-)
+from ..style import COLOURS, REPEAT, TEST, Drawing, decibel, finite, frequency_axis, letters, sheet, tidy
 from .looks import Looks
 
 __all__ = ["directional", "frf_matrix"]
