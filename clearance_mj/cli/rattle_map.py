@@ -38,8 +38,6 @@ def _options(parser: argparse.ArgumentParser) -> None:
     **results_of("rattle_map"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    import numpy as np
-
     from ..periodic import map_rattle
     from ..periodic.space.forced import excited_by
     from ..periodic.summaries import of_map
@@ -58,7 +56,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     print("\n  ".join(words(found)))
     for name, each in spread.items():
         print(f"contacts a standard deviation {name}: " + "\n  ".join(words(each)))
-    for gaps, depth in zip(found.gap, np.nan_to_num(found.penetration).max(axis=(0, 2, 3))):
+    for gaps, depth in zip(found.gap, result["largest_depth"]):
         warn_of_depths(model.with_gap(gaps.tolist()), depth)
     print(f"rattle map: {options.out / 'rattle_map.png'}")
     return result

@@ -100,10 +100,8 @@ def _gaps(found: Identified, dataset: Dataset) -> Table:
             row = rows.get(f"bushings[{j}].{name}")
             limits = (1e6 * row["low"], 1e6 * row["high"]) if row else ()
             is_unseen = name == "gap" and j in found.unseen_gaps
-            own += [
-                1e6 * getattr(before, name),
-                "not seen" if is_unseen else Interval(1e6 * getattr(bushing, name), *limits),
-            ]
+            shown = "not seen" if is_unseen else Interval(1e6 * getattr(bushing, name), *limits)
+            own += [1e6 * getattr(before, name), shown]
         cells.append((f"{j + 1} ({bushing.where})", *own))
     columns = [Column("Bushing")]
     for name in ("Gap", "Offset"):

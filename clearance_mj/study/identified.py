@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..clearance.law import Law
+from ..estimate.estimates import Estimates
 from ..identify import Identified, get_method
 from ..identify.laws.law_misfit import Decay, LawMisfit, Stretch
 from ..model import Model
@@ -71,6 +72,11 @@ class IdentifiedModel:
     def rig(self) -> Rig:
         """The model's."""
         return self.model.rig
+
+    @property
+    def unseen_gaps(self) -> list[str]:
+        """Names of the gaps of which the records say nothing: they are the rig file's."""
+        return [name for name in Estimates.from_rows(self.parameters).only_prior if name.endswith(".gap")]
 
     @property
     def simulated_on(self) -> str:

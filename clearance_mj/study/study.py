@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..core.cache import ResultCache, code_outside
+from ..core.overview import few
 from ..core.tasks import run_tasks
 from ..engines import default_engine, get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
@@ -268,22 +269,20 @@ class Study:
     @functools.cached_property
     def periodic(self) -> PeriodicVibrations:
         """What the best law that has periodic vibrations does under sines of the study's levels, and beyond them."""
+        nothing = functools.partial(PeriodicVibrations, "", (), None)
         if self.dataset.rig.is_spatial:
-            why = "clearance-mj response and clearance-mj orbits follow those of a rig in space"
-            return PeriodicVibrations("", (), None, why)
+            return nothing("clearance-mj response and clearance-mj orbits follow those of a rig in space")
         names = sorted(self.methods, key=lambda name: name == self.best_law)
         name = next((name for name in reversed(names) if has_periodic_vibrations(self.law(name).law)), None)
         if name is None:
-            why = "laws over time or amplitude have no periodic vibrations, and the study has no other"
-            return PeriodicVibrations("", (), None, why)
+            return nothing("laws over time or amplitude have no periodic vibrations, and the study has no other")
         record, model = self.main_record, self.law(name).model
-        band = record.band or (RESOLUTION, record.fs / 2)
-
-        def compute() -> PeriodicVibrations:
-            kind = record.excitation_kind
-            return periodic_vibrations(name, model, self.levels, band, kind, self._workers, self._progress)
-
-        inputs = [*model_content(model), self.levels, band, record.excitation_kind]
+        if unseen := self.law(name).unseen_gaps:
+            return nothing(f"no record to identify shows {few(unseen)}, on which they rest")
+        kind, band = record.excitation_kind, record.band or (RESOLUTION, record.fs / 2)
+        settings = self.levels, band, kind, self._workers, self._progress
+        compute = functools.partial(periodic_vibrations, name, model, *settings)
+        inputs = [*model_content(model), self.levels, band, kind]
         inputs += code_outside(*models_of(model.law))
         return stored.periodic(self.cache, f"periodic_{name}", inputs, model.rig, model.law, compute)
 

@@ -163,13 +163,11 @@ def softer_and_stiffer(model: Model) -> list[Model]:
     rig = model.rig
     stiff = tuple(t for t in rig.tolerances if t.of.endswith("contact.stiffness") and t.size > 0)
     if not stiff:
-        words = f'rig "{rig.name}": no tolerance of "bushings.contact.stiffness" says how far a contact may be softer'
-        raise ClearanceError(words)
+        raise ClearanceError(f'rig "{rig.name}": no tolerance of "bushings.contact.stiffness" says how far it goes')
     if not is_datasheet(model):
         raise ClearanceError(f'rig "{rig.name}" is under a law of its own, and not under the contacts of its file')
-    rule = Scatter.of_rig(rig.replace(tolerances=stiff)).rule(model)
+    rule, shares = Scatter.of_rig(rig.replace(tolerances=stiff)).rule(model), norm.cdf([[-1.0], [1.0]])
     of_each = [*zip(rule.numbers, rule.values, rule.gaps)]
-    shares = norm.cdf([[-1.0], [1.0]])
     return [changed(model, rule.keys, [float(n.quantile(s, v, gap)[0]) for n, v, gap in of_each]) for s in shares]
 
 

@@ -14,8 +14,10 @@ from clearance_mj.identify.registry import Identified
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.report.identification import write_identification
 from clearance_mj.report.identification_figures import draw_forces
+from clearance_mj.study import IdentifiedModel
 
 from ..conftest import record_of
+from ..studies import study_of
 
 
 @pytest.fixture
@@ -65,3 +67,10 @@ def test_a_new_rig_that_turns_leads_on_to_its_critical_speeds(tmp_path, capsys):
     path = tmp_path / "rotor.toml"
     assert main(["new", "rotor", "--spin", "900rpm", "--out", str(path)]) == 0
     assert capsys.readouterr().out.endswith(f"next: clearance-mj campbell {path}: its critical speeds\n")
+
+
+def test_a_study_shows_no_vibrations_that_rest_on_it(found, rig):
+    records = [record_of(rig, name, role, 0.3, 3) for name, role in (("quiet", "identify"), ("check", "validate"))]
+    law = IdentifiedModel("bench", found.model, parameters=found.parameters)
+    shown = study_of(Dataset(rig, tuple(records)), (law,)).periodic
+    assert shown.map is None and "no record to identify shows bushings[0].gap, on which" in shown.missing
