@@ -8,6 +8,7 @@ import pytest
 
 from clearance_mj import periodic
 from clearance_mj.clearance.law import ConstantLaw
+from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.io.uff import Channel
 from clearance_mj.model import Model
@@ -111,10 +112,8 @@ def make_study(offset=0.0, floors=(1.0, 4.0), source="synthetic: virtual test ri
             first, second = shift, shift * 1.002
             floor[level] = compared(frf(first), frf(second), first, second)
     dataset, tests = Dataset(RIG, tuple(records)), {name: frf(shift) for name, shift in shifts.items()}
-    parameters = (
-        {"name": "contact stiffness", "unit": "N/m", "value": 8.1e3, "relative_std": 0.05},
-        {"name": "grease damping", "unit": "N s/m", "value": 2.5, "relative_std": 0.2},
-    )
+    fitted = Parameter("contact stiffness", "N/m", 8e3, 1.0, 1e6), Parameter("grease damping", "N s/m", 2.0, 0.1, 1e2)
+    parameters = Estimates.of(fitted, np.array([8.1e3, 2.5]), np.diag([0.05**2, 0.2**2])).rows()
     laws = (
         IdentifiedModel("nominal", Model(RIG, ConstantLaw(7.8e3, 4.0)), "rig file only"),
         IdentifiedModel("constant", Model(RIG, LAW), "rig file and the records to identify", parameters=parameters),
