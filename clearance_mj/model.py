@@ -16,14 +16,15 @@ from .clearance.law_files import law_from_dict, load_law
 from .clearance.modelled import rig_and_law
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
-from .core.overview import Overview, Shown
+from .core.overview import Overview, Shown, few
 from .engines import Engine, simulate
 from .rig import Rig
+from .rig.examples import example_words
 from .rig.gaps import Gap
 from .signals.excitation import Excitation
 from .signals.response import Response
 
-__all__ = ["LAW_FILE", "RIG_FILE", "Model"]
+__all__ = ["LAW_FILE", "RIG_FILE", "Model", "model_warnings"]
 
 RIG_FILE, LAW_FILE, POSTERIOR_FILE = "rig.toml", "law.json", "posterior.json"
 KEPT_DRAWS = 64  # models that a folder keeps of a posterior: a standard deviation out of so many is known to 9 %
@@ -212,3 +213,22 @@ def _rig(data: dict[str, Any], known: Rig) -> Rig:
     if known.structure and known.structure.files:
         data = data | {"structure": of_known["structure"]}
     return Rig.from_dict(data)
+
+
+def model_warnings(model: Model, folder: Path | None) -> list[str]:
+    """Say which numbers of a model nobody gave, and which of its gaps no record showed.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    folder : Path, optional
+        Where it was loaded from; what identification wrote says which gaps it took from the rig file.
+    """
+    words = [example_words(model.rig.examples)] if model.rig.examples else []
+    try:
+        said = json.loads((folder / "identified.json").read_text(encoding="utf-8"))["only_prior"] if folder else ()
+    except (OSError, ValueError, KeyError, TypeError):  # no model that was identified from records
+        return words
+    gaps = few([name for name in said if name.endswith(".gap")])
+    return [*words, f"no record showed {gaps}; contact is predicted with the rig file's number"] if gaps else words

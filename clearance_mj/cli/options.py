@@ -50,8 +50,8 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
     """Add the option ``name`` that maps columns ``of`` some file."""
     words = (
         f'what a column of {of} is, such as "Accel 1=acc:1 [g]" or "Temp=skip"; may be repeated. Headers time, base, '
+        "force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without"
     )
-    words += "force, keyphasor, acc:NODE and disp:NODE need none; units in brackets, SI without"
     parser.add_argument(name, action="append", default=[], metavar="HEADER=CHANNEL", help=words)
 
 
@@ -116,8 +116,8 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     option("--law", type=Path, help="law file (default: the folder's, or the rig's datasheet contact)")
     words = (
         "radial gap instead of the rig's: m, with a unit such as 0.09mm, or a factor such as x0.5; of all bushings, "
+        "or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated"
     )
-    words += "or of one, such as 7:+Z=x0.5 or bushings[0]=0.09mm, which may be repeated"
     option("--gap", action="append", default=[], metavar="[BUSHING=]VALUE", help=words)
 
 
@@ -126,12 +126,11 @@ def load_model(options: argparse.Namespace) -> Model:
 
     An engine that was not asked for is then known.
     """
-    from ..model import Model
-    from ..rig.examples import doubts
+    from ..model import Model, model_warnings
     from ..rig.plausible import check_units
 
     model = Model.load(options.rig, options.law)
-    for words in doubts(model.rig.examples, None if options.gap else options.rig):
+    for words in model_warnings(model, None if options.gap else options.rig):
         say(f"{options.rig}: {words}", "warning")
     if getattr(options, "engine", "") is None:
         from ..engines import default_engine

@@ -30,7 +30,7 @@ from tqdm import tqdm
 from .cache import code
 from .errors import ClearanceError
 
-__all__ = ["foretell", "run_tasks", "workers_to_use"]
+__all__ = ["print_duration", "run_tasks", "workers_to_use"]
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -55,7 +55,7 @@ def workers_to_use(workers: int | None) -> int:
     return workers
 
 
-def foretell(what: str, task: Callable[[], object], times: float, workers: int) -> None:
+def print_duration(what: str, task: Callable[[], object], times: float, workers: int) -> None:
     """Say how long so many times a task take on workers, from one that is timed after one that compiles its code."""
     task()
     start = time.perf_counter()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Collection, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from ..core.errors import ClearanceError
@@ -13,7 +11,7 @@ from ..core.overview import few
 from ..core.plain_numbers import find_numbers
 from .tolerance import CLAMP_COMPLIANCES, Tolerance
 
-__all__ = ["check_paths", "doubts", "example_words", "unknown_examples"]
+__all__ = ["check_paths", "example_words", "unknown_examples"]
 
 LISTED = 20  # examples at most that are named in a sentence
 _OF_LAW = ("contact", "grease")  # a law that was found takes the place of these numbers of the rig file
@@ -53,23 +51,3 @@ def unknown_examples(examples: Sequence[str], known: Collection[str]) -> tuple[s
     paths |= {path.replace("damping_ratios", "rayleigh") for path in paths}  # in the place of which they were fitted
     laws = tuple(f"bushings.{part}." for part in _OF_LAW if any(f"{part} " in name for name in known))
     return tuple(path for path in examples if path not in paths and not path.startswith(laws))
-
-
-def doubts(examples: Sequence[str], folder: Path | None) -> Iterator[str]:
-    """Return in words which numbers of a model nobody gave, and which of its gaps no record showed.
-
-    Parameters
-    ----------
-    examples : sequence of str
-        Their paths.
-    folder : Path, optional
-        That of the model; where identification wrote it, it holds ``identified.json``.
-    """
-    if examples:
-        yield example_words(examples)
-    try:
-        said = json.loads((folder / "identified.json").read_text(encoding="utf-8"))["only_prior"] if folder else ()
-    except (OSError, ValueError, KeyError, TypeError):  # no model that was identified from records
-        return
-    if gaps := [name for name in said if name.endswith(".gap")]:
-        yield f"no record showed {few(gaps)}; contact is predicted with the rig file's number"

@@ -175,7 +175,8 @@ class UnbalanceResponse:
         criticals, gaps = self.criticals, dict(zip(self.shaft.rig.probe_labels[::2], self.shaft.rig.bushings))
         for (above, below), plane in zip(axes, curves):
             draw_margins(above, self.operating, criticals)
-            for row in criticals[criticals.probe.map(self.planes) == plane].itertuples():
+            own = criticals[criticals.probe.map(self.planes) == plane].round({"spin_rev_min": 0})
+            for row in own.drop_duplicates("spin_rev_min").itertuples():  # of two probes that peak together one
                 at, words = row.spin_rev_min, f"{row.spin_rev_min:.0f} rev/min, AF {row.amplification_factor:.3g}"
                 above.plot(at, row.amplitude_um_pp, "o", color=TEST, ms=3.5, label="critical speed")
                 side, ha = (-6, "right") if at > LATE * RPM * self.speed[-1] else (6, "left")

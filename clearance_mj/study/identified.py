@@ -74,9 +74,9 @@ class IdentifiedModel:
         return self.model.rig
 
     @property
-    def unseen_gaps(self) -> list[str]:
-        """Names of the gaps of which the records say nothing: they are the rig file's."""
-        return [name for name in Estimates.from_rows(self.parameters).only_prior if name.endswith(".gap")]
+    def unseen_gaps(self) -> tuple[int, ...]:
+        """Numbers of the bushings of whose gap the records say nothing: it is the rig file's."""
+        return Identified(model=self.model, estimates=Estimates.from_rows(self.parameters)).unseen_gaps
 
     @property
     def simulated_on(self) -> str:

@@ -277,7 +277,7 @@ class Study:
         if name is None:
             return nothing("laws over time or amplitude have no periodic vibrations, and the study has no other")
         record, model = self.main_record, self.law(name).model
-        if unseen := self.law(name).unseen_gaps:
+        if unseen := [f"bushings[{j}].gap" for j in self.law(name).unseen_gaps]:
             return nothing(f"no record to identify shows {few(unseen)}, on which they rest")
         kind, band = record.excitation_kind, record.band or (RESOLUTION, record.fs / 2)
         settings = self.levels, band, kind, self._workers, self._progress

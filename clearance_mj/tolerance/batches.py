@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.cache import ResultCache
-from ..core.tasks import foretell, run_tasks, workers_to_use
+from ..core.tasks import print_duration, run_tasks, workers_to_use
 from ..model import Model
 from ..periodic.in_gap import resonances
 from ..periodic.map_rows import solver_at
@@ -68,7 +68,7 @@ def total_of(
     alone = workers == 1 and not scheduler and not executor
     if progress and left and not scheduler and not executor:
         first, count = Batch(left[0].first, left[0].designs[:1]), sum(len(batch.designs) for batch in left)
-        foretell(f"{progress}, {count} designs", lambda: compute(first), count, min(workers, len(left)))
+        print_duration(f"{progress}, {count} designs", lambda: compute(first), count, min(workers, len(left)))
     run = run_tasks(
         compute, left, workers, processes=not alone, scheduler=scheduler, executor=executor, progress=progress,
         done=len(of_designs),

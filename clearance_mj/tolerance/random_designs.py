@@ -23,7 +23,7 @@ from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
 from ..core.cache import code, digest
 from ..core.errors import ClearanceError
-from ..core.tasks import foretell, run_tasks, workers_to_use
+from ..core.tasks import print_duration, run_tasks, workers_to_use
 from ..engines import Engine, get_engine
 from ..rig import Rig
 from ..signals.psd import PSD
@@ -161,8 +161,8 @@ def peaks_of_designs(
     said = "designs, eight at a time" if progress else ""
     if tasks and progress and not scheduler:
         part = partial(_marched, tasks[0]._replace(duration=TIMED, settling=0.0))
-        times = len(tasks) * (duration + settling) / TIMED
-        foretell(f"random excitation, {len(cases)} designs", part, times, min(workers_to_use(workers), len(tasks)))
+        times, what = len(tasks) * (duration + settling) / TIMED, f"random excitation, {len(cases)} designs"
+        print_duration(what, part, times, min(workers_to_use(workers), len(tasks)))
     run = run_tasks(_marched, tasks, workers if many else 1, processes=many, scheduler=scheduler, progress=said)
     for _, found in run:
         yield from (each for each in found if (each.design, each.level) not in done)

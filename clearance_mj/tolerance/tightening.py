@@ -46,7 +46,7 @@ POINTS = 2**13  # of the production, at which the learnt function is read
 SMOOTHED = 0.05  # of the level's standard deviation: by which shares are smooth functions of tolerances at least
 NARROWEST = 0.02  # share of a tolerance below which none is tightened
 GAPS, GAPS_TRIED = (0.5, 8.0), 4  # times the nominal gap, within which another one is looked for, and how often
-ROOM = 0.03  # of the logarithm of the level, by which a gap should do
+MARGIN = 0.03  # of the logarithm of the level, by which a gap should do
 IMPACTS = 200.0  # 1/s, more than there are at a bushing
 
 FirstLevels = Callable[[Designs, str], np.ndarray]
@@ -253,11 +253,11 @@ def _tightened(
     if share <= allowed or cheapest or np.any(found.width < 1):
         return found
 
-    def about(factor: float) -> np.ndarray:
+    def with_gap(factor: float) -> np.ndarray:
         other = model.with_gap(f"x{factor!r}")
         return first_levels(scatter.draw(other, n_designs, seed), f"gap_{factor:.6g}")
 
-    factor, again = _gap(about, first, level, allowed)
+    factor, again = _gap(with_gap, first, level, allowed)
     gap_share = float(np.mean(again <= level))
     return replace(
         found, gap=factor, gaps=tuple(factor * bushing.gap for bushing in model.rig.bushings), gap_share=gap_share,
@@ -266,26 +266,26 @@ def _tightened(
 
 
 def _gap(
-    about: Callable[[float], np.ndarray], first: np.ndarray, level: float, allowed: float
+    with_gap: Callable[[float], np.ndarray], first: np.ndarray, level: float, allowed: float
 ) -> tuple[float, np.ndarray]:
     """The factor of the gaps that leaves the share, or the best of those tried, and the first levels of its designs.
 
     Levels go with the gap at first; what designs about other gaps do says how they go, by secants over logarithms.
     """
 
-    def room(first: np.ndarray) -> float:
+    def margin(first: np.ndarray) -> float:
         return math.log(min(np.sort(first)[int(allowed * first.size)], LOOKED_AHEAD * level) / level)
 
-    at, slope, rooms = 0.0, 1.0, {0.0: room(first)}
+    at, slope, margins = 0.0, 1.0, {0.0: margin(first)}
     found: dict[float, np.ndarray] = {}
-    while slope and len(found) < GAPS_TRIED and not 0 < rooms[at] < 5 * ROOM:
-        new = float(np.clip(at + (ROOM - rooms[at]) / slope, *np.log(GAPS)))
-        if new in rooms:
+    while slope and len(found) < GAPS_TRIED and not 0 < margins[at] < 5 * MARGIN:
+        new = float(np.clip(at + (MARGIN - margins[at]) / slope, *np.log(GAPS)))
+        if new in margins:
             break
-        found[new] = about(math.exp(new))
-        rooms[new] = room(found[new])
-        at, slope = new, (rooms[new] - rooms[at]) / (new - at)
-    best = max(found, key=lambda each: (min(rooms[each], 0.0), -abs(each)))
+        found[new] = with_gap(math.exp(new))
+        margins[new] = margin(found[new])
+        at, slope = new, (margins[new] - margins[at]) / (new - at)
+    best = max(found, key=lambda each: (min(margins[each], 0.0), -abs(each)))
     return math.exp(best), found[best]
 
 
@@ -331,20 +331,20 @@ def _cheapest(shares: _Shares, scatter: Scatter, allowed: float) -> dict[str, fl
         found[priced] = np.exp(logarithms)
         return found
 
-    def room(logarithms: np.ndarray) -> float:
+    def margin(logarithms: np.ndarray) -> float:
         return math.log(allowed) - math.log(max(shares.share(widths(logarithms)), 1e-12))
 
     lowest = np.full(len(priced), math.log(NARROWEST))
-    if not priced or room(lowest) < 0:
+    if not priced or margin(lowest) < 0:
         return {}
 
     def cost(logarithms: np.ndarray) -> float:
         return float(np.sum(price * np.expm1(-logarithms)) / price.sum())
 
-    start = np.full(len(priced), float(brentq(lambda x: room(np.full(len(priced), x)), lowest[0], 0.0, xtol=1e-3)))
+    start = np.full(len(priced), float(brentq(lambda x: margin(np.full(len(priced), x)), lowest[0], 0.0, xtol=1e-3)))
     best = minimize(
-        cost, start, method="SLSQP", bounds=[(lowest[0], 0.0)] * len(priced), constraints={"type": "ineq", "fun": room},
-        options={"maxiter": 60, "ftol": 1e-6},
+        cost, start, method="SLSQP", bounds=[(lowest[0], 0.0)] * len(priced),
+        constraints={"type": "ineq", "fun": margin}, options={"maxiter": 60, "ftol": 1e-6},
     ).x  # fmt: skip
-    found = best if room(best) > -1e-2 else start
+    found = best if margin(best) > -1e-2 else start
     return {scatter.numbers[i].of: float(math.exp(x)) for i, x in zip(priced, found) if x < -1e-3}

@@ -133,7 +133,7 @@ def _result(
     values = dict(zip(estimates.names, estimates.value.tolist()))
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
     linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}
-    base, told = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
+    base, known = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
     clearances, bushings = [], []
     for place, bushing in zip(places, base.bushings):
         clearance = _clearance(rig, problem, place, values, std, float(odds[place.number]))
@@ -143,10 +143,10 @@ def _result(
             filled = _filled(bushing, place, values, clearance.touches)
             bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap)
         else:
-            told = [name for name in told if not name.startswith(f"bushings[{place.number}].")]
+            known = [name for name in known if not name.startswith(f"bushings[{place.number}].")]
         bushings.append(bushing)
     misfit = float(found.loss.scale(found.residuals)) ** 0.5
-    names, left = tuple(r.name for r in records), unknown_examples(rig.examples, told)
+    names, left = tuple(r.name for r in records), unknown_examples(rig.examples, known)
     words = (f"of the rig file, {example_words(left)}",) if left else ()
     spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
     base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=left, spin=spin)
