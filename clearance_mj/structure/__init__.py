@@ -3,7 +3,7 @@
 from typing import Annotated, TypeAlias
 
 from ..core.validation import OneOf
-from .base import LinearModel, Point, Structure, register
+from .base import Assembly, Point, Structure, register
 from .beam import Beam, Clamp
 from .matrices import Matrices
 from .measured import MeasuredModes, modes_from_frf
@@ -15,10 +15,10 @@ from .truncation import Truncation, find_truncation
 
 __all__ = [
     "AnyStructure",
+    "Assembly",
     "Beam",
     "Clamp",
     "Disc",
-    "LinearModel",
     "Material",
     "Matrices",
     "MeasuredModes",

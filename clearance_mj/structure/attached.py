@@ -167,7 +167,7 @@ class Whole(NamedTuple):
     viscous: np.ndarray
     influence: np.ndarray  # (n, 3)
     rows: Rows
-    turning: Callable[[], Turning] | None  # of one bending plane of a shaft, as of `LinearModel`
+    turning: Callable[[], Turning] | None  # of one bending plane of a shaft, as of `Assembly`
 
 
 class _Plane(NamedTuple):

@@ -28,7 +28,7 @@ from .files import is_embedded
 __all__ = [
     "AXES",
     "SHAFT_NAME",
-    "LinearModel",
+    "Assembly",
     "Point",
     "Rows",
     "Structure",
@@ -139,7 +139,7 @@ class Turning(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class LinearModel:
+class Assembly:
     """M q̈ + C q̇ + K q = P f - (M R) a: a linear structure in coordinates q of any kind, relative to its base.
 
     The damping is the sum of what its four fields say.
@@ -179,7 +179,7 @@ class Structure(ABC):
     """fields that hold the name of a file, from the working folder; rig files name it from their own folder"""
 
     @abstractmethod
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return the structure's matrices.
 
         Parameters

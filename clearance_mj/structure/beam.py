@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Positive, Share, checked, seldom
-from .base import LinearModel, Structure
+from .base import Assembly, Structure
 from .section import Material, Section, check_sizes
 from .shaft import Disc, Shaft, Support
 
@@ -149,7 +149,7 @@ class Beam(Structure):
         if not 0 < point <= self.length:
             raise ValueError(f"{point:g} m lies outside the beam (0 < x <= {self.length:g} m)")
 
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return mass and stiffness of cantilever modes and of the static shapes under a unit force at each point.
 
         With a clamp that gives, those of the shaft's elements.
@@ -163,7 +163,7 @@ class Beam(Structure):
         influence = np.zeros((len(mass), 3))
         influence[:, 2] = self.mass_per_length * weight @ y
         stiffness = self.bending_stiffness * (curvature.T * weight) @ curvature
-        return LinearModel(
+        return Assembly(
             mass, stiffness, influence, lambda at: _functions(self, np.asarray(at, dtype=float), modes, forces),
             self.rayleigh, self.damping_ratios or (), rocking=self.mass_per_length * (weight * x) @ y, reduced=True,
         )  # fmt: skip

@@ -16,7 +16,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 from ..core.errors import RigError
 from ..core.files import replacing
 from ..core.validation import NotNegative, Share, Text, checked
-from .base import LinearModel, StructureOfFiles, register
+from .base import Assembly, StructureOfFiles, register
 from .dofs import Dofs, dof_table, read_dofs
 from .files import FileName, absolute, content, embedded, is_embedded, opened
 from .matrix_checks import check_mass_and_stiffness, symmetric
@@ -195,7 +195,7 @@ class Matrices(StructureOfFiles):
         dofs = _free(self).dofs
         return np.zeros(3) if dofs.places is None else dofs.places[dofs.find(point)[0]]
 
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return the matrices of what can move; see `Structure.assemble`."""
         free = _free(self)
 
@@ -207,7 +207,7 @@ class Matrices(StructureOfFiles):
             return found
 
         damping = self.rayleigh, self.damping_ratios, free.damping
-        return LinearModel(free.mass, free.stiffness, free.influence, rows, *damping, reduction=self.reduction)
+        return Assembly(free.mass, free.stiffness, free.influence, rows, *damping, reduction=self.reduction)
 
 
 def _named(name: str, function: Callable[[str], T], value: str) -> T:

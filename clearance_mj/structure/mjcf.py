@@ -14,7 +14,7 @@ from pydantic import Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Share, Text, checked
-from .base import AXES, LinearModel, StructureOfFiles, parse_dof, register
+from .base import AXES, Assembly, StructureOfFiles, parse_dof, register
 from .files import FileName, absolute, content
 from .linearise import Linearised, linearised
 
@@ -84,14 +84,14 @@ class Mjcf(StructureOfFiles):
         """Return where a site or body is at equilibrium; see `Structure.coordinates`."""
         return _linearised(self).place(*self._named(point))
 
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return the matrices of small motions; see `Structure.assemble`."""
         found = _linearised(self)
 
         def rows(at: Sequence[float | str]) -> np.ndarray:
             return np.reshape([self._row(point) for point in at], (len(at), len(found.mass)))
 
-        return LinearModel(
+        return Assembly(
             found.mass, found.stiffness, found.influence, rows, self.rayleigh, self.damping_ratios, found.damping
         )
 

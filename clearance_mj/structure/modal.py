@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from .attached import Attached, whole
-from .base import LinearModel, Rows, Structure, Turning, dof_vector, ratios_of_modes
+from .base import Assembly, Rows, Structure, Turning, dof_vector, ratios_of_modes
 from .reduction import reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
@@ -25,10 +25,10 @@ class Reduction(NamedTuple):
     omega: np.ndarray
     damping: np.ndarray
     coupling: np.ndarray
-    influence: np.ndarray  # (n_coordinates, 3) as of `LinearModel`, with the point masses
+    influence: np.ndarray  # (n_coordinates, 3) as of `Assembly`, with the point masses
     rows: Rows
     transform: np.ndarray  # (n_coordinates, n)
-    turning: Callable[[], Turning] | None = None  # in the coordinates, as of `LinearModel`
+    turning: Callable[[], Turning] | None = None  # in the coordinates, as of `Assembly`
 
 
 @functools.lru_cache(maxsize=16)  # a large structure's holds megabytes
@@ -90,7 +90,7 @@ def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndar
     return np.asarray(transform * np.where(tip < 0, -1.0, 1.0))
 
 
-def _damping(linear: LinearModel, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _damping(linear: Assembly, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Damping of each mode, and what couples them."""
     eta1, eta2 = linear.rayleigh
     damping = eta1 + eta2 * omega**2

@@ -21,7 +21,7 @@ from pydantic import AfterValidator, Field
 from ..core.errors import RigError
 from ..core.files import write_text
 from ..core.validation import NotNegative, Number, Positive, Share, Text, checked
-from .base import LinearModel, Structure, dof_vector, parse_dof, ratios_of_modes, register
+from .base import Assembly, Structure, dof_vector, parse_dof, ratios_of_modes, register
 from .dofs import Dofs, dof_table
 from .mode_files import DAMPING, FREQUENCY, MODAL_MASS, PARTICIPATION, RESIDUAL, read_mode_file
 
@@ -216,14 +216,14 @@ class ModalStructure(Structure):
         known = self._residual_at if self.residual_flexibility else ()
         return self._table.find(point)[0] in [self._table.find(at)[0] for at in known]
 
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return the modes as coordinates, with modes of high frequency that carry the residual flexibility."""
         root = self._root_at(points)
         high = OMEGA_RATIO * self.omega[-1] if self.omega[-1] else 1.0
         values = np.hstack((self.unit_shapes, high * root))
         omega = np.append(self.omega, np.full(root.shape[1], high))
         viscous = np.diag(2 * np.append(self.ratios, np.full(root.shape[1], self.ratios[-1])) * omega)
-        return LinearModel(
+        return Assembly(
             np.eye(omega.size), np.diag(omega**2), self._influence(values), lambda at: self._rows(at, values),
             viscous=viscous, reduced=len(self.frequencies) <= MAX_MODES,
         )  # fmt: skip

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse
 
-from .base import LinearModel
+from .base import Assembly
 from .large import factored, lowest, residual_shapes
 
 __all__ = ["Modes", "reduced", "vibration_modes"]
@@ -107,7 +107,7 @@ def _modes(mass: np.ndarray, basis: np.ndarray) -> Modes:
 
 
 def reduced(
-    linear: LinearModel,
+    linear: Assembly,
     masses: Sequence[tuple[float, np.ndarray]],
     springs: Sequence[tuple[float, np.ndarray]],
     loads: Sequence[np.ndarray],

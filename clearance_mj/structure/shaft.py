@@ -15,7 +15,7 @@ from pydantic import Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Share, Text, checked, seldom
-from .base import LinearModel, Structure, Turning, parse_place, register
+from .base import Assembly, Structure, Turning, parse_place, register
 from .elements import Element, Mesh, Rigidity
 from .section import Material, Section
 
@@ -213,7 +213,7 @@ class Shaft(Structure):
         name = f' "{self.name}"' if self.name else ""
         return f"{x:g} m lies outside the shaft{name} ({self.start:g} <= x <= {self.end:g} m)"
 
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return mass and stiffness of beam elements, fine enough for the modes asked for."""
         held = [(s.position, i) for s in self.supports for i in HELD[s.kind]]
         mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko", held)
@@ -230,7 +230,7 @@ class Shaft(Structure):
             viscous += (moves.T * [support.translation_damping, support.rotation_damping]) @ moves
         along_z = influence[:, None] * [0.0, 0.0, 1.0]
         damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
-        return LinearModel(
+        return Assembly(
             mass, stiffness, along_z, lambda at: mesh.deflections(_positions(at)), *damping, rocking,
             lambda: self._turning(mesh),
         )  # fmt: skip

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Share, checked
-from .base import SHAFT_NAME, LinearModel, Point, Structure, parse_place, register
+from .base import SHAFT_NAME, Assembly, Point, Structure, parse_place, register
 from .shaft import Shaft
 
 __all__ = ["Shafts", "Spring"]
@@ -97,7 +97,7 @@ class Shafts(Structure):
         shown = f'"{point}"' if isinstance(point, str) else f"{point:g} m"
         raise ValueError(f"{shown} is on none of the shafts: name one, {names}")
 
-    def assemble(self, points: tuple[float | str, ...], modes: int) -> LinearModel:
+    def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return mass and stiffness of the shafts' beam elements and of the springs."""
         loads = [*points, *(point for spring in self.springs for point in spring.joined)]
         places = [place for place in map(parse_place, loads) if place]
@@ -124,10 +124,10 @@ class Shafts(Structure):
         influence = np.vstack([model.influence for model in models])
         rocking = np.concatenate([model.rocking for model in models if model.rocking is not None])
         damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
-        return LinearModel(mass, stiffness, influence, rows, *damping, rocking)
+        return Assembly(mass, stiffness, influence, rows, *damping, rocking)
 
 
-def _own_damping(model: LinearModel) -> np.ndarray:
+def _own_damping(model: Assembly) -> np.ndarray:
     """(n, n) η1 M + η2 K of a shaft, and its supports' dampers."""
     eta1, eta2 = model.rayleigh
     own = eta1 * model.mass + eta2 * model.stiffness

@@ -13,7 +13,7 @@ import pytest
 from clearance_mj.core.errors import RigError
 from clearance_mj.core.validation import Text, checked
 from clearance_mj.rig import Beam, Contact, Grease, Rig, Sensor
-from clearance_mj.structure import LinearModel, Structure
+from clearance_mj.structure import Assembly, Structure
 
 from .rig_changes import FILE, NUMBER, SHAFT, STEEL, TABLES, refused
 
@@ -79,7 +79,7 @@ def read_from_file(monkeypatch):
             pass
 
         def assemble(self, points, modes):
-            return LinearModel(np.eye(1), np.eye(1), np.zeros((1, 3)), lambda at: np.ones((len(at), 1)))
+            return Assembly(np.eye(1), np.eye(1), np.zeros((1, 3)), lambda at: np.ones((len(at), 1)))
 
     monkeypatch.setitem(Structure.known, "of-file", OfFile)
     return OfFile

@@ -12,7 +12,7 @@ import scipy.sparse.linalg
 from clearance_mj.beam import ritz_model
 from clearance_mj.rig import Contact, Grease, PointMass
 from clearance_mj.structure import reduction
-from clearance_mj.structure.base import LinearModel
+from clearance_mj.structure.base import Assembly
 from clearance_mj.structure.large import lowest
 from clearance_mj.structure.reduction import Modes, reduced
 from experiments.space_frame import Bar, Frame
@@ -52,7 +52,7 @@ def receptance(found, loads, omega):
 
 
 def of(mass, stiffness, loads, kind="residual-flexibility", modes=MODES):
-    linear = LinearModel(mass, stiffness, np.zeros((mass.shape[0], 3)), lambda points: loads, reduction=kind)
+    linear = Assembly(mass, stiffness, np.zeros((mass.shape[0], 3)), lambda points: loads, reduction=kind)
     return reduced(linear, [], [], list(loads), modes)
 
 
