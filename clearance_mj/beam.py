@@ -19,8 +19,9 @@ from numpy.typing import ArrayLike
 from .core.errors import RigError
 from .core.kinds import checks_kinds
 from .rig import Rig
+from .rig.loads import load_force
 from .rig.points import probe_point
-from .structure.base import Rows, dof_vector
+from .structure.base import Rows, dof_vector, parse_dof
 
 if TYPE_CHECKING:
     import control
@@ -50,6 +51,8 @@ class ModalModel:
     """(n,) Γ, sqrt(kg), for the shaker's direction"""
     stiffness_included: bool
     """whether the grease stiffness is part of ω"""
+    influence: np.ndarray
+    """(n, 3) inertia forces on the modes per unit acceleration of the base along X, Y and Z"""
     _rows: Rows
     _transform: np.ndarray
 
@@ -104,13 +107,39 @@ class ModalModel:
         along = self.rig.shaker.unit_direction
         return self._gains * [dof_vector(s.position) @ along for s in self.rig.sensors]
 
-    def input(self, kind: str) -> np.ndarray:
+    def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
+        """Return how points move in directions (n_points, n): degrees of freedom in their own, shafts along z alone.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
+        direction : ndarray, shape (n_points, 3) or (3,)
+            Unit vectors, for positions on shafts.
+        """
+        along = np.broadcast_to(direction, (len(points), 3))[:, 2]
+        return np.where([parse_dof(point) is None for point in points], along, 1.0)[:, None] * self.shapes(points)
+
+    @property
+    def circulatory(self) -> np.ndarray:
+        """(0, 0) no damping turns in the plane."""
+        return np.zeros((0, 0))
+
+    @functools.cached_property
+    def weight(self) -> np.ndarray:
+        """(n,) constant force on the modes: gravity and the rig's loads."""
+        loads = load_force(self.rig.name, self.rig.loads, self.directed, self.size)
+        return self.influence @ np.array(self.rig.gravity or (0.0, 0.0, 0.0)) + loads
+
+    def input(self, kind: str, number: int = 0) -> np.ndarray:
         """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
 
         Parameters
         ----------
         kind : str
             Kind of excitation: "base" or "force".
+        number : int
+            Which of the rig's inputs.
 
         Raises
         ------
@@ -119,15 +148,17 @@ class ModalModel:
         """
         if refusal := self.rig.linear.refusal(kind):
             raise RigError(f"rig {self.rig.name!r}: {refusal}")
+        shaker = self.rig.inputs[number]
         if kind == "base":
-            if not self.participation.any():
-                along = tuple(self.rig.shaker.unit_direction.tolist())
+            along = shaker.unit_direction
+            force = self.influence @ along if number else self.participation
+            if not force.any():
                 raise RigError(
-                    f"rig {self.rig.name!r}: the base moves along {along}, which moves no mass of the structure; "
-                    "give another shaker.direction"
+                    f"rig {self.rig.name!r}: the base moves along {tuple(along.tolist())}, which moves no mass of the "
+                    "structure; give another shaker.direction"
                 )
-            return -self.participation
-        points, factors = self.rig.shaker.pushed()
+            return -force
+        points, factors = shaker.pushed()
         return factors @ self.shapes(points)
 
     def receptance(self, omega: np.ndarray) -> np.ndarray:
@@ -293,8 +324,9 @@ def ritz_model(rig: Rig, n_modes: int = 8, grease: bool = False) -> ModalModel:
     found = rig.reduction(n_modes, grease)
     participation = (found.influence @ rig.shaker.unit_direction) @ found.transform
     return ModalModel(
-        rig, found.omega, found.damping, found.coupling, participation, grease, found.rows, found.transform
-    )
+        rig, found.omega, found.damping, found.coupling, participation, grease, found.transform.T @ found.influence,
+        found.rows, found.transform,
+    )  # fmt: skip
 
 
 @checks_kinds

@@ -18,7 +18,7 @@ import scipy.linalg
 from ..core.errors import RigError
 from ..rig import Rig
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import ratios_of_modes
+from ..structure.base import parse_place, ratios_of_modes
 from ..structure.reduction import vibration_modes
 from ..structure.shafts import Spring
 from .chain import Chain, chain_of, of_discs
@@ -67,6 +67,10 @@ class Linkage:
     def deflection(self, points: Points) -> np.ndarray:
         """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
+
+    def directed(self, points: Points, direction: np.ndarray) -> np.ndarray:
+        """Return (n_points, nv) how points move along a direction (3,), of which the chains know z alone."""
+        return direction[2] * self.deflection(points)
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]
@@ -224,7 +228,8 @@ def cannot_be_linked(rig: Rig) -> str:
         return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
-        ("oscillators", rig.oscillators),
+        ("oscillators", rig.oscillators), ("orders", rig.orders),
+        ("torques", any(parse_place(point) is None for load in rig.loads for point in load.points)),
     ):  # fmt: skip
         if there:
             return f"links knows no {what}; use {others}"

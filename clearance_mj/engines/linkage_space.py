@@ -6,7 +6,6 @@ turning of the shaft: G and H are those of rotors/spatial.py, with the chains' s
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,10 +19,7 @@ from ..structure import Beam
 from .chain import Chain
 from .linkage import Linkage, linkage
 
-__all__ = ["ChainModes", "SpatialLinkage", "spatial_linkage"]
-
-RIGID = 1e-14
-"""Share of the largest stiffness per mass below which a mode has none: what rounding leaves of zero"""
+__all__ = ["SpatialLinkage", "spatial_linkage"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +103,6 @@ class SpatialLinkage(SpatialCoordinates):
             found[part, d] = np.concatenate([_weight(chain) for chain in plane.chains])
         return found
 
-    @property
-    def weight(self) -> np.ndarray:
-        """(nv,) force of gravity; that along x bends nothing in a linear shaft and is left out."""
-        return self.influence @ np.array((self.rig.gravity or (0.0, 0.0, 0.0))[1:])
-
     @functools.cached_property
     def gyroscopic(self) -> np.ndarray:
         """(nv, nv) G, skew, per rad/s of the spin; (0, 0) of a rig that does not turn."""
@@ -135,70 +126,6 @@ class SpatialLinkage(SpatialCoordinates):
     def free(self) -> np.ndarray:
         """(nv, n) basis of the motions that the supports allow."""
         return np.asarray(scipy.linalg.block_diag(*(plane.free for plane in self.planes)))
-
-    @functools.cached_property
-    def modes(self) -> ChainModes:
-        """All natural modes of the chains, in which statics are solved."""
-        mass, stiffness = (
-            self.free.T @ self.diagonal(of) @ self.free for of in (lambda p: p.mass, lambda p: p.whole_stiffness)
-        )
-        square, shapes = scipy.linalg.eigh(stiffness, mass)
-        rigid = square < RIGID * square[-1]
-        return ChainModes(self, np.sqrt(np.where(rigid, 0.0, np.abs(square))), self.free @ shapes)
-
-
-@dataclass(frozen=True, eq=False)
-class ChainModes:
-    """Natural modes of the chains: what `equilibrium` asks of a structure."""
-
-    whole: SpatialLinkage
-    omega: np.ndarray
-    """(n,) natural circular frequencies, 1/s"""
-    shapes: np.ndarray
-    """(nv, n) joint coordinates per modal coordinate, of modes of unit mass"""
-    more: np.ndarray | float = 0.0
-    """(nv,) forces beside gravity"""
-
-    @property
-    def size(self) -> int:
-        """Number of modes."""
-        return self.omega.size
-
-    @property
-    def weight(self) -> np.ndarray:
-        """(n,) steady force on the modes."""
-        return np.asarray(self.shapes.T @ (self.whole.weight + self.more))
-
-    @property
-    def circulatory(self) -> np.ndarray:
-        """(n, n) H; (0, 0) if there is none."""
-        material = self.whole.circulatory
-        return self.shapes.T @ material @ self.shapes if material.size else material
-
-    @functools.cached_property
-    def at_points(self) -> np.ndarray:
-        """(3 n_bushings, 2, n) as `SpatialLinkage.at_points`."""
-        return self.whole.at_points @ self.shapes
-
-    def moved(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return how points move along y and z, (n_points, 2, n).
-
-        Parameters
-        ----------
-        points : sequence of Point, length n_points
-            Positions, m, or named points on shafts.
-        """
-        return self.whole.moved(points) @ self.shapes
-
-    def under(self, more: np.ndarray) -> ChainModes:
-        """Return the same with forces (nv,) beside gravity.
-
-        Parameters
-        ----------
-        more : ndarray, shape (nv,)
-            N, or N m.
-        """
-        return dataclasses.replace(self, more=more)
 
 
 @functools.lru_cache(maxsize=32)

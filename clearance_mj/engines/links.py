@@ -20,14 +20,17 @@ from ..clearance.law import Law
 from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
+from ..rig.instruments import Kinds
+from ..rig.loads import load_force
 from .base import Engine, Run, register
 from .linkage import Linkage, linkage
 from .links_parts import add_fixed_tendon, add_spring, add_support, armature, finish_supports, set_inertia, visual
 from .links_plant import largest_spatial_step, spatial_plant
 from .links_space import build_spatial
+from .modal_space import driven
 from .mujoco_loop import MujocoRun
 from .mujoco_space import SpatialMujocoRun
-from .plant import ITERATIONS, NO_WALL, Maps, Plant, set_solver, soften, stable_step
+from .plant import ITERATIONS, NO_WALL, Maps, Plant, Statics, set_solver, soften, stable_step
 
 __all__ = ["Links", "build_links"]
 
@@ -51,11 +54,11 @@ class Links(Engine):
         whole, points = linkage(rig, self.links), _plant(rig, self.links).maps.at_points
         return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, armature(whole), *whole.beside)
 
-    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
         if rig.is_spatial:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
-        ritz_model(rig).input(kind)  # refuses what cannot be excited so
+        driven(ritz_model(rig), kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 
@@ -261,11 +264,14 @@ def _plant(rig: Rig, links: int) -> Plant:
     gains = np.array([s.gain for s in rig.sensors])
     maps = Maps(
         at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
-        at_shaker=sum((factor * whole.deflection([p])[0] for p, factor in rig.shaker.forces), np.zeros(whole.size)),
         viscous=whole.viscous,
         output=np.ascontiguousarray(gains[:, None] * whole.deflection([s.position for s in rig.sensors])),
-        on_base=gains * rig.shaker.unit_direction[2],
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )
-    return Plant(model, maps, float(rig.shaker.unit_direction[2]), whole.rayleigh[0], armature(whole))
+    none = np.zeros(whole.size)
+    push = [sum((f * whole.deflection([p])[0] for p, f in each.forces), none) for each in rig.inputs]
+    steady = load_force(rig.name, rig.loads, whole.directed, whole.size)
+    statics = Statics(whole.mass, whole.whole_stiffness, whole.free, maps.at_points, whole.deflection)
+    lift = np.array([-shaker.unit_direction[1:] for shaker in rig.inputs])
+    return Plant(model, maps, lift, np.array(push), steady, statics, whole.rayleigh[0], armature(whole))

@@ -21,7 +21,9 @@ from ..core.errors import ClearanceError
 from ..core.validation import Positive, Whole
 from ..physical import apply, set_inverse_inertia
 from ..rig import Rig
+from ..rig.instruments import Kinds, each_kind
 from .base import Engine, Run, register
+from .modal_space import driven
 from .mujoco_loop import MujocoRun
 from .plant import NO_WALL, Maps, Plant, set_solver, soften, stable_step
 
@@ -58,9 +60,11 @@ class ModalMujoco(Engine):
             step = damped
         return self.safety * step
 
-    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
-        ritz_model(rig, self.modes).input(kind)  # refuses what cannot be excited so
+        if len(each_kind(kind)) > 1 or rig.gravity or rig.loads:
+            raise ClearanceError(f"rig {rig.name!r}: modal-mj knows one input and no loads; use links or modal")
+        driven(ritz_model(rig, self.modes), kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
 
 
@@ -108,12 +112,12 @@ def _plant(rig: Rig, modes: int) -> Plant:
     ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
     root = np.sqrt(mass)
     set_inverse_inertia(model)
-    at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
+    push = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))
     pairs = np.zeros((limits.size, 0), dtype=int)
-    maps = Maps(root * ritz.at_points, at_shaker, viscous, root * ritz.at_sensors, ritz.sensors_on_base, pairs, limits)
-    return Plant(model, maps)
+    maps = Maps(root * ritz.at_points, viscous, root * ritz.at_sensors, pairs, limits)
+    return Plant(model, maps, np.array([[0.0, -1.0]]), push[None], np.zeros(ritz.size))
 
 
 def _mass(rig: Rig, modes: int) -> float:

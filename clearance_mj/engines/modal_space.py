@@ -11,20 +11,33 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..beam import ModalModel
 from ..clearance.law import Law
 from ..clearance.round_kernel import round_records, rounds_side_by_side
 from ..rig import Rig
-from ..rotors.spatial import spatial_model
+from ..rig.instruments import Kinds, each_kind
+from ..rig.loads import order_forces
+from ..rotors.spatial import SpatialModel, spatial_model
 from ..signals.sampling import lowpass
-from .base import Engine, Run, diverged
+from .base import Engine, Run, diverged, in_columns
 from .equilibrium import static_equilibrium
+from .plant import read_of_inputs
 from .round_energies import OF_BUSHING, OF_END, OF_RIG
 from .round_lanes import advance_lanes
 from .round_loop import advance_round
 from .round_scheme import SPIN, RoundMotion, RoundShaft
 from .turning import SPIN_STEPS, as_probes, turning_of
 
-__all__ = ["SpatialRun", "SpatialSideBySide", "compliance_of", "kicked_damping", "scheme", "stiffest_contacts"]
+__all__ = [
+    "SpatialRun",
+    "SpatialSideBySide",
+    "compliance_of",
+    "driven",
+    "kicked_damping",
+    "leaving",
+    "scheme",
+    "stiffest_contacts",
+]
 
 WORST_CONDITION = 1e15  # of the matrix of a kick's own damping, beyond which nothing is left of the velocities
 
@@ -57,8 +70,20 @@ def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -
     return np.ascontiguousarray(np.linalg.solve(own, viscous))
 
 
+def leaving(q: np.ndarray, flow: np.ndarray) -> np.ndarray:
+    """Return the velocities (n,) of modes at rest at q before a kick that holds them there; see modal.py."""
+    speed = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])
+    return np.asarray(flow[2] * q + flow[3] * speed)
+
+
+def driven(model: ModalModel | SpatialModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
+    """Return forces (n_inputs, n) on the coordinates per unit of each input, and `read_of_inputs`."""
+    push = [model.input(kind, number) for number, kind in enumerate(each_kind(kinds))]
+    return np.array(push), read_of_inputs(model.rig, kinds)
+
+
 @functools.lru_cache(maxsize=128)
-def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np.ndarray]:
+def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[RoundShaft, np.ndarray]:
     """The linear part, and the viscous matrix of the kicks; (0, 0) where the modes' own damping is all."""
     model = spatial_model(rig, modes)
     coupled = model.coupling.size > 0
@@ -66,11 +91,12 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
     points = np.ascontiguousarray(model.at_points)
     compliance = compliance_of(points, np.diag(inverse_mass))
+    push, on_base = driven(model, kind)
     shaft = RoundShaft(
         inverse_mass, np.ascontiguousarray(flow), points, np.array([(s.start, s.stop) for s in model.planes]),
-        np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind),
-        model.sensors_on_base * float(kind == "base"),
-        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory),
+        np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), push, on_base, model.weight,
+        model.unbalance, np.array([each.order for each in rig.orders]),
+        order_forces(rig.orders, model.directed, model.size), compliance, np.ascontiguousarray(model.circulatory),
     )  # fmt: skip
     return shaft, viscous
 
@@ -90,17 +116,16 @@ def compliance_of(points: np.ndarray, mobility: np.ndarray) -> np.ndarray:
 class SpatialRun(Run):
     """A simulation by the modal engine in space."""
 
-    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, modes: int):
+    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, modes: int):
         self.engine, self.rig, self.step, self.steps = engine, rig, step, 0
         self.model = spatial_model(rig, modes)
         self.shaft, self.viscous = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
         self.rest = static_equilibrium(rig, law, modes)
         self.rest.begin(self.clearance)
-        q, flow = self.rest.coordinates.copy(), self.shaft.flow
-        leaving = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])  # after a kick that holds q where it is
+        q = self.rest.coordinates.copy()
         turning, self.drive = turning_of(rig)
-        self.motion = RoundMotion(q, flow[2] * q + flow[3] * leaving, q.copy(), turning)
+        self.motion = RoundMotion(q, leaving(q, self.shaft.flow), q.copy(), turning)
         self.changes = bool(self.drive[0] or self.drive[2]) and self.model.gyroscopic.size > 0
         self.kicked: tuple[float, np.ndarray] | None = None
         self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
@@ -112,23 +137,25 @@ class SpatialRun(Run):
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Simulate one block; return what `advance` does, and the energies (n, columns) of `round_energies`."""
         n = len(self.rig.bushings)
-        works = np.empty((excitation.size, len(OF_RIG) + n * (len(OF_BUSHING) + 2 * len(OF_END))))
+        works = np.empty((len(excitation), len(OF_RIG) + n * (len(OF_BUSHING) + 2 * len(OF_END))))
         return self._advance(excitation, works), works
 
     def _advance(self, excitation: np.ndarray, works: np.ndarray) -> np.ndarray:
-        out = np.empty((self.columns, excitation.size + 8))  # columns that are not a power of two apart share the cache
-        size = SPIN_STEPS if self.changes else max(excitation.size, 1)
-        for start in range(0, excitation.size, size):
+        count = len(excitation)
+        excitation = in_columns(excitation)
+        out = np.empty((self.columns, count + 8))  # columns that are not a power of two apart share the cache
+        size = SPIN_STEPS if self.changes else max(count, 1)
+        for start in range(0, count, size):
             part = excitation[start : start + size]
-            spin = self.motion.turning[SPIN] + self.drive[0] * part.size * self.step / 2
+            spin = self.motion.turning[SPIN] + self.drive[0] * len(part) * self.step / 2
             failed, bushing = advance_round(
                 self.steps, part, self.step, self.shaft, self.coupling(float(spin)), self.drive, self.motion,
                 self.clearance, out, start, works,
             )  # fmt: skip
             if failed >= 0:
                 raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
-            self.steps += part.size
-        return as_probes(self.rig, out[:, : excitation.size].T)
+            self.steps += len(part)
+        return as_probes(self.rig, out[:, :count].T)
 
     def before(self) -> np.ndarray:
         """Return the rest; see `Run.before`."""
@@ -142,7 +169,7 @@ class SpatialRun(Run):
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""
         shapes = self.shaft.at_points.shape, self.shaft.at_sensors.shape
-        return self.step, self.columns, shapes, self.shaft.spans.tobytes()
+        return self.step, self.columns, shapes, self.shaft.orders.shape, self.shaft.spans.tobytes()
 
     def coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""
@@ -176,8 +203,8 @@ class SpatialSideBySide:
         """Simulate a whole excitation; return (n_runs, columns, samples), decimated; as `modal.SideBySide.whole`."""
         first = self.runs[0]
         before = np.stack([run.at_rest() for run in self.runs], axis=-1)
-        out = np.empty((len(self.lanes), first.columns, samples))
-        failed, record = advance_lanes(excitation, factor, lowpass(factor), first.step, *self.parts, before, out)
+        out, drive = np.empty((len(self.lanes), first.columns, samples)), in_columns(excitation)
+        failed, record = advance_lanes(drive, factor, lowpass(factor), first.step, *self.parts, before, out)
         if failed >= 0:
             lane, bushing = divmod(record, max(len(first.rig.bushings), 1))
             raise diverged(self.runs[lane].rig, first.engine, failed * first.step, bushing)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,13 +14,20 @@ from ..clearance.kernel import greases_of
 from ..clearance.law import Law
 from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig
+from ..rig.instruments import Kinds, each_kind
+from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
     "ARMATURE",
     "ITERATIONS",
+    "Driving",
     "Maps",
     "Plant",
+    "Statics",
+    "driving",
     "hold",
+    "read_of_inputs",
+    "rest_in_mujoco",
     "set_solver",
     "settling",
     "soften",
@@ -46,6 +53,8 @@ gives is small, and at the frequency ω too large by (ωh)²/3.
 """
 
 ITERATIONS = 3  # Sweeps of the solver, of which the first is nearly exact.
+REST_SWEEPS = 7  # for a rest in MuJoCo's geometry: each leaves of the error what the square of the slope is, some 1e-3
+RIGID = 1e-14  # of the largest stiffness per mass: below, a mode has none, what rounding leaves of zero
 NO_WALL = 1e3  # m, limit of a tendon where a bushing has no wall
 RIGID_INVERSE_INERTIA = 1e-8  # 1/kg, written over MuJoCo's for rigid supports, whose softness is 1e-4 of it
 SETTLING_STEPS = 10.0  # steps, time constant of what rounding leaves of a rigid support's motion
@@ -110,14 +119,75 @@ def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
     return rows
 
 
+def read_of_inputs(rig: Rig, kinds: Kinds) -> np.ndarray:
+    """Return what sensors read (n_inputs, n_sensors) per unit of each input itself: of a base, with which they move."""
+    bases = [shaker.unit_direction * float(kind == "base") for shaker, kind in zip(rig.inputs, each_kind(kinds))]
+    return np.array([[s.gain * (s.unit_direction @ along) for s in rig.sensors] for along in bases])
+
+
+class Driving(NamedTuple):
+    """What drives a MuJoCo model from outside."""
+
+    lift: np.ndarray  # (n_inputs, 2) gravity along y and z that stands for each unit of a moving base; 0 of a force
+    push: np.ndarray  # (n_inputs, nv) force on the coordinates per N of each; 0 of a base
+    on_base: np.ndarray  # (n_inputs, n_sensors) as of `read_of_inputs`
+    gravity: np.ndarray  # (2,) m/s² along y and z
+    steady: np.ndarray  # (nv,) force of the rig's loads on the coordinates
+
+
+def driving(rig: Rig, kinds: Kinds, lift: np.ndarray, push: np.ndarray, steady: np.ndarray) -> Driving:
+    """Return what drives a model, of what all inputs would lift (n_inputs, 2) and push (n_inputs, nv), and of loads."""
+    forces = np.array([kind == "force" for kind in each_kind(kinds)])
+    lift, push = (part[: len(forces)] * shares[:, None] for part, shares in ((lift, ~forces), (push, forces)))
+    return Driving(lift, push, read_of_inputs(rig, kinds), np.array((rig.gravity or (0.0,) * 3)[1:]), steady)
+
+
+class Statics(NamedTuple):
+    """Linear matrices of a model at rest."""
+
+    mass: np.ndarray  # (nv, nv)
+    stiffness: np.ndarray  # (nv, nv)
+    free: np.ndarray  # (nv, n) basis of the motions that supports allow
+    at_points: np.ndarray  # (3 n_bushings, nv), or (3 n_bushings, 2, nv)
+    moved: Callable[[Sequence[float | str]], np.ndarray]  # displacements of points per coordinate
+
+    def modes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return frequencies (n,), 1/s, and coordinates (nv, n) per modal one, of all modes, of unit mass."""
+        mass, stiffness = (self.free.T @ matrix @ self.free for matrix in (self.mass, self.stiffness))
+        square, shapes = scipy.linalg.eigh(stiffness, mass)
+        rigid = square < RIGID * square[-1]
+        return np.sqrt(np.where(rigid, 0.0, np.abs(square))), self.free @ shapes
+
+
+def rest_in_mujoco(
+    rig: Rig, law: Law, model: mujoco.MjModel, data: mujoco.MjData, order: np.ndarray, statics: Statics,
+    steady: np.ndarray, circulatory: np.ndarray,
+) -> Equilibrium:  # fmt: skip
+    """Move the data to the static equilibrium, of MuJoCo's own geometry, under the model's gravity; return it.
+
+    ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments; ``steady``: (nv,) force of the loads.
+    """
+    omega, shapes = statics.modes()
+    material = shapes.T @ circulatory @ shapes if circulatory.size else circulatory
+    for _ in range(REST_SWEEPS):
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        held = (data.qfrc_passive - data.qfrc_bias)[order] + steady + statics.stiffness @ data.qpos[order]
+        modes = ChainModes(
+            omega, material, shapes.T @ held, statics.at_points @ shapes, lambda points: statics.moved(points) @ shapes
+        )
+        rest = equilibrium_of(rig, law, modes)
+        if rig.gravity or rig.loads:
+            data.qpos[order] = shapes @ rest.coordinates
+    return rest
+
+
 class Maps(NamedTuple):
     """Linear maps between a MuJoCo model's coordinates and the rig's points."""
 
     at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
-    at_shaker: np.ndarray  # (nv,) displacement of the shaker's point per coordinate; zeros for a shaken base
     viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
     output: np.ndarray  # (n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's
-    on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
     pairs: np.ndarray  # (2 n_bushings, n) pairs of geoms that touch at each bushing end; -1 for none
     limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap at each bushing end; -1 for none
 
@@ -128,7 +198,10 @@ class Plant:
 
     model: mujoco.MjModel  # compiled, not to be changed
     maps: Maps  # between its coordinates and the rig's points
-    vertical: float = 1.0  # share of the base's motion that is along Z, in which gravity acts
+    lift: np.ndarray  # (n_inputs, 2) as of `Driving`, if the input is a base
+    push: np.ndarray  # (n_inputs, nv) as of `Driving`, if it is a force
+    steady: np.ndarray  # (nv,) of the rig's loads
+    statics: Statics | None = None  # None where it knows no loads
     decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
     armature: float | np.ndarray = ARMATURE  # of joints, (nv,): inertia over stiffness times the step squared
 

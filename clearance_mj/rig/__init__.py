@@ -7,6 +7,7 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from ..structure import Beam
 from .clearance import Bushing, Contact, Friction, Grease, OilFilm
 from .instruments import BASE_NODE, KEYPHASOR_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
+from .loads import Load, Order
 from .plate import Plate
 from .rig import PointMass, Rig, rig_schema
 from .spinning import Spin, Unbalance
@@ -14,6 +15,6 @@ from .tolerance import Tolerance
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Beam", "Bushing", "Contact",
-    "Friction", "Grease", "OilFilm", "Plate", "PointMass", "Rig", "Sensor", "Shaker", "Spin", "Tolerance",
-    "Unbalance", "rig_schema",
+    "Friction", "Grease", "Load", "OilFilm", "Order", "Plate", "PointMass", "Rig", "Sensor", "Shaker", "Spin",
+    "Tolerance", "Unbalance", "rig_schema",
 ]  # fmt: skip

@@ -82,13 +82,14 @@ def check_motion(rig: InSpace) -> None:
     rig : Rig
         The rig, its other rules checked.
     """
+    if rig.gravity is not None and not any(rig.gravity):
+        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
     if rig.motion == "planar":
         _check_planar(rig)
         return
-    if rig.gravity is not None and not any(rig.gravity):
-        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
-    if rig.unbalances and rig.spin is None:
-        raise ValueError("unbalances act on a shaft that turns; give [spin] with its speed")
+    for name in ("unbalances", "orders"):
+        if getattr(rig, name) and rig.spin is None:
+            raise ValueError(f"{name} act on a shaft that turns; give [spin] with its speed")
     if rig.attached.fixture or rig.attached.planes:
         raise ValueError('motion "spatial" knows no fixture and no planes; leave them out, or give motion = "planar"')
     if rig.attached and not rig.linear.shafts:
@@ -111,7 +112,7 @@ def check_motion(rig: InSpace) -> None:
 
 
 def _check_planar(rig: InSpace) -> None:
-    of_rig = [name for name in ("gravity", "spin", "unbalances") if getattr(rig, name)]
+    of_rig = [name for name in ("spin", "unbalances", "orders") if getattr(rig, name)]
     names = of_rig + [f"bushings[{i}].{name}" for i, b in enumerate(rig.bushings) for name in b.in_space_only]
     names += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
     if names:

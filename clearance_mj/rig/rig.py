@@ -27,8 +27,9 @@ from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import Sensor, Shaker, check_nodes
+from .instruments import Sensor, Shaker, check_inputs, check_nodes
 from .labels import clearance_labels, probe_labels
+from .loads import Load, Order
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
@@ -40,12 +41,13 @@ __all__ = ["PointMass", "Rig", "rig_schema"]
 
 DRIVEN = {"base": "base acceleration", "force": "force"}
 ENDS = ("position", "to")
+POSITIONED = ("masses", "sensors", "oscillators", "loads", "orders")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
 _ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
 _POINTS_ON_BEAM: dict[str, Any] = {
     "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},
+        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in POSITIONED},
         "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
         "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
         "structure": False,
@@ -100,13 +102,19 @@ class Rig(Shown):
     motion: Literal["planar", "spatial"] = seldom(default="planar")
     """along z alone, or along y and z in round clearances"""
     gravity: Gravity | None = seldom(default=None)
-    """m/s² (x, y, z), in space: it rests under its weight before it vibrates; None: offsets hold what weight does"""
+    """m/s² (x, y, z): it rests under its weight before it vibrates; None: offsets hold what weight does"""
+    loads: tuple[Load, ...] = seldom(default=())
+    """forces and torques that never change, under which it rests before it vibrates"""
     spin: Spin | None = seldom(default=None)
     """of a shaft in space"""
     unbalances: tuple[Unbalance, ...] = seldom(default=())
     """of a shaft that turns"""
+    orders: tuple[Order, ...] = seldom(default=())
+    """forces and torques that follow the angle of a shaft that turns"""
     plate: Plate | None = seldom(default=None)
     """what radiates sound, see docs/sound.md"""
+    shakers: tuple[Shaker, ...] = seldom(default=())
+    """that excite it at the same time as ``shaker``; of a file without [shaker], the first one is that"""
 
     def __post_init__(self) -> None:
         if (self.beam is None) == (self.structure is None):
@@ -116,18 +124,24 @@ class Rig(Shown):
             )
         points = {
             f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "sensors", "oscillators")
+            for kind in (*POSITIONED, "bushings")
             for i, item in enumerate(getattr(self, kind))
         }
         points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
         points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
         points |= {f"unbalances[{i}].position": each.position for i, each in enumerate(self.unbalances)}
-        if self.shaker.position is not None:
-            points["shaker.position"] = self.shaker.position
-        points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
+        for where, shaker in zip(("shaker", *(f"shakers[{i}]" for i in range(len(self.shakers)))), self.inputs):
+            if shaker.position is not None:
+                points[f"{where}.position"] = shaker.position
+            points |= {f"{where}.also[{i}].position": force.position for i, force in enumerate(shaker.also or ())}
         for name, point in points.items():
             self._check(name, point)
+        for kind in ("loads", "orders"):
+            for i, each in enumerate(getattr(self, kind)):
+                for point in each.points:
+                    self._check(f"{kind}[{i}].{'force' if each.torque is None else 'torque'}", point)
         check_nodes(self.sensors)
+        check_inputs(self.inputs, [sensor.node for sensor in self.sensors])
         if self.plate:
             check_plate(self.plate, self.sensors)
         for i, spring in enumerate(self.springs):
@@ -151,6 +165,17 @@ class Rig(Shown):
     def linear(self) -> Structure:
         """The linear structure: ``beam`` or ``structure``."""
         return self.beam or self.structure  # type: ignore[return-value]
+
+    @property
+    def inputs(self) -> tuple[Shaker, ...]:
+        """All that excites it: ``shaker``, then ``shakers``."""
+        return (self.shaker, *self.shakers)
+
+    @property
+    def loaded_points(self) -> tuple[tuple[float | str, float], ...]:
+        """Points and factors of forces beside those in clearances; a basis of modes has static shapes there."""
+        shaken = [force for shaker in self.inputs if shaker.kind == "force" for force in shaker.forces]
+        return (*shaken, *((point, 1.0) for load in self.loads for point in load.points))
 
     @property
     def point_masses(self) -> tuple[PointMass, ...]:
@@ -240,10 +265,11 @@ class Rig(Shown):
             If its mass is not positive or its stiffness negative.
         """
         masses = tuple((m.position, m.mass) for m in self.point_masses)
-        forces = self.shaker.forces if self.shaker.kind == "force" else ()
         springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
         with computable(self.name, self.to_dict):
-            return reduction(self.linear, self.clearance_points, masses, forces, springs, modes, self.attached)
+            return reduction(
+                self.linear, self.clearance_points, masses, self.loaded_points, springs, modes, self.attached
+            )
 
     __repr__ = Shown.__repr__
 
@@ -256,7 +282,7 @@ class Rig(Shown):
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
             "natural frequencies": self._frequencies_in_words(),
             "motion": motion_in_words(self) if self.is_spatial else "",
-            "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
+            "shaker": "; ".join(f"{DRIVEN[each.kind]}, {each.label(each.kind)}" for each in self.inputs),
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
         }
@@ -346,6 +372,8 @@ class Rig(Shown):
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
+            if isinstance(shakers := data.get("shakers"), list) and shakers and "shaker" not in data:
+                data = {**data, "shaker": shakers[0], "shakers": shakers[1:]}
             data = {"beam": None, **with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
         return from_plain(cls, data, "", RigError)
 

@@ -25,6 +25,7 @@ import scipy.linalg
 from ..core.errors import RigError
 from ..rig import Rig
 from ..rig.extremes import computable
+from ..rig.loads import load_force
 from ..structure import Shaft, Structure
 from ..structure.base import Turning, parse_dof
 from ..structure.modal import Reduction, reduction
@@ -63,10 +64,11 @@ class SpatialCoordinates(ABC):
         along = self.rig.shaker.unit_direction
         return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
 
-    def push(self) -> np.ndarray:
-        """Return the force (n,) of the shaker on the coordinates per N."""
-        points, factors = self.rig.shaker.pushed()
-        return np.asarray(factors @ self.directed(points, self.rig.shaker.unit_direction))
+    def push(self, number: int = 0) -> np.ndarray:
+        """Return the force (n,) of an input of the rig on the coordinates per N."""
+        shaker = self.rig.inputs[number]
+        points, factors = shaker.pushed()
+        return np.asarray(factors @ self.directed(points, shaker.unit_direction))
 
     @functools.cached_property
     def unbalance(self) -> np.ndarray:
@@ -153,13 +155,15 @@ class SpatialModel(SpatialCoordinates):
         """(3 n_bushings, 2, n) relative motion along y and z of the clearances' middles, then of both ends of each."""
         return np.concatenate((self._clearances(self.rig.clearance_points), self._clearances(self.rig.clearance_ends)))
 
-    def input(self, kind: str) -> np.ndarray:
+    def input(self, kind: str, number: int = 0) -> np.ndarray:
         """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
 
         Parameters
         ----------
         kind : str
             Kind of excitation: "base" or "force".
+        number : int
+            Which of the rig's inputs.
 
         Raises
         ------
@@ -168,7 +172,7 @@ class SpatialModel(SpatialCoordinates):
         """
         if refusal := self.rig.linear.refusal(kind):
             raise RigError(f"rig {self.rig.name!r}: {refusal}")
-        along = self.rig.shaker.unit_direction
+        along = self.rig.inputs[number].unit_direction
         if kind == "base":
             force = -self.influence @ along
             if not force.any():
@@ -177,12 +181,13 @@ class SpatialModel(SpatialCoordinates):
                     "structure; give another shaker.direction"
                 )
             return force
-        return self.push()
+        return self.push(number)
 
-    @property
+    @functools.cached_property
     def weight(self) -> np.ndarray:
-        """(n,) force of gravity on the modes."""
-        return self.influence @ np.array(self.rig.gravity or (0.0, 0.0, 0.0))
+        """(n,) constant force on the modes: gravity and the rig's loads."""
+        loads = load_force(self.rig.name, self.rig.loads, self.directed, self.size)
+        return self.influence @ np.array(self.rig.gravity or (0.0, 0.0, 0.0)) + loads
 
 
 @functools.lru_cache(maxsize=64)
@@ -238,7 +243,7 @@ def spatial_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: boo
 
 def _planes(rig: Rig, turns: bool) -> tuple[tuple[Structure, ...], tuple[tuple[float | str, float], ...]]:
     """The structure along y and along z, if it is of shafts, and the forces on it."""
-    forces = rig.shaker.forces if rig.shaker.kind == "force" else ()
+    forces = rig.loaded_points
     across = rig.linear.in_other_plane
     if not turns:
         return () if across is None else (across, rig.linear), forces
