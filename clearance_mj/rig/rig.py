@@ -22,7 +22,7 @@ from ..structure.base import StructureOfFiles
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
-from .dimensions import Gravity, check_motion, motion_in_words
+from .dimensions import Gravity, acts_across, check_motion, motion_in_words, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
@@ -32,6 +32,7 @@ from .labels import clearance_labels, probe_labels
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
+from .schema import BEAM_OR_STRUCTURE, OF_OLDER_FILES
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -42,24 +43,8 @@ DRIVEN = {"base": "base acceleration", "force": "force"}
 ENDS = ("position", "to")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
-_ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
-_POINTS_ON_BEAM: dict[str, Any] = {
-    "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},
-        "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
-        "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
-        "structure": False,
-    }
-}
-_BEAM_OR_STRUCTURE = {
-    "required": ["name", "bushings", "sensors"],
-    "if": {"required": ["structure"]},
-    "then": {"properties": {"beam": False}},
-    "else": {"required": ["beam"], **_POINTS_ON_BEAM},
-}
 
-
-@checked(RigError, name="", schema=_BEAM_OR_STRUCTURE)
+@checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
 class Rig(Shown):
     """A complete rig.
 
@@ -97,8 +82,6 @@ class Rig(Shown):
     """how well numbers are known; others have defaults, see `identify.priors`"""
     examples: tuple[Text, ...] = seldom(default=())
     """paths of numbers that nobody gave, such as "beam.length"; results say so until their names are deleted here"""
-    motion: Literal["planar", "spatial"] = seldom(default="planar")
-    """along z alone, or along y and z in round clearances"""
     gravity: Gravity | None = seldom(default=None)
     """m/s² (x, y, z), in space: it rests under its weight before it vibrates; None: offsets hold what weight does"""
     spin: Spin | None = seldom(default=None)
@@ -181,12 +164,12 @@ class Rig(Shown):
         A round clearance has two, along y and z. Its node is that of the sensor in a bushing around a shaft; others, at
         named degrees of freedom, between two points or without a sensor, have those from 301 on that no sensor has.
         """
-        return probe_labels(self.bushings, self.sensors, self.is_spatial)
+        return probe_labels(self.bushings, self.sensors)
 
     @property
     def is_spatial(self) -> bool:
-        """Whether points move along y and z, and clearances are round."""
-        return self.motion == "spatial"
+        """Whether points move along y and z: clearances are round, or something acts across z."""
+        return any(b.is_round for b in self.bushings) or bool(acts_across(self))
 
     @property
     def n_coordinates(self) -> int:
@@ -308,6 +291,21 @@ class Rig(Shown):
         names = list(zip(self.clearance_labels, self.probe_labels))
         return self.replace(bushings=bushings_with_gap(self.bushings, names, gap))
 
+    def with_shape(self, shape: Literal["slot", "stop", "round"] | None) -> Rig:
+        """Return the rig with clearances of another shape: "round" moves a rig of slots in space, None back.
+
+        Parameters
+        ----------
+        shape : {"slot", "stop", "round"} or None
+            As of `Bushing`.
+
+        Raises
+        ------
+        RigError
+            If the rig has what such clearances have not.
+        """
+        return self.replace(bushings=tuple(dataclasses.replace(b, shape=shape) for b in self.bushings))
+
     @classmethod
     def load(cls, path: str | Path) -> Rig:
         """Read a rig from a TOML file; files that it names are taken relative to its folder.
@@ -346,7 +344,8 @@ class Rig(Shown):
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
-            data = {"beam": None, **with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
+            here = with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))
+            data = {"beam": None, **with_shapes(here)}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -389,4 +388,6 @@ class Rig(Shown):
 
 def rig_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a rig file; rules between values are checked by `Rig` alone."""
-    return json_schema(Rig, "clearance_mj rig")
+    schema = json_schema(Rig, "clearance_mj rig")
+    schema["properties"] |= OF_OLDER_FILES
+    return schema
