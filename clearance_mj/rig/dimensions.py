@@ -12,6 +12,7 @@ from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
 from ..structure.base import parse_dof, parse_place
+from .bearings import Bearing
 from .clearance import Bushing
 from .instruments import Sensor
 from .spinning import Spin, Unbalance
@@ -56,6 +57,10 @@ class InSpace(Protocol):
     @property
     def unbalances(self) -> tuple[Unbalance, ...]:
         """Unbalances."""
+
+    @property
+    def bearings(self) -> tuple[Bearing, ...]:
+        """Bearings with coefficients."""
 
     @property
     def bushings(self) -> tuple[Bushing, ...]:
@@ -104,7 +109,7 @@ def acts_across(rig: InSpace) -> list[str]:
     rig : Rig
         The rig.
     """
-    found = [name for name in ("spin", "unbalances") if getattr(rig, name)]
+    found = [name for name in ("spin", "unbalances", "bearings") if getattr(rig, name)]
     found += ["gravity"] if rig.gravity and (rig.gravity[1] or not rig.bushings) else []
     return found + [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
 
@@ -137,6 +142,14 @@ def check_motion(rig: InSpace) -> None:
             "a rig that moves along y and z knows housings, springs and oscillators of shafts alone; put them into "
             "the matrices"
         )
+    for i, each in enumerate(rig.bearings):
+        dof = parse_dof(each.position)
+        if dof and dof[1] not in "YZ":
+            raise ValueError(f'bearings[{i}].position "{each.position}": a bearing acts along Y and Z; give one')
+        for speed in (rig.spin.speed, rig.spin.until) if rig.spin else ():
+            if speed is not None and each.spin and not each.spin[0] <= speed <= each.spin[-1]:
+                ends = f"{each.spin[0]:g} to {each.spin[-1]:g} rad/s"
+                raise ValueError(f"bearings[{i}].spin reaches from {ends}, and the shaft turns at {speed:g} rad/s")
     for i, b in enumerate(rig.bushings):
         dof = parse_dof(b.position)
         if dof and dof[1] not in "YZ":

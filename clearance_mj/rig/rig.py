@@ -21,6 +21,8 @@ from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, Poin
 from ..structure.base import StructureOfFiles
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
+from .bearing_tables import with_bearing_tables
+from .bearings import Bearing
 from .clearance import Bushing
 from .dimensions import Gravity, acts_across, check_motion, motion_in_words, with_shapes
 from .examples import check_paths
@@ -29,10 +31,11 @@ from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import Sensor, Shaker, check_nodes
 from .labels import clearance_labels, probe_labels
+from .overview import bushing_rows, structure_in_words
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
-from .schema import BEAM_OR_STRUCTURE, OF_OLDER_FILES
+from .schema import BEAM_OR_STRUCTURE, OF_BEARINGS, OF_OLDER_FILES
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -88,6 +91,8 @@ class Rig(Shown):
     """of a shaft in space"""
     unbalances: tuple[Unbalance, ...] = seldom(default=())
     """of a shaft that turns"""
+    bearings: tuple[Bearing, ...] = seldom(default=())
+    """of a shaft in space, with coefficients between both directions that may depend on the spin"""
     plate: Plate | None = seldom(default=None)
     """what radiates sound, see docs/sound.md"""
 
@@ -99,12 +104,11 @@ class Rig(Shown):
             )
         points = {
             f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "sensors", "oscillators")
+            for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances", "bearings")
             for i, item in enumerate(getattr(self, kind))
         }
         points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
         points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
-        points |= {f"unbalances[{i}].position": each.position for i, each in enumerate(self.unbalances)}
         if self.shaker.position is not None:
             points["shaker.position"] = self.shaker.position
         points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
@@ -231,11 +235,9 @@ class Rig(Shown):
     __repr__ = Shown.__repr__
 
     def _overview(self) -> Overview:
-        shafts, mass = self.linear.shafts, self.total_mass
-        kind = "cantilever" if self.beam else f"{len(shafts)} shafts" if len(shafts) > 1 else "shaft" if shafts else ""
-        length = f", {self.linear.span[1] - self.linear.span[0]:.4g} m" if shafts else ""
+        mass = self.total_mass
         facts = {
-            "structure": (kind or str(getattr(self.linear, "kind", type(self.linear).__name__))) + length,
+            "structure": structure_in_words(self.linear),
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
             "natural frequencies": self._frequencies_in_words(),
             "motion": motion_in_words(self) if self.is_spatial else "",
@@ -243,15 +245,8 @@ class Rig(Shown):
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
         }
-        head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
-        rows = [
-            (
-                label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
-                f"{b.grease.stiffness:.4g}, {b.grease.damping:.4g}",
-            )
-            for label, b in zip(self.probe_labels[:: self.n_coordinates], self.bushings)
-        ]  # fmt: skip
-        return Overview(f"Rig “{self.name}”", facts, [head, *rows] if rows else ())
+        rows = bushing_rows(self.probe_labels[:: self.n_coordinates], self.bushings)
+        return Overview(f"Rig “{self.name}”", facts, rows)
 
     def _frequencies_in_words(self) -> str:
         """The lowest natural frequencies, where they are found at once: matrices may be large."""
@@ -344,8 +339,11 @@ class Rig(Shown):
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
-            here = with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))
-            data = {"beam": None, **with_shapes(here)}
+
+            def named(name: str) -> str:
+                return name if is_embedded(name) else str(Path(folder) / name)
+
+            data = {"beam": None, **with_shapes(with_bearing_tables(with_files(data, named), named))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -390,4 +388,5 @@ def rig_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a rig file; rules between values are checked by `Rig` alone."""
     schema = json_schema(Rig, "clearance_mj rig")
     schema["properties"] |= OF_OLDER_FILES
+    schema["$defs"]["Bearing"]["properties"] |= OF_BEARINGS
     return schema

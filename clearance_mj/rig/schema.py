@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["BEAM_OR_STRUCTURE", "OF_OLDER_FILES"]
+__all__ = ["BEAM_OR_STRUCTURE", "OF_BEARINGS", "OF_OLDER_FILES"]
 
 _ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
 _POINTS_ON_BEAM: dict[str, Any] = {
@@ -21,6 +21,10 @@ BEAM_OR_STRUCTURE = {
     "then": {"properties": {"beam": False}},
     "else": {"required": ["beam"], **_POINTS_ON_BEAM},
 }
+OF_BEARINGS: dict[str, Any] = {
+    "table": {"type": "string", "description": "file of a table over the spin, in the place of the coefficients"},
+}
+"""Keys whose files are read into other fields"""
 OF_OLDER_FILES: dict[str, Any] = {
     "motion": {
         "enum": ["planar", "spatial"], "deprecated": True,
