@@ -11,13 +11,16 @@ from ..core.errors import ClearanceError
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
-from ..structure.base import parse_dof, parse_place
+from ..structure.base import parse_direction, parse_dof, parse_place
 from .clearance import Bushing
-from .instruments import Sensor
+from .instruments import Sensor, Shaker
 from .spinning import Spin, Unbalance
 
-__all__ = ["Gravity", "check_motion", "motion_in_words", "planar", "shaft_radius"]
+__all__ = [
+    "Gravity", "check_motion", "directed_points", "motion_in_words", "named_points", "planar", "shaft_radius",
+]  # fmt: skip
 
+ENDS = "position", "to"  # of a spring
 EARTH = 9.80665  # m/s²
 
 
@@ -66,12 +69,49 @@ class InSpace(Protocol):
         """Sensors."""
 
     @property
+    def shaker(self) -> Shaker:
+        """Excitation."""
+
+    @property
     def linear(self) -> Structure:
         """Structure."""
 
     @property
     def attached(self) -> Attached:
         """What it has beside it."""
+
+
+def named_points(rig: InSpace) -> dict[str, float | str]:
+    """Return the points that a rig file names, by their paths in it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    points = {
+        f"{kind}[{i}].position": item.position
+        for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances")
+        for i, item in enumerate(getattr(rig, kind))
+    }
+    for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
+        points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}
+    points |= {f"bushings[{i}].to": b.to for i, b in enumerate(rig.bushings) if b.to is not None}
+    if rig.shaker.position is not None:
+        points["shaker.position"] = rig.shaker.position
+    return points | {f"shaker.also[{i}].position": force.position for i, force in enumerate(rig.shaker.also or ())}
+
+
+def directed_points(rig: InSpace) -> dict[str, str]:
+    """Return the axes, such as RX, that points on shafts name, by their paths in the rig file.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    named = {name: parse_direction(point) for name, point in named_points(rig).items() if rig.linear.shafts}
+    return {name: direction[0] for name, direction in named.items() if direction}
 
 
 def check_motion(rig: InSpace) -> None:
@@ -106,6 +146,9 @@ def check_motion(rig: InSpace) -> None:
             raise ValueError(f"bushings[{i}].to is on another shaft, and which of them turns is not told; leave it out")
         if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
+    for name, axis in directed_points(rig).items():
+        if name.startswith(("bushings", "unbalances")):
+            raise ValueError(f"{name} names {axis}, and in space it moves along y and z: give the position alone")
     if rig.spin:
         _check_spin(rig)
 
@@ -114,8 +157,11 @@ def _check_planar(rig: InSpace) -> None:
     of_rig = [name for name in ("gravity", "spin", "unbalances") if getattr(rig, name)]
     names = of_rig + [f"bushings[{i}].{name}" for i, b in enumerate(rig.bushings) for name in b.in_space_only]
     names += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+    names += [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
     if names:
         raise ValueError(f'{names[0]} needs motion = "spatial": a planar rig moves along z alone and does not turn')
+    if rig.attached.planes and "RX" in directed_points(rig).values():
+        raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
 
 
 def _check_spin(rig: InSpace) -> None:

@@ -22,7 +22,7 @@ from ..structure.base import StructureOfFiles
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .clearance import Bushing
-from .dimensions import Gravity, check_motion, motion_in_words
+from .dimensions import Gravity, check_motion, motion_in_words, named_points
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
@@ -39,10 +39,9 @@ from .tolerance import Tolerance
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
 DRIVEN = {"base": "base acceleration", "force": "force"}
-ENDS = ("position", "to")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
-_ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
+_ON_BEAM = {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": "^@"}]}
 _POINTS_ON_BEAM: dict[str, Any] = {
     "properties": {
         **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},
@@ -114,18 +113,7 @@ class Rig(Shown):
                 f"{'structure stands beside beam' if self.beam else 'beam is missing'}; give either [beam], a uniform "
                 f"cantilever, or [structure], of one of the kinds {', '.join(Structure.known)}"
             )
-        points = {
-            f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "sensors", "oscillators")
-            for i, item in enumerate(getattr(self, kind))
-        }
-        points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
-        points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
-        points |= {f"unbalances[{i}].position": each.position for i, each in enumerate(self.unbalances)}
-        if self.shaker.position is not None:
-            points["shaker.position"] = self.shaker.position
-        points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
-        for name, point in points.items():
+        for name, point in named_points(self).items():
             self._check(name, point)
         check_nodes(self.sensors)
         if self.plate:

@@ -26,7 +26,7 @@ from ..core.errors import RigError
 from ..rig import Rig
 from ..rig.extremes import computable
 from ..structure import Shaft, Structure
-from ..structure.base import Turning, parse_dof
+from ..structure.base import Turning, in_other_plane, parse_direction, parse_dof
 from ..structure.modal import Reduction, reduction
 
 __all__ = ["SpatialCoordinates", "SpatialModel", "spatial_model"]
@@ -136,11 +136,15 @@ class SpatialModel(SpatialCoordinates):
             Unit vectors, for positions on shafts.
         """
         found = np.einsum("pd,pdn->pn", np.broadcast_to(direction, (len(points), 3))[:, 1:], self.moved(points))
-        named = [i for i, point in enumerate(points) if parse_dof(point)]
-        if named:  # its own direction may be X, or a rotation
-            (own,) = self._reductions
-            found[named] = own.rows([points[i] for i in named]) @ own.transform
+        if named := [i for i, point in enumerate(points) if parse_direction(point)]:
+            found[named] = self._along_own([points[i] for i in named])
         return found
+
+    def _along_own(self, points: Sequence[float | str]) -> np.ndarray:
+        """(n_points, n) of points that have directions, which may be X, or rotations: of shafts each in its plane."""
+        *across, upright = self._reductions
+        rows = [part.rows([in_other_plane(point) for point in points]) @ part.transform for part in across]
+        return np.hstack((*rows, upright.rows(points) @ upright.transform))
 
     def _clearances(self, joined: Sequence[tuple[float | str, ...]]) -> np.ndarray:
         found = self.moved([points[0] for points in joined])
@@ -211,8 +215,9 @@ def spatial_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: boo
     with computable(rig.name, rig.to_dict):
         planes, forces = _planes(rig, turns)
         if planes:
-            beside = rig.attached  # alike along y and z
-            found = [reduction(s, rig.clearance_points, masses, forces, springs, n_modes, beside) for s in planes]
+            across = _across(masses), _across(forces), rig.attached.in_other_plane
+            beside = zip(planes, (across, (masses, forces, rig.attached)))
+            found = [reduction(s, rig.clearance_points, m, f, springs, n_modes, a) for s, (m, f, a) in beside]
         else:
             joined = tuple(tuple(_along(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
             both = tuple(k for k in springs for _ in "YZ")
@@ -250,6 +255,11 @@ def _planes(rig: Rig, turns: bool) -> tuple[tuple[Structure, ...], tuple[tuple[f
     # A strong damper at a support bends the shaft there: the static shapes under its force are among the coordinates.
     damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
     return (shaft.in_other_plane, shaft), (*forces, *damped)
+
+
+def _across(loads: tuple[tuple[float | str, float], ...]) -> tuple[tuple[float | str, float], ...]:
+    """Points with factors, as the structure names them that moves along y."""
+    return tuple((in_other_plane(point), factor) for point, factor in loads)
 
 
 def _along(point: float | str, axis: str) -> float | str:
