@@ -173,7 +173,7 @@ def test_curvature_of_a_mode():
 def test_planes_in_space():
     """A strip: a force along y and a moment about z bend it in its other plane by 1/(3EI) and 1/(2EI), L = 1."""
     strip = shaft(Section(1.0, width=0.02, height=0.01))
-    rig = Rig("strip", None, (), (Sensor(1, "@1.0:RX"), Sensor(2, "@1:RZ")), structure=strip, motion="spatial")
+    rig = Rig("strip", None, (), (Sensor(1, "@1.0:RX"), Sensor(2, "@1:RZ")), structure=strip)
     forces = ("@1.0:Y", "@1.0:Z", "@1.0:RX")
     inertias = {"@1.0:Y": 210e9 * 0.01 * 0.02**3 / 12, "@1.0:Z": 210e9 * 0.02 * 0.01**3 / 12}
     for force in forces:
@@ -209,20 +209,14 @@ TEETH = Bushing("@0.5:RX", 1e-3, 0.0, Grease(0.0), Contact(1e5))
             {"sensors": (Sensor(1, "@0.5:X"),)},
             '"@0.5:X": a shaft does not move along X; give Y, Z, RX',
         ),
-        (
-            {"sensors": (Sensor(1, "@0.5:Y"),)},
-            'sensors[0].position needs motion = "spatial": a planar rig',
-        ),
+        ({"sensors": (Sensor(1, "@0.5:Y"),), "bushings": (TEETH,)}, 'sensors[0].position needs shape = "round"'),
         (
             {"shaker": Shaker("force", "@0:RX")},
             '"@0:RX" cannot twist: the support there holds it; give',
         ),
         ({"bushings": (dataclasses.replace(TEETH, length=0.1),)}, "bushings[0].length must be 0, as its position is a"),
         ({"bushings": (dataclasses.replace(TEETH, to=0.9),)}, "one is an angle, one a length"),
-        (
-            {"bushings": (TEETH,), "motion": "spatial"},
-            "bushings[0].position names RX, and in space it moves",
-        ),
+        ({"bushings": (dataclasses.replace(TEETH, shape="round"),)}, "bushings[0].position names RX, but it moves"),
     ],
 )
 def test_refused(changes, message):
