@@ -17,6 +17,7 @@ import scipy.linalg
 
 from ..core.errors import RigError
 from ..rig import Rig
+from ..rig.dimensions import directed_points
 from ..structure import Beam, Shaft, Shafts
 from ..structure.base import ratios_of_modes
 from ..structure.reduction import vibration_modes
@@ -222,6 +223,8 @@ def cannot_be_linked(rig: Rig) -> str:
         return f"links needs a shaft; use {others}"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
+    for name, axis in directed_points(rig).items():
+        return f"links moves along its planes alone, and {name} names {axis}; use {others}"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators),
