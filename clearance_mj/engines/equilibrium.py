@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from ..beam import ModalModel, ritz_model
 from ..clearance.follower import SLOWEST_IMPACT, signed_penetration
 from ..clearance.grease import GreaseModel
 from ..clearance.kernel import Clearance, greases_of
@@ -17,8 +16,8 @@ from ..clearance.modelled import Modelled, rig_and_law
 from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, at_offset, fillings_of
 from ..core.errors import SimulationError
 from ..core.kinds import checks_kinds
+from ..linear import LinearModel, linear_model
 from ..rig import Bushing, Rig
-from ..rotors.spatial import SpatialModel, spatial_model
 
 __all__ = ["ChainModes", "Equilibrium", "equilibrium_of", "rest_of", "static_equilibrium"]
 
@@ -35,11 +34,12 @@ class ChainModes(NamedTuple):
     omega: np.ndarray  # (n,) natural circular frequencies, 1/s
     circulatory: np.ndarray  # (n, n) H; (0, 0) if there is none
     weight: np.ndarray  # (n,) steady force on the modes
-    at_points: np.ndarray  # as of `SpatialModel` or `ModalModel`
-    moved: Callable[[Sequence[float | str]], np.ndarray]  # displacements of points per modal coordinate
+    at_points: np.ndarray  # (3 n_rows, n) as of `LinearModel`
+    moved: Callable[[Sequence[float | str]], np.ndarray]  # as of `LinearModel`
 
-
-InModes: TypeAlias = ModalModel | SpatialModel | ChainModes
+    def stiff(self, spin: float) -> np.ndarray:
+        """Return K + Ω H (n, n) at a spin, rad/s."""
+        return np.diag(self.omega**2) + (spin * self.circulatory if self.circulatory.size else 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +57,20 @@ class Equilibrium:
     """(2 n_bushings,) of fillings, same sign, N"""
     coordinates: np.ndarray
     """(n,) of the modes"""
-    model: InModes
+    model: LinearModel | ChainModes
     """whose coordinates they are"""
     _fillings: tuple[_Filling, ...]
     _contacts: tuple[_Contact, ...]
 
     def deflection(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return how far points have sagged from the unloaded shaft, m: y and z (n_points, 2); (n_points,) of slots.
+        """Return how far points have sagged from the unloaded shaft: y and z (n_points, 2), m.
 
         Parameters
         ----------
         points : sequence of Point, length n_points
             Positions, m, or degrees of freedom.
         """
-        moved = self.model.shapes if isinstance(self.model, ModalModel) else self.model.moved
-        return np.asarray(moved(points) @ self.coordinates)
+        return np.asarray(self.model.moved(points) @ self.coordinates)
 
     def columns(self) -> np.ndarray:
         """Return what an engine's run returns of the bushings at rest: (7 n_bushings,), see `Run.advance`."""
@@ -87,7 +86,7 @@ class Equilibrium:
             Of the rig, changed in place.
         """
         n, size, numbers = len(self.rig.bushings), self.rig.n_coordinates, clearance.numbers
-        at = (self.model.at_points @ self.coordinates).reshape(3 * n, size)
+        at = (self.model.at_points @ self.coordinates).reshape(-1, size)
         for j, filling in enumerate(self._fillings):
             state = clearance.states[j]
             for name, value in zip(("y", "z") if size == 2 else ("displacement",), at[j]):
@@ -185,7 +184,7 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
         If no equilibrium is found: nothing holds the shaft, or friction and films leave it none.
     """
     rig, law = rig_and_law(model, law)
-    return equilibrium_of(rig, law, (spatial_model if rig.is_spatial else ritz_model)(rig, n_modes))
+    return equilibrium_of(rig, law, linear_model(rig, n_modes))
 
 
 def rest_of(rig: Rig, law: Law, modes: int) -> Equilibrium | None:
@@ -193,13 +192,13 @@ def rest_of(rig: Rig, law: Law, modes: int) -> Equilibrium | None:
     return static_equilibrium(rig, law, modes) if rig.gravity or rig.loads else None
 
 
-def equilibrium_of(rig: Rig, law: Law, whole: InModes) -> Equilibrium:
+def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equilibrium:
     """Find where a structure rests that stands for a rig's; see `static_equilibrium`."""
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
     q = _rest(rig, whole, [*fillings, *contacts], spin)
     n, size = len(rig.bushings), rig.n_coordinates
-    at = (whole.at_points @ q).reshape(3 * n, size)
+    at = (whole.at_points @ q).reshape(-1, size)
     pushed = np.array([c.moved(r) for c, r in zip(contacts, at[n:])]).reshape(n, 2, size).sum(axis=1)
     held = np.array([f.moved(r) for f, r in zip(fillings, at)]).reshape(n, size)
     return Equilibrium(rig, at[:n].ravel(), pushed.ravel(), held.ravel(), q, whole, tuple(fillings), tuple(contacts))
@@ -217,13 +216,13 @@ def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Cont
     return [_Filling(b, m, spin, rig.is_spatial) for b, m in zip(rig.bushings, fillings)], contacts
 
 
-def _rest(rig: Rig, model: InModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
+def _rest(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
     """(n,) coordinates at which all forces are in equilibrium.
 
     What can move without bending is held by springs at first, which soften to nothing.
     """
     gap = min((b.gap for b in rig.bushings), default=1.0)
-    balance = _Balance(model, forces, spin, SMALL * gap, rig.n_coordinates)
+    balance = _Balance(model, forces, rig, spin)
     q = np.zeros(model.omega.size)
     if not model.omega.all():
         weight = float(np.linalg.norm(rig.gravity or 0.0))
@@ -244,12 +243,10 @@ def _rest(rig: Rig, model: InModes, forces: Sequence[_Filling | _Contact], spin:
 class _Balance:
     """Forces on the modes at rest, and Newton's steps to where they are none, damped as Levenberg's."""
 
-    def __init__(self, model: InModes, forces: Sequence[_Filling | _Contact], spin: float, small: float, dims: int):
+    def __init__(self, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], rig: Rig, spin: float):
+        dims, small = rig.n_coordinates, SMALL * min((b.gap for b in rig.bushings), default=1.0)
         self.forces, self.weight, self.steps = forces, model.weight, small * np.eye(dims)
-        self.points = model.at_points.reshape(-1, dims, model.omega.size)
-        self.stiffness = np.diag(model.omega**2)
-        if model.circulatory.size:
-            self.stiffness = self.stiffness + spin * model.circulatory
+        self.points, self.stiffness = model.at_points.reshape(-1, dims, model.omega.size), model.stiff(spin)
         self.scale = 1 / np.sqrt(model.omega**2 + 1e-4 * np.mean(model.omega) ** 2 + 1.0)
 
     def off(self, q: np.ndarray, held: float) -> np.ndarray:

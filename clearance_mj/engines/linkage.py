@@ -16,7 +16,9 @@ import numpy as np
 import scipy.linalg
 
 from ..core.errors import RigError
+from ..linear import PlaneRows, RigRows
 from ..rig import Rig
+from ..rig.dimensions import directed_points
 from ..structure import Beam, Shaft, Shafts
 from ..structure.base import parse_place, ratios_of_modes
 from ..structure.reduction import vibration_modes
@@ -68,9 +70,10 @@ class Linkage:
         """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
 
-    def directed(self, points: Points, direction: np.ndarray) -> np.ndarray:
-        """Return (n_points, nv) how points move along a direction (3,), of which the chains know z alone."""
-        return direction[2] * self.deflection(points)
+    @functools.cached_property
+    def rows_of_rig(self) -> RigRows:
+        """How the rig's points move per coordinate."""
+        return RigRows(self.rig, 1, (None, PlaneRows(self.deflection, np.eye(self.size), slice(0, self.size))))
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]
@@ -226,6 +229,8 @@ def cannot_be_linked(rig: Rig) -> str:
         return f"links needs a shaft; use {others}"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
+    for name, axis in directed_points(rig).items():
+        return f"links moves along its planes alone, and {name} names {axis}; use {others}"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators), ("orders", rig.orders),

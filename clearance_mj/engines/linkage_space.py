@@ -1,20 +1,20 @@
 """A rig's shafts as chains of rigid links in both bending planes; matrices in the coordinates of both, y before z.
 
 Each plane is a `Linkage` of its own, whose supports and sections are those of that plane. What couples them is the
-turning of the shaft: G and H are those of rotors/spatial.py, with the chains' slopes and hinges.
+turning of the shaft: G and H are those of linear/model.py, with the chains' slopes and hinges.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
+from ..linear import PlaneRows, RigRows
 from ..rig import Rig
-from ..rotors.spatial import SpatialCoordinates
 from ..structure import Beam
 from .chain import Chain
 from .linkage import Linkage, linkage
@@ -23,7 +23,7 @@ __all__ = ["SpatialLinkage", "spatial_linkage"]
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialLinkage(SpatialCoordinates):
+class SpatialLinkage:
     """A rig's shafts as chains along y and z. Made by `spatial_linkage`."""
 
     rig: Rig
@@ -56,44 +56,11 @@ class SpatialLinkage(SpatialCoordinates):
                 found[part, part] = own
         return found
 
-    def moved(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return how points on the curved shafts move along y and z per coordinate, (n_points, 2, nv).
-
-        Parameters
-        ----------
-        points : sequence of Point, length n_points
-            Positions, m, or named points on shafts.
-        """
-        return self._rows(lambda plane: plane.deflection(points), len(points))
-
-    def _rows(self, of_plane: Callable[[Linkage], np.ndarray], count: int) -> np.ndarray:
-        found = np.zeros((count, 2, self.size))
-        for d, (plane, part) in enumerate(zip(self.planes, self.spans)):
-            found[:, d, part] = of_plane(plane)
-        return found
-
-    def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
-        """Return how points move in directions, (n_points, nv).
-
-        Parameters
-        ----------
-        points : sequence of Point, length n_points
-            Positions, m, or named points on shafts.
-        direction : ndarray, shape (n_points, 3) or (3,)
-            Unit vectors; nothing moves along x.
-        """
-        along = np.broadcast_to(direction, (len(points), 3))[:, 1:]
-        return np.asarray(np.einsum("pd,pdn->pn", along, self.moved(points)))
-
     @functools.cached_property
-    def at_points(self) -> np.ndarray:
-        """(3 n_bushings, 2, nv) relative motion along y and z of the clearances' middles, then of both ends of each.
-
-        Of the curved shafts in the middles, and of the straight links at the ends, where MuJoCo looks for contact.
-        """
-        n = len(self.rig.bushings)
-        middles = self._rows(lambda plane: plane.at_bushings, n)
-        return np.concatenate((middles, self._rows(lambda plane: plane.ends_of_links, 2 * n)))
+    def rows(self) -> RigRows:
+        """How points move per coordinate, at clearances' ends on the straight links, where MuJoCo looks for contact."""
+        y, z = (PlaneRows(p.deflection, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
+        return RigRows(self.rig, 2, (y, z))
 
     @functools.cached_property
     def influence(self) -> np.ndarray:
@@ -126,6 +93,12 @@ class SpatialLinkage(SpatialCoordinates):
     def free(self) -> np.ndarray:
         """(nv, n) basis of the motions that the supports allow."""
         return np.asarray(scipy.linalg.block_diag(*(plane.free for plane in self.planes)))
+
+    @functools.cached_property
+    def dampers(self) -> np.ndarray:
+        """(nv, nv) damping of joints and springs."""
+        springs = self.diagonal(lambda plane: (plane.springs.rows.T * plane.springs.damping) @ plane.springs.rows)
+        return np.diag(np.concatenate([plane.damping for plane in self.planes])) + springs
 
 
 @functools.lru_cache(maxsize=32)

@@ -15,13 +15,12 @@ import numpy as np
 import scipy.linalg
 from pydantic import Field
 
-from ..beam import ritz_model
 from ..clearance.law import Law
 from ..core.validation import Positive, Whole
+from ..linear import linear_model
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds
-from ..rig.loads import load_force
 from .base import Engine, Run, register
 from .linkage import Linkage, linkage
 from .links_parts import add_fixed_tendon, add_spring, add_support, armature, finish_supports, set_inertia, visual
@@ -58,7 +57,7 @@ class Links(Engine):
         """Begin a simulation at rest; see `Engine.start`."""
         if rig.is_spatial:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
-        driven(ritz_model(rig), kind)  # refuses what cannot be excited so
+        driven(linear_model(rig), kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 
@@ -261,17 +260,14 @@ def _plant(rig: Rig, links: int) -> Plant:
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}
     touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]
-    gains = np.array([s.gain for s in rig.sensors])
+    rows = whole.rows_of_rig
     maps = Maps(
         at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
         viscous=whole.viscous,
-        output=np.ascontiguousarray(gains[:, None] * whole.deflection([s.position for s in rig.sensors])),
+        output=np.ascontiguousarray(rows.at_sensors),
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
     )
-    none = np.zeros(whole.size)
-    push = [sum((f * whole.deflection([p])[0] for p, f in each.forces), none) for each in rig.inputs]
-    steady = load_force(rig.name, rig.loads, whole.directed, whole.size)
-    statics = Statics(whole.mass, whole.whole_stiffness, whole.free, maps.at_points, whole.deflection)
-    lift = np.array([-shaker.unit_direction[1:] for shaker in rig.inputs])
-    return Plant(model, maps, lift, np.array(push), steady, statics, whole.rayleigh[0], armature(whole))
+    matrices = whole.mass, whole.whole_stiffness, whole.free, np.zeros((0, 0))
+    statics = Statics(*matrices, maps.at_points, rows.moved)
+    return Plant(model, maps, rows, statics, whole.rayleigh[0], armature(whole))

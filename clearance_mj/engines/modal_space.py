@@ -11,13 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..beam import ModalModel
 from ..clearance.law import Law
 from ..clearance.round_kernel import round_records, rounds_side_by_side
+from ..linear import LinearModel, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds, each_kind
 from ..rig.loads import order_forces
-from ..rotors.spatial import SpatialModel, spatial_model
 from ..signals.sampling import lowpass
 from .base import Engine, Run, diverged, in_columns
 from .equilibrium import static_equilibrium
@@ -76,7 +75,7 @@ def leaving(q: np.ndarray, flow: np.ndarray) -> np.ndarray:
     return np.asarray(flow[2] * q + flow[3] * speed)
 
 
-def driven(model: ModalModel | SpatialModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
+def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
     """Return forces (n_inputs, n) on the coordinates per unit of each input, and `read_of_inputs`."""
     push = [model.input(kind, number) for number, kind in enumerate(each_kind(kinds))]
     return np.array(push), read_of_inputs(model.rig, kinds)
@@ -85,15 +84,16 @@ def driven(model: ModalModel | SpatialModel, kinds: Kinds) -> tuple[np.ndarray, 
 @functools.lru_cache(maxsize=128)
 def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[RoundShaft, np.ndarray]:
     """The linear part, and the viscous matrix of the kicks; (0, 0) where the modes' own damping is all."""
-    model = spatial_model(rig, modes)
+    model = linear_model(rig, modes)
     coupled = model.coupling.size > 0
-    viscous = np.diag(model.damping) + model.coupling if coupled else model.coupling
+    viscous = model.viscous() if coupled else model.coupling
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
-    points = np.ascontiguousarray(model.at_points)
+    points = model.at_points.reshape(-1, 2, model.size)
     compliance = compliance_of(points, np.diag(inverse_mass))
     push, on_base = driven(model, kind)
     shaft = RoundShaft(
-        inverse_mass, np.ascontiguousarray(flow), points, np.array([(s.start, s.stop) for s in model.planes]),
+        inverse_mass, np.ascontiguousarray(flow), points,
+        np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
         np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), push, on_base, model.weight,
         model.unbalance, np.array([each.order for each in rig.orders]),
         order_forces(rig.orders, model.directed, model.size), compliance, np.ascontiguousarray(model.circulatory),
@@ -118,7 +118,7 @@ class SpatialRun(Run):
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, modes: int):
         self.engine, self.rig, self.step, self.steps = engine, rig, step, 0
-        self.model = spatial_model(rig, modes)
+        self.model = linear_model(rig, modes)
         self.shaft, self.viscous = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
         self.rest = static_equilibrium(rig, law, modes)

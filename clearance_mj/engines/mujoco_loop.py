@@ -62,14 +62,14 @@ class MujocoRun(Run):
         self.heavier = 1 + step / 2 * plant.decay
         for field in ("body_mass", "body_subtreemass", "body_inertia"):
             getattr(self.model, field)[:] *= self.heavier
-        given = driving(rig, kind, plant.lift, plant.push, plant.steady)
+        given = driving(plant.rows, kind)
         self.driving = given._replace(lift=given.lift / self.heavier, gravity=given.gravity / self.heavier)
         from_constraint = contact_rows(plant.maps.at_points[n_bushings:], hold(self.model))
         self.data = mujoco.MjData(self.model)
         self.rest = None
         if plant.statics and (rig.gravity or rig.loads):
             self.model.opt.gravity[2] = self.driving.gravity[1]
-            where = np.arange(self.model.nv), plant.statics, plant.steady, np.zeros((0, 0))
+            where = np.arange(self.model.nv), plant.statics, given.steady
             self.rest = rest_in_mujoco(rig, law, self.model, self.data, *where)
             self.rest.begin(self.clearance)
         model, data = self.model, self.data

@@ -12,11 +12,10 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of, round_records
+from ..linear import linear_model
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
-from ..rig.loads import load_force
-from ..rotors.spatial import spatial_model
 from .base import Engine, Run, diverged, in_columns
 from .linkage_space import SpatialLinkage
 from .links_plant import ChainMaps, SpatialPlant
@@ -34,15 +33,12 @@ class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: SpatialPlant):
-        driven(spatial_model(rig), kind)  # refuses what cannot be excited so
+        driven(linear_model(rig), kind)  # refuses what cannot be excited so
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)
-        none = np.zeros(plant.whole.size)
-        push = [plant.whole.push(i) if each.forces else none for i, each in enumerate(rig.inputs)]
-        loads = load_force(rig.name, rig.loads, plant.whole.directed, none.size)
-        lift = np.array([-shaker.unit_direction[1:] for shaker in rig.inputs])
-        self.driving = driving(rig, kind, lift, np.array(push), loads)
+        rows = plant.whole.rows
+        self.driving = driving(rows, kind)
         self.model, inertia = _heavier(plant, step)
         self.lighter = 1 / (1 + step / 2 * plant.whole.planes[1].rayleigh[0])
         self.maps = _before_dampers(plant, inertia, step)
@@ -54,8 +50,8 @@ class SpatialMujocoRun(Run):
         self.data = mujoco.MjData(self.model)
         self.model.opt.gravity[1:] = self.lighter * self.driving.gravity
         whole, diagonal = self.whole, self.whole.diagonal
-        of_whole = diagonal(lambda p: p.mass), diagonal(lambda p: p.whole_stiffness), whole.free
-        where = self.maps.order, Statics(*of_whole, whole.at_points, whole.moved), loads, whole.circulatory
+        matrices = diagonal(lambda p: p.mass), diagonal(lambda p: p.whole_stiffness), whole.free, whole.circulatory
+        where = self.maps.order, Statics(*matrices, rows.at_points, rows.moved), self.driving.steady
         self.rest = rest_in_mujoco(rig, law, self.model, self.data, *where)
         self.rest.begin(self.clearance)
         self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
@@ -143,7 +139,7 @@ def _foresight(
     return Foresight(
         needed=bool(films.any() or rubs or whole.gyroscopic.size),
         of_position=-half @ whole.diagonal(lambda plane: plane.whole_stiffness),
-        of_velocity=np.eye(whole.size) - half @ _dampers(whole),
+        of_velocity=np.eye(whole.size) - half @ whole.dampers,
         of_force=half,
         compliance=compliance_of(points, mobility),
         films=films,
@@ -151,18 +147,12 @@ def _foresight(
     )
 
 
-def _dampers(whole: SpatialLinkage) -> np.ndarray:
-    """(nv, nv) of joints and springs."""
-    springs = whole.diagonal(lambda plane: (plane.springs.rows.T * plane.springs.damping) @ plane.springs.rows)
-    return np.diag(np.concatenate([p.damping for p in whole.planes])) + springs
-
-
 def _contact_rows(whole: SpatialLinkage, held: np.ndarray) -> np.ndarray:
     """(n_bushings, 2, nv) contact forces along y and z per joint force of the solver's; (0, 2, nv) if not distinct."""
     n = len(whole.rig.bushings)
-    found = np.zeros((n, 2, whole.size))
+    found, ends = np.zeros((n, 2, whole.size)), whole.rows.at_ends.reshape(-1, 2, whole.size)
     for d, part in enumerate(whole.spans):
-        rows = contact_rows(whole.at_points[n:, d, part], held[held[:, part].any(axis=1)][:, part])
+        rows = contact_rows(ends[:, d, part], held[held[:, part].any(axis=1)][:, part])
         if len(rows) != n:
             return np.zeros((0, 2, whole.size))
         found[:, d, part] = rows

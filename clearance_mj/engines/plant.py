@@ -12,9 +12,11 @@ import scipy.linalg
 
 from ..clearance.kernel import greases_of
 from ..clearance.law import Law
+from ..linear import RigRows
 from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds, each_kind
+from ..rig.loads import load_force
 from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
@@ -135,11 +137,13 @@ class Driving(NamedTuple):
     steady: np.ndarray  # (nv,) force of the rig's loads on the coordinates
 
 
-def driving(rig: Rig, kinds: Kinds, lift: np.ndarray, push: np.ndarray, steady: np.ndarray) -> Driving:
-    """Return what drives a model, of what all inputs would lift (n_inputs, 2) and push (n_inputs, nv), and of loads."""
-    forces = np.array([kind == "force" for kind in each_kind(kinds)])
-    lift, push = (part[: len(forces)] * shares[:, None] for part, shares in ((lift, ~forces), (push, forces)))
-    return Driving(lift, push, read_of_inputs(rig, kinds), np.array((rig.gravity or (0.0,) * 3)[1:]), steady)
+def driving(rows: RigRows, kinds: Kinds) -> Driving:
+    """Return what drives a model whose coordinates move the rig's points by rows."""
+    rig, kinds = rows.rig, each_kind(kinds)
+    push = [rows.push(i) if kind == "force" else np.zeros(rows.size) for i, kind in enumerate(kinds)]
+    lift = [-shaker.unit_direction[1:] * float(kind == "base") for shaker, kind in zip(rig.inputs, kinds)]
+    steady, gravity = load_force(rig.name, rig.loads, rows.directed, rows.size), (rig.gravity or (0.0, 0.0, 0.0))[1:]
+    return Driving(np.array(lift), np.array(push), read_of_inputs(rig, kinds), np.array(gravity), steady)
 
 
 class Statics(NamedTuple):
@@ -148,8 +152,9 @@ class Statics(NamedTuple):
     mass: np.ndarray  # (nv, nv)
     stiffness: np.ndarray  # (nv, nv)
     free: np.ndarray  # (nv, n) basis of the motions that supports allow
-    at_points: np.ndarray  # (3 n_bushings, nv), or (3 n_bushings, 2, nv)
-    moved: Callable[[Sequence[float | str]], np.ndarray]  # displacements of points per coordinate
+    circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
+    at_points: np.ndarray  # (3 n_rows, nv) as of `RigRows`
+    moved: Callable[[Sequence[float | str]], np.ndarray]  # likewise
 
     def modes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return frequencies (n,), 1/s, and coordinates (nv, n) per modal one, of all modes, of unit mass."""
@@ -161,14 +166,15 @@ class Statics(NamedTuple):
 
 def rest_in_mujoco(
     rig: Rig, law: Law, model: mujoco.MjModel, data: mujoco.MjData, order: np.ndarray, statics: Statics,
-    steady: np.ndarray, circulatory: np.ndarray,
+    steady: np.ndarray,
 ) -> Equilibrium:  # fmt: skip
     """Move the data to the static equilibrium, of MuJoCo's own geometry, under the model's gravity; return it.
 
     ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments; ``steady``: (nv,) force of the loads.
     """
     omega, shapes = statics.modes()
-    material = shapes.T @ circulatory @ shapes if circulatory.size else circulatory
+    turned = statics.circulatory
+    material = shapes.T @ turned @ shapes if turned.size else turned
     for _ in range(REST_SWEEPS):
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
@@ -198,9 +204,7 @@ class Plant:
 
     model: mujoco.MjModel  # compiled, not to be changed
     maps: Maps  # between its coordinates and the rig's points
-    lift: np.ndarray  # (n_inputs, 2) as of `Driving`, if the input is a base
-    push: np.ndarray  # (n_inputs, nv) as of `Driving`, if it is a force
-    steady: np.ndarray  # (nv,) of the rig's loads
+    rows: RigRows  # how the rig's points move per coordinate
     statics: Statics | None = None  # None where it knows no loads
     decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
     armature: float | np.ndarray = ARMATURE  # of joints, (nv,): inertia over stiffness times the step squared

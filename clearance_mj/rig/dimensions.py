@@ -7,17 +7,23 @@ from typing import Annotated, Any, Protocol, TypeAlias
 
 from pydantic import BeforeValidator
 
-from ..core.errors import ClearanceError
+from ..core.errors import ClearanceError, RigError
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
-from ..structure.base import parse_dof, parse_place
+from ..structure.base import parse_direction, parse_dof, parse_place
+from .bearings import Bearing
 from .clearance import Bushing
-from .instruments import Sensor
+from .instruments import Sensor, Shaker
+from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
-__all__ = ["Gravity", "check_motion", "motion_in_words", "planar", "shaft_radius"]
+__all__ = [
+    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points", "planar",
+    "shaft_radius", "with_shapes",
+]  # fmt: skip
 
+ENDS = "position", "to"  # of a spring
 EARTH = 9.80665  # m/s²
 
 
@@ -42,8 +48,8 @@ class InSpace(Protocol):
         """Name."""
 
     @property
-    def motion(self) -> str:
-        """Planar or spatial."""
+    def is_spatial(self) -> bool:
+        """Whether points move along y and z."""
 
     @property
     def gravity(self) -> tuple[float, float, float] | None:
@@ -58,12 +64,28 @@ class InSpace(Protocol):
         """Unbalances."""
 
     @property
+    def bearings(self) -> tuple[Bearing, ...]:
+        """Bearings with coefficients."""
+
+    @property
     def bushings(self) -> tuple[Bushing, ...]:
         """Clearances."""
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:
         """Sensors."""
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """Constant loads."""
+
+    @property
+    def orders(self) -> tuple[Order, ...]:
+        """Orders of the spin."""
+
+    @property
+    def inputs(self) -> tuple[Shaker, ...]:
+        """Excitation."""
 
     @property
     def linear(self) -> Structure:
@@ -74,32 +96,118 @@ class InSpace(Protocol):
         """What it has beside it."""
 
 
+def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
+    """Return plain data of a rig whose older files say ``motion`` of all clearances, with a shape for each instead.
+
+    Parameters
+    ----------
+    data : dict
+        As a rig file holds them.
+
+    Raises
+    ------
+    RigError
+        If the motion is unknown.
+    """
+    motion = data.get("motion", "planar")
+    if motion not in ("planar", "spatial"):
+        raise RigError(f'motion "{motion}" is unknown; leave it out, and give round bushings shape = "round"')
+    found, bushings = {name: value for name, value in data.items() if name != "motion"}, data.get("bushings")
+    if motion == "spatial" and isinstance(bushings, list | tuple):
+        found["bushings"] = [{"shape": "round", **each} if isinstance(each, dict) else each for each in bushings]
+    return found
+
+
+def acts_across(rig: InSpace) -> list[str]:
+    """Return what of a rig needs motion along y: its fields' names; none of a rig that moves along z alone.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    found = [name for name in ("spin", "unbalances", "bearings", "orders") if getattr(rig, name)]
+    found += ["gravity"] if rig.gravity and (rig.gravity[1] or (rig.linear.shafts and not rig.bushings)) else []
+    if rig.linear.shafts:
+        forces = [each.force for each in rig.loads]
+        found += [f"loads[{i}].force" for i, force in enumerate(forces) if isinstance(force, tuple) and force[1]]
+    found += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+    return found + [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
+
+
+def named_points(rig: InSpace) -> dict[str, float | str]:
+    """Return the points that a rig file names, by their paths in it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    points = {
+        f"{kind}[{i}].position": item.position
+        for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances", "bearings", "loads", "orders")
+        for i, item in enumerate(getattr(rig, kind))
+    }
+    for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
+        points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}
+    points |= {f"bushings[{i}].to": b.to for i, b in enumerate(rig.bushings) if b.to is not None}
+    for number, shaker in enumerate(rig.inputs):
+        name = f"shakers[{number - 1}]" if number else "shaker"
+        paths = ["position", *(f"also[{i}].position" for i in range(len(shaker.forces) - 1))]
+        points |= {f"{name}.{path}": point for path, (point, _) in zip(paths, shaker.forces)}
+    return points
+
+
+def directed_points(rig: InSpace) -> dict[str, str]:
+    """Return the axes, such as RX, that points on shafts name, by their paths in the rig file.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    named = {name: parse_direction(point) for name, point in named_points(rig).items() if rig.linear.shafts}
+    return {name: direction[0] for name, direction in named.items() if direction}
+
+
 def check_motion(rig: InSpace) -> None:
-    """Refuse what a planar rig has of space, and what a spatial one cannot have.
+    """Refuse what slots have of round clearances, and what a rig that moves along y and z cannot have.
 
     Parameters
     ----------
     rig : Rig
         The rig, its other rules checked.
     """
+    across = acts_across(rig)
+    for i, b in enumerate(rig.bushings):
+        if not b.is_round and (b.in_space_only or rig.is_spatial):
+            name = f"bushings[{i}].{b.in_space_only[0]}" if b.in_space_only else across[0] if across else "a round one"
+            raise ValueError(f'{name} needs shape = "round", and bushings[{i}] is a {b.of_stops}, along one coordinate')
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
-    if rig.motion == "planar":
-        _check_planar(rig)
+    if not rig.is_spatial:
+        if rig.attached.planes and "RX" in directed_points(rig).values():
+            raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
         return
-    for name in ("unbalances", "orders"):
-        if getattr(rig, name) and rig.spin is None:
-            raise ValueError(f"{name} act on a shaft that turns; give [spin] with its speed")
+    for acting in ("unbalances", "orders"):
+        if getattr(rig, acting) and rig.spin is None:
+            raise ValueError(f"{acting} act on a shaft that turns; give [spin] with its speed")
     if rig.attached.fixture or rig.attached.planes:
-        raise ValueError('motion "spatial" knows no fixture and no planes; leave them out, or give motion = "planar"')
+        raise ValueError("a rig that moves along y and z knows no fixture and no planes; leave them out")
     if rig.attached and not rig.linear.shafts:
         raise ValueError(
-            'motion "spatial" knows housings, springs and oscillators of shafts alone; put them into the matrices, or '
-            'give motion = "planar"'
+            "a rig that moves along y and z knows housings, springs and oscillators of shafts alone; put them into "
+            "the matrices"
         )
+    for i, each in enumerate(rig.bearings):
+        dof = parse_dof(each.position)
+        if dof and dof[1] not in "YZ":
+            raise ValueError(f'bearings[{i}].position "{each.position}": a bearing acts along Y and Z; give one')
+        for speed in (rig.spin.speed, rig.spin.until) if rig.spin else ():
+            if speed is not None and each.spin and not each.spin[0] <= speed <= each.spin[-1]:
+                ends = f"{each.spin[0]:g} to {each.spin[-1]:g} rad/s"
+                raise ValueError(f"bearings[{i}].spin reaches from {ends}, and the shaft turns at {speed:g} rad/s")
     for i, b in enumerate(rig.bushings):
-        if b.stops != "both":
-            raise ValueError(f'bushings[{i}].stops "{b.stops}" is one wall; a round clearance has its wall all around')
         dof = parse_dof(b.position)
         if dof and dof[1] not in "YZ":
             raise ValueError(f'bushings[{i}].position "{b.position}": a round clearance moves along Y and Z; give one')
@@ -107,16 +215,11 @@ def check_motion(rig: InSpace) -> None:
             raise ValueError(f"bushings[{i}].to is on another shaft, and which of them turns is not told; leave it out")
         if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
+    for name, axis in directed_points(rig).items():
+        if name.startswith(("bushings", "unbalances", "bearings", "orders")):
+            raise ValueError(f"{name} names {axis}, but it moves along y and z: give the position alone")
     if rig.spin:
         _check_spin(rig)
-
-
-def _check_planar(rig: InSpace) -> None:
-    of_rig = [name for name in ("spin", "unbalances", "orders") if getattr(rig, name)]
-    names = of_rig + [f"bushings[{i}].{name}" for i, b in enumerate(rig.bushings) for name in b.in_space_only]
-    names += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
-    if names:
-        raise ValueError(f'{names[0]} needs motion = "spatial": a planar rig moves along z alone and does not turn')
 
 
 def _check_spin(rig: InSpace) -> None:
@@ -129,7 +232,7 @@ def _check_spin(rig: InSpace) -> None:
 
 
 def motion_in_words(rig: InSpace) -> str:
-    """Return how a spatial rig is loaded and turns, for overviews."""
+    """Return how a rig in space is loaded and turns, for overviews."""
     words = ["along y and z"]
     if rig.gravity:
         words.append(f"gravity {tuple(rig.gravity)} m/s²")
@@ -143,7 +246,7 @@ def motion_in_words(rig: InSpace) -> str:
 
 
 def planar(rig: InSpace, what: str) -> None:
-    """Refuse a rig in space where a calculation knows the plane alone.
+    """Refuse a rig that moves along y and z where a calculation knows motion along z alone.
 
     Parameters
     ----------
@@ -155,12 +258,11 @@ def planar(rig: InSpace, what: str) -> None:
     Raises
     ------
     ClearanceError
-        If the rig is spatial.
+        If it is such a rig.
     """
-    if rig.motion == "spatial":
-        raise ClearanceError(
-            f'{what} knows planar rigs, and rig {rig.name!r} has motion = "spatial"; give one with motion = "planar"'
-        )
+    if rig.is_spatial:
+        moves = "round bushings" if any(b.is_round for b in rig.bushings) else acts_across(rig)[0]
+        raise ClearanceError(f"{what} knows planar rigs, and rig {rig.name!r} moves in space: it has {moves}")
 
 
 def shaft_radius(rig: InSpace, bushing: int) -> float:

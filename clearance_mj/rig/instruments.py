@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Whole, checked, seldom
 from ..structure import Point
-from ..structure.base import AXES, dof_vector, parse_dof
+from ..structure.base import AXES, dof_vector, parse_direction
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
@@ -33,8 +33,8 @@ KEYPHASOR = f"{KEYPHASOR_NODE}:S"
 
 def dof_label(node: int, point: float | str) -> str:
     """Return the node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
-    dof = parse_dof(point)
-    return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
+    axis, sign = parse_direction(point) or ("Z", 1)
+    return f"{node}:{'-' if sign < 0 else '+'}{axis}"
 
 
 Kinds: TypeAlias = str | tuple[str, ...]
@@ -86,7 +86,7 @@ class Sensor:
 
     def __post_init__(self) -> None:
         _check_direction(self.direction)
-        if self.direction is not None and parse_dof(self.position):
+        if self.direction is not None and parse_direction(self.position):
             raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
 
     @property
@@ -186,7 +186,7 @@ class Shaker:
         """
         if kind == "base":
             return _nearest(self.node or BASE_NODE, self.unit_direction)
-        if self.direction is not None and parse_dof(self.position or 0.0) is None:
+        if self.direction is not None and parse_direction(self.position or 0.0) is None:
             return _nearest(self.node or SHAKER_NODE, self.unit_direction)
         return dof_label(self.node or SHAKER_NODE, 0.0 if self.position is None else self.position)
 

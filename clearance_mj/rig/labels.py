@@ -12,7 +12,7 @@ from .instruments import PROBE_NODE, Sensor, dof_label
 __all__ = ["clearance_labels", "probe_labels"]
 
 
-def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor], spatial: bool) -> list[str]:
+def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:
     """Return degrees of freedom of the clearances' displacements in records; see `Rig.probe_labels`."""
     taken = {s.node for s in sensors}
     free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
@@ -21,9 +21,8 @@ def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor], spatial
         node = _node_in(bushing, sensors)
         label = dof_label(next(free) if node is None else node, bushing.position)
         found[label if label not in found else dof_label(next(free), bushing.position)] = None
-    if spatial:
-        return [f"{label.partition(':')[0]}:+{axis}" for label in found for axis in "YZ"]
-    return list(found)
+    both = ([f"{label.partition(':')[0]}:+{axis}" for axis in "YZ"] for label in found)
+    return [row for b, label, two in zip(bushings, found, both) for row in (two if b.is_round else [label])]
 
 
 def clearance_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:

@@ -11,10 +11,10 @@ from pydantic import Field
 from ..core.errors import RigError
 from ..core.validation import Number, Positive, Text, checked, seldom
 from ..structure import Point
-from ..structure.base import AXES, parse_dof
-from .instruments import Direction
+from ..structure.base import AXES, is_rotation, parse_direction, parse_dof, parse_place
+from .instruments import Direction, Shaker
 
-__all__ = ["Load", "Order", "load_force", "order_forces"]
+__all__ = ["Load", "Order", "check_points", "forced_points", "load_force", "order_forces"]
 
 UP = (0.0, 0.0, 1.0)
 Directed: TypeAlias = Callable[[Sequence[float | str], np.ndarray], np.ndarray]
@@ -36,6 +36,8 @@ class Load:
 
     def __post_init__(self) -> None:
         _check_one(self.force, self.torque)
+        if isinstance(self.force, tuple) and parse_direction(self.position) and not parse_dof(self.position):
+            raise ValueError(f'force (x, y, z) stands beside the direction of "{self.position}"; give a number')
 
     @property
     def points(self) -> tuple[float | str, ...]:
@@ -101,10 +103,23 @@ def _check_one(force: float | Direction | None, torque: float | None) -> None:
 
 def rotation(position: float | str) -> str:
     """Return the rotation about the shaft's axis at a point, or the rotation that the point names."""
-    dof = parse_dof(position)
-    if dof:
-        return str(position) if dof[1].startswith("R") else f"{dof[0]}:RX"
-    return f"{position}:RX" if isinstance(position, str) else f"@{position!r}:RX"
+    if is_rotation(position):
+        return str(position)
+    dof, (name, x) = parse_dof(position), parse_place(position) or ("", 0.0)
+    return f"{dof[0]}:RX" if dof else f"{name}@{x!r}:RX"
+
+
+def check_points(kind: str, acting: Sequence[Load | Order], check: Callable[[str, float | str], None]) -> None:
+    """Check every point at which loads or orders act; ``check`` takes its path in the rig file, and the point."""
+    for i, each in enumerate(acting):
+        for point in each.points:
+            check(f"{kind}[{i}].{'force' if each.torque is None else 'torque'}", point)
+
+
+def forced_points(inputs: Sequence[Shaker], loads: Sequence[Load]) -> list[tuple[float | str, float]]:
+    """Return points and factors of forces beside those in clearances, at which a basis of modes has static shapes."""
+    shaken = [force for shaker in inputs if shaker.kind == "force" for force in shaker.forces]
+    return shaken + [(point, 1.0) for load in loads for point in load.points]
 
 
 def load_force(name: str, loads: Sequence[Load], directed: Directed, size: int) -> np.ndarray:

@@ -18,50 +18,33 @@ from ..core.overview import Overview, Shown, few
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
-from ..structure.base import StructureOfFiles
+from ..structure.base import in_other_plane
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
+from .bearing_tables import with_bearing_tables
+from .bearings import Bearing
 from .clearance import Bushing
-from .dimensions import Gravity, check_motion, motion_in_words
+from .dimensions import Gravity, acts_across, check_motion, motion_in_words, named_points, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import Sensor, Shaker, check_inputs, check_nodes
 from .labels import clearance_labels, probe_labels
-from .loads import Load, Order
+from .loads import Load, Order, check_points, forced_points
+from .overview import bushing_rows, frequencies_in_words, inputs_in_words, structure_in_words
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
+from .schema import BEAM_OR_STRUCTURE, OF_BEARINGS, OF_OLDER_FILES
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
-DRIVEN = {"base": "base acceleration", "force": "force"}
-ENDS = ("position", "to")
-POSITIONED = ("masses", "sensors", "oscillators", "loads", "orders")
-SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
-_ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
-_POINTS_ON_BEAM: dict[str, Any] = {
-    "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in POSITIONED},
-        "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
-        "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
-        "structure": False,
-    }
-}
-_BEAM_OR_STRUCTURE = {
-    "required": ["name", "bushings", "sensors"],
-    "if": {"required": ["structure"]},
-    "then": {"properties": {"beam": False}},
-    "else": {"required": ["beam"], **_POINTS_ON_BEAM},
-}
-
-
-@checked(RigError, name="", schema=_BEAM_OR_STRUCTURE)
+@checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
 class Rig(Shown):
     """A complete rig.
 
@@ -99,8 +82,6 @@ class Rig(Shown):
     """how well numbers are known; others have defaults, see `identify.priors`"""
     examples: tuple[Text, ...] = seldom(default=())
     """paths of numbers that nobody gave, such as "beam.length"; results say so until their names are deleted here"""
-    motion: Literal["planar", "spatial"] = seldom(default="planar")
-    """along z alone, or along y and z in round clearances"""
     gravity: Gravity | None = seldom(default=None)
     """m/s² (x, y, z): it rests under its weight before it vibrates; None: offsets hold what weight does"""
     loads: tuple[Load, ...] = seldom(default=())
@@ -111,6 +92,8 @@ class Rig(Shown):
     """of a shaft that turns"""
     orders: tuple[Order, ...] = seldom(default=())
     """forces and torques that follow the angle of a shaft that turns"""
+    bearings: tuple[Bearing, ...] = seldom(default=())
+    """of a shaft in space, with coefficients between both directions that may depend on the spin"""
     plate: Plate | None = seldom(default=None)
     """what radiates sound, see docs/sound.md"""
     shakers: tuple[Shaker, ...] = seldom(default=())
@@ -122,24 +105,10 @@ class Rig(Shown):
                 f"{'structure stands beside beam' if self.beam else 'beam is missing'}; give either [beam], a uniform "
                 f"cantilever, or [structure], of one of the kinds {', '.join(Structure.known)}"
             )
-        points = {
-            f"{kind}[{i}].position": item.position
-            for kind in (*POSITIONED, "bushings")
-            for i, item in enumerate(getattr(self, kind))
-        }
-        points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
-        points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
-        points |= {f"unbalances[{i}].position": each.position for i, each in enumerate(self.unbalances)}
-        for where, shaker in zip(("shaker", *(f"shakers[{i}]" for i in range(len(self.shakers)))), self.inputs):
-            if shaker.position is not None:
-                points[f"{where}.position"] = shaker.position
-            points |= {f"{where}.also[{i}].position": force.position for i, force in enumerate(shaker.also or ())}
-        for name, point in points.items():
+        for name, point in named_points(self).items():
             self._check(name, point)
-        for kind in ("loads", "orders"):
-            for i, each in enumerate(getattr(self, kind)):
-                for point in each.points:
-                    self._check(f"{kind}[{i}].{'force' if each.torque is None else 'torque'}", point)
+        check_points("loads", self.loads, self._check)
+        check_points("orders", self.orders, self._check)
         check_nodes(self.sensors)
         check_inputs(self.inputs, [sensor.node for sensor in self.sensors])
         if self.plate:
@@ -172,12 +141,6 @@ class Rig(Shown):
         return (self.shaker, *self.shakers)
 
     @property
-    def loaded_points(self) -> tuple[tuple[float | str, float], ...]:
-        """Points and factors of forces beside those in clearances; a basis of modes has static shapes there."""
-        shaken = [force for shaker in self.inputs if shaker.kind == "force" for force in shaker.forces]
-        return (*shaken, *((point, 1.0) for load in self.loads for point in load.points))
-
-    @property
     def point_masses(self) -> tuple[PointMass, ...]:
         """Point masses of the shaft, the sensors' own included."""
         loading = (PointMass(s.position, s.mass, f"sensor {s.node}") for s in self.sensors if s.mass)
@@ -206,12 +169,12 @@ class Rig(Shown):
         A round clearance has two, along y and z. Its node is that of the sensor in a bushing around a shaft; others, at
         named degrees of freedom, between two points or without a sensor, have those from 301 on that no sensor has.
         """
-        return probe_labels(self.bushings, self.sensors, self.is_spatial)
+        return probe_labels(self.bushings, self.sensors)
 
     @property
     def is_spatial(self) -> bool:
-        """Whether points move along y and z, and clearances are round."""
-        return self.motion == "spatial"
+        """Whether points move along y and z: clearances are round, or something acts across z."""
+        return any(b.is_round for b in self.bushings) or bool(acts_across(self))
 
     @property
     def n_coordinates(self) -> int:
@@ -249,8 +212,12 @@ class Rig(Shown):
             self.springs, self.planes, self.oscillators, tuple(self.shaker.unit_direction.tolist()),
         )  # fmt: skip
 
-    def reduction(self, modes: int, grease: bool = False) -> Reduction:
-        """Return the structure with its point masses reduced to modes and static shapes; see `beam.ritz_model`.
+    def reduction(
+        self, modes: int, grease: bool = False, structure: Structure | None = None,
+        joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
+        across: bool = False,
+    ) -> Reduction:  # fmt: skip
+        """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
         Parameters
         ----------
@@ -258,6 +225,10 @@ class Rig(Shown):
             Number of modes; one static shape for every bushing and point of a force shaker is added.
         grease : bool
             Count the in-gap stiffness of the grease to the structure's.
+        structure, joined, more
+            Instead of ``linear`` and `clearance_points`, and points of forces, with factors, beside the shaker's.
+        across : bool
+            Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
         Raises
         ------
@@ -265,47 +236,31 @@ class Rig(Shown):
             If its mass is not positive or its stiffness negative.
         """
         masses = tuple((m.position, m.mass) for m in self.point_masses)
-        springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
+        forces = (*forced_points(self.inputs, self.loads), *more)
+        pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
+        springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
+        attached = self.attached
+        if across:
+            masses, forces = (tuple((in_other_plane(p), f) for p, f in each) for each in (masses, forces))
+            attached = attached.in_other_plane
         with computable(self.name, self.to_dict):
-            return reduction(
-                self.linear, self.clearance_points, masses, self.loaded_points, springs, modes, self.attached
-            )
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
 
     __repr__ = Shown.__repr__
 
     def _overview(self) -> Overview:
-        shafts, mass = self.linear.shafts, self.total_mass
-        kind = "cantilever" if self.beam else f"{len(shafts)} shafts" if len(shafts) > 1 else "shaft" if shafts else ""
-        length = f", {self.linear.span[1] - self.linear.span[0]:.4g} m" if shafts else ""
+        mass = self.total_mass
         facts = {
-            "structure": (kind or str(getattr(self.linear, "kind", type(self.linear).__name__))) + length,
+            "structure": structure_in_words(self.linear),
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
-            "natural frequencies": self._frequencies_in_words(),
+            "natural frequencies": frequencies_in_words(self),
             "motion": motion_in_words(self) if self.is_spatial else "",
-            "shaker": "; ".join(f"{DRIVEN[each.kind]}, {each.label(each.kind)}" for each in self.inputs),
+            "shaker": inputs_in_words(self.inputs),
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
         }
-        head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
-        rows = [
-            (
-                label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
-                f"{b.grease.stiffness:.4g}, {b.grease.damping:.4g}",
-            )
-            for label, b in zip(self.probe_labels[:: self.n_coordinates], self.bushings)
-        ]  # fmt: skip
-        return Overview(f"Rig “{self.name}”", facts, [head, *rows] if rows else ())
-
-    def _frequencies_in_words(self) -> str:
-        """The lowest natural frequencies, where they are found at once: matrices may be large."""
-        if isinstance(self.linear, StructureOfFiles):
-            return ""
-        try:
-            with np.errstate(all="ignore"):
-                omega = self.reduction(16 + SHOWN_FREQUENCIES, grease=True).omega[:SHOWN_FREQUENCIES]
-        except RigError:
-            return ""
-        return f"{few([f'{w / (2 * np.pi):.4g}' for w in omega])} Hz in the gaps"
+        rows = bushing_rows(self.probe_labels[:: self.n_coordinates], self.bushings)
+        return Overview(f"Rig “{self.name}”", facts, rows)
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.
@@ -333,6 +288,21 @@ class Rig(Shown):
         """
         names = list(zip(self.clearance_labels, self.probe_labels))
         return self.replace(bushings=bushings_with_gap(self.bushings, names, gap))
+
+    def with_shape(self, shape: Literal["slot", "stop", "round"] | None) -> Rig:
+        """Return the rig with clearances of another shape: "round" moves a rig of slots in space, None back.
+
+        Parameters
+        ----------
+        shape : {"slot", "stop", "round"} or None
+            As of `Bushing`.
+
+        Raises
+        ------
+        RigError
+            If the rig has what such clearances have not.
+        """
+        return self.replace(bushings=tuple(dataclasses.replace(b, shape=shape) for b in self.bushings))
 
     @classmethod
     def load(cls, path: str | Path) -> Rig:
@@ -374,7 +344,11 @@ class Rig(Shown):
         if isinstance(data, dict):
             if isinstance(shakers := data.get("shakers"), list) and shakers and "shaker" not in data:
                 data = {**data, "shaker": shakers[0], "shakers": shakers[1:]}
-            data = {"beam": None, **with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
+
+            def named(name: str) -> str:
+                return name if is_embedded(name) else str(Path(folder) / name)
+
+            data = {"beam": None, **with_shapes(with_bearing_tables(with_files(data, named), named))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -417,4 +391,7 @@ class Rig(Shown):
 
 def rig_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a rig file; rules between values are checked by `Rig` alone."""
-    return json_schema(Rig, "clearance_mj rig")
+    schema = json_schema(Rig, "clearance_mj rig")
+    schema["properties"] |= OF_OLDER_FILES
+    schema["$defs"]["Bearing"]["properties"] |= OF_BEARINGS
+    return schema

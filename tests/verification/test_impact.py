@@ -32,6 +32,7 @@ from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
 from clearance_mj.engines.modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
+from clearance_mj.linear import PlaneRows, RigRows
 from clearance_mj.rig import Bushing, Contact, Grease
 
 from ..conftest import TABLE1
@@ -144,10 +145,11 @@ class FreeMass:
         physical.tendon_limit(spec, ["a", "b"], 1.0, 0.0)  # the loop writes those of the law
         model = spec.compile()
         physical.set_inverse_inertia(model)
-        nowhere, still = (np.zeros((0, 0)), np.zeros((0, 1))), {"push": np.zeros((1, 1)), "steady": np.zeros(1)}
-        maps = Maps(np.ones((3, 1)), *nowhere, np.zeros((2, 0), int), np.arange(2))
-        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps, **still)
-        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "force", self.step, plant)
+        maps = Maps(np.ones((3, 1)), np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((2, 0), int), np.arange(2))
+        along = PlaneRows(lambda points: np.ones((len(points), 1)), np.ones((1, 1)), slice(0, 1))
+        rows = RigRows(self.rig, 1, (None, along))
+        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps, rows=rows)
+        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "base", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed
         self.simulate = lambda n: run.advance(np.zeros(n))
 
