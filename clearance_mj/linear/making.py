@@ -21,7 +21,7 @@ from ..structure.modal import Reduction
 from .model import LinearModel, no_matrix
 from .rows import PlaneRows, along_axis
 
-__all__ = ["MAX_MODES", "linear_model"]
+__all__ = ["MAX_MODES", "linear_model", "skew"]
 
 MAX_MODES = 60  # in a basis, beyond which nothing is gained
 
@@ -81,8 +81,8 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # its own plane is along y
     if turns:
         of_y, of_z = map(_coupled, found)
-        gyroscopic = _skew(of_y.polar.T @ of_z.polar)
-        circulatory = _skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
+        gyroscopic = skew(of_y.polar.T @ of_z.polar)
+        circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     n_coordinates = 2 if turns or rig.is_spatial else 1
     return LinearModel(
         rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory
@@ -104,7 +104,7 @@ def _coupled(found: Reduction) -> Turning:
     return Turning(*(rows @ found.transform for rows in found.turning()))
 
 
-def _skew(coupling: np.ndarray) -> np.ndarray:
-    """A matrix of both planes: what moves along z acts along y, and the other way round with the other sign."""
+def skew(coupling: np.ndarray) -> np.ndarray:
+    """Return the matrix of both planes in which what moves along z acts along y, and vice versa with the other sign."""
     n, m = coupling.shape
     return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])
