@@ -15,7 +15,7 @@ import scipy.linalg
 
 from ..rig import Rig
 from ..rig.extremes import computable
-from ..structure import Shaft
+from ..structure import Shaft, Structure
 from ..structure.base import Turning
 from ..structure.modal import Reduction
 from .model import LinearModel, no_matrix
@@ -56,13 +56,12 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         shaft = _turning_shaft(rig)
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
         damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
-        planes = (True, shaft.in_other_plane), (False, shaft)
-        found = [rig.reduction(n_modes, grease, plane, more=damped, across=y) for y, plane in planes]
+        of_planes: tuple[Structure, Structure] = (shaft.in_other_plane, shaft)
+        found = [rig.reduction(n_modes, grease, s, more=damped, across=y) for y, s in zip((True, False), of_planes)]
     elif not rig.is_spatial:
         found = [rig.reduction(n_modes, grease)]
     elif across is not None:
-        planes = (True, across), (False, rig.linear)
-        found = [rig.reduction(n_modes, grease, plane, across=y) for y, plane in planes]
+        found = [rig.reduction(n_modes, grease, s, across=y) for y, s in ((True, across), (False, rig.linear))]
     else:
         joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
         found = [rig.reduction(n_modes, grease, joined=joined)]
