@@ -20,7 +20,8 @@ from .core.errors import RigError
 from .core.kinds import checks_kinds
 from .rig import Rig
 from .rig.points import probe_point
-from .structure.base import Rows, dof_vector
+from .rig.sensing import SensorRows, sensor_rows
+from .structure.base import Rows
 
 if TYPE_CHECKING:
     import control
@@ -90,19 +91,19 @@ class ModalModel:
         return np.vstack((self.at_bushings, self.at_ends))
 
     @functools.cached_property
-    def at_sensors(self) -> np.ndarray:
-        """(n_sensors, n) displacement of the sensors relative to the base, times their gains."""
-        return self._gains[:, None] * self.shapes([s.position for s in self.rig.sensors])
+    def sensor_rows(self) -> SensorRows:
+        """What the sensors read of the coordinates and of the base."""
+        return sensor_rows(self.rig, lambda points, _: self.shapes(points), self.size)
 
     @property
-    def _gains(self) -> np.ndarray:
-        return np.array([s.gain for s in self.rig.sensors])
+    def at_sensors(self) -> np.ndarray:
+        """(n_sensors, n) what the sensors read of the coordinates, before it is differentiated to their order."""
+        return self.sensor_rows.rows
 
-    @functools.cached_property
+    @property
     def sensors_on_base(self) -> np.ndarray:
-        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
-        along = self.rig.shaker.unit_direction
-        return self._gains * [dof_vector(s.position) @ along for s in self.rig.sensors]
+        """(n_sensors,) the same of the base."""
+        return self.sensor_rows.on_base
 
     def input(self, kind: str) -> np.ndarray:
         """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
@@ -164,7 +165,7 @@ class ModalModel:
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return what accelerometers, probes and the excitation itself show of forces in the clearances and of it.
+        """Return what sensors, probes and the excitation itself show of forces in the clearances and of it.
 
         Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω) θ(ω), with θ the forces
         and the excitation.
@@ -184,10 +185,9 @@ class ModalModel:
         -------
         ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
         """
-        sensors = len(self.at_sensors)
-        seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at)
-        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
-        seen[:, :sensors, -1] += self.sensors_on_base * float(kind == "base")
+        seen = self.sensor_rows.gains(
+            lambda rows: self.displacement_gains(rows, kind, omega, at), probes, omega, kind == "base"
+        )
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
         found = np.concatenate((seen, itself), axis=1)

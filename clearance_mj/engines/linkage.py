@@ -17,6 +17,7 @@ import scipy.linalg
 
 from ..core.errors import RigError
 from ..rig import Rig
+from ..rig.sensing import SensorRows, sensor_rows
 from ..structure import Beam, Shaft, Shafts
 from ..structure.base import ratios_of_modes
 from ..structure.reduction import vibration_modes
@@ -75,6 +76,11 @@ class Linkage:
             here = [n for n, (index, _) in enumerate(places) if index == i]
             found[here, part] = getattr(chain, kind)([places[n][1] for n in here])
         return found
+
+    @functools.cached_property
+    def sensor_rows(self) -> SensorRows:
+        """What the sensors read of the coordinates and of the base."""
+        return sensor_rows(self.rig, lambda points, _: self.deflection(points), self.size)
 
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:

@@ -28,7 +28,7 @@ class ChainMaps(NamedTuple):
     order: np.ndarray  # (nv,) MuJoCo's number of each coordinate
     spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
     at_points: np.ndarray  # (3 n_bushings, 2, nv) along y and z: the bushings' middles, then both ends of each
-    at_sensors: np.ndarray  # (n_sensors, nv)
+    at_sensors: np.ndarray  # (n_sensors, nv) of accelerometers; zeros of others
     on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
     push: np.ndarray  # (nv,) force of the shaker per N
     influence: np.ndarray  # (nv, 2) force of a unit gravity along y and z
@@ -36,6 +36,7 @@ class ChainMaps(NamedTuple):
     viscous: np.ndarray  # (nv, nv) damping that joints and springs do not have; (0, 0) where they have all
     circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
     limits: np.ndarray  # (2 n_bushings,) tendon whose length the gap limits at each bushing end; -1 where nothing moves
+    readings: np.ndarray  # (n_sensors, 2, nv) what others read per coordinate and velocity; (0, 2, nv) without others
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,18 +86,19 @@ def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
     model.tendon_invweight0[:] = INVERSE_INERTIA  # also between two bodies that both move
     order = np.array([model.joint(name).dofadr[0] for name in joint_names(whole)], dtype=int)
     limits = [-1 if name is None else model.tendon(name).id for name in tendon_names(whole)]
-    viscous = whole.diagonal(lambda plane: plane.viscous)
+    viscous, sensors = whole.diagonal(lambda plane: plane.viscous), whole.sensor_rows
     maps = ChainMaps(
         order=order,
         spans=np.array([(part.start, part.stop) for part in whole.spans]),
         at_points=np.ascontiguousarray(whole.at_points),
-        at_sensors=np.ascontiguousarray(whole.at_sensors),
-        on_base=whole.sensors_on_base,
+        at_sensors=sensors.accelerations,
+        on_base=sensors.shaken,
         push=whole.push() if rig.shaker.forces else np.zeros(whole.size),
         influence=whole.influence,
         unbalance=whole.unbalance,
         viscous=viscous if viscous.any() else np.zeros((0, 0)),
         circulatory=whole.circulatory,
         limits=np.array(limits, dtype=int),
+        readings=sensors.readings,
     )
     return SpatialPlant(model, whole, maps, explicit, np.concatenate([armature(p) for p in whole.planes]))

@@ -81,7 +81,8 @@ class SpatialMujocoRun(Run):
 
     def before(self) -> np.ndarray:
         """Return the rest; see `Run.before`."""
-        row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
+        rest = self.whole.modes.shapes @ self.rest.coordinates
+        row = np.concatenate((self.whole.sensor_rows.at_rest(rest), self.rest.columns()))
         return as_probes(self.rig, np.append(row, self.turning[SPIN] if self.rig.spin else [])[None])[0]
 
     def _coupling(self, spin: float) -> np.ndarray:

@@ -16,14 +16,15 @@ def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor], spatial
     """Return degrees of freedom of the clearances' displacements in records; see `Rig.probe_labels`."""
     taken = {s.node for s in sensors}
     free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
-    found: dict[str, None] = {}
+    found: dict[str, None] = {s.label: None for s in sensors if s.quantity == "displacement"}
+    own = len(found)
     for bushing in bushings:
         node = _node_in(bushing, sensors)
         label = dof_label(next(free) if node is None else node, bushing.position)
         found[label if label not in found else dof_label(next(free), bushing.position)] = None
     if spatial:
-        return [f"{label.partition(':')[0]}:+{axis}" for label in found for axis in "YZ"]
-    return list(found)
+        return [f"{label.partition(':')[0]}:+{axis}" for label in [*found][own:] for axis in "YZ"]
+    return [*found][own:]
 
 
 def clearance_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:
@@ -44,5 +45,5 @@ def _node_in(bushing: Bushing, sensors: Sequence[Sensor]) -> int | None:
     place = parse_place(bushing.position)
     if place is None or bushing.to is not None:
         return None
-    inside = [(parse_place(s.position), s.node) for s in sensors if bushing.holds(s.position)]
+    inside = [(parse_place(s.position), s.node) for s in sensors if s.quantity != "force" and bushing.holds(s.position)]
     return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]

@@ -27,11 +27,12 @@ from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import Sensor, Shaker, check_nodes
+from .instruments import Sensor, Shaker
 from .labels import clearance_labels, probe_labels
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
+from .sensing import check_sensors, clearance_of
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -116,7 +117,7 @@ class Rig(Shown):
             )
         points = {
             f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "sensors", "oscillators")
+            for kind in ("masses", "bushings", "oscillators")
             for i, item in enumerate(getattr(self, kind))
         }
         points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
@@ -127,7 +128,7 @@ class Rig(Shown):
         points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
         for name, point in points.items():
             self._check(name, point)
-        check_nodes(self.sensors)
+        check_sensors(self)
         if self.plate:
             check_plate(self.plate, self.sensors)
         for i, spring in enumerate(self.springs):
@@ -168,6 +169,11 @@ class Rig(Shown):
     def sensor_labels(self) -> list[str]:
         """Degree of freedom of each sensor, such as "7:+Z"."""
         return [s.label for s in self.sensors]
+
+    @property
+    def sensor_points(self) -> list[float | str]:
+        """Points of the structure at which the sensors are; of a force in a clearance its middle."""
+        return [s.position if (j := clearance_of(self, s)) is None else self.bushings[j].position for s in self.sensors]
 
     @property
     def delays(self) -> np.ndarray:

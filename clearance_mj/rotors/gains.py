@@ -110,10 +110,9 @@ class SpatialGains:
             Where the forces act; by default in the clearances' middles.
         """
         model = self._driven_model
-        sensors = len(model.at_sensors)
-        seen = self.displacement_gains(np.vstack((model.at_sensors, probes)), kind, omega, at)
-        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
-        seen[:, :sensors, -1] += model.sensors_on_base * float(kind != "force")
+        seen = model.sensor_rows.gains(
+            lambda rows: self.displacement_gains(rows, kind, omega, at), probes, omega, kind != "force"
+        )
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
         found, rig = np.concatenate((seen, itself), axis=1), model.rig

@@ -27,6 +27,7 @@ from .files import is_embedded
 
 __all__ = [
     "AXES",
+    "POINT_SCHEMA",
     "SHAFT_NAME",
     "Assembly",
     "Point",
@@ -34,6 +35,7 @@ __all__ = [
     "Structure",
     "StructureOfFiles",
     "Turning",
+    "check_point",
     "dof_vector",
     "moved",
     "parse_dof",
@@ -46,7 +48,8 @@ SHAFT_NAME = r"\w[\w -]*"  # Pattern of the name of one of several shafts.
 _PLACE = re.compile(rf"({SHAFT_NAME})@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)")
 
 
-def _point(value: object) -> float | str:
+def check_point(value: object) -> float | str:
+    """Return a point, or say what one is."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         try:
             number = float(value)
@@ -64,13 +67,10 @@ def _point(value: object) -> float | str:
     )
 
 
-Point: TypeAlias = Annotated[
-    float | str,
-    PlainValidator(_point),
-    WithJsonSchema(
-        {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^({_DOF.pattern})$|^({_PLACE.pattern})$"}]}
-    ),
-]
+POINT_SCHEMA = {
+    "anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^({_DOF.pattern})$|^({_PLACE.pattern})$"}]
+}
+Point: TypeAlias = Annotated[float | str, PlainValidator(check_point), WithJsonSchema(POINT_SCHEMA)]
 """A number, m along the shaft; or a degree of freedom "12:+Z"; or a position on one of several shafts "inner@0.4" """
 
 
