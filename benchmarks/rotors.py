@@ -70,9 +70,9 @@ def _rub(data, found):
     ROSS' rubbing force is that of the step before, so its error falls with the step.
     """
     place = float(_places(data["elements"])[RUB["node"]])
-    bushing = Bushing(place, RUB["gap"], 0.0, Grease(0.0), Contact(RUB["stiffness"]))
+    bushing = Bushing(place, RUB["gap"], 0.0, Grease(0.0), Contact(RUB["stiffness"]), shape="round")
     rig = _rig(RUB["name"], data).replace(
-        motion="spatial", spin=Spin(RUB["speed"]), bushings=(bushing,),
+        spin=Spin(RUB["speed"]), bushings=(bushing,),
         unbalances=(Unbalance(place, RUB["moment"], RUB["phase"]),),
     )  # fmt: skip
     still, law = excitation.still(RUB["seconds"], 1 / RUB["steps"][0]), nominal_law(rig)

@@ -13,7 +13,7 @@ from clearance_mj.rig import Friction, Spin, Unbalance
 from .case import row, timed
 
 PLANE = cm.Rig.load("models/table1_rig.toml")
-SPACE = PLANE.replace(motion="spatial")
+SPACE = PLANE.with_shape("round")
 SECONDS, REPEATS, CASES = 4.0, 5, 1000
 _RUBS = tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in PLANE.bushings)
 TURNING = SPACE.replace(bushings=_RUBS, gravity=(0.0, 0.0, -9.81), spin=Spin(100.0), unbalances=(Unbalance(0.5, 1e-5),))

@@ -21,7 +21,7 @@ from clearance_mj.wear.marching import start_march
 from . import processes
 from .conftest import TABLE1
 
-SPACE = TABLE1.replace(motion="spatial")
+SPACE = TABLE1.with_shape("round")
 NOISE = cm.excitation.random(0.05, 2048.0, band=(5, 220), rms=6.0, seed=3)
 MODEL = cm.Model(TABLE1)
 FEW = {"n_harmonics": 3}
@@ -74,7 +74,7 @@ def branches_over_level():
 
 def periodic_in_space():
     oil = {"film": OilFilm(0.02, 1e-6, width="finite"), "radius": 5e-3, "grease": Grease(0.0, 0.0)}
-    film = dataclasses.replace(TABLE1.bushings[0], **oil)
+    film = dataclasses.replace(SPACE.bushings[0], **oil)
     turning = SPACE.replace(spin=Spin(100.0), unbalances=(Unbalance(1.0, 1e-5),), bushings=(film,))
     periodic.follow_unbalance(cm.Model(turning), (15.0, 15.2), **FEW)
     periodic.map_rattle(cm.Model(SPACE), (0.5, 1.0), [20.0, 20.2], workers=1, **FEW)

@@ -78,7 +78,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--bushing-material", choices=LAYER_MATERIALS, help="lining, from which contact stiffness is proposed")
     option("--bushing-thickness", type=length, help="m, of that lining")
     option = parser.add_argument_group("in space: round bushings, motion along y and z").add_argument
-    option("--motion", choices=("planar", "spatial"), help='"spatial" goes without saying with what follows')
+    option("--shape", choices=("slot", "round"), help='of the bushings; "round" goes without saying with what follows')
     option("--gravity", type=in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z"), help="m/s² or g")
     option("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
     words = "at a point of a shaft that turns, kg m or such as 20g-mm; may be repeated"
@@ -112,7 +112,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if rigs := [path for path in files if path.suffix == ".toml"]:
         if options.spin:
             print(f"next: {spelled('campbell', rigs[0])}: its critical speeds")
-        elif options.motion == "spatial":
+        elif options.shape == "round":
             print(f"next: {spelled('simulate', rigs[0])}: how it vibrates")
         else:
             print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")
@@ -188,17 +188,19 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
     length = 0.0 if kind in EXAMPLE_FILES else options.bushing_length
     made = [_contact_and_film(options, None if kind in EXAMPLE_FILES else structure, x) for x in clearances]
+    in_space = _in_space(options)
+    shape = options.shape if options.shape == "round" else None
     return {
         "name": options.name,
         "beam" if kind == "beam" else "structure": structure,
         "bushings": tuple(
-            Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film)
+            Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film, shape=shape)
             for x, (contact, film) in zip(clearances, made)
         ),
         "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
-    } | _in_space(options)
+    } | in_space
 
 
 def _with_examples(options: argparse.Namespace) -> list[str]:
@@ -252,10 +254,9 @@ def _contact_and_film(
 def _in_space(options: argparse.Namespace) -> dict[str, Any]:
     """Fields of a rig in space, if any of its options is given."""
     given = (options.gravity, options.spin, options.friction, options.oil, options.unbalance or None)
-    if options.motion is None and any(value is not None for value in given):
-        options.motion = "spatial"
+    if options.shape is None and any(value is not None for value in given):
+        options.shape = "round"
     fields = {
-        "motion": options.motion,
         "gravity": options.gravity and tuple(options.gravity),
         "spin": None if options.spin is None else Spin(options.spin),
         "unbalances": tuple(Unbalance(_point(x), si_value(moment, "kg m")) for x, moment in options.unbalance),

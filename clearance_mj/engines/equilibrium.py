@@ -162,7 +162,7 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
     Parameters
     ----------
     model : Model or Rig
-        With ``motion = "spatial"``.
+        One that moves in space.
     law : Law, optional
         Contact and filling of a rig; without one, its datasheet values.
     n_modes : int

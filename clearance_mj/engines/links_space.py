@@ -45,7 +45,7 @@ def build_spatial(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     Parameters
     ----------
     rig : Rig
-        With ``motion = "spatial"``.
+        One that moves in space.
     links : int
         Number of links of each shaft.
     """

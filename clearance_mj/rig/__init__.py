@@ -5,6 +5,7 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 """
 
 from ..structure import Beam
+from .bearings import Bearing
 from .clearance import Bushing, Contact, Friction, Grease, OilFilm
 from .instruments import BASE_NODE, KEYPHASOR_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
 from .plate import Plate
@@ -13,7 +14,25 @@ from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
 
 __all__ = [
-    "BASE_NODE", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Beam", "Bushing", "Contact",
-    "Friction", "Grease", "OilFilm", "Plate", "PointMass", "Rig", "Sensor", "Shaker", "Spin", "Tolerance",
-    "Unbalance", "rig_schema",
+    "BASE_NODE",
+    "KEYPHASOR_NODE",
+    "PROBE_NODE",
+    "SHAKER_NODE",
+    "AppliedForce",
+    "Beam",
+    "Bearing",
+    "Bushing",
+    "Contact",
+    "Friction",
+    "Grease",
+    "OilFilm",
+    "Plate",
+    "PointMass",
+    "Rig",
+    "Sensor",
+    "Shaker",
+    "Spin",
+    "Tolerance",
+    "Unbalance",
+    "rig_schema",
 ]  # fmt: skip

@@ -147,21 +147,24 @@ class Bushing:
     z, and of a rig with gravity without the shaft's weight"""
     stops: Literal["both", "upper", "lower"] = seldom(default="both")
     """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
+    shape: Literal["slot", "stop", "round"] | None = seldom(default=None)
+    """of the walls: "slot", one on each side along z or the degree of freedom, "stop", one alone, or "round", a circle
+    in the y-z plane; None: as ``stops`` says, a slot or a stop"""
     housing: Housing | None = seldom(default=None)
     """what holds the bushing where it gives; None: it is fixed to the base"""
     probe_delay: Number = seldom(default=0.0)
     """s, by which the samples of the bushing's displacement probe are late"""
     offset_y: Number = seldom(default=0.0)
-    """m, the same along y, in space"""
+    """m, the same along y, of a round clearance"""
     friction: Friction | None = seldom(default=None)
-    """of the contact, in space; None: it slides without"""
+    """of the contact, of a round clearance; None: it slides without"""
     film: OilFilm | None = seldom(default=None)
-    """oil in the gap, in space; None: grease"""
+    """oil in the gap, of a round clearance; None: grease"""
     radius: Positive | None = seldom(default=None)
     """m, of the shaft where it touches; None: half the section's depth there"""
     probe_angle: ProbeAngle = seldom(default=0.0)
-    """rad, by which two displacement probes in space are turned from y and z, > 0 from y to z; or the angles of both
-    from y, at right angles"""
+    """rad, by which two displacement probes in a round clearance are turned from y and z, > 0 from y to z; or the
+    angles of both from y, at right angles"""
     wear: NotNegative | None = seldom(default=None)
     """m²/N, Archard's coefficient: volume worn off per normal force and sliding distance; 1 mm³/(N m) is 1e-9 m²/N"""
     worn: Literal["bushing", "shaft"] = seldom(default="bushing")
@@ -180,12 +183,26 @@ class Bushing:
                 f"film.asperities {self.film.asperities:g} m are as high as the gap {self.gap:g} m is wide; there is "
                 "no room for oil"
             )
+        if self.shape and self.shape != "round" and self.shape != self.of_stops:
+            raise ValueError(f'shape "{self.shape}" stands beside stops "{self.stops}", which is a {self.of_stops}')
+        if self.is_round and self.stops != "both":
+            raise ValueError(f'stops "{self.stops}" is one wall; a round clearance has its wall all around')
         if self.housing and self.to is not None:
             raise ValueError('housing holds a bushing to the base, and "to" says that it is on another part')
 
     @property
+    def is_round(self) -> bool:
+        """Whether its wall is a circle: it has two coordinates, y and z."""
+        return self.shape == "round"
+
+    @property
+    def of_stops(self) -> Literal["slot", "stop"]:
+        """Shape of a clearance along one coordinate."""
+        return "slot" if self.stops == "both" else "stop"
+
+    @property
     def in_space_only(self) -> tuple[str, ...]:
-        """Names of its fields that have a meaning only where the shaft moves along y and z."""
+        """Names of its fields that have a meaning only in a round clearance."""
         radius = None if self.wear else self.radius  # wear acts there in the plane, too
         told = {"offset_y": self.offset_y, "friction": self.friction, "film": self.film, "radius": radius,
                 "probe_angle": self.probe_angle}  # fmt: skip

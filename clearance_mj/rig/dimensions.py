@@ -7,16 +7,17 @@ from typing import Annotated, Any, Protocol, TypeAlias
 
 from pydantic import BeforeValidator
 
-from ..core.errors import ClearanceError
+from ..core.errors import ClearanceError, RigError
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
 from ..structure.base import parse_dof, parse_place
+from .bearings import Bearing
 from .clearance import Bushing
-from .instruments import Sensor
+from .instruments import Sensor, Shaker
 from .spinning import Spin, Unbalance
 
-__all__ = ["Gravity", "check_motion", "motion_in_words", "planar", "shaft_radius"]
+__all__ = ["Gravity", "acts_across", "check_motion", "motion_in_words", "planar", "shaft_radius", "with_shapes"]
 
 EARTH = 9.80665  # m/s²
 
@@ -42,8 +43,8 @@ class InSpace(Protocol):
         """Name."""
 
     @property
-    def motion(self) -> str:
-        """Planar or spatial."""
+    def is_spatial(self) -> bool:
+        """Whether points move along y and z."""
 
     @property
     def gravity(self) -> tuple[float, float, float] | None:
@@ -58,12 +59,24 @@ class InSpace(Protocol):
         """Unbalances."""
 
     @property
+    def bearings(self) -> tuple[Bearing, ...]:
+        """Bearings with coefficients."""
+
+    @property
     def bushings(self) -> tuple[Bushing, ...]:
         """Clearances."""
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:
         """Sensors."""
+
+    @property
+    def clearance_labels(self) -> list[str]:
+        """Names of the clearances."""
+
+    @property
+    def shaker(self) -> Shaker:
+        """What excites it."""
 
     @property
     def linear(self) -> Structure:
@@ -74,31 +87,78 @@ class InSpace(Protocol):
         """What it has beside it."""
 
 
+def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
+    """Return plain data of a rig whose older files say ``motion`` of all clearances, with a shape for each instead.
+
+    Parameters
+    ----------
+    data : dict
+        As a rig file holds them.
+
+    Raises
+    ------
+    RigError
+        If the motion is unknown.
+    """
+    motion = data.get("motion", "planar")
+    if motion not in ("planar", "spatial"):
+        raise RigError(f'motion "{motion}" is unknown; leave it out, and give round bushings shape = "round"')
+    found, bushings = {name: value for name, value in data.items() if name != "motion"}, data.get("bushings")
+    if motion == "spatial" and isinstance(bushings, list | tuple):
+        found["bushings"] = [{"shape": "round", **each} if isinstance(each, dict) else each for each in bushings]
+    return found
+
+
+def acts_across(rig: InSpace) -> list[str]:
+    """Return what of a rig needs motion along y: its fields' names; none of a rig that moves along z alone.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    found = [name for name in ("spin", "unbalances", "bearings") if getattr(rig, name)]
+    found += ["gravity"] if rig.gravity and (rig.gravity[1] or not rig.bushings) else []
+    return found + [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+
+
 def check_motion(rig: InSpace) -> None:
-    """Refuse what a planar rig has of space, and what a spatial one cannot have.
+    """Refuse what slots have of round clearances, and what a rig that moves along y and z cannot have.
 
     Parameters
     ----------
     rig : Rig
         The rig, its other rules checked.
     """
-    if rig.motion == "planar":
-        _check_planar(rig)
+    across = acts_across(rig)
+    for i, b in enumerate(rig.bushings):
+        if not b.is_round and (b.in_space_only or rig.is_spatial):
+            name = f"bushings[{i}].{b.in_space_only[0]}" if b.in_space_only else across[0] if across else "a round one"
+            raise ValueError(f'{name} needs shape = "round", and bushings[{i}] is a {b.of_stops}, along one coordinate')
+    if not rig.is_spatial:
+        if rig.gravity:
+            raise ValueError("gravity needs round bushings: a rig that moves along z alone has it in its offsets")
         return
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
     if rig.unbalances and rig.spin is None:
         raise ValueError("unbalances act on a shaft that turns; give [spin] with its speed")
     if rig.attached.fixture or rig.attached.planes:
-        raise ValueError('motion "spatial" knows no fixture and no planes; leave them out, or give motion = "planar"')
+        raise ValueError("a rig that moves along y and z knows no fixture and no planes; leave them out")
     if rig.attached and not rig.linear.shafts:
         raise ValueError(
-            'motion "spatial" knows housings, springs and oscillators of shafts alone; put them into the matrices, or '
-            'give motion = "planar"'
+            "a rig that moves along y and z knows housings, springs and oscillators of shafts alone; put them into "
+            "the matrices"
         )
+    for i, each in enumerate(rig.bearings):
+        dof = parse_dof(each.position)
+        if dof and dof[1] not in "YZ":
+            raise ValueError(f'bearings[{i}].position "{each.position}": a bearing acts along Y and Z; give one')
+        for speed in (rig.spin.speed, rig.spin.until) if rig.spin else ():
+            if speed is not None and each.spin and not each.spin[0] <= speed <= each.spin[-1]:
+                ends = f"{each.spin[0]:g} to {each.spin[-1]:g} rad/s"
+                raise ValueError(f"bearings[{i}].spin reaches from {ends}, and the shaft turns at {speed:g} rad/s")
     for i, b in enumerate(rig.bushings):
-        if b.stops != "both":
-            raise ValueError(f'bushings[{i}].stops "{b.stops}" is one wall; a round clearance has its wall all around')
         dof = parse_dof(b.position)
         if dof and dof[1] not in "YZ":
             raise ValueError(f'bushings[{i}].position "{b.position}": a round clearance moves along Y and Z; give one')
@@ -108,14 +168,6 @@ def check_motion(rig: InSpace) -> None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
     if rig.spin:
         _check_spin(rig)
-
-
-def _check_planar(rig: InSpace) -> None:
-    of_rig = [name for name in ("gravity", "spin", "unbalances") if getattr(rig, name)]
-    names = of_rig + [f"bushings[{i}].{name}" for i, b in enumerate(rig.bushings) for name in b.in_space_only]
-    names += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
-    if names:
-        raise ValueError(f'{names[0]} needs motion = "spatial": a planar rig moves along z alone and does not turn')
 
 
 def _check_spin(rig: InSpace) -> None:
@@ -128,7 +180,7 @@ def _check_spin(rig: InSpace) -> None:
 
 
 def motion_in_words(rig: InSpace) -> str:
-    """Return how a spatial rig is loaded and turns, for overviews."""
+    """Return how a rig in space is loaded and turns, for overviews."""
     words = ["along y and z"]
     if rig.gravity:
         words.append(f"gravity {tuple(rig.gravity)} m/s²")
@@ -142,7 +194,7 @@ def motion_in_words(rig: InSpace) -> str:
 
 
 def planar(rig: InSpace, what: str) -> None:
-    """Refuse a rig in space where a calculation knows the plane alone.
+    """Refuse a rig that moves along y and z where a calculation knows motion along z alone.
 
     Parameters
     ----------
@@ -154,12 +206,11 @@ def planar(rig: InSpace, what: str) -> None:
     Raises
     ------
     ClearanceError
-        If the rig is spatial.
+        If it is such a rig.
     """
-    if rig.motion == "spatial":
-        raise ClearanceError(
-            f'{what} knows planar rigs, and rig {rig.name!r} has motion = "spatial"; give one with motion = "planar"'
-        )
+    if rig.is_spatial:
+        moves = "round bushings" if any(b.is_round for b in rig.bushings) else acts_across(rig)[0]
+        raise ClearanceError(f"{what} knows planar rigs, and rig {rig.name!r} moves in space: it has {moves}")
 
 
 def shaft_radius(rig: InSpace, bushing: int) -> float:

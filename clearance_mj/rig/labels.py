@@ -12,19 +12,17 @@ from .instruments import PROBE_NODE, Sensor, dof_label
 __all__ = ["clearance_labels", "probe_labels"]
 
 
-def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor], spatial: bool) -> list[str]:
+def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:
     """Return degrees of freedom of the clearances' displacements in records; see `Rig.probe_labels`."""
     taken = {s.node for s in sensors}
     free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
-    found: dict[str, None] = {s.label: None for s in sensors if s.quantity == "displacement"}
-    own = len(found)
+    found: dict[str, None] = {}
     for bushing in bushings:
         node = _node_in(bushing, sensors)
         label = dof_label(next(free) if node is None else node, bushing.position)
         found[label if label not in found else dof_label(next(free), bushing.position)] = None
-    if spatial:
-        return [f"{label.partition(':')[0]}:+{axis}" for label in [*found][own:] for axis in "YZ"]
-    return [*found][own:]
+    both = ([f"{label.partition(':')[0]}:+{axis}" for axis in "YZ"] for label in found)
+    return [row for b, label, two in zip(bushings, found, both) for row in (two if b.is_round else [label])]
 
 
 def clearance_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:
@@ -45,5 +43,7 @@ def _node_in(bushing: Bushing, sensors: Sequence[Sensor]) -> int | None:
     place = parse_place(bushing.position)
     if place is None or bushing.to is not None:
         return None
-    inside = [(parse_place(s.position), s.node) for s in sensors if s.quantity != "force" and bushing.holds(s.position)]
+    probed = {s.node for s in sensors if s.quantity == "displacement"}  # these are other probes
+    known = [s for s in sensors if s.quantity != "force" and s.node not in probed]
+    inside = [(parse_place(s.position), s.node) for s in known if bushing.holds(s.position)]
     return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]

@@ -21,18 +21,22 @@ from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, Poin
 from ..structure.base import StructureOfFiles
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
+from .bearing_tables import with_bearing_tables
+from .bearings import Bearing
 from .clearance import Bushing
-from .dimensions import Gravity, check_motion, motion_in_words
+from .dimensions import Gravity, acts_across, check_motion, motion_in_words, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import Sensor, Shaker
 from .labels import clearance_labels, probe_labels
+from .overview import bushing_rows, structure_in_words
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
-from .sensing import check_sensors, clearance_of
+from .schema import BEAM_OR_STRUCTURE, OF_BEARINGS, OF_OLDER_FILES
+from .sensing import check_sensors
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -43,24 +47,8 @@ DRIVEN = {"base": "base acceleration", "force": "force"}
 ENDS = ("position", "to")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
-_ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
-_POINTS_ON_BEAM: dict[str, Any] = {
-    "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},
-        "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
-        "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
-        "structure": False,
-    }
-}
-_BEAM_OR_STRUCTURE = {
-    "required": ["name", "bushings", "sensors"],
-    "if": {"required": ["structure"]},
-    "then": {"properties": {"beam": False}},
-    "else": {"required": ["beam"], **_POINTS_ON_BEAM},
-}
 
-
-@checked(RigError, name="", schema=_BEAM_OR_STRUCTURE)
+@checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
 class Rig(Shown):
     """A complete rig.
 
@@ -98,14 +86,14 @@ class Rig(Shown):
     """how well numbers are known; others have defaults, see `identify.priors`"""
     examples: tuple[Text, ...] = seldom(default=())
     """paths of numbers that nobody gave, such as "beam.length"; results say so until their names are deleted here"""
-    motion: Literal["planar", "spatial"] = seldom(default="planar")
-    """along z alone, or along y and z in round clearances"""
     gravity: Gravity | None = seldom(default=None)
     """m/s² (x, y, z), in space: it rests under its weight before it vibrates; None: offsets hold what weight does"""
     spin: Spin | None = seldom(default=None)
     """of a shaft in space"""
     unbalances: tuple[Unbalance, ...] = seldom(default=())
     """of a shaft that turns"""
+    bearings: tuple[Bearing, ...] = seldom(default=())
+    """of a shaft in space, with coefficients between both directions that may depend on the spin"""
     plate: Plate | None = seldom(default=None)
     """what radiates sound, see docs/sound.md"""
 
@@ -117,12 +105,11 @@ class Rig(Shown):
             )
         points = {
             f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "oscillators")
+            for kind in ("masses", "bushings", "oscillators", "unbalances", "bearings")
             for i, item in enumerate(getattr(self, kind))
         }
         points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
         points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
-        points |= {f"unbalances[{i}].position": each.position for i, each in enumerate(self.unbalances)}
         if self.shaker.position is not None:
             points["shaker.position"] = self.shaker.position
         points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
@@ -171,11 +158,6 @@ class Rig(Shown):
         return [s.label for s in self.sensors]
 
     @property
-    def sensor_points(self) -> list[float | str]:
-        """Points of the structure at which the sensors are; of a force in a clearance its middle."""
-        return [s.position if (j := clearance_of(self, s)) is None else self.bushings[j].position for s in self.sensors]
-
-    @property
     def delays(self) -> np.ndarray:
         """(n_sensors,) s, by which each sensor's channel is later than the excitation's."""
         return np.array([s.delay for s in self.sensors]) - self.shaker.delay
@@ -187,12 +169,12 @@ class Rig(Shown):
         A round clearance has two, along y and z. Its node is that of the sensor in a bushing around a shaft; others, at
         named degrees of freedom, between two points or without a sensor, have those from 301 on that no sensor has.
         """
-        return probe_labels(self.bushings, self.sensors, self.is_spatial)
+        return probe_labels(self.bushings, self.sensors)
 
     @property
     def is_spatial(self) -> bool:
-        """Whether points move along y and z, and clearances are round."""
-        return self.motion == "spatial"
+        """Whether points move along y and z: clearances are round, or something acts across z."""
+        return any(b.is_round for b in self.bushings) or bool(acts_across(self))
 
     @property
     def n_coordinates(self) -> int:
@@ -254,11 +236,9 @@ class Rig(Shown):
     __repr__ = Shown.__repr__
 
     def _overview(self) -> Overview:
-        shafts, mass = self.linear.shafts, self.total_mass
-        kind = "cantilever" if self.beam else f"{len(shafts)} shafts" if len(shafts) > 1 else "shaft" if shafts else ""
-        length = f", {self.linear.span[1] - self.linear.span[0]:.4g} m" if shafts else ""
+        mass = self.total_mass
         facts = {
-            "structure": (kind or str(getattr(self.linear, "kind", type(self.linear).__name__))) + length,
+            "structure": structure_in_words(self.linear),
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
             "natural frequencies": self._frequencies_in_words(),
             "motion": motion_in_words(self) if self.is_spatial else "",
@@ -266,15 +246,8 @@ class Rig(Shown):
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
         }
-        head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
-        rows = [
-            (
-                label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
-                f"{b.grease.stiffness:.4g}, {b.grease.damping:.4g}",
-            )
-            for label, b in zip(self.probe_labels[:: self.n_coordinates], self.bushings)
-        ]  # fmt: skip
-        return Overview(f"Rig “{self.name}”", facts, [head, *rows] if rows else ())
+        rows = bushing_rows(self.probe_labels[:: self.n_coordinates], self.bushings)
+        return Overview(f"Rig “{self.name}”", facts, rows)
 
     def _frequencies_in_words(self) -> str:
         """The lowest natural frequencies, where they are found at once: matrices may be large."""
@@ -314,6 +287,21 @@ class Rig(Shown):
         names = list(zip(self.clearance_labels, self.probe_labels))
         return self.replace(bushings=bushings_with_gap(self.bushings, names, gap))
 
+    def with_shape(self, shape: Literal["slot", "stop", "round"] | None) -> Rig:
+        """Return the rig with clearances of another shape: "round" moves a rig of slots in space, None back.
+
+        Parameters
+        ----------
+        shape : {"slot", "stop", "round"} or None
+            As of `Bushing`.
+
+        Raises
+        ------
+        RigError
+            If the rig has what such clearances have not.
+        """
+        return self.replace(bushings=tuple(dataclasses.replace(b, shape=shape) for b in self.bushings))
+
     @classmethod
     def load(cls, path: str | Path) -> Rig:
         """Read a rig from a TOML file; files that it names are taken relative to its folder.
@@ -352,7 +340,11 @@ class Rig(Shown):
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
-            data = {"beam": None, **with_files(data, lambda n: n if is_embedded(n) else str(Path(folder) / n))}
+
+            def named(name: str) -> str:
+                return name if is_embedded(name) else str(Path(folder) / name)
+
+            data = {"beam": None, **with_shapes(with_bearing_tables(with_files(data, named), named))}
         return from_plain(cls, data, "", RigError)
 
     def to_dict(self) -> dict[str, Any]:
@@ -395,4 +387,7 @@ class Rig(Shown):
 
 def rig_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a rig file; rules between values are checked by `Rig` alone."""
-    return json_schema(Rig, "clearance_mj rig")
+    schema = json_schema(Rig, "clearance_mj rig")
+    schema["properties"] |= OF_OLDER_FILES
+    schema["$defs"]["Bearing"]["properties"] |= OF_BEARINGS
+    return schema

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..structure import Support
 from ..structure.base import AXES, parse_dof, parse_place
+from .dimensions import InSpace
 from .instruments import Sensor
 
-if TYPE_CHECKING:
-    from .rig import Rig
-
-__all__ = ["SensorRows", "base_shares", "check_sensors", "clearance_of", "sensing_points", "sensor_rows"]
+__all__ = [
+    "SensorRows",
+    "base_shares",
+    "check_sensors",
+    "clearance_of",
+    "sensing_points",
+    "sensor_points",
+    "sensor_rows",
+]
 
 NEAR = 1e-9  # of a shaft's length, within which places are one
 Vector = tuple[float, float, float]
@@ -77,7 +83,9 @@ class SensorRows(NamedTuple):
         return found
 
 
-def sensor_rows(rig: Rig, directed: Callable[[Sequence[float | str], np.ndarray], np.ndarray], size: int) -> SensorRows:
+def sensor_rows(
+    rig: InSpace, directed: Callable[[Sequence[float | str], np.ndarray], np.ndarray], size: int
+) -> SensorRows:
     """Return what the sensors of a rig read of the coordinates of a model of it.
 
     Parameters
@@ -101,13 +109,13 @@ def sensor_rows(rig: Rig, directed: Callable[[Sequence[float | str], np.ndarray]
     return SensorRows(rows, rates, np.array([s.order for s in rig.sensors]), base_shares(rig))
 
 
-def base_shares(rig: Rig) -> np.ndarray:
+def base_shares(rig: InSpace) -> np.ndarray:
     """Return what the sensors read (n_sensors,) of the displacement of the base along the shaker's direction."""
     along = rig.shaker.unit_direction
     return np.array([0.0 if s.moves_with_base else s.gain * (s.unit_direction @ along) for s in rig.sensors])
 
 
-def sensing_points(rig: Rig, sensor: Sensor) -> Iterator[tuple[float | str, Vector, float, float]]:
+def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, Vector, float, float]]:
     """Yield points, directions, and the factors of motion and velocity there that a reading is the sum of.
 
     There are none for a force in a clearance. A bending strain is -y'' times the distance of the fibre from the axis
@@ -131,14 +139,14 @@ def sensing_points(rig: Rig, sensor: Sensor) -> Iterator[tuple[float | str, Vect
                 yield f"{name}@{x!r}:{kind}{axis}", (0.0, 0.0, 0.0), factor * share, 0.0
 
 
-def _half_depth(rig: Rig, sensor: Sensor) -> float:
+def _half_depth(rig: InSpace, sensor: Sensor) -> float:
     """Half the depth of the shaft where a gauge is, m, the larger one of both planes where it is between them."""
     i, x = rig.linear.place(sensor.position)
     shaft, (_, y, z) = rig.linear.shafts[i], sensor.unit_direction
     return max(shaft.half_depth(x) * bool(z), shaft.in_other_plane.half_depth(x) * bool(y))
 
 
-def clearance_of(rig: Rig, sensor: Sensor) -> int | None:
+def clearance_of(rig: InSpace, sensor: Sensor) -> int | None:
     """Return the number of the clearance whose force a sensor reads; None of a sensor of anything else."""
     known = zip(rig.bushings, rig.clearance_labels) if sensor.quantity == "force" else ()
     for j, (bushing, label) in enumerate(known):
@@ -147,7 +155,13 @@ def clearance_of(rig: Rig, sensor: Sensor) -> int | None:
     return None
 
 
-def _support_of(rig: Rig, sensor: Sensor) -> Support:
+def sensor_points(rig: InSpace) -> list[float | str]:
+    """Return the points of the structure at which the sensors are; of a force in a clearance its middle."""
+    places = [(s.position, clearance_of(rig, s)) for s in rig.sensors]
+    return [position if j is None else rig.bushings[j].position for position, j in places]
+
+
+def _support_of(rig: InSpace, sensor: Sensor) -> Support:
     """The elastic support whose force a sensor reads."""
     i, x = rig.linear.place(sensor.position)
     for support in rig.linear.shafts[i].supports if parse_place(sensor.position) and rig.linear.shafts else ():
@@ -161,7 +175,7 @@ def _support_of(rig: Rig, sensor: Sensor) -> Support:
     )
 
 
-def check_sensors(rig: Rig) -> None:
+def check_sensors(rig: InSpace) -> None:
     """Refuse sensors that cannot read their quantity where they are, and two of one node, axis and quantity."""
     taken: set[tuple[str, str]] = set()
     for i, sensor in enumerate(rig.sensors):
@@ -175,7 +189,7 @@ def check_sensors(rig: Rig) -> None:
         taken.add(key)
 
 
-def _check_place(rig: Rig, sensor: Sensor) -> None:
+def _check_place(rig: InSpace, sensor: Sensor) -> None:
     if sensor.quantity == "force":
         any(sensing_points(rig, sensor))  # refuses what is neither clearance nor support
         return

@@ -282,7 +282,7 @@ def unbalance_response(
     Parameters
     ----------
     rig : Rig
-        With ``motion = "spatial"`` and unbalances.
+        One that turns, with unbalances.
     speeds : sequence of float
         Rising spins, rad/s; near critical speeds more of them are added.
     operating : tuple of float, optional
@@ -317,7 +317,7 @@ def running_clearance(
     Parameters
     ----------
     rig : Rig
-        With ``motion = "spatial"``, bushings and unbalances.
+        One that turns, with round bushings and unbalances.
     speeds : sequence of float
         Rising spins, rad/s, up to the trip speed; close enough to show every resonance.
     operating : sequence of float, length 2

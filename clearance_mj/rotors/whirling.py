@@ -155,7 +155,7 @@ def require_round(rig: Rig) -> None:
         If it is planar or has no bushings.
     """
     if not rig.is_spatial:
-        raise RecordError(f'rig {rig.name!r} moves along z alone and has no orbits; give motion = "spatial"')
+        raise RecordError(f'rig {rig.name!r} moves along z alone and has no orbits; give its bushings shape = "round"')
     if not rig.bushings:
         raise RecordError(f"rig {rig.name!r} has no bushings in which its shaft could whirl")
 
@@ -170,7 +170,7 @@ def whirl(rig: Rig, response: Response) -> Whirl:
     Parameters
     ----------
     rig : Rig
-        With ``motion = "spatial"`` and bushings.
+        With round bushings.
     response : Response
         Simulated, or a record with both probes of each bushing.
 

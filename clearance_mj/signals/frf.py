@@ -141,26 +141,6 @@ class FRF(Shown, ArrayData):
             return tuple(of_rows)
         return tuple(of_rows[i] for _, i in np.argwhere(self.measured.T))
 
-    def of_quantity(self, quantity: str) -> FRF:
-        """Take the functions of one quantity.
-
-        Parameters
-        ----------
-        quantity : str
-            Such as "velocity/force"; refused if no response has it.
-        """
-        if quantity not in self.row_quantities:
-            raise RecordError(f"holds FRFs of {', '.join(dict.fromkeys(self.row_quantities))}; not {quantity}")
-        return self._rows([i for i, own in enumerate(self.row_quantities) if own == quantity])
-
-    def _rows(self, rows: Sequence[int] | np.ndarray) -> FRF:
-        """The functions of some of the responses."""
-        return replace(
-            self, value=self.value[rows], coherence=None if self.coherence is None else self.coherence[rows],
-            responses=tuple(self.responses[i] for i in rows),
-            quantities=tuple(self.quantities[i] for i in rows) if self.quantities else (),
-        )  # fmt: skip
-
     def within(self, band: Band) -> FRF:
         """Cut to the lines with lo <= f <= hi; refuses a band without a line.
 
@@ -186,11 +166,14 @@ class FRF(Shown, ArrayData):
         if len(self.references) == 1:
             return self
         j = self.references.index(reference)
-        found = self._rows(np.flatnonzero(self.measured[:, j]))
-        coherence = None if found.coherence is None else found.coherence[:, j]
+        rows = np.flatnonzero(self.measured[:, j])
+        coherence = None if self.coherence is None else self.coherence[rows, j]
         if coherence is not None and np.isnan(coherence).all():
             coherence = None
-        return replace(found, value=found.value[:, j], coherence=coherence, references=(reference,))
+        return replace(
+            self, value=self.value[rows, j], coherence=coherence, responses=tuple(self.responses[i] for i in rows),
+            references=(reference,), quantities=tuple(self.quantities[i] for i in rows if self.quantities),
+        )  # fmt: skip
 
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)

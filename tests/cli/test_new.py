@@ -52,7 +52,7 @@ def test_a_rig_in_space(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [("--spin 30rpm --motion planar", 'spin needs motion = "spatial"'),
+    [("--spin 30rpm --shape slot", 'spin needs shape = "round", and bushings'),
      ("--unbalance 0.3 1e-4", r"give \[spin\]"), ("--spin 9 --unbalance 0.3 1mm", 'unit "mm" of kg m is unknown'),
      ("--section 5mm 8mm --spin 30rpm", "as stiff in every direction"), ("--friction -1", "must be >= 0, got -1")],
 )  # fmt: skip
@@ -90,7 +90,7 @@ def test_comments_hold_the_defaults(tmp_path):
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
         "bearable_depth", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
-        "moment", "phase", "plate", "wear",
+        "moment", "phase", "plate", "shape", "wear",
     }  # fmt: skip
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
     assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)

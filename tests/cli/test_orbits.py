@@ -28,9 +28,9 @@ def rig(tmp_path):
     disc = Disc(0.35, 3.0, 0.01, polar_inertia=0.02)
     steel = Material(2.1e11, 7800.0)
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), supports, (disc,), steel, (20.0, 0.0))
-    bushing = Bushing(0.6, 5e-4, 0.02, Grease(0.0, 0.0), Contact(2e6, 50.0))
+    bushing = Bushing(0.6, 5e-4, 0.02, Grease(0.0, 0.0), Contact(2e6, 50.0), shape="round")
     made = Rig(
-        "rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, motion="spatial", spin=Spin(SPIN),
+        "rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, spin=Spin(SPIN),
         unbalances=(Unbalance(0.35, MOMENT, 0.5),),
     )  # fmt: skip
     made.save(tmp_path / "rotor.toml")
@@ -70,10 +70,10 @@ def test_a_response_of_a_run_up_is_drawn_over_its_speed(rig, tmp_path, answer, r
 
 
 def test_what_has_no_orbits_is_refused_before_anything_is_computed(rig, tmp_path, refused, answer):
-    assert 'give motion = "spatial"' in refused("orbits", PLANAR)
+    assert 'give its bushings shape = "round"' in refused("orbits", PLANAR)
     assert "there is no such file" in refused("orbits", tmp_path / "none.nc")
     answer("simulate", PLANAR, "--engine", "modal", "--duration", 0.5, "--out", tmp_path / "plane.nc")
-    assert 'give motion = "spatial"' in refused("orbits", tmp_path / "plane.nc", "--out", tmp_path / "out")
+    assert 'give its bushings shape = "round"' in refused("orbits", tmp_path / "plane.nc", "--out", tmp_path / "out")
 
 
 def test_campbell_writes_what_the_call_finds(rig, tmp_path, answer, refused):

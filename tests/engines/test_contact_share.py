@@ -79,9 +79,9 @@ def test_an_engine_that_does_not_tell(monkeypatch):
     assert np.isnan(contact_statistics(response)["contact_share"]).all()
 
 
-@pytest.mark.parametrize("motion", ["planar", "spatial"])
-def test_a_rig_without_bushings_has_no_numbers_of_any(motion):
-    rig = TABLE1.replace(bushings=(), motion=motion)
+@pytest.mark.parametrize("gravity", [None, (0.0, 1.0, 0.0)])
+def test_a_rig_without_bushings_has_no_numbers_of_any(gravity):
+    rig = TABLE1.replace(bushings=(), gravity=gravity)
     found = contact_statistics(simulate(rig, random(0.1, 2048.0, seed=0), engine="modal"))
     step = found.pop("step")
     assert step > 0 and set(map(tuple, found.values())) == {()}

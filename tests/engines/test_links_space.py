@@ -24,7 +24,7 @@ from clearance_mj.rotors import campbell, spatial_model
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
-SPACE = TABLE1.replace(motion="spatial")
+SPACE = TABLE1.with_shape("round")
 STEEL = Material(2.1e11, 7850.0)
 GREASED = cm.ContactLaw(
     cm.clearance.HuntCrossley1975(2e6, 4e5),
@@ -111,10 +111,10 @@ def rotor(**changes: object) -> Rig:
     shaft = Shaft(
         (Section(0.3, (0.02, 0.02)),), supports, (Disc(0.2, 2.0, 0.002),), STEEL, (1.0, 0.0), theory="euler"
     )  # fmt: skip
-    bushing = Bushing(0.15, 1e-4, 0.02, Grease(0.0), Contact(1e5, 50.0))
+    bushing = Bushing(0.15, 1e-4, 0.02, Grease(0.0), Contact(1e5, 50.0), shape="round")
     sensors = (Sensor(1, 0.2, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.2))
     return Rig(
-        "rotor", None, (bushing,), sensors, structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81)
+        "rotor", None, (bushing,), sensors, structure=shaft, gravity=(0.0, 0.0, -9.81)
     ).replace(**changes)  # fmt: skip
 
 
@@ -165,8 +165,8 @@ def in_a_tube() -> Rig:
 
     inner, outer = Section(0.8, (0.012, 0.012)), Section(0.6, (0.03, 0.03), (0.026, 0.026))
     structure = Shafts((pinned("inner", inner), pinned("outer", outer)), (Spring("inner@0.7", 1e4),))
-    bushing = Bushing("inner@0.3", 2e-4, 0.02, Grease(2e3, 3.0), Contact(5e4, 5.0), to="outer@0.3")
-    return Rig("tube", None, (bushing,), (Sensor(1, "inner@0.4"),), structure=structure, motion="spatial")
+    bushing = Bushing("inner@0.3", 2e-4, 0.02, Grease(2e3, 3.0), Contact(5e4, 5.0), to="outer@0.3", shape="round")
+    return Rig("tube", None, (bushing,), (Sensor(1, "inner@0.4"),), structure=structure)
 
 
 def of_rectangles(*supports: Support) -> Rig:
@@ -174,10 +174,10 @@ def of_rectangles(*supports: Support) -> Rig:
     height = (0.015, 0.015)
     sections = Section(0.3, width=(0.01, 0.01), height=height), Section(0.3, width=(0.01, 0.006), height=height)
     shaft = Shaft(sections, supports, (), STEEL, (0.5, 1e-5), theory="euler")
-    bushing = Bushing(0.4, 1e-4, 0.02, Grease(500.0, 3.0), Contact(5e4, 5.0), offset_y=2e-5)
+    bushing = Bushing(0.4, 1e-4, 0.02, Grease(500.0, 3.0), Contact(5e4, 5.0), offset_y=2e-5, shape="round")
     sensors = (Sensor(1, 0.25, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.55, direction=(0.0, 1.0, 1.0)))
     return Rig(
-        "rectangles", None, (bushing,), sensors, structure=shaft, motion="spatial",
+        "rectangles", None, (bushing,), sensors, structure=shaft,
         shaker=Shaker(direction=(0.0, 1.0, 2.0)),
     )  # fmt: skip
 
@@ -201,7 +201,7 @@ def test_structures_of_all_kinds_move_as_their_modes_do(rig: Rig, level: float) 
 
 def test_a_clearance_between_two_shafts_touches_as_in_the_plane() -> None:
     rig = in_a_tube()
-    plane, space = (cm.simulate(r, noise(12.0, 0.25), engine="links") for r in (rig.replace(motion="planar"), rig))
+    plane, space = (cm.simulate(r, noise(12.0, 0.25), engine="links") for r in (rig.with_shape(None), rig))
     assert plane.contact_force is not None and space.contact_force is not None
     assert np.abs(plane.contact_force).max() > 5.0
     close(space.contact_force[1::2], plane.contact_force, 0.05)
@@ -238,9 +238,9 @@ def test_a_cantilever_sags_under_its_weight() -> None:
 def roller(**changes: object) -> Rig:
     """A stiff shaft that nothing but two bushings holds, under gravity."""
     shaft = Shaft((Section(0.2, (0.03, 0.03)),), (), (), STEEL, theory="euler")
-    bushings = tuple(Bushing(x, 1e-4, 0.0, Grease(0.0), Contact(2e6, 1e3)) for x in (0.04, 0.16))
+    bushings = tuple(Bushing(x, 1e-4, 0.0, Grease(0.0), Contact(2e6, 1e3), shape="round") for x in (0.04, 0.16))
     return Rig(
-        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81),
+        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, gravity=(0.0, 0.0, -9.81),
         shaker=Shaker("force", 0.1),
     ).replace(**changes)  # fmt: skip
 
@@ -282,7 +282,7 @@ def overhung(spin: float) -> Rig:
         (Section(0.3, (0.02, 0.02)),), (Support(0.0, "clamped"),), (Disc(0.3, 2.0, 0.02),), STEEL, theory="euler"
     )  # fmt: skip
     sensors = (Sensor(1, 0.3, direction=(0.0, 1.0, 0.0)), Sensor(2, 0.3))
-    return Rig("overhung", None, (), sensors, structure=shaft, motion="spatial", spin=Spin(spin))
+    return Rig("overhung", None, (), sensors, structure=shaft, spin=Spin(spin))
 
 
 @pytest.mark.parametrize("spin", [900.0, *(pytest.param(s, marks=pytest.mark.slow) for s in (200.0, 3000.0))])
@@ -355,7 +355,7 @@ def test_a_saved_model_of_two_shafts_keeps_its_softness() -> None:
 def test_refusals() -> None:
     """One line: what, where, what would be right."""
     deep = Shaft((Section(0.2, (0.05, 0.05)),), (Support(0.0, "clamped"),), (), STEEL)
-    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, motion="spatial")
+    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, gravity=(0.0, 1.0, 0.0))
     sticky = cm.ContactLaw(cm.clearance.KelvinVoigt(2e4, 30.0, adhesion=True))
     axial = SPACE.replace(shaker=Shaker(direction=(1.0, 0.0, 0.0)))
     for rig, law, engine, words in (
@@ -374,7 +374,7 @@ def test_refusals() -> None:
 def test_what_is_no_chain_of_links_is_simulated_by_its_modes() -> None:
     """Unless an engine is asked for: a deep shaft with shear, in the plane and in space, and what hangs on springs."""
     deep = Shaft((Section(0.2, (0.05, 0.05)),), (Support(0.0, "clamped"),), (), STEEL)
-    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep)
+    thick = Rig("thick", None, (), (Sensor(1, 0.2),), structure=deep, gravity=(0.0, 1.0, 0.0))
     for rig, engine in ((thick, "modal"), (TABLE1, "links"), (SPACE, "modal")):
         assert cm.simulate(rig, still(0.1)).provenance["engine"] == engine
         assert cm.Model(rig).simulate(still(0.1)).provenance["engine"] == engine
@@ -388,7 +388,7 @@ def test_a_chain_is_made_once() -> None:
 def test_a_spring_beside_a_shaft_acts_in_space_as_in_the_plane() -> None:
     """Stiff enough to raise the first frequency, and without it another motion."""
     beside = TABLE1.replace(springs=(Spring(0.5, 3e4, damping=5.0),))
-    plane, space = (cm.simulate(beside.replace(motion=m), noise(0.5), engine="links") for m in ("planar", "spatial"))
+    plane, space = (cm.simulate(beside.with_shape(shape), noise(0.5), engine="links") for shape in (None, "round"))
     close(space.acceleration, plane.acceleration, 1e-6)
     without = cm.simulate(SPACE, noise(0.5), engine="links")
     assert np.std(without.acceleration - space.acceleration) > 0.1 * np.std(space.acceleration)

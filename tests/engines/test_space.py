@@ -21,7 +21,7 @@ from clearance_mj.structure.attached import Housing, Oscillator
 from ..verification.page import Measured
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
-SPACE = TABLE1.replace(motion="spatial")
+SPACE = TABLE1.with_shape("round")
 NOISE = cm.excitation.random(1.0, 2048.0, band=(5, 220), rms=6.0, seed=3)
 GREASED = cm.ContactLaw(
     cm.clearance.HuntCrossley1975(2e6, 4e5),
@@ -48,7 +48,7 @@ def test_a_motion_in_the_plane_is_the_planar_one_on_housings_with_springs_and_os
         bushings=housed, springs=(Spring(0.5, 300.0, damping=0.5),),
         oscillators=(Oscillator(0.7, 0.05, 90.0, 0.03, 0.05),),
     )  # fmt: skip
-    plane, space = (cm.simulate(beside.replace(motion=m), NOISE, engine="modal") for m in ("planar", "spatial"))
+    plane, space = (cm.simulate(beside.with_shape(shape), NOISE, engine="modal") for shape in (None, "round"))
     assert plane.contact_force is not None and plane.contact_force.any()
     for found, told in ((space.acceleration, plane.acceleration), (space.displacement[1::2], plane.displacement)):
         assert_allclose(found, told, rtol=0, atol=1e-9 * np.abs(told).max())
@@ -68,9 +68,9 @@ def test_a_turned_excitation_gives_the_turned_response(law: cm.ContactLaw | None
 
 
 def test_probes_may_be_turned() -> None:
-    bushings = tuple(dataclasses.replace(b, probe_angle=np.pi / 2) for b in TABLE1.bushings)
+    bushings = tuple(dataclasses.replace(b, probe_angle=np.pi / 2) for b in SPACE.bushings)
     straight, turned = (
-        cm.simulate(SPACE.replace(bushings=b), NOISE, engine="modal") for b in (TABLE1.bushings, bushings)
+        cm.simulate(SPACE.replace(bushings=b), NOISE, engine="modal") for b in (SPACE.bushings, bushings)
     )
     assert_allclose(turned.displacement[::2], straight.displacement[1::2], atol=1e-15)
 
@@ -109,10 +109,10 @@ def jeffcott(damping: float = 0.1, contact: float = 20.0, **changes: object) -> 
         (Section(1.0, (diameter, diameter)),), supports, (Disc(0.5, MASS),), Material(2.1e11, 1e-3),
         (damping * FREQUENCY, 0.0), theory="euler",
     )  # fmt: skip
-    bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS))
-    return Rig(
-        "jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, motion="spatial", shaker=Shaker("force", 0.5)
-    ).replace(**changes)
+    bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS), shape="round")
+    return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, shaker=Shaker("force", 0.5)).replace(
+        **changes
+    )
 
 
 def rubbing(rig: Rig, friction: float, **of_friction: float) -> Rig:
@@ -206,9 +206,9 @@ def resting(**changes: object) -> Rig:
     shaft = Shaft(
         (Section(0.2, (0.03, 0.03)),), (), (), Material(2.1e11, 7850.0), theory="euler"
     )  # fmt: skip
-    bushings = tuple(Bushing(x, GAP, 0.0, Grease(0.0), Contact(2e7, 2e3)) for x in (0.02, 0.18))
+    bushings = tuple(Bushing(x, GAP, 0.0, Grease(0.0), Contact(2e7, 2e3), shape="round") for x in (0.02, 0.18))
     return Rig(
-        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81),
+        "roller", None, bushings, (Sensor(1, 0.1),), structure=shaft, gravity=(0.0, 0.0, -9.81),
         shaker=Shaker("force", 0.1),
     ).replace(**changes)  # fmt: skip
 
@@ -257,7 +257,7 @@ def test_gyroscopic_moments_keep_the_energy(measured: Measured) -> None:
         (Section(0.4, (0.02, 0.02)),), (Support(0.0, "clamped"),), (Disc(0.4, 4.0, 0.02),), Material(2.1e11, 7850.0)
     )
     rig = Rig(
-        "overhung", None, (), (Sensor(1, 0.4),), structure=shaft, motion="spatial", spin=Spin(800.0),
+        "overhung", None, (), (Sensor(1, 0.4),), structure=shaft, spin=Spin(800.0),
         shaker=Shaker("force", 0.4),
     )  # fmt: skip
     engine = Modal(modes=3)
@@ -285,7 +285,9 @@ def test_a_journal_whirls_in_oil(share: float, grows: bool) -> None:
     number = (1 - 0.25) ** 2 / (np.pi * 0.5 * np.sqrt(np.pi**2 * 0.75 + 16 * 0.25)) / (length / (2 * surface)) ** 2
     per_viscosity = speed / (2 * np.pi) * length * 2 * surface / (mass * g / 2) * (surface / clearance) ** 2
     film = OilFilm(number / per_viscosity)
-    bushings = tuple(Bushing(x, clearance, length, Grease(0.0), Contact(1e7), film=film) for x in (0.02, 0.18))
+    bushings = tuple(
+        Bushing(x, clearance, length, Grease(0.0), Contact(1e7), film=film, shape="round") for x in (0.02, 0.18)
+    )
     rig = base.replace(bushings=bushings, spin=Spin(speed))
     rest = static_equilibrium(rig)
     assert_allclose(np.hypot(*rest.displacement[:2]), 0.5 * clearance, rtol=1e-6)
@@ -297,7 +299,7 @@ def test_a_journal_whirls_in_oil(share: float, grows: bool) -> None:
 
 
 def test_energies_add_up(measured: Measured) -> None:
-    bushings = tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in TABLE1.bushings)
+    bushings = tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in SPACE.bushings)
     rig = SPACE.replace(
         bushings=bushings, gravity=(0.0, -5.0, -9.81), spin=Spin(300.0, rate=50.0), unbalances=(Unbalance(0.5, 1e-4),)
     )
@@ -328,7 +330,7 @@ def test_rigs_side_by_side_are_each_what_they_are_alone() -> None:
     for i in range(3):
         rubs = tuple(
             dataclasses.replace(b, gap=b.gap * (1 + i / 20), probe_angle=i / 10, friction=Friction(i / 10))
-            for b in TABLE1.bushings
+            for b in SPACE.bushings
         )
         turns = Spin(100.0 + 50 * i), (Unbalance(0.5, 1e-5),), (0.0, 0.0, -9.81)
         rigs.append(SPACE.replace(bushings=rubs, **dict(zip(("spin", "unbalances", "gravity"), turns))))

@@ -28,8 +28,8 @@ def rotor(gap=GAP, unbalance=1e-4):
     """A disc of 3 kg on a shaft of 20 mm, in an empty bushing; its critical speed is at 125 rad/s."""
     pins = Support(0.0, "pinned"), Support(1.0, "pinned")
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), pins, (Disc(0.35, 3.0, 0.01),), STEEL, (12.0, 0.0))
-    bushing = Bushing(0.6, gap, 0.0, Grease(0.0, 1.0), Contact(CONTACT, 50.0))
-    return Rig("rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, motion="spatial", spin=MIDDLE,
+    bushing = Bushing(0.6, gap, 0.0, Grease(0.0, 1.0), Contact(CONTACT, 50.0), shape="round")
+    return Rig("rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, spin=MIDDLE,
                unbalances=(Unbalance(0.35, unbalance, 0.5),))  # fmt: skip
 
 
@@ -201,7 +201,7 @@ def test_bad_input_is_refused_in_one_line(rubbing, found):
         cm.identify.orbits([])
     with pytest.raises(RecordError, match="has no bushings"):
         cm.identify.orbits(rubbing, rig.replace(bushings=()))
-    planar = rig.replace(motion="planar", spin=None, unbalances=(), sensors=(Sensor(1, 0.35),))
+    planar = rig.replace(spin=None, unbalances=(), sensors=(Sensor(1, 0.35),)).with_shape(None)
     with pytest.raises(RecordError, match="moves in a plane and has no orbits"):
         cm.identify.orbits(rubbing, planar)
     short = recorded("short", rig, MIDDLE, 1.0)

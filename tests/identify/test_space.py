@@ -157,7 +157,7 @@ def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
 def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(share):
     """From a rig file whose gap is wrong and whose wall below is right, a search ends 7 to 16 % from the gap."""
     gap, rest = 2e-4, np.array([3e-5, -1.2e-4])
-    bushing = Bushing(0.56, gap, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.0)
+    bushing = Bushing(0.56, gap, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.0, shape="round")
     rig = RIG.replace(spin=None, unbalances=(), bushings=(dataclasses.replace(bushing, gap=share * gap),))
     motion = RoundMotion([touching_below(bushing, tuple(rest), rig)], rig, 0)
     nearer = rest * (1 + (share - 1) * gap / math.hypot(*rest))

@@ -24,9 +24,9 @@ def rig():
     supports = Support(0.0, "pinned"), Support(1.0, "pinned")
     disc = Disc(0.35, 3.0, 0.01, polar_inertia=0.02)
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), supports, (disc,), Material(2.1e11, 7800.0), (4.0, 1e-6))
-    bushing = Bushing(0.6, 2e-4, 0.02, Grease(0.0, 5.0), Contact(2e5, 50.0), friction=Friction(0.1))
+    bushing = Bushing(0.6, 2e-4, 0.02, Grease(0.0, 5.0), Contact(2e5, 50.0), friction=Friction(0.1), shape="round")
     return Rig(
-        "rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81),
+        "rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, gravity=(0.0, 0.0, -9.81),
         spin=Spin(120.0), unbalances=(Unbalance(0.35, 2e-4),),
     )  # fmt: skip
 

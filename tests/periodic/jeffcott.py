@@ -19,10 +19,10 @@ def jeffcott(damping: float = 0.1, contact: float = 20.0, friction: float = 0.0,
         Material(2.1e11, 1e-3), (damping * FREQUENCY, 0.0), theory="euler",
     )  # fmt: skip
     rubs = Friction(friction) if friction else None
-    bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS), friction=rubs)
-    return Rig(
-        "jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, motion="spatial", shaker=Shaker("force", 0.5)
-    ).replace(**changes)
+    bushing = Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(contact * STIFFNESS), friction=rubs, shape="round")
+    return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, shaker=Shaker("force", 0.5)).replace(
+        **changes
+    )
 
 
 def unbalanced(rig: Rig, eccentricity: float = 0.2) -> Rig:
@@ -37,10 +37,11 @@ def rigid_in_oil(viscosity: float, speed: float) -> Rig:
     """A rigid rotor in two short bearings that carry half of it each, without any other support."""
     shaft = Shaft((Section(0.2, (0.03, 0.03)),), (), (), Material(2.1e11, 7850.0), theory="euler")
     bushings = tuple(
-        Bushing(x, CLEARANCE, LENGTH, Grease(0.0), Contact(1e7), film=OilFilm(viscosity)) for x in (0.02, 0.18)
+        Bushing(x, CLEARANCE, LENGTH, Grease(0.0), Contact(1e7), film=OilFilm(viscosity), shape="round")
+        for x in (0.02, 0.18)
     )
     return Rig(
-        "rigid", None, bushings, (Sensor(1, 0.1),), structure=shaft, motion="spatial", gravity=(0.0, 0.0, -GRAVITY),
+        "rigid", None, bushings, (Sensor(1, 0.1),), structure=shaft, gravity=(0.0, 0.0, -GRAVITY),
         spin=Spin(speed), shaker=Shaker("force", 0.1),
     )  # fmt: skip
 

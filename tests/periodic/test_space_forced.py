@@ -13,7 +13,7 @@ from clearance_mj.rig import Friction, Grease, Shaker, Spin
 from ..conftest import TABLE1
 from .jeffcott import jeffcott, replaced, unbalanced
 
-SPACE = TABLE1.replace(motion="spatial")
+SPACE = TABLE1.with_shape("round")
 GREASED = replaced(SPACE, offset_y=1e-4, grease=Grease(8e3, 3.0, elastic_ratio=0.4, beta=2e7, gamma=1e7))
 RUBBED = replaced(SPACE, offset_y=1e-4, friction=Friction(0.2))
 ASKEW = {"gravity": (0.0, 2.0, -9.81)}
@@ -119,7 +119,7 @@ def test_what_space_does_not_know_yet_is_refused_in_a_line():
         "follow_folds": lambda: periodic.follow_folds(branch, None, 2.0),
     }
     for name, call in calls.items():
-        with pytest.raises(ClearanceError, match=f'{name} knows planar rigs.*motion = "planar"'):
+        with pytest.raises(ClearanceError, match=f"{name} knows planar rigs.*it has round bushings"):
             call()
 
 

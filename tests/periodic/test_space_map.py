@@ -111,7 +111,7 @@ def test_first_contact_of_an_orbit_beside_the_middle():
 
 def test_a_planar_rig_in_space_has_the_planar_map():
     frequencies = np.linspace(36.0, 48.0, 31)
-    rigs = TABLE1, TABLE1.replace(motion="spatial")
+    rigs = TABLE1, TABLE1.with_shape("round")
     plane, space = (
         periodic.map_rattle(cm.Model(rig), (1.0, 6.0), frequencies, n_harmonics=7, workers=1) for rig in rigs
     )
@@ -130,7 +130,7 @@ def test_a_planar_rig_in_space_has_the_planar_map():
 
 def test_a_cell_is_what_a_branch_comes_to():
     """Weight, friction and a steady spin, a shaken base: from below for a sweep upwards, with what the branch knows."""
-    rig = replaced(TABLE1.replace(motion="spatial"), offset_y=1e-4, friction=Friction(0.2))
+    rig = replaced(TABLE1.with_shape("round"), offset_y=1e-4, friction=Friction(0.2))
     rig = rig.replace(gravity=(0.0, 2.0, -9.81), spin=Spin(50.0))
     frequencies = np.linspace(36.0, 40.0, 5)
     found = periodic.map_rattle(cm.Model(rig), (6.0,), frequencies, n_harmonics=5, workers=1)

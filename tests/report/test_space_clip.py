@@ -15,7 +15,8 @@ from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
 FS = 4096.0
-WATCHED = Bushing(0.35, 1.0, 0.0, Grease(0.0), Contact(1.0))  # a gap of 1 m: nothing but a place that is recorded
+# A gap of 1 m: nothing but a place that is recorded.
+WATCHED = Bushing(0.35, 1.0, 0.0, Grease(0.0), Contact(1.0), shape="round")
 
 
 def rotor(*bushings, spin=None):
@@ -24,12 +25,14 @@ def rotor(*bushings, spin=None):
     disc = Disc(0.35, 3.0, 0.01, polar_inertia=0.02)
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), supports, (disc,), Material(2.1e11, 7800.0), (4.0, 1e-6))
     return Rig(
-        "rotor", None, bushings, (Sensor(1, 0.35),), structure=shaft, motion="spatial", gravity=(0.0, 0.0, -9.81),
+        "rotor", None, bushings, (Sensor(1, 0.35),), structure=shaft, gravity=(0.0, 0.0, -9.81),
         spin=spin or Spin(140.0, 40.0, 160.0), unbalances=(Unbalance(0.35, 3e-4, 0.7),),
     )  # fmt: skip
 
 
-RUBBED = Bushing(0.6, 2e-4, 0.02, Grease(1e3, 5.0), Contact(2e5, 50.0), offset=1e-4, friction=Friction(0.05))
+RUBBED = Bushing(
+    0.6, 2e-4, 0.02, Grease(1e3, 5.0), Contact(2e5, 50.0), offset=1e-4, friction=Friction(0.05), shape="round"
+)
 
 
 @pytest.fixture(scope="module")
@@ -127,5 +130,5 @@ def test_the_drawing_of_a_rig_in_space_has_weight_spin_and_unbalance():
     assert place == 0.35
     for said in ("gravity (0, 0, -9.81) m/s²", "1337 rev/min", "unbalance 300 g mm", "friction"):
         assert said in drawing.caption
-    plane = rotor(RUBBED).replace(motion="planar", gravity=None, spin=None, unbalances=(), bushings=(WATCHED,))
+    plane = rotor(RUBBED).replace(gravity=None, spin=None, unbalances=(), bushings=(WATCHED,)).with_shape(None)
     assert "rev/min" not in rig_drawing(plane).caption and "gravity" not in rig_drawing(plane).caption

@@ -25,7 +25,7 @@ def test_walls_of_an_offset_and_of_one_side():
 
 def test_an_orbit_in_space():
     """(0.3, 0.4) mm is 0.5 mm from the middle of a gap of 0.3 mm."""
-    rig = TABLE_1.replace(motion="spatial")
+    rig = TABLE_1.with_shape("round")
     moved = np.array([[3e-4, 0.0], [4e-4, 0.0], [1e-4, 0.0], [0.0, 1e-4]])
     assert wall_depths(rig, moved) == pytest.approx([2e-4, 0.0])
 

@@ -53,6 +53,6 @@ def test_impossible_plates_are_refused(changed, words):
 
 def test_a_sensor_that_measures_along_two_directions_is_no_plate():
     twice = [*TABLES["sensors"], {"node": 8, "position": 1.0, "direction": [0.0, 1.0, 0.0]}]
-    rig = TABLES | {"sensors": twice, "motion": "spatial"}
+    rig = TABLES | {"sensors": twice, "bushings": [each | {"shape": "round"} for each in TABLES["bushings"]]}
     with pytest.raises(Exception, match=r"plate\.sensor 8 measures along several directions"):
         Rig.from_dict(rig | {"plate": PLATE})

@@ -33,11 +33,20 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
         ),
         (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
         (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
-        (text("gravity = [0.0, 0.0, -9.81]\n"), 'gravity needs motion = "spatial": a planar rig moves along z alone'),
-        (text("", SPIN), 'spin needs motion = "spatial"'),
-        (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction needs motion = "spatial"'),
-        (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs motion = "spatial"'),
-        (text('motion = "sideways"\n'), 'motion "sideways" is unknown; use planar or spatial'),
+        (
+            text("gravity = [0.0, 0.0, -9.81]\n"),
+            "gravity needs round bushings: a rig that moves along z alone has it in its",
+        ),
+        (text("", SPIN), 'spin needs shape = "round", and bushings[0] is a slot, along one coordinate'),
+        (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction needs shape = "round"'),
+        (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs shape = "round"'),
+        (
+            text('motion = "sideways"\n'),
+            'motion "sideways" is unknown; leave it out, and give round bushings shape = "round"',
+        ),
+        (text("", of_bushing='shape = "round"'), 'a round one needs shape = "round", and bushings[1] is a slot'),
+        (text("", of_bushing='shape = "stop"'), 'bushings[0].shape "stop" stands beside stops "both", which is a slot'),
+        (text("", of_bushing='shape = "oval"'), 'bushings[0].shape "oval" is unknown; use slot, stop or round'),
         (
             text(of_bushing="offset_y = 2.5e-4\noffset = 2.5e-4"),
             "bushings[0].offset (0.00025, 0.00025) m along y, z lies beyond the gap 0.0003 m: at rest the shaft "
@@ -62,7 +71,7 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
         ),
         (
             text(tail="\n[[fixture]]\nfrequency = 100.0\n"),
-            'motion "spatial" knows no fixture and no planes; leave them out, or give motion = "planar"',
+            "a rig that moves along y and z knows no fixture and no planes; leave them out",
         ),
     ],
 )
@@ -97,7 +106,7 @@ def test_a_film_is_thicker_than_its_asperities() -> None:
 def test_unequal_sections_do_not_turn() -> None:
     rig = Rig.load(TABLE1)
     width = {"diameter": None, "width": 0.02, "height": 0.01}
-    data = rig.replace(motion="spatial").to_dict()
+    data = rig.with_shape("round").to_dict()
     data["beam"] = {key: value for key, value in (data["beam"] | width).items() if value is not None}
     Rig.from_dict(data)  # may move in space
     with pytest.raises(
@@ -107,7 +116,7 @@ def test_unequal_sections_do_not_turn() -> None:
 
 
 def test_what_turns_is_known_of_shafts_alone() -> None:
-    rig = Rig.load(TABLE1.with_name("pump_frame.toml")).replace(bushings=(), motion="spatial")
+    rig = Rig.load(TABLE1.with_name("pump_frame.toml")).replace(bushings=())
     with pytest.raises(
         RigError, match="spin needs a beam or one shaft: of other structures it is not known what turns"
     ):
@@ -130,6 +139,8 @@ def test_a_file_holds_all_of_it(tmp_path: Path) -> None:
     rig = everything()
     rig.save(tmp_path / "rig.toml")
     assert Rig.load(tmp_path / "rig.toml") == rig
+    written = (tmp_path / "rig.toml").read_text(encoding="utf-8")
+    assert written.count('shape = "round"') == 2 and "motion" not in written  # as older files say it
     assert rig.probe_labels == ["6:+Y", "6:+Z", "7:+Y", "7:+Z"]
     assert "turns at 47.75 to 477.5 rev/min" in repr(rig)
 

@@ -23,8 +23,8 @@ def rotor(*unbalances, **changes):
     """Return a disc of 3 kg in a round bushing, with two unbalances that make MOMENT together, or with those given."""
     half = Unbalance(0.5, MOMENT / 2, 0.4)
     given = {
-        "bushings": (Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(2e6, 50.0)),), "sensors": (Sensor(1, 0.5),),
-        "motion": "spatial", "spin": Spin(100.0), "unbalances": unbalances or (half, half),
+        "bushings": (Bushing(0.5, GAP, 0.0, Grease(0.0), Contact(2e6, 50.0), shape="round"),),
+        "sensors": (Sensor(1, 0.5),), "spin": Spin(100.0), "unbalances": unbalances or (half, half),
     }  # fmt: skip
     return jeffcott((OUTER, 0.0)).replace(**(given | changes))
 
@@ -109,7 +109,7 @@ def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):
 @pytest.mark.parametrize(
     ("changes", "speeds", "operating", "words"),
     [
-        ({"motion": "planar", "spin": None, "unbalances": ()}, SPEEDS, (1, 2), 'give motion = "spatial"'),
+        ({"bushings": (), "spin": None, "unbalances": ()}, SPEEDS, (1, 2), r'give its bushings shape = "round"'),
         ({"bushings": ()}, SPEEDS, (1, 2), "no bushings"),
         ({"unbalances": ()}, SPEEDS, (1, 100), "no unbalances"),
         ({}, [2.0, 1.0], (1, 100), "rising spins"),

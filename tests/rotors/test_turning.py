@@ -134,7 +134,7 @@ def test_unbalance_of_a_jeffcott_rotor(spin: float) -> None:
     outer, moment = 4.0, 3e-5
     omega = spin * JEFFCOTT
     want = moment * omega**2 / (3.0 * (JEFFCOTT**2 - omega**2 + 1j * outer * omega))
-    turning = {"motion": "spatial", "spin": Spin(omega), "unbalances": (Unbalance(0.5, moment),)}
+    turning = {"spin": Spin(omega), "unbalances": (Unbalance(0.5, moment),)}
     shaft = turning_shaft(jeffcott((outer, 2e-5)).replace(**turning))
     found = (shaft.shapes([0.5]) @ shaft.under_unbalances([omega]))[0, :, 0]
     assert_allclose(found, [want, -1j * want], rtol=1e-4)
@@ -206,11 +206,11 @@ def test_what_does_not_turn_is_refused() -> None:
     with pytest.raises(RigError, match=r"sections\[0\] is .* a shaft that turns needs sections that are as stiff in"):
         turning_shaft(flat)
     rig = jeffcott()
-    inner = Bushing(0.5, 1e-3, 0.0, Grease(2e5), Contact(1e6), to=0.7)
+    inner = Bushing(0.5, 1e-3, 0.0, Grease(2e5), Contact(1e6), to=0.7, shape="round")
     with pytest.raises(RigError, match=r"bushings\[0\].to is on the shaft itself, which turns"):
         turning_shaft(rig.replace(bushings=(inner,)))
     with pytest.raises(RigError, match="a shaft that turns has no fixture and no planes of its own"):
-        turning_shaft(rig.replace(motion="planar", planes=Planes(0.1, 0.3)))
+        turning_shaft(rig.with_shape(None).replace(planes=Planes(0.1, 0.3)))
     with pytest.raises(RigError, match="speeds must be rising spins in rad/s"):
         campbell(rig, [100.0, 50.0])
     with pytest.raises(RigError, match=r"polar_inertia 0.05 kg m² is more than twice inertia 0.02 kg m²"):
@@ -225,6 +225,6 @@ def test_what_does_not_turn_is_refused() -> None:
 
 
 def test_bushings_hold_the_shaft_in_both_planes() -> None:
-    filled = Bushing(0.5, 1e-3, 0.0, Grease(2e5, 0.0), Contact(1e6))
+    filled = Bushing(0.5, 1e-3, 0.0, Grease(2e5, 0.0), Contact(1e6), shape="round")
     found = turning_shaft(jeffcott().replace(bushings=(filled,))).poles(100.0).value.imag[:2]
     assert_allclose(found, np.sqrt((48 * BENDING + 2e5) / 3.0), rtol=1e-4)

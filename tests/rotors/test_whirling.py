@@ -1,5 +1,7 @@
 """Whirl out of responses: places in turned probes, parts at one speed, 1X of an unbalance beside the linear theory."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -19,8 +21,8 @@ def rotor(**changes):
     supports = Support(0.0, "pinned"), Support(1.0, translation=2e6, translation_y=1e6)
     disc = Disc(0.35, 3.0, 0.01, polar_inertia=0.02)
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), supports, (disc,), STEEL, (20.0, 0.0))
-    bushing = Bushing(0.6, 5e-4, 0.02, Grease(0.0, 0.0), Contact(2e6, 50.0))
-    given = {"motion": "spatial", "spin": Spin(90.0), "unbalances": (Unbalance(0.35, 2e-5, 0.5),)} | changes
+    bushing = Bushing(0.6, 5e-4, 0.02, Grease(0.0, 0.0), Contact(2e6, 50.0), shape="round")
+    given = {"spin": Spin(90.0), "unbalances": (Unbalance(0.35, 2e-5, 0.5),)} | changes
     return Rig("rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, **given)
 
 
@@ -43,11 +45,8 @@ def test_the_1x_orbit_of_an_unbalance_is_that_of_the_linear_theory():
 
 def test_places_are_from_the_bushings_middle_along_y_and_z_whatever_the_probes():
     """Probes 30° from y and z read (cos y + sin z, cos z - sin y)."""
-    bushing = (
-        rotor()
-        .bushings[0]
-        .__class__(0.6, 5e-4, 0.02, Grease(0.0), Contact(2e6), offset=-2e-4, offset_y=1e-4, probe_angle=np.pi / 6)
-    )
+    changes = {"offset": -2e-4, "offset_y": 1e-4, "probe_angle": np.pi / 6}
+    bushing = dataclasses.replace(rotor().bushings[0], **changes)
     rig = rotor(spin=Spin(60.0)).replace(bushings=(bushing,))
     time = np.arange(2048) / FS
     y, z = 3e-5 * np.cos(60 * time), 2e-5 * np.sin(60 * time)
@@ -85,7 +84,7 @@ def test_what_has_no_orbits_is_refused():
         found.orbits(0)
     with pytest.raises(RecordError, match=r"has 1 rows of displacements; orbits in 1 bushings need 301:\+Y, 301:\+Z"):
         whirl(rig, response(rig, np.zeros((1, 64)), None))
-    with pytest.raises(RecordError, match='moves along z alone and has no orbits; give motion = "spatial"'):
-        whirl(rotor(motion="planar", spin=None, unbalances=()), response(rig, np.zeros((2, 64)), None))
+    with pytest.raises(RecordError, match='moves along z alone and has no orbits; give its bushings shape = "round"'):
+        whirl(rotor(spin=None, unbalances=()).with_shape(None), response(rig, np.zeros((2, 64)), None))
     with pytest.raises(RecordError, match="has no bushings in which its shaft could whirl"):
         whirl(rig.replace(bushings=()), response(rig, np.zeros((2, 64)), None))

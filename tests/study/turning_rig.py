@@ -19,9 +19,9 @@ SHAFT = Shaft(
     material=Material(2.1e11, 7850.0), discs=(Disc(0.45, 4.0, 0.008, polar_inertia=0.014),), rayleigh=(60.0, 2e-6),
 )  # fmt: skip
 RIG = Rig(
-    "turning", None, (Bushing(0.56, 5e-3, length=0.02, contact=Contact(1e5), grease=Grease(0.0)),),
+    "turning", None, (Bushing(0.56, 5e-3, length=0.02, contact=Contact(1e5), grease=Grease(0.0), shape="round"),),
     tuple(Sensor(i, x, direction=axis) for i, x in ((1, 0.15), (2, 0.45)) for axis in AXES.values()),
-    structure=SHAFT, motion="spatial", shaker=Shaker("base"), spin=Spin(60.0), unbalances=(Unbalance(0.45, 1e-4),),
+    structure=SHAFT, shaker=Shaker("base"), spin=Spin(60.0), unbalances=(Unbalance(0.45, 1e-4),),
 )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ def test_a_structure_of_fewer_modes_than_are_asked_for():
 
 def test_a_sweep_in_space_has_a_number_for_each_bushing(tmp_path):
     """RMS of the displacement along both directions together, and of how much of the time it touches."""
-    spatial = Rig.load(RIG).replace(motion="spatial", spin=Spin(50.0), unbalances=(Unbalance(0.5, 1e-3),))
+    spatial = Rig.load(RIG).with_shape("round").replace(spin=Spin(50.0), unbalances=(Unbalance(0.5, 1e-3),))
     spatial.save(tmp_path / "rotor.toml")
     speeds = '[[vary]]\npath = "rig.spin.speed"\nvalues = [50.0, 70.0]\n'
     grid, head = '[design]\nmethod = "grid"\n', 'engine = { name = "modal", modes = 4 }'

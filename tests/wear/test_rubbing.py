@@ -28,7 +28,7 @@ def with_wear(rig: Rig, **fields) -> Rig:
 
 def shaft(**fields) -> Rig:
     """A shaft in one round bushing, turning under its weight."""
-    rig = with_wear(TABLE1.replace(motion="spatial", gravity=(0.0, 0.0, -9.81), spin=Spin(100.0)), **fields)
+    rig = with_wear(TABLE1.with_shape("round").replace(gravity=(0.0, 0.0, -9.81), spin=Spin(100.0)), **fields)
     return rig.replace(bushings=(dataclasses.replace(rig.bushings[0], grease=dataclasses.replace(
         rig.bushings[0].grease, stiffness=0.0)),))  # fmt: skip
 

@@ -89,7 +89,7 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
     if not own.bushings:
         raise RecordError(f"rig {own.name!r} has no bushings, so there is no clearance to find")
     if not own.is_spatial:
-        raise RecordError(f'rig {own.name!r} moves in a plane and has no orbits; give it motion = "spatial"')
+        raise RecordError(f'rig {own.name!r} moves in a plane and has no orbits; give its bushings shape = "round"')
     turned = {r.name: r for r in given if r.excitation_kind == "spin"}
     if not turned:
         raise RecordError('no record is of a shaft that turns alone (kind "spin"), which orbits are found in')

@@ -244,7 +244,7 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
         if "material" in section:
             yield from (("structure", "sections", i, "material", name) for name in ("young_modulus", "density"))
     yield from (("structure", "discs", i, "mass") for i, disc in enumerate(shaft.get("discs", ())) if disc["mass"])
-    if data.get("motion") == "spatial":
+    if data.get("spin") or any(b.get("shape") == "round" for b in data["bushings"]):
         for i, disc in enumerate(shaft.get("discs", ())):
             yield from (("structure", "discs", i, name) for name in ("inertia", "polar_inertia") if disc.get(name))
     name = "beam" if "beam" in data else "structure"
@@ -255,7 +255,7 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
     for j in range(len(data["bushings"])):
         yield from (("bushings", j, "grease", name) for name in ("stiffness", "damping"))
         yield from (("bushings", j, name) for name in ("position", "gap", "offset"))
-        if data.get("motion") == "spatial":
+        if data["bushings"][j].get("shape") == "round":
             yield from (("bushings", j, name) for name in ("offset_y", "probe_angle"))
             yield from (("bushings", j, *key) for key in _SPATIAL if key[0] in data["bushings"][j])
         if parse_place(data["bushings"][j]["position"]):

@@ -47,13 +47,13 @@ def _sensors(places: tuple[float, ...]) -> tuple[Sensor, ...]:
 def _steering(name: str) -> Rig:
     filling, wall, friction = Grease(5e3, 3.0), Contact(2e5, 20.0), Friction(0.1)
     bushings = tuple(
-        Bushing(x, 3e-4, 0.012, filling, wall, offset=offset, friction=friction)
+        Bushing(x, 3e-4, 0.012, filling, wall, offset=offset, friction=friction, shape="round")
         for x, offset in ((0.33, 1.2e-4), (0.48, 1.8e-4))
     )
     return Rig(
         name, Beam(0.6, STEEL.young_modulus, STEEL.density, 0.02, rayleigh=(4.0, 1e-5)), bushings,
         _sensors((0.12, 0.24, 0.40, 0.54, 0.6)), (PointMass(0.6, 0.3, "lever"),),
-        description="Virtual bench: the rig file is what its designer knows", motion="spatial", gravity=GRAVITY,
+        description="Virtual bench: the rig file is what its designer knows", gravity=GRAVITY,
         shaker=Shaker("base", 0.54), spin=Spin(30 * RPM),
     )  # fmt: skip
 
@@ -67,11 +67,11 @@ def _pinned(length: float, diameter: float, disc: Disc) -> Shaft:
 
 def _rotor(name: str) -> Rig:
     bushing = Bushing(
-        0.6, 2e-4, 0.02, Grease(0.0, 5.0), Contact(1e6, 50.0), offset=1.2e-4, friction=Friction(0.1)
+        0.6, 2e-4, 0.02, Grease(0.0, 5.0), Contact(1e6, 50.0), offset=1.2e-4, friction=Friction(0.1), shape="round"
     )  # fmt: skip
     return Rig(
         name, None, (bushing,), _sensors((0.2, 0.35, 0.5, 0.75)), structure=_pinned(1.0, 0.028, DISC),
-        description="Virtual bench: the rig file is what its designer knows", motion="spatial", gravity=GRAVITY,
+        description="Virtual bench: the rig file is what its designer knows", gravity=GRAVITY,
         shaker=Shaker("base", 0.5), spin=Spin(900 * RPM), unbalances=(Unbalance(0.35, 2e-4),),
     )  # fmt: skip
 
@@ -79,11 +79,11 @@ def _rotor(name: str) -> Rig:
 def _pump(name: str) -> Rig:
     seal = Bushing(
         0.56, 1.5e-4, 0.02, Grease(0.0), Contact(1e6, 50.0), offset=3e-5, friction=Friction(0.1),
-        film=OilFilm(0.02, width="finite"),
+        film=OilFilm(0.02, width="finite"), shape="round"
     )  # fmt: skip
     return Rig(
         name, None, (seal,), _sensors((0.15, 0.3, 0.45, 0.63)), structure=_pinned(0.7, 0.03, IMPELLER),
-        description="Virtual bench: the rig file is what its designer knows", motion="spatial", gravity=GRAVITY,
+        description="Virtual bench: the rig file is what its designer knows", gravity=GRAVITY,
         shaker=Shaker("base", 0.3), spin=Spin(900 * RPM), unbalances=(Unbalance(0.45, 1.5e-4),),
     )  # fmt: skip
 
