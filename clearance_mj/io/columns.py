@@ -25,8 +25,9 @@ from ..core.quantities import QUANTITIES
 from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..rig.instruments import KEYPHASOR
-from ..signals.frf import FRF, join_references
+from ..signals.frf import FRF
 from ..signals.quantities import require_quantity
+from ..signals.references import join_references
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 

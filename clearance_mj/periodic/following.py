@@ -10,6 +10,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
+from ..rig.sensing import accelerated, sensor_points
 from .branch import Branch, SpecialPoint
 from .condensed import condensed
 from .continuation import CameBack, Motion, NoConvergence, Solver
@@ -150,9 +151,10 @@ def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     of_poles /= turning[:, None, :] - poles.values[:, None]
     modes = np.einsum("mj,njh->nmh", poles.shapes, of_poles)
     acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * (turning**2)[:, None, :]
+    acceleration *= accelerated(rig)[:, None]
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
-    at = model.shapes([sensor.position for sensor in rig.sensors])
+    at = model.shapes(sensor_points(rig))
     ends = force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2)
     own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning[:, None, :]) * x[:, :count]
     at_folds = of_folds(np.array([motion.omega for motion in motions]), [point.kind for point in points])

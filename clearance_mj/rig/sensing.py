@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..core.quantities import QUANTITIES
 from ..structure import Support
 from ..structure.base import AXES, parse_dof, parse_place
 from .dimensions import InSpace
 from .instruments import Sensor
 
 __all__ = [
-    "SensorRows",
-    "base_shares",
-    "check_sensors",
-    "clearance_of",
-    "sensing_points",
-    "sensor_points",
+    "SensorRows", "accelerated", "base_shares", "check_sensors", "clearance_of", "sensing_points", "sensor_points",
     "sensor_rows",
-]
+]  # fmt: skip
 
 NEAR = 1e-9  # of a shaft's length, within which places are one
-Vector = tuple[float, float, float]
+Vector: TypeAlias = tuple[float, float, float]
+Directed: TypeAlias = Callable[[Sequence[float | str], np.ndarray], np.ndarray]
 
 
 class SensorRows(NamedTuple):
@@ -153,6 +150,11 @@ def clearance_of(rig: InSpace, sensor: Sensor) -> int | None:
         if sensor.position in (bushing.position, label, f"bushings[{j}]"):
             return j
     return None
+
+
+def accelerated(rig: InSpace) -> np.ndarray:
+    """Return 1 for each sensor (n_sensors,) of a motion that has an acceleration in m/s², nan for all others."""
+    return np.array([1.0 if QUANTITIES[s.quantity].motion == "displacement" else np.nan for s in rig.sensors])
 
 
 def sensor_points(rig: InSpace) -> list[float | str]:

@@ -11,8 +11,9 @@ import scipy.fft
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
-from .frf import FRF, estimate_frf_blocks, join_references
+from .frf import FRF, estimate_frf_blocks
 from .hits import DECAYED, TRIGGER, Hit, find_hits, left_out, tail_level, windowed_blocks
+from .references import join_references
 from .response import Response
 from .welch import Band
 

@@ -12,7 +12,8 @@ import numpy as np
 from ...core.checks import NOWHERE, UNKNOWN, check_dof, naming, require_finite
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
-from ...signals.frf import FRF, join_references
+from ...signals.frf import FRF
+from ...signals.references import join_references
 from ...universal.dataset_58 import (  # fmt: skip
     COHERENCE,
     COMPLEX64,

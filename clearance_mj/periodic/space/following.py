@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import brentq
 
+from ...rig.sensing import accelerated, sensor_points
 from ..branch import Branch, SpecialPoint
 from ..continuation import Motion, NoConvergence, difference
 from ..following import expanded, of_folds, place
@@ -99,12 +100,13 @@ def expand(
         on_modes = structured.driven(turns, 1.0, shares[i]) - force[i].T @ structured.points
         modes[i] = solver.dynamics.modes(w, turns, on_modes)
     acceleration = np.einsum("sm,nhm->nsh", structure.at_sensors, modes) * (turning**2)[:, None, :]
+    acceleration *= accelerated(rig)[:, None]
     excitation = np.zeros((len(points), moved.shape[-1]), dtype=complex)
     excitation[:, 1 : levels.size + 1] = np.outer(shares, levels)
     if system.kind == "base":
         acceleration += structure.sensors_on_base[:, None] * excitation[:, None]
     along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
-    at = structure.directed([sensor.position for sensor in rig.sensors], along)
+    at = structure.directed(sensor_points(rig), along)
     ends = force[:, count:].reshape(len(points), count // 2, 2, 2, -1).sum(axis=2).reshape(len(points), count, -1)
     spring, damper = (np.repeat(each, 2)[:, None] for each in (system.laws.spring, system.laws.damper))
     held = force[:, :count] + (spring + damper * turning[:, None, :]) * moved[:, :count]
