@@ -212,8 +212,11 @@ class Rig(Shown):
             self.springs, self.planes, self.oscillators, tuple(self.shaker.unit_direction.tolist()),
         )  # fmt: skip
 
-    def reduction(self, modes: int, grease: bool = False) -> Reduction:
-        """Return the structure with its point masses reduced to modes and static shapes; see `beam.ritz_model`.
+    def reduction(
+        self, modes: int, grease: bool = False, structure: Structure | None = None,
+        joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
+    ) -> Reduction:  # fmt: skip
+        """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
         Parameters
         ----------
@@ -221,6 +224,8 @@ class Rig(Shown):
             Number of modes; one static shape for every bushing and point of a force shaker is added.
         grease : bool
             Count the in-gap stiffness of the grease to the structure's.
+        structure, joined, more
+            Instead of ``linear`` and `clearance_points`, and points of forces, with factors, beside the shaker's.
 
         Raises
         ------
@@ -228,10 +233,11 @@ class Rig(Shown):
             If its mass is not positive or its stiffness negative.
         """
         masses = tuple((m.position, m.mass) for m in self.point_masses)
-        forces = self.shaker.forces if self.shaker.kind == "force" else ()
-        springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
+        forces = (*(self.shaker.forces if self.shaker.kind == "force" else ()), *more)
+        pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
+        springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
         with computable(self.name, self.to_dict):
-            return reduction(self.linear, self.clearance_points, masses, forces, springs, modes, self.attached)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, self.attached)
 
     __repr__ = Shown.__repr__
 
