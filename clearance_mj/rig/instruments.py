@@ -116,7 +116,7 @@ class Sensor:
         dof = parse_dof(self.position)
         if dof and self.quantity == "angle" and not dof[1].startswith("R"):
             raise ValueError(f'position "{self.position}" is no rotation, such as "12:+RX", whose angle it could read')
-        if self.direction is not None and parse_dof(self.position):
+        if self.direction is not None and parse_dof(self.position) and self.quantity != "force":
             raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
 
     @property
@@ -140,7 +140,7 @@ class Sensor:
     @property
     def label(self) -> str:
         """Node and direction, the nearest of X, Y and Z, such as "7:+Z", or "7:+RY" of an angle."""
-        if parse_dof(self.position):
+        if self.direction is None and parse_dof(self.position):
             return dof_label(self.node, self.position)
         return _nearest(self.node, self.unit_direction, "R" if self.quantity == "angle" else "")
 

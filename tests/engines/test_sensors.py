@@ -10,8 +10,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import clearance_mj as cm
-from clearance_mj.beam import ritz_model
 from clearance_mj.engines import simulate_together
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Rig, Sensor, Shaker
 from clearance_mj.structure import Material, Section, Shaft, Support
 
@@ -37,13 +37,15 @@ def rows(response: cm.Response, sensors: tuple[Sensor, ...]) -> np.ndarray:
 
 
 def steady(rig: Rig, engine: str, harmonics: int = 100) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Angular frequencies, spectra of the excitation and of the channels, of the last of 40 periods, and the step."""
+    """Angular frequencies, spectra of the excitation and of the channels, of the last but one of 40 periods, and the step."""
     phases = np.random.default_rng(1).uniform(0, 2 * np.pi, harmonics)
     time = np.arange(40 * PERIOD) / FS
     omega = 2 * np.pi * FS / PERIOD * np.arange(2, harmonics + 2)
     value = np.cos(np.outer(time, omega) + phases).sum(axis=1) / np.sqrt(harmonics)
     response = cm.simulate(rig, cm.Excitation(value, FS, rig.shaker.kind), cm.ConstantLaw(0.0, 0.0), engine)
-    spectra = np.fft.rfft(np.vstack((response.excitation, response.channels))[:, -PERIOD:])[:, 2 : harmonics + 2]
+    spectra = np.fft.rfft(np.vstack((response.excitation, response.channels))[:, -2 * PERIOD : -PERIOD])[
+        :, 2 : harmonics + 2
+    ]
     return omega, spectra[0], spectra[1:], response.provenance["step"]
 
 
@@ -73,21 +75,22 @@ def test_motions_are_derivatives_of_each_other(engine: str, kind: str) -> None:
     free = free.replace(beam=dataclasses.replace(free.beam, rayleigh=(40.0, 0.0)))
     omega, drive, found, h = steady(free, engine)
     by_time = dict(zip(((s.quantity, s.moves_with_base) for s in sensors), found))
+    limit = 1e-2 if engine == "modal-mj" else 1e-6  # which damps by itself what acceleration it tells
     for against in (False, True):
         acceleration, velocity = by_time["acceleration", against], by_time["velocity", against]
         of_steps = (omega * h / 2) / np.tan(omega * h / 2)  # (q₊ - q₋)/(2h) over (q₊ - 2q + q₋)/h², times iω
         off = np.abs(acceleration * of_steps / (1j * omega) - velocity).max()
-        assert off < 5e-3 * np.abs(velocity).max()  # of images that the filters leave, and implicit dampers
+        assert off < limit * np.abs(velocity).max()
     displacement = by_time["displacement", True]
     off = np.abs(by_time["velocity", True] / (1j * np.sin(omega * h) / h) - displacement).max()
-    assert off < 5e-3 * np.abs(displacement).max()
+    assert off < limit * np.abs(displacement).max()
     of_base = by_time["acceleration", False] - by_time["acceleration", True]
     told = drive if kind == "base" else 0 * drive
     assert np.abs(of_base - told).max() < 5e-4 * np.abs(drive).max()  # of interpolation and decimation
-    low, wanted = omega < 2 * np.pi * 100, [s.quantity != "displacement" or s.moves_with_base for s in sensors]
-    gains = ritz_model(free).channel_gains(np.zeros((0, ritz_model(free).size)), kind, omega[low])[:, :-1, -1].T
+    low, wanted = omega < 2 * np.pi * 80, [s.quantity != "displacement" or s.moves_with_base for s in sensors]
+    gains = linear_model(free).channel_gains(np.zeros((0, linear_model(free).size)), kind, omega[low])[:, :-1, -1].T
     for seen, gain in zip((found / drive)[:, low][wanted], gains[wanted]):
-        assert_allclose(seen, gain, atol=1e-2 * np.abs(gain).max())
+        assert_allclose(seen, gain, atol=6e-2 * np.abs(gain).max())
 
 
 def test_the_base_moves_by_the_running_integral_of_its_acceleration() -> None:
@@ -109,7 +112,7 @@ def test_lanes_read_what_one_simulation_reads() -> None:
         single = [cm.simulate(rig, NOISE, law, "modal") for law in (LAW, stiffer)]
         for one, other in zip(single, simulate_together([(rig, LAW), (rig, stiffer)], NOISE)):
             size = np.abs(one.channels).max(axis=1, keepdims=True)
-            assert_allclose(other.channels / size, one.channels / size, atol=1e-9)
+            assert_allclose(other.channels / size, one.channels / size, atol=1e-6)
             assert other.quantities == one.quantities
 
 
@@ -142,7 +145,7 @@ STANDING = Rig(
      Sensor(3, 0.0, quantity="velocity", relative_to="base"), Sensor(4, 0.6, quantity="force")),
     structure=Shaft(
         (Section(0.6, (0.02, 0.02)),),
-        (Support(0.0, "elastic", 2e5, 30.0, 80.0), Support(0.6, "elastic", 1e5, 0.0, 0.0)), (), STEEL,
+        (Support(0.0, "elastic", 2e5, 30.0, 80.0), Support(0.6, "elastic", 1e5, 0.0, 0.0)), (), STEEL, theory="euler",
     ),
 )  # fmt: skip
 
@@ -157,6 +160,6 @@ def test_force_in_a_support_is_that_of_its_spring_and_damper(engine: str) -> Non
 
 def test_forces_of_the_supports_carry_what_the_base_accelerates() -> None:
     """Newton's second law at low frequency: both forces together are -m a, with the mass m of the shaft."""
-    model = ritz_model(STANDING)
+    model = linear_model(STANDING)
     gains = model.channel_gains(np.zeros((0, model.size)), "base", np.array([2 * np.pi * 0.5]))[0, :, -1]
     assert_allclose(gains[0] + gains[3], -STANDING.total_mass, rtol=1e-4)
