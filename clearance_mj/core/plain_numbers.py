@@ -15,7 +15,7 @@ from .errors import ClearanceError
 __all__ = ["Key", "find_numbers", "get_number", "number_in", "numbers", "path_of", "with_number", "with_numbers"]
 
 Key = tuple[str | int, ...]  # names and indices that lead to one number in nested plain data.
-_PLACE = re.compile(r"(.+@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)")
+_PLACE = re.compile(r"(.*@)([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)(:[+-]?[RK]?[XYZ])?")
 _STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d{1,9})\]")
 
 
@@ -79,7 +79,7 @@ def number_in(item: object) -> float | None:
 def with_number(item: object, number: float) -> float | str:
     """Return the same plain data with another number."""
     place = _PLACE.fullmatch(item) if isinstance(item, str) else None
-    return f"{place[1]}{number!r}" if place else number
+    return f"{place[1]}{number!r}{place[3] or ''}" if place else number
 
 
 def get_number(data: Any, key: Key) -> float | None:

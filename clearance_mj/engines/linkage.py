@@ -16,11 +16,14 @@ import numpy as np
 import scipy.linalg
 
 from ..core.errors import RigError
+from ..linear import PlaneRows, RigRows
 from ..rig import Rig
-from ..rig.sensing import SensorRows, sensor_rows
+from ..rig.dimensions import directed_points
+from ..rig.sensing import SensorRows
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import ratios_of_modes
+from ..structure.base import parse_direction, ratios_of_modes
 from ..structure.reduction import vibration_modes
+from ..structure.shaft import OF_BENDING
 from ..structure.shafts import Spring
 from .chain import Chain, chain_of, of_discs
 
@@ -69,6 +72,22 @@ class Linkage:
         """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
 
+    def along_own(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return the same along the points' own directions: rotations of RY, curvatures of KZ, zeros of others."""
+        named = [(parse_direction(point) or ("Z", 1)) for point in points]
+        orders, signs = zip(*(OF_BENDING.get(axis, (0, 0.0)) for axis, _ in named)) if named else ((), ())
+        found = np.zeros((len(named), self.size))
+        for order, kind in enumerate(("deflection", "slope", "curvature")):
+            here = [i for i, own in enumerate(orders) if own == order]
+            found[here] = self._rows(kind, [points[i] for i in here])
+        return found * (np.array(signs) * [sign for _, sign in named])[:, None]
+
+    @functools.cached_property
+    def sensor_rows(self) -> SensorRows:
+        """What the sensors read of the coordinates and of the base."""
+        every = PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))
+        return RigRows(self.rig, 1, (None, every)).sensor_rows
+
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]
         found = np.zeros((len(places), self.size))
@@ -76,11 +95,6 @@ class Linkage:
             here = [n for n, (index, _) in enumerate(places) if index == i]
             found[here, part] = getattr(chain, kind)([places[n][1] for n in here])
         return found
-
-    @functools.cached_property
-    def sensor_rows(self) -> SensorRows:
-        """What the sensors read of the coordinates and of the base."""
-        return sensor_rows(self.rig, lambda points, _: self.deflection(points), self.size)
 
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
@@ -228,6 +242,8 @@ def cannot_be_linked(rig: Rig) -> str:
         return f"links needs a shaft; use {others}"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
+    for name, axis in directed_points(rig).items():
+        return f"links moves along its planes alone, and {name} names {axis}; use {others}"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators),

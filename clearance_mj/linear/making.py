@@ -56,17 +56,19 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         shaft = _turning_shaft(rig)
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
         damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
-        found = [rig.reduction(n_modes, grease, plane, more=damped) for plane in (shaft.in_other_plane, shaft)]
+        planes = (True, shaft.in_other_plane), (False, shaft)
+        found = [rig.reduction(n_modes, grease, plane, more=damped, across=y) for y, plane in planes]
     elif not rig.is_spatial:
         found = [rig.reduction(n_modes, grease)]
     elif across is not None:
-        found = [rig.reduction(n_modes, grease, plane) for plane in (across, rig.linear)]
+        planes = (True, across), (False, rig.linear)
+        found = [rig.reduction(n_modes, grease, plane, across=y) for y, plane in planes]
     else:
         joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
         found = [rig.reduction(n_modes, grease, joined=joined)]
     ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
-    planes = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
-    y = planes[0] if len(planes) == 2 or across is None else None
+    moves = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
+    y = moves[0] if len(moves) == 2 or across is None else None
     influence = [np.array([row @ p.transform for row in np.ascontiguousarray(p.influence.T)]).T for p in found]
     omega, damping, coupling = found[0].omega, found[0].damping, found[0].coupling
     gyroscopic = circulatory = no_matrix()
@@ -83,7 +85,7 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         circulatory = _skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     n_coordinates = 2 if turns or rig.is_spatial else 1
     return LinearModel(
-        rig, n_coordinates, (y, planes[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory
+        rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory
     )
 
 

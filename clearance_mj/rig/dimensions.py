@@ -11,14 +11,18 @@ from ..core.errors import ClearanceError, RigError
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
-from ..structure.base import parse_dof, parse_place
+from ..structure.base import parse_direction, parse_dof, parse_place
 from .bearings import Bearing
 from .clearance import Bushing
 from .instruments import Sensor, Shaker
 from .spinning import Spin, Unbalance
 
-__all__ = ["Gravity", "acts_across", "check_motion", "motion_in_words", "planar", "shaft_radius", "with_shapes"]
+__all__ = [
+    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points", "planar",
+    "shaft_radius", "with_shapes",
+]  # fmt: skip
 
+ENDS = "position", "to"  # of a spring
 EARTH = 9.80665  # m/s²
 
 
@@ -76,7 +80,7 @@ class InSpace(Protocol):
 
     @property
     def shaker(self) -> Shaker:
-        """What excites it."""
+        """Excitation."""
 
     @property
     def linear(self) -> Structure:
@@ -119,7 +123,42 @@ def acts_across(rig: InSpace) -> list[str]:
     """
     found = [name for name in ("spin", "unbalances", "bearings") if getattr(rig, name)]
     found += ["gravity"] if rig.gravity and (rig.gravity[1] or not rig.bushings) else []
-    return found + [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+    found += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
+    return found + [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
+
+
+def named_points(rig: InSpace) -> dict[str, float | str]:
+    """Return the points that a rig file names, by their paths in it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    points = {
+        f"{kind}[{i}].position": item.position
+        for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances", "bearings")
+        for i, item in enumerate(getattr(rig, kind))
+        if getattr(item, "quantity", "") != "force"
+    }
+    for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
+        points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}
+    points |= {f"bushings[{i}].to": b.to for i, b in enumerate(rig.bushings) if b.to is not None}
+    if rig.shaker.position is not None:
+        points["shaker.position"] = rig.shaker.position
+    return points | {f"shaker.also[{i}].position": force.position for i, force in enumerate(rig.shaker.also or ())}
+
+
+def directed_points(rig: InSpace) -> dict[str, str]:
+    """Return the axes, such as RX, that points on shafts name, by their paths in the rig file.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    """
+    named = {name: parse_direction(point) for name, point in named_points(rig).items() if rig.linear.shafts}
+    return {name: direction[0] for name, direction in named.items() if direction}
 
 
 def check_motion(rig: InSpace) -> None:
@@ -138,6 +177,8 @@ def check_motion(rig: InSpace) -> None:
     if not rig.is_spatial:
         if rig.gravity:
             raise ValueError("gravity needs round bushings: a rig that moves along z alone has it in its offsets")
+        if rig.attached.planes and "RX" in directed_points(rig).values():
+            raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
         return
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
@@ -166,6 +207,9 @@ def check_motion(rig: InSpace) -> None:
             raise ValueError(f"bushings[{i}].to is on another shaft, and which of them turns is not told; leave it out")
         if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
+    for name, axis in directed_points(rig).items():
+        if name.startswith(("bushings", "unbalances", "bearings")):
+            raise ValueError(f"{name} names {axis}, but it moves along y and z: give the position alone")
     if rig.spin:
         _check_spin(rig)
 

@@ -12,7 +12,7 @@ from ..core.errors import RigError
 from ..core.quantities import QUANTITIES, SensorQuantity
 from ..core.validation import NotNegative, Number, Positive, Whole, checked, seldom
 from ..structure import Point
-from ..structure.base import AXES, POINT_SCHEMA, check_point, dof_vector, parse_dof
+from ..structure.base import AXES, POINT_SCHEMA, check_point, dof_vector, is_rotation, parse_direction
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
@@ -33,8 +33,8 @@ KEYPHASOR = f"{KEYPHASOR_NODE}:S"
 
 def dof_label(node: int, point: float | str) -> str:
     """Return the node in records and the direction of a point, such as "7:+Z"; shafts vibrate along Z."""
-    dof = parse_dof(point)
-    return f"{node}:{'-' if dof[2] < 0 else '+'}{dof[1]}" if dof else f"{node}:+Z"
+    axis, sign = parse_direction(point) or ("Z", 1)
+    return f"{node}:{'-' if sign < 0 else '+'}{axis}"
 
 
 Direction: TypeAlias = tuple[Number, Number, Number]
@@ -113,10 +113,10 @@ class Sensor:
             raise ValueError("mass has no effect: a force is read where the structure already is")
         if self.quantity != "force" and isinstance(self.position, str) and _CLEARANCE.fullmatch(self.position):
             raise ValueError(f'position "{self.position}" is a clearance, of which a sensor of quantity "force" reads')
-        dof = parse_dof(self.position)
-        if dof and self.quantity == "angle" and not dof[1].startswith("R"):
+        named = parse_direction(self.position)
+        if named and self.quantity == "angle" and not is_rotation(self.position):
             raise ValueError(f'position "{self.position}" is no rotation, such as "12:+RX", whose angle it could read')
-        if self.direction is not None and parse_dof(self.position) and self.quantity != "force":
+        if named and self.direction is not None and self.quantity != "force":
             raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
 
     @property
@@ -133,7 +133,7 @@ class Sensor:
     @property
     def unit_direction(self) -> np.ndarray:
         """(3,) unit vector along which it measures; zeros of a degree of freedom that is a rotation."""
-        if self.direction is None and self.quantity == "angle" and not parse_dof(self.position):
+        if self.direction is None and self.quantity == "angle" and not parse_direction(self.position):
             return np.array([0.0, 1.0, 0.0])
         return dof_vector(self.position) if self.direction is None else _unit(self.direction)
 
@@ -219,6 +219,6 @@ class Shaker:
         """
         if kind == "base":
             return _nearest(BASE_NODE, self.unit_direction)
-        if self.direction is not None and parse_dof(self.position or 0.0) is None:
+        if self.direction is not None and parse_direction(self.position or 0.0) is None:
             return _nearest(SHAKER_NODE, self.unit_direction)
         return dof_label(SHAKER_NODE, 0.0 if self.position is None else self.position)

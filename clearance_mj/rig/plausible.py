@@ -8,7 +8,7 @@ from os import PathLike
 
 from ..core.errors import RigError
 from ..structure import Structure
-from ..structure.base import parse_place
+from ..structure.base import is_rotation, parse_place
 from ..structure.shaft import Shaft
 from .clearance import Bushing
 
@@ -35,7 +35,7 @@ def check_units(linear: Structure, bushings: Sequence[Bushing]) -> None:
     for shaft in shafts:
         _check_shaft(shaft)
     for i, bushing in enumerate(bushings):
-        if parse_place(bushing.position):
+        if parse_place(bushing.position) and not is_rotation(bushing.position):
             which, x = linear.place(bushing.position)
             _check_gap(i, bushing, shafts[which], x)
 

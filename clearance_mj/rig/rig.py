@@ -18,13 +18,13 @@ from ..core.overview import Overview, Shown, few
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
-from ..structure.base import StructureOfFiles
+from ..structure.base import StructureOfFiles, in_other_plane
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .bearing_tables import with_bearing_tables
 from .bearings import Bearing
 from .clearance import Bushing
-from .dimensions import Gravity, acts_across, check_motion, motion_in_words, with_shapes
+from .dimensions import Gravity, acts_across, check_motion, motion_in_words, named_points, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
@@ -44,7 +44,6 @@ from .tolerance import Tolerance
 __all__ = ["PointMass", "Rig", "rig_schema"]
 
 DRIVEN = {"base": "base acceleration", "force": "force"}
-ENDS = ("position", "to")
 SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
 
@@ -103,17 +102,7 @@ class Rig(Shown):
                 f"{'structure stands beside beam' if self.beam else 'beam is missing'}; give either [beam], a uniform "
                 f"cantilever, or [structure], of one of the kinds {', '.join(Structure.known)}"
             )
-        points = {
-            f"{kind}[{i}].position": item.position
-            for kind in ("masses", "bushings", "oscillators", "unbalances", "bearings")
-            for i, item in enumerate(getattr(self, kind))
-        }
-        points |= {f"springs[{i}].{end}": p for i, s in enumerate(self.springs) for end, p in zip(ENDS, s.joined)}
-        points |= {f"bushings[{i}].to": b.to for i, b in enumerate(self.bushings) if b.to is not None}
-        if self.shaker.position is not None:
-            points["shaker.position"] = self.shaker.position
-        points |= {f"shaker.also[{i}].position": force.position for i, force in enumerate(self.shaker.also or ())}
-        for name, point in points.items():
+        for name, point in named_points(self).items():
             self._check(name, point)
         check_sensors(self)
         if self.plate:
@@ -215,6 +204,7 @@ class Rig(Shown):
     def reduction(
         self, modes: int, grease: bool = False, structure: Structure | None = None,
         joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
+        across: bool = False,
     ) -> Reduction:  # fmt: skip
         """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
@@ -226,6 +216,8 @@ class Rig(Shown):
             Count the in-gap stiffness of the grease to the structure's.
         structure, joined, more
             Instead of ``linear`` and `clearance_points`, and points of forces, with factors, beside the shaker's.
+        across : bool
+            Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
         Raises
         ------
@@ -236,8 +228,12 @@ class Rig(Shown):
         forces = (*(self.shaker.forces if self.shaker.kind == "force" else ()), *more)
         pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
         springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
+        attached = self.attached
+        if across:
+            masses, forces = (tuple((in_other_plane(p), f) for p, f in each) for each in (masses, forces))
+            attached = attached.in_other_plane
         with computable(self.name, self.to_dict):
-            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, self.attached)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
 
     __repr__ = Shown.__repr__
 

@@ -6,7 +6,7 @@ from typing import Any
 
 __all__ = ["BEAM_OR_STRUCTURE", "OF_BEARINGS", "OF_OLDER_FILES"]
 
-_ON_BEAM = {"type": "number", "exclusiveMinimum": 0}
+_ON_BEAM = {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": "^@"}]}
 _POINTS_ON_BEAM: dict[str, Any] = {
     "properties": {
         **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.quantities import QUANTITIES
 from ..structure import Support
-from ..structure.base import AXES, parse_dof, parse_place
+from ..structure.base import AXES, parse_direction, parse_place
 from .dimensions import InSpace
 from .instruments import Sensor
 
@@ -125,14 +125,14 @@ def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, 
             for along, share, held in (((0.0, 1.0, 0.0), y, support.in_other_plane), ((0.0, 0.0, 1.0), z, support)):
                 if share:
                     yield position, along, gain * share * held.translation, gain * share * held.translation_damping
-    elif sensor.quantity not in ("angle", "strain") or parse_dof(position):
+    elif sensor.quantity not in ("angle", "strain") or parse_direction(position):
         yield position, (direction[0], direction[1], direction[2]), gain, 0.0
     else:
         name, x = parse_place(position) or ("", 0.0)
         is_strain = sensor.quantity == "strain"
         kind, factor = ("K", -gain * (sensor.fibre or _half_depth(rig, sensor))) if is_strain else ("R", gain)
         for axis, share in zip(AXES, direction):
-            if share:
+            if share and kind + axis != "KX":
                 yield f"{name}@{x!r}:{kind}{axis}", (0.0, 0.0, 0.0), factor * share, 0.0
 
 
@@ -195,9 +195,8 @@ def _check_place(rig: InSpace, sensor: Sensor) -> None:
     if sensor.quantity == "force":
         any(sensing_points(rig, sensor))  # refuses what is neither clearance nor support
         return
-    rig.linear.check(sensor.position)
     if sensor.quantity == "strain":
-        if parse_place(sensor.position) is None or not rig.linear.shafts:
+        if parse_place(sensor.position) is None or parse_direction(sensor.position) or not rig.linear.shafts:
             raise ValueError(f'"{sensor.position}" has no fibres: a strain gauge needs a shaft')
         if sensor.fibre and sensor.fibre > (deepest := _half_depth(rig, sensor)) * (1 + NEAR):
             raise ValueError(f"has fibre {sensor.fibre:g} m outside the shaft, whose half depth there is {deepest:g} m")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from ..structure.base import parse_place
+from ..structure.base import is_rotation, parse_place
 from .clearance import Bushing
 
 __all__ = ["check_bushings"]
@@ -18,7 +18,9 @@ def check_bushings(bushings: Sequence[Bushing], check: Callable[[float | str], N
         if b.to == b.position:
             raise ValueError(f"bushings[{i}].to is the bushing's own position; give another point")
         place = parse_place(b.position)
-        if place is None:
+        if b.to is not None and is_rotation(b.to) != is_rotation(b.position):
+            raise ValueError(f'bushings[{i}].to "{b.to}" and position "{b.position}": one is an angle, one a length')
+        if place is None or is_rotation(b.position):
             if b.length:
                 raise ValueError(f"bushings[{i}].length must be 0, as its position is a degree of freedom")
             continue

@@ -16,8 +16,9 @@ import scipy.linalg
 from pydantic import Field
 
 from ..core.errors import RigError
+from ..core.plain_numbers import number_in, with_number
 from ..core.validation import NotNegative, Number, Positive, Text, checked
-from .base import Point, Rows, Structure, Turning, dof_vector, parse_place, ratios_of_modes
+from .base import Point, Rows, Structure, Turning, dof_vector, in_other_plane, ratios_of_modes, rocked
 from .beam import Beam
 from .reduction import Modes, reduced
 from .section import Material
@@ -79,7 +80,7 @@ class Oscillator:
     """m, along the shaft from ``position`` to the mass, which then is at the end of a rigid arm"""
 
     def __post_init__(self) -> None:
-        if self.lever and parse_place(self.position) is None:
+        if self.lever and number_in(self.position) is None:
             raise ValueError(f'lever {self.lever:g} m needs a position along a shaft, not "{self.position}"')
 
     @property
@@ -87,10 +88,10 @@ class Oscillator:
         """Points of the structure whose motions, with these factors, add up to that of the spring's foot."""
         if not self.lever:
             return ((self.position, 1.0),)
-        name, x = parse_place(self.position) or ("", 0.0)
+        x = number_in(self.position) or 0.0
         before = x * (1 - ARM_FOOT) or ARM_FOOT
         by = self.lever / (x - before)
-        return (self.position, 1.0 + by), (f"{name}@{before!r}" if name else before, -by)
+        return (self.position, 1.0 + by), (with_number(self.position, before), -by)
 
 
 @checked(RigError)
@@ -154,9 +155,15 @@ class Attached(NamedTuple):
 
     def foot_motion(self, point: float | str) -> np.ndarray:
         """Return how far (n_fixture_modes,) the base moves below a point, along the point's direction."""
-        along, place = float(dof_vector(point) @ self.direction), parse_place(point)
-        x = place[1] if place else 0.0
-        return np.array([m.participation * along + m.rocking * (x - m.about) for m in self.fixture])
+        along = float(dof_vector(point) @ self.direction)
+        return np.array([m.participation * along + m.rocking * rocked(point, m.about) for m in self.fixture])
+
+    @property
+    def in_other_plane(self) -> Attached:
+        """The same as a shaft has it that bends along y; see `Structure.in_other_plane`."""
+        oscillators = [dataclasses.replace(o, position=in_other_plane(o.position)) for o in self.oscillators]
+        springs = tuple(spring.in_other_plane for spring in self.springs)
+        return self._replace(springs=springs, oscillators=tuple(oscillators))
 
 
 class Whole(NamedTuple):
@@ -325,8 +332,8 @@ def _plane(
         at = rows([point])[0]
         held.append((mass, at))
         influence += mass * np.outer(at, dof_vector(point))
-        if rocking is not None and (place := parse_place(point)):
-            rocking += mass * place[1] * at
+        if rocking is not None:
+            rocking += mass * rocked(point) * at
     kept = set(own)
     acting = [[(p, s) for p, s in load if p in kept] for load in loads]
     found = reduced(linear, held, [], [sum(s * rows([p])[0] for p, s in load) for load in acting if load], modes)

@@ -1,7 +1,8 @@
 """What a linear structure is: matrices in some coordinates, and what any of its points does in them.
 
 A point is a number, m along a shaft, or a text: a degree of freedom such as "12:+Z" or "tip:+Z" (node or name of a
-place, direction), or "inner@0.4", 0.4 m along the shaft called inner.
+place, direction), or "inner@0.4", 0.4 m along the shaft called inner. On a shaft, too, a direction may follow:
+"inner@0.4:RX", or "@0.4:RX" where there is but one, is the rotation about the shaft's axis there.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pydantic import PlainValidator, WithJsonSchema
 from ..core.checks import AXES
 from ..core.errors import RigError
 from ..core.files import replacing
+from ..core.plain_numbers import with_number
 from ..core.validation import from_plain, to_plain
 from .files import is_embedded
 
@@ -37,15 +39,25 @@ __all__ = [
     "Turning",
     "check_point",
     "dof_vector",
+    "in_other_plane",
+    "is_rotation",
     "moved",
+    "parse_direction",
     "parse_dof",
     "parse_place",
     "ratios_of_modes",
+    "rocked",
 ]
 
 _DOF = re.compile(r"([0-9]{1,9}|[A-Za-z_][\w.-]*):([+-]?)(R?[XYZ])")
 SHAFT_NAME = r"\w[\w -]*"  # Pattern of the name of one of several shafts.
-_PLACE = re.compile(rf"({SHAFT_NAME})@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)")
+_PLACE = re.compile(
+    rf"({SHAFT_NAME}|(?=@[^:]+:))@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)(?::([+-]?)(R?[XYZ]))?"
+)
+_CURVED_PLACE = re.compile(_PLACE.pattern.replace("R?[XYZ]", "[RK]?[XYZ]"))  # curvatures are of sensors alone
+_SWAPPED = {
+    "Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "KY": ("KZ", 1), "KZ": ("KY", 1),
+}  # fmt: skip
 
 
 def check_point(value: object) -> float | str:
@@ -62,7 +74,8 @@ def check_point(value: object) -> float | str:
         return value
     shown = repr(value)
     raise ValueError(
-        f'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4", '
+        f'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4" or '
+        f'"@0.4:RX", '
         f"got {shown if len(shown) < 100 else f'{shown[:80]} ...'}"
     )
 
@@ -71,7 +84,8 @@ POINT_SCHEMA = {
     "anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^({_DOF.pattern})$|^({_PLACE.pattern})$"}]
 }
 Point: TypeAlias = Annotated[float | str, PlainValidator(check_point), WithJsonSchema(POINT_SCHEMA)]
-"""A number, m along the shaft; or a degree of freedom "12:+Z"; or a position on one of several shafts "inner@0.4" """
+"""A number, m along the shaft; or a degree of freedom "12:+Z"; or a position on one of several shafts "inner@0.4", or a
+direction there, "@0.4:RX" """
 
 
 Made = TypeVar("Made", bound="type[Structure]")
@@ -104,24 +118,59 @@ def parse_place(point: float | str) -> tuple[str, float] | None:
     """Name of the shaft ("" where there is but one) and position, m, of a point on a shaft; None for another point."""
     if not isinstance(point, str):
         return "", float(point)
-    found = _PLACE.fullmatch(point)
+    found = _CURVED_PLACE.fullmatch(point)
     return (found[1], float(found[2])) if found else None
+
+
+def parse_direction(point: float | str) -> tuple[str, int] | None:
+    """Return axis and sign of a point that names them, such as "12:-RZ" or "@0.4:RX"; None for a position alone.
+
+    Beside those of `AXES`, the axis of a point on a shaft may be KY or KZ, the curvature 1/m of its deflection along
+    y or z, or KX, its twist per length, rad/m.
+    """
+    found = (_DOF.fullmatch(point) or _CURVED_PLACE.fullmatch(point)) if isinstance(point, str) else None
+    if found is None or found.groups()[-1] is None:
+        return None
+    sign, axis = found.groups()[-2:]
+    return axis, -1 if sign == "-" else 1
+
+
+def is_rotation(point: float | str) -> bool:
+    """Return whether a point's motion is an angle, rad."""
+    return (parse_direction(point) or "Z")[0].startswith("R")
+
+
+def in_other_plane(point: float | str) -> float | str:
+    """Return a point as `Structure.in_other_plane` names it: y is the direction of vibration there.
+
+    A position alone stays; RX becomes X, as the twist belongs to the structure that moves along z.
+    """
+    place, direction = parse_place(point), parse_direction(point)
+    if place is None or direction is None:
+        return point
+    axis, sign = _SWAPPED.get(direction[0], ("X", 1))
+    return f"{place[0]}@{place[1]!r}:{'-' if sign * direction[1] < 0 else ''}{axis}"
 
 
 def dof_vector(point: float | str) -> np.ndarray:
     """Return (3,) unit vector of a translation, zeros for a rotation; shafts vibrate along Z."""
-    dof = parse_dof(point)
-    if dof is None:
-        return np.array([0.0, 0.0, 1.0])
-    return np.array([dof[2] * float(axis == dof[1]) for axis in AXES[:3]])
+    axis, sign = parse_direction(point) or ("Z", 1)
+    return np.array([sign * float(axis == other) for other in AXES[:3]])
+
+
+def rocked(point: float | str, about: float = 0.0) -> float:
+    """Return how far a point of the base moves per rad, along its axis, where the base rocks about a position, m.
+
+    That is 0 of degrees of freedom, whose places along a shaft are not known.
+    """
+    place, (axis, sign) = parse_place(point), parse_direction(point) or ("Z", 1)
+    return sign * {"Z": place[1] - about, "RY": -1.0}.get(axis, 0.0) if place else 0.0
 
 
 def moved(point: float | str, distance: float) -> float | str:
     """Return a point some way, m, along its shaft; a degree of freedom stays what it is."""
-    if isinstance(point, float | int):
-        return point + distance
     place = parse_place(point)
-    return f"{place[0]}@{place[1] + distance!r}" if place else point
+    return with_number(point, place[1] + distance) if place else point
 
 
 def ratios_of_modes(ratios: Sequence[float], n: int) -> np.ndarray:

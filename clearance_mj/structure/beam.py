@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Positive, Share, checked, seldom
-from .base import Assembly, Structure
+from .base import Assembly, Structure, parse_direction, parse_place
 from .section import Material, Section, check_sizes
-from .shaft import Disc, Shaft, Support
+from .shaft import Disc, Shaft, Support, rows_at
 
 __all__ = ["Beam", "Clamp"]
 
@@ -36,7 +36,7 @@ _EITHER_SECTION = {
 
 @checked(RigError)
 class Clamp:
-    """A clamp that gives: what it does not name is rigid."""
+    """A clamp that gives: what it does not name is rigid, and so is its hold on the twist."""
 
     rotation: Positive | None = None
     """N m/rad"""
@@ -136,7 +136,7 @@ class Beam(Structure):
             kind = "guided"
         support = Support(
             0.0, kind, clamp.translation or 0.0, clamp.rotation or 0.0, clamp.translation_damping,
-            clamp.rotation_damping,
+            clamp.rotation_damping, twist="rigid",
         )  # fmt: skip
         block = (Disc(0.0, clamp.mass, name="clamp"),) if clamp.mass else ()
         damping = self.rayleigh, self.damping_ratios or ()
@@ -144,28 +144,32 @@ class Beam(Structure):
 
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
-        if isinstance(point, str):
+        place = parse_place(point)
+        if place is None or place[0]:
             raise ValueError(f'"{point}" is no position on the beam: give a number, 0 < x <= {self.length:g} m')
-        if not 0 < point <= self.length:
-            raise ValueError(f"{point:g} m lies outside the beam (0 < x <= {self.length:g} m)")
+        if not 0 < place[1] <= self.length:
+            raise ValueError(f"{place[1]:g} m lies outside the beam (0 < x <= {self.length:g} m)")
+        if parse_direction(point):
+            self.shafts[0].check(point)
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return mass and stiffness of cantilever modes and of the static shapes under a unit force at each point.
 
-        With a clamp that gives, those of the shaft's elements.
+        With a clamp that gives, or points with directions, those of the shaft's elements.
         """
-        if self.clamp:
+        if self.clamp or any(map(parse_direction, points)):
             return self.shafts[0].assemble(points, modes)
         forces = np.array(sorted(set(points)), dtype=float)
         x, weight = _quadrature(self.length, forces, modes)
-        y, curvature = _functions(self, x, modes, forces), _curvatures(self, x, modes, forces)
+        functions = functools.partial(_functions, self, modes, forces)
+        y, curvature = functions(x, 0), functions(x, 2)
         mass = self.mass_per_length * (y.T * weight) @ y
         influence = np.zeros((len(mass), 3))
         influence[:, 2] = self.mass_per_length * weight @ y
         stiffness = self.bending_stiffness * (curvature.T * weight) @ curvature
         return Assembly(
-            mass, stiffness, influence, lambda at: _functions(self, np.asarray(at, dtype=float), modes, forces),
-            self.rayleigh, self.damping_ratios or (), rocking=self.mass_per_length * (weight * x) @ y, reduced=True,
+            mass, stiffness, influence, lambda at: rows_at(at, len(mass), functions), self.rayleigh,
+            self.damping_ratios or (), rocking=self.mass_per_length * (weight * x) @ y, reduced=True,
         )  # fmt: skip
 
 
@@ -185,43 +189,43 @@ def cantilever_mode(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
 
     Y_i = cosh βx - cos βx - σ (sinh βx - sin βx), in exponential form so that high modes keep their digits.
     """
-    return _shape(x, n, length, -1.0)
+    return _shape(x, n, length, 0)
 
 
 def cantilever_curvature(x: ArrayLike, n: int, length: float = 1.0) -> np.ndarray:
     """Return the second derivatives Y_i'' (n_x, n) of `cantilever_mode`, 1/m²."""
-    return (cantilever_roots(n) / length) ** 2 * _shape(x, n, length, 1.0)
+    return _shape(x, n, length, 2)
 
 
-def _shape(x: ArrayLike, n: int, length: float, sign: float) -> np.ndarray:
-    """Cosh βx - σ sinh βx + sign (cos βx - σ sin βx), without cancellation of the growing exponentials."""
+def _shape(x: ArrayLike, n: int, length: float, order: int) -> np.ndarray:
+    """Derivative of a mode of order 0, 1 or 2, without cancellation of the growing exponentials."""
     root = cantilever_roots(n)
     bx = np.asarray(x, dtype=float)[:, None] * root / length
     decay = np.exp(-root)
     difference = 2 * (np.sin(root) - np.cos(root) - decay) / (1 - decay**2 + 2 * np.sin(root) * decay)
     sigma = 1 - difference * decay  # 1 - σ = difference e^(-λ)
-    hyperbolic = (difference * np.exp(bx - root) + (1 + sigma) * np.exp(-bx)) / 2
-    return hyperbolic + sign * (np.cos(bx) - sigma * np.sin(bx))
+    hyperbolic = (difference * np.exp(bx - root) + (-1) ** order * (1 + sigma) * np.exp(-bx)) / 2
+    cosine = np.cos(bx) - sigma * np.sin(bx)
+    rest = (-cosine, np.sin(bx) + sigma * np.cos(bx), cosine)[order]
+    return np.asarray((root / length) ** order * (hyperbolic + rest))
 
 
-def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike) -> np.ndarray:
-    """Deflection (n_x, n_a) in m/N at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a)."""
+def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike, order: int = 0) -> np.ndarray:
+    """Deflection (n_x, n_a) in m/N at x of the clamped beam under a unit force at a (Roark, table 8.1, case 1a).
+
+    Of order 1 its slope, rad/N, of order 2 its curvature, 1/(m N).
+    """
     x, a = np.asarray(x, dtype=float)[:, None], np.asarray(a, dtype=float)[None]
     near, far = np.minimum(x, a), np.maximum(x, a)
-    return near**2 * (3 * far - near) / (6 * beam.bending_stiffness)
+    shapes = near**2 * (3 * far - near), near * (2 * a - near), np.maximum(a - x, 0)
+    return np.asarray(shapes[order] / ((6, 2, 1)[order] * beam.bending_stiffness))
 
 
-def _functions(beam: Beam, x: ArrayLike, modes: int, forces: np.ndarray) -> np.ndarray:
+def _functions(beam: Beam, modes: int, forces: np.ndarray, x: np.ndarray, order: int) -> np.ndarray:
     """Ritz functions at x: cantilever modes, then what they leave of the static shapes, scaled to their size."""
-    shapes = cantilever_mode(x, modes, beam.length)
-    rest = static_deflection(beam, x, forces) - shapes @ _static_shares(beam, modes, forces)
+    shapes = _shape(x, modes, beam.length, order)
+    rest = static_deflection(beam, x, forces, order) - shapes @ _static_shares(beam, modes, forces)
     return np.hstack((shapes, rest * _scale(beam)))
-
-
-def _curvatures(beam: Beam, x: ArrayLike, modes: int, forces: np.ndarray) -> np.ndarray:
-    shapes = cantilever_curvature(x, modes, beam.length)
-    moment = np.maximum(forces[None] - np.asarray(x)[:, None], 0) / beam.bending_stiffness
-    return np.hstack((shapes, (moment - shapes @ _static_shares(beam, modes, forces)) * _scale(beam)))
 
 
 def _static_shares(beam: Beam, modes: int, forces: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 
-__all__ = ["Element", "Mesh", "Rigidity"]
+__all__ = ["Element", "Mesh", "Rigidity", "integration", "linear_and_bubbles", "null_space", "unit_energy"]
 
 
 class Rigidity(NamedTuple):
@@ -26,6 +26,8 @@ class Rigidity(NamedTuple):
     shear: np.ndarray  #: κ G A, N
     mass: np.ndarray  #: ρ A, kg/m
     rotary: np.ndarray  #: ρ I, kg m
+    torsion: np.ndarray  #: G J, N m²
+    polar: np.ndarray  #: ρ times the polar moment of area, kg m
 
 
 class Element(NamedTuple):
@@ -72,7 +74,7 @@ class Mesh:
         self._own = [slice(a, b) for a, b in pairwise(first)]
         motion = self._motion_of_nodes(int(first[-1]))
         zero = sorted({(self._node(x), which) for x, which in held})
-        self._free = _null_space([motion[node, which] for node, which in zero], int(first[-1]))
+        self._free = null_space([motion[node, which] for node, which in zero], int(first[-1]))
         self._motion = motion @ self._free
         self.stiffness = self._free[2:].T @ self._free[2:]
         self.mass = np.zeros_like(self.stiffness)
@@ -99,19 +101,27 @@ class Mesh:
         """Return deflection and rotation (2, n) of the node nearest to a position, m, per unit of each coordinate."""
         return self._motion[self._node(x)]
 
-    def deflections(self, x: np.ndarray) -> np.ndarray:
-        """Return the deflections (n_x, n) at positions (n_x,), m, per unit of each coordinate."""
+    def deflections(self, x: np.ndarray, order: int = 0) -> np.ndarray:
+        """Return deflections, or rotations (order 1) or curvatures (2), (n_x, n) at positions (n_x,), m.
+
+        Where shear bends the shaft too, the rotation is that of the section, and the curvature its slope.
+        """
         rows = np.zeros((x.size, len(self.mass)))
         which = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.elements) - 1)
         for i in np.unique(which):
             element, here = self.elements[i], np.nonzero(which == i)[0]
             length = element.end - element.start
             distance = x[here] - element.start
-            series = _deflection_series(element.bubbles, self._shear)
-            value = legvander(2 * distance / length - 1, len(series) - 1) @ series
-            if not self._shear:
-                value[:, 1:] *= length / 2
-            rows[here] = self._motion[i, 0] + np.outer(distance, self._motion[i, 1])
+            if order:
+                functions = _functions(2 * distance / length - 1, element.bubbles, self._shear)
+                value = _stretched(functions, element, self._shear)[order + 1]
+                rows[here] = self._motion[i, 1] * (order == 1)
+            else:
+                series = _deflection_series(element.bubbles, self._shear)
+                value = legvander(2 * distance / length - 1, len(series) - 1) @ series
+                if not self._shear:
+                    value[:, 1:] *= length / 2
+                rows[here] = self._motion[i, 0] + np.outer(distance, self._motion[i, 1])
             rows[here] += value @ self._shapes[i] @ self._free[self._own[i]]
         return rows
 
@@ -128,7 +138,7 @@ class Mesh:
         """
         rows = []
         for element, start, own, shapes in zip(self.elements, self._motion, self._own, self._shapes):
-            node, weight = _integration(element.bubbles)
+            node, weight = integration(element.bubbles)
             half = (element.end - element.start) / 2
             rotation = _stretched(_reference(element.bubbles, self._shear), element, self._shear)[2]
             rotary = element.rigidity(element.start + (node + 1) * half).rotary
@@ -148,7 +158,7 @@ class _Strained(NamedTuple):
 
 
 def _strained(element: Element, shear: bool) -> _Strained:
-    node, weight = _integration(element.bubbles)
+    node, weight = integration(element.bubbles)
     half = (element.end - element.start) / 2
     distance, weight = (node + 1) * half, weight * half
     section = element.rigidity(element.start + distance)
@@ -156,9 +166,7 @@ def _strained(element: Element, shear: bool) -> _Strained:
     stiffness = (curvature.T * (weight * section.bending)) @ curvature
     if shear:
         stiffness += ((slope - rotation).T * (weight * section.shear)) @ (slope - rotation)
-    scale = np.sqrt(stiffness.diagonal())
-    energy, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
-    shapes = vector / np.sqrt(energy) / scale[:, None]
+    shapes = unit_energy(stiffness)
     moves = np.hstack((np.ones((distance.size, 1)), distance[:, None], value @ shapes))
     mass = (moves.T * (weight * section.mass)) @ moves
     if shear:
@@ -167,8 +175,15 @@ def _strained(element: Element, shear: bool) -> _Strained:
     return _Strained(shapes, mass, (weight * section.mass) @ moves)
 
 
-def _null_space(zero: Sequence[np.ndarray], n: int) -> np.ndarray:
-    """(n, n - n_zero) orthonormal motions in which independent rows are zero."""
+def unit_energy(stiffness: np.ndarray) -> np.ndarray:
+    """Return the shapes (n, n) of an element that are uncoupled by its stiffness (n, n), which is 1 for each."""
+    scale = np.sqrt(stiffness.diagonal())
+    energy, vector = np.linalg.eigh(stiffness / np.outer(scale, scale))
+    return np.asarray(vector / np.sqrt(energy) / scale[:, None])
+
+
+def null_space(zero: Sequence[np.ndarray], n: int) -> np.ndarray:
+    """Return orthonormal motions (n, n - n_zero) in which independent rows are zero."""
     if not zero:
         return np.eye(n)
     rows = np.array(zero)
@@ -176,22 +191,26 @@ def _null_space(zero: Sequence[np.ndarray], n: int) -> np.ndarray:
 
 
 @functools.cache
-def _integration(bubbles: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points and weights, exact for eight powers more than a constant section has."""
+def integration(bubbles: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return Gauss points and weights, exact for eight powers more than a constant section has."""
     return leggauss(bubbles + 8)
 
 
 @functools.cache
 def _reference(bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
     """The functions at the points of integration of an element from -1 to 1."""
-    xi = _integration(bubbles)[0]
+    return _functions(integration(bubbles)[0], bubbles, shear)
+
+
+def _functions(xi: np.ndarray, bubbles: int, shear: bool) -> tuple[np.ndarray, ...]:
+    """The same at other points (n_xi,)."""
     return _timoshenko(xi, bubbles + 1) if shear else _euler(xi, bubbles)
 
 
 @functools.cache
 def _deflection_series(bubbles: int, shear: bool) -> np.ndarray:
     """Deflections of an element from -1 to 1 as Legendre series (n_degrees, n)."""
-    xi = _integration(bubbles)[0]
+    xi = integration(bubbles)[0]
     return np.linalg.solve(legvander(xi, xi.size - 1), _reference(bubbles, shear)[0])[: bubbles + 4]
 
 
@@ -221,12 +240,17 @@ def _euler(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
 
 def _timoshenko(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, ...]:
     """The same (n_xi, 2 + 2 bubbles): deflection, its slope, section rotation, its slope."""
+    inside, rate = linear_and_bubbles(xi, bubbles)
+    value, slope, rotation, curvature = np.zeros((4, xi.size, 2 + 2 * bubbles))
+    deflected, turned = np.r_[0, 2 : 2 + bubbles], np.r_[1, 2 + bubbles : 2 + 2 * bubbles]
+    value[:, deflected], slope[:, deflected] = inside, rate
+    rotation[:, turned], curvature[:, turned] = inside, rate
+    return value, slope, rotation, curvature
+
+
+def linear_and_bubbles(xi: np.ndarray, bubbles: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a line from 0 to 1 and once integrated Legendre polynomials at (n_xi,), and their slopes (n_xi, n)."""
     k = np.arange(1, bubbles + 1)
     legendre, size = legvander(xi, bubbles + 1), np.sqrt(2 * k + 1)
     bubble, rate = (legendre[:, k + 1] - legendre[:, k - 1]) / (2 * k + 1) * size, legendre[:, k] * size
-    value, slope, rotation, curvature = np.zeros((4, xi.size, 2 + 2 * bubbles))
-    value[:, 0], slope[:, 0] = (1 + xi) / 2, 0.5
-    rotation[:, 1], curvature[:, 1] = (1 + xi) / 2, 0.5
-    value[:, 2 : 2 + bubbles], slope[:, 2 : 2 + bubbles] = bubble, rate
-    rotation[:, 2 + bubbles :], curvature[:, 2 + bubbles :] = bubble, rate
-    return value, slope, rotation, curvature
+    return np.column_stack(((1 + xi) / 2, bubble)), np.column_stack((np.full_like(xi, 0.5), rate))

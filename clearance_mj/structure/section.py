@@ -13,13 +13,17 @@ from ..core.validation import Number, Positive, Text, checked
 
 __all__ = ["CrossSection", "Material", "Section", "check_sizes"]
 
+TORSION_TERMS = 200  # of a series whose terms fall with the fifth power
+
 
 class CrossSection(NamedTuple):
-    """What bending asks of a section, at some positions."""
+    """What bending and torsion ask of a section, at some positions."""
 
     area: np.ndarray  #: m²
     second_moment: np.ndarray  #: m⁴
     shear_coefficient: np.ndarray  #: share of the area that carries shear
+    polar_moment: np.ndarray  #: m⁴, of both second moments
+    torsion_constant: np.ndarray  #: m⁴, torque over shear modulus and twist per length
 
 
 def _both_ends(value: Any) -> Any:
@@ -51,7 +55,7 @@ class Material:
     density: Positive
     """kg/m³"""
     poisson_ratio: Annotated[Number, Field(ge=0, lt=0.5)] = 0.3
-    """for the shear modulus of Timoshenko's theory"""
+    """for the shear modulus of Timoshenko's theory and of twist"""
     name: Text = ""
     """for people"""
 
@@ -100,13 +104,15 @@ class Section:
         if self.diameter is None:
             width, height = _along(self.width, share), _along(self.height, share)
             shear = np.full_like(share, 10 * (1 + nu) / (12 + 11 * nu))
-            return CrossSection(width * height, width * height**3 / 12, shear)
+            polar = width * height * (width**2 + height**2) / 12
+            return CrossSection(width * height, width * height**3 / 12, shear, polar, _of_rectangle(width, height))
         outer = _along(self.diameter, share)
         inner = _along(self.inner_diameter or (0.0, 0.0), share)
         square = (1 + (inner / outer) ** 2) ** 2
         hollow = (20 + 12 * nu) * (inner / outer) ** 2
         shear = 6 * (1 + nu) * square / ((7 + 6 * nu) * square + hollow)
-        return CrossSection(np.pi * (outer**2 - inner**2) / 4, np.pi * (outer**4 - inner**4) / 64, shear)
+        second = np.pi * (outer**4 - inner**4) / 64
+        return CrossSection(np.pi * (outer**2 - inner**2) / 4, second, shear, 2 * second, 2 * second)
 
     @property
     def cuts(self) -> np.ndarray:
@@ -117,6 +123,14 @@ class Section:
         ratio = max((end / start for start, end in sizes), key=lambda change: max(change, 1 / change))
         pieces = math.ceil(abs(math.log2(ratio)))
         return (ratio ** (np.arange(1, pieces) / pieces) - 1) / (ratio - 1) if pieces > 1 else np.zeros(0)
+
+
+def _of_rectangle(width: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Torsion constant (n,), m⁴ (Timoshenko & Goodier, Theory of Elasticity, 1970, section 109)."""
+    short, long = np.minimum(width, height), np.maximum(width, height)
+    odd = np.arange(1, TORSION_TERMS, 2)
+    series = np.sum(np.tanh(odd * np.pi / 2 * (long / short)[..., None]) / odd**5, axis=-1)
+    return np.asarray(long * short**3 / 3 * (1 - 192 / np.pi**5 * short / long * series))
 
 
 def _along(ends: tuple[float, float] | None, share: np.ndarray) -> np.ndarray:

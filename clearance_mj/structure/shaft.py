@@ -5,110 +5,35 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
+import scipy.linalg
 from numpy.polynomial.legendre import leggauss
 from pydantic import Field
 
 from ..core.errors import RigError
-from ..core.validation import NotNegative, Number, Positive, Share, Text, checked, seldom
-from .base import Assembly, Structure, Turning, parse_place, register
+from ..core.validation import NotNegative, Number, Share, Text, checked
+from .base import Assembly, Structure, Turning, parse_direction, parse_place, register
 from .elements import Element, Mesh, Rigidity
 from .section import Material, Section
+from .supports import HELD, Disc, Support
+from .torsion import TorsionMesh
 
-__all__ = ["Disc", "Material", "Section", "Shaft", "Support"]
+__all__ = ["Disc", "Material", "Section", "Shaft", "Support", "rows_at"]
 
 SHEAR_EFFECT = 0.01  # share of the third frequency that shear and rotary inertia may take before "auto" counts them
 PLACE_TOLERANCE = 1e-6  # of a shaft's length: positions of supports, discs and sections' ends that are one
 NODE_TOLERANCE = 1e-3  # of a shaft's length: a load this close to a node needs none of its own
 MAX_PHASE = 4.0  # rad, phase of a bending wave over an element, at the highest mode asked for
-HELD = {"clamped": (0, 1), "pinned": (0,), "guided": (1,), "elastic": ()}
-"""What a kind of support holds: deflection (0), rotation (1)."""
 MAX_PIECES = 100  # divisions of a shaft for short waves: its matrices are dense
 MIN_BUBBLES = 2  # bubble functions of an element
-
-
-@checked(RigError)
-class Support:
-    """What holds a shaft at one position: a kind of support, or springs and dampers, or both."""
-
-    position: Number
-    """m along the shaft"""
-    kind: Literal["clamped", "pinned", "guided", "elastic"] = "elastic"
-    """clamped: no deflection, no rotation; pinned: no deflection; guided: no rotation; elastic: springs and dampers"""
-    translation: NotNegative = 0.0
-    """N/m"""
-    rotation: NotNegative = 0.0
-    """N m/rad"""
-    translation_damping: NotNegative = 0.0
-    """N s/m"""
-    rotation_damping: NotNegative = 0.0
-    """N m s/rad"""
-    translation_y: Positive | None = seldom(default=None)
-    """N/m across the plane of vibration, of a shaft that turns; None: as ``translation``"""
-    rotation_y: Positive | None = seldom(default=None)
-    """N m/rad across the plane of vibration, of a shaft that turns; None: as ``rotation``"""
-
-    translation_damping_y: NotNegative | None = seldom(default=None)
-    """N s/m across the plane of vibration; None: as ``translation_damping``"""
-    rotation_damping_y: NotNegative | None = seldom(default=None)
-    """N m s/rad across the plane of vibration; None: as ``rotation_damping``"""
-
-    def __post_init__(self) -> None:
-        for held, motion in enumerate(("translation", "rotation")):
-            if getattr(self, f"{motion}_y") and not getattr(self, motion):
-                raise ValueError(f"{motion}_y has no effect without {motion}: give the stiffness of both planes")
-            for name in (motion, f"{motion}_damping", f"{motion}_damping_y"):
-                if held in HELD[self.kind] and getattr(self, name):
-                    raise ValueError(
-                        f'{name} has no effect, as a support of kind "{self.kind}" allows no {motion}; one that gives '
-                        'is of kind "elastic", with springs'
-                    )
-        if self.kind == "elastic" and not any(
-            (self.translation, self.rotation, self.translation_damping, self.rotation_damping)
-        ):
-            raise ValueError("holds nothing; give kind (clamped, pinned or guided), or springs or dampers")
-
-    @property
-    def in_other_plane(self) -> Support:
-        """The same support with its springs and dampers of the other plane."""
-        translation, rotation = self.translation_damping_y, self.rotation_damping_y
-        return Support(
-            self.position, self.kind, self.translation_y or self.translation, self.rotation_y or self.rotation,
-            self.translation_damping if translation is None else translation,
-            self.rotation_damping if rotation is None else rotation,
-        )  # fmt: skip
-
-
-@checked(RigError)
-class Disc:
-    """A rigid disc on a shaft."""
-
-    position: Number
-    """m along the shaft"""
-    mass: NotNegative
-    """kg"""
-    inertia: NotNegative = 0.0
-    """kg m², about a diameter"""
-    name: Text = ""
-    """for people"""
-    polar_inertia: NotNegative | None = seldom(default=None)
-    """kg m², about the shaft's axis; None: twice ``inertia``, that of a thin disc"""
-
-    def __post_init__(self) -> None:
-        if self.polar_inertia is not None and self.polar_inertia > 2 * self.inertia:
-            raise ValueError(
-                f"polar_inertia {self.polar_inertia:g} kg m² is more than twice inertia {self.inertia:g} kg m²; "
-                "no body has more than a thin disc"
-            )
-
-    @property
-    def about_axis(self) -> float:
-        """Inertia about the shaft's axis, kg m²."""
-        return 2 * self.inertia if self.polar_inertia is None else self.polar_inertia
+MIN_TWIST_BUBBLES = 8  # the same of its twist, enough for tapers too
+OF_BENDING = {"Z": (0, 1.0), "RY": (1, -1.0), "KZ": (2, 1.0)}
+"""Axis of a point on a shaft: order of the derivative of its deflection along z, and its sign."""
+OF_TWIST = {"RX": 0, "KX": 1}
 
 
 @register
@@ -199,24 +124,35 @@ class Shaft(Structure):
 
     def check(self, point: float | str) -> None:
         """Refuse what is not on the shaft; see `Structure.check`."""
-        place = parse_place(point)
+        place, (axis, _) = parse_place(point), parse_direction(point) or ("Z", 1)
         if place is None or place[0] not in ("", self.name):
             raise ValueError(f'"{point}" is no position on the shaft, a number of m')
         if not self._holds(place[1]):
             raise ValueError(self._outside(place[1]))
+        if axis == "X":
+            raise ValueError(f'"{point}": a shaft does not move along X; give Y, Z, RX (twist), RY or RZ')
+        if axis == "RX" and any(s.holds_twist and abs(s.position - place[1]) <= self._slack for s in self.supports):
+            raise ValueError(f'"{point}" cannot twist: the support there holds it; give its twist, N m/rad')
+
+    @property
+    def _slack(self) -> float:
+        return PLACE_TOLERANCE * self.length
 
     def _holds(self, x: float) -> bool:
-        slack = PLACE_TOLERANCE * self.length
-        return self.start - slack <= x <= self.end + slack
+        return self.start - self._slack <= x <= self.end + self._slack
 
     def _outside(self, x: float) -> str:
         name = f' "{self.name}"' if self.name else ""
         return f"{x:g} m lies outside the shaft{name} ({self.start:g} <= x <= {self.end:g} m)"
 
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
-        """Return mass and stiffness of beam elements, fine enough for the modes asked for."""
+        """Return mass and stiffness of beam elements, fine enough for the modes asked for.
+
+        Coordinates of twist follow those of bending if one of the points is RX or KX.
+        """
         held = [(s.position, i) for s in self.supports for i in HELD[s.kind]]
-        mesh = Mesh(self._elements(_positions(points), modes), self.bending_theory == "timoshenko", held)
+        elements = self._elements(_positions(points), modes)
+        mesh = Mesh(elements, self.bending_theory == "timoshenko", held)
         mass, stiffness, influence, viscous = mesh.mass, mesh.stiffness, mesh.influence, np.zeros_like(mesh.mass)
         rocking = mesh.rocking.copy()
         for disc in self.discs:
@@ -228,17 +164,39 @@ class Shaft(Structure):
             moves = mesh.motion(support.position)
             stiffness += (moves.T * [support.translation, support.rotation]) @ moves
             viscous += (moves.T * [support.translation_damping, support.rotation_damping]) @ moves
+        torsion = None
+        if any((parse_direction(point) or "Z")[0] in OF_TWIST for point in points):
+            torsion = TorsionMesh(self._twisting(elements, modes), [s.position for s in self.supports if s.holds_twist])
+            of_twist = self._of_twist(torsion)
+            mass, stiffness, viscous = (
+                scipy.linalg.block_diag(*pair) for pair in zip((mass, stiffness, viscous), of_twist)
+            )
+            influence, rocking = (np.pad(forces, (0, len(of_twist[0]))) for forces in (influence, rocking))
         along_z = influence[:, None] * [0.0, 0.0, 1.0]
         damping = self.rayleigh, self.damping_ratios, viscous if viscous.any() else None
         return Assembly(
-            mass, stiffness, along_z, lambda at: mesh.deflections(_positions(at)), *damping, rocking,
-            lambda: self._turning(mesh),
+            mass, stiffness, along_z, lambda at: rows_at(at, len(mesh.mass), mesh.deflections, torsion), *damping,
+            rocking, lambda: self._turning(mesh, len(mass)),
         )  # fmt: skip
 
-    def _turning(self, mesh: Mesh) -> Turning:
-        """What couples the planes of the shaft where it turns."""
+    def _turning(self, mesh: Mesh, size: int) -> Turning:
+        """What couples the planes of the shaft where it turns: bending, not the coordinates of twist behind it."""
         discs = [math.sqrt(disc.about_axis) * mesh.motion(disc.position)[1] for disc in self.discs]
-        return Turning(np.vstack((mesh.polar(), *discs)), mesh.strain)
+        of_bending = np.vstack((mesh.polar(), *discs)), mesh.strain
+        return Turning(*(np.pad(part, ((0, 0), (0, size - part.shape[1]))) for part in of_bending))
+
+    def _of_twist(self, mesh: TorsionMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Mass, stiffness and damping of twist, with discs and supports."""
+        mass, stiffness, viscous = mesh.mass.copy(), mesh.stiffness.copy(), np.zeros_like(mesh.mass)
+        for disc in self.discs:
+            turns = mesh.motion(disc.position)
+            mass += disc.about_axis * np.outer(turns, turns)
+        for support in self.supports:
+            turns = mesh.motion(support.position)
+            if support.twist and not support.holds_twist:
+                stiffness += support.twist * np.outer(turns, turns)
+            viscous += support.twist_damping * np.outer(turns, turns)
+        return mass, stiffness, viscous
 
     @property
     def in_other_plane(self) -> Shaft:
@@ -289,6 +247,14 @@ class Shaft(Structure):
             pieces += [Element(a, b, bubbles, rigidity) for a, b in pairwise(np.linspace(start, end, n + 1))]
         return pieces
 
+    def _twisting(self, elements: Sequence[Element], modes: int) -> list[Element]:
+        """The same elements with as many functions as waves of twist of the highest mode ask for."""
+        _, weight, rigidity = self._integration
+        slowness = np.sqrt(rigidity.polar / rigidity.torsion)  # s/m
+        springs = sum(s.holds_twist or bool(s.twist) for s in self.supports)  # each raises a frequency to the next one
+        wave = (modes + springs + 1) * math.pi / float(weight @ slowness) * float(slowness.max())
+        return [e._replace(bubbles=MIN_TWIST_BUBBLES + math.ceil(wave * (e.end - e.start))) for e in elements]
+
     def _nodes(self, points: np.ndarray) -> list[float]:
         """Positions of sections' ends and cuts, supports and discs, and those of loads that are not at one of them."""
         cuts = (edge + s.length * cut for edge, s in zip(self.edges, self.sections) for cut in s.cuts)
@@ -314,7 +280,8 @@ class Shaft(Structure):
         shear_modulus = material.young_modulus / (2 * (1 + material.poisson_ratio))
         shear = across.shear_coefficient * shear_modulus * across.area
         inertia = material.density * across.area, material.density * across.second_moment
-        return Rigidity(material.young_modulus * across.second_moment, shear, *inertia)
+        twist = shear_modulus * across.torsion_constant, material.density * across.polar_moment
+        return Rigidity(material.young_modulus * across.second_moment, shear, *inertia, *twist)
 
     def integration(self, start: float, end: float) -> tuple[np.ndarray, np.ndarray, Rigidity]:
         """Return Gauss points between two positions, their weights, m, and rigidities there.
@@ -341,6 +308,40 @@ class Shaft(Structure):
     def _integration(self) -> tuple[np.ndarray, np.ndarray, Rigidity]:
         """Gauss points of all sections, m, their weights, m, and rigidities."""
         return self.integration(self.start, self.end)
+
+
+def rows_at(
+    points: Sequence[float | str],
+    n: int,
+    bending: Callable[[np.ndarray, int], np.ndarray],
+    torsion: TorsionMesh | None = None,
+) -> np.ndarray:
+    """Return motions of points on a shaft per unit of each coordinate, along their own axes.
+
+    Those of the other plane do not move, nor do angles of twist where nothing twists.
+
+    Parameters
+    ----------
+    points : sequence of Point, length n_points
+        The points.
+    n : int
+        Number of coordinates of bending.
+    bending : callable
+        Deflections (n_x, n) at positions (n_x,), m, or their derivatives of order 1 or 2.
+    torsion : TorsionMesh, optional
+        Twist, whose coordinates follow.
+    """
+    x, axes = _positions(points), [parse_direction(point) or ("Z", 1) for point in points]
+    found = np.zeros((len(points), n + (0 if torsion is None else len(torsion.mass))))
+    for axis in {axis for axis, _ in axes}:
+        here = [i for i, (other, _) in enumerate(axes) if other == axis]
+        sign = np.array([[axes[i][1]] for i in here])
+        if axis in OF_BENDING:
+            order, factor = OF_BENDING[axis]
+            found[here, :n] = factor * sign * bending(x[here], order)
+        elif axis in OF_TWIST and torsion is not None:
+            found[here, n:] = sign * torsion.twist(x[here], OF_TWIST[axis])
+    return found
 
 
 def _positions(points: Sequence[float | str]) -> np.ndarray:

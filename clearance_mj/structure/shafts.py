@@ -13,7 +13,7 @@ from pydantic import Field
 
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Share, checked
-from .base import SHAFT_NAME, Assembly, Point, Structure, parse_place, register
+from .base import SHAFT_NAME, Assembly, Point, Structure, in_other_plane, parse_direction, parse_place, register
 from .shaft import Shaft
 
 __all__ = ["Shafts", "Spring"]
@@ -36,6 +36,12 @@ class Spring:
     def joined(self) -> tuple[float | str, ...]:
         """The points whose relative motion stretches it: ``position`` and, unless it is the base, ``to``."""
         return (self.position,) if self.to is None else (self.position, self.to)
+
+    @property
+    def in_other_plane(self) -> Spring:
+        """The same spring between the points that `base.in_other_plane` names."""
+        to = None if self.to is None else in_other_plane(self.to)
+        return dataclasses.replace(self, position=in_other_plane(self.position), to=to)
 
 
 @register
@@ -80,7 +86,9 @@ class Shafts(Structure):
     @property
     def in_other_plane(self) -> Shafts:
         """The same shafts as they bend along y, their springs as stiff; see `Structure.in_other_plane`."""
-        return dataclasses.replace(self, parts=tuple(part.in_other_plane for part in self.parts))
+        twisted = [any((parse_direction(p) or "Z")[0] == "RX" for p in spring.joined) for spring in self.springs]
+        springs = tuple(spring.in_other_plane for spring, twists in zip(self.springs, twisted) if not twists)
+        return dataclasses.replace(self, parts=tuple(part.in_other_plane for part in self.parts), springs=springs)
 
     @property
     def total_mass(self) -> float:
@@ -89,10 +97,10 @@ class Shafts(Structure):
 
     def check(self, point: float | str) -> None:
         """Refuse what is on none of the shafts; see `Structure.check`."""
-        name, x = parse_place(point) or ("", 0.0)
+        name, _ = parse_place(point) or ("", 0.0)
         for part in self.parts:
             if part.name == name:
-                return part.check(x)
+                return part.check(point)
         names = ", ".join(f'"{part.name}@..."' for part in self.parts)
         shown = f'"{point}"' if isinstance(point, str) else f"{point:g} m"
         raise ValueError(f"{shown} is on none of the shafts: name one, {names}")
@@ -100,17 +108,17 @@ class Shafts(Structure):
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
         """Return mass and stiffness of the shafts' beam elements and of the springs."""
         loads = [*points, *(point for spring in self.springs for point in spring.joined)]
-        places = [place for place in map(parse_place, loads) if place]
+        named = [(point, place[0]) for point in loads if (place := parse_place(point))]
         several = modes + len(self.springs)  # a spring raises every frequency to the next one at most
-        models = [part.assemble(tuple(x for name, x in places if name == part.name), several) for part in self.parts]
+        models = [part.assemble(tuple(p for p, name in named if name == part.name), several) for part in self.parts]
         starts = np.cumsum([0, *(len(model.mass) for model in models)])
 
         def rows(at: Sequence[float | str]) -> np.ndarray:
             found = np.zeros((len(at), starts[-1]))
-            named = [parse_place(point) or ("", 0.0) for point in at]
+            names = [(parse_place(point) or ("", 0.0))[0] for point in at]
             for part, model, start in zip(self.parts, models, starts):
-                here = [i for i, (name, _) in enumerate(named) if name == part.name]
-                found[here, start : start + len(model.mass)] = model.rows([named[i][1] for i in here])
+                here = [i for i, name in enumerate(names) if name == part.name]
+                found[here, start : start + len(model.mass)] = model.rows([at[i] for i in here])
             return found
 
         stiffness = scipy.linalg.block_diag(*(model.stiffness for model in models))

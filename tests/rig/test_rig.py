@@ -149,7 +149,10 @@ def test_bushing_may_end_at_the_tip():
 LINE = {"length": 1.0, "young_modulus": 1.0, "density": 1.0}
 
 
-POINT = 'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4", got'
+POINT = (
+    'must be a number, m along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "inner@0.4" or '
+    '"@0.4:RX", got'
+)
 
 
 REFUSED = [

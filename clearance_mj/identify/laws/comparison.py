@@ -17,7 +17,7 @@ from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamil
 from ...core.errors import LawError
 from ...estimate import rival_weights
 from ...rig import Rig
-from ...structure.base import parse_place
+from ...structure.base import is_rotation, parse_place
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
@@ -155,7 +155,7 @@ def _ends_apart(rig: Rig) -> Rig:
     """Return a rig whose bushings along shafts are not points, so that the shaft's slope in them is known."""
     bushings = list(rig.bushings)
     for j, bushing in enumerate(bushings):
-        if not bushing.length and (place := parse_place(bushing.position)):
+        if not bushing.length and not is_rotation(bushing.position) and (place := parse_place(bushing.position)):
             shaft = {shaft.name: shaft for shaft in rig.linear.shafts}[place[0]]
             inside = min(place[1] - shaft.start, shaft.end - place[1])
             bushings[j] = dataclasses.replace(bushing, length=min(LEVER * shaft.length, inside))

@@ -24,12 +24,13 @@ from ...core.overview import few
 from ...core.plain_numbers import Key, find_numbers, get_number, path_of
 from ...estimate.parameter import Parameter
 from ...rig import Rig
+from ...rig.dimensions import directed_points
 from ...rig.tolerance import CLAMP_COMPLIANCES, Tolerance, unit_of
 from ...structure import Beam, Shaft
 from ...structure.attached import LARGEST_DIFFERENCE, MAX_DAMPING
-from ...structure.base import parse_dof, parse_place
+from ...structure.base import is_rotation, parse_direction, parse_place
 from ...structure.beam import Clamp
-from ...structure.shaft import HELD
+from ...structure.supports import HELD
 
 __all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words", "with_exact_supports"]
 
@@ -151,11 +152,13 @@ def prepared_rig(rig: Rig) -> Rig:
     if not isinstance(linear, Beam | Shaft):
         return rig
     if isinstance(linear, Shaft):
-        linear = _on_springs(linear, _exact_supports(rig))
+        linear = _on_springs(linear, _exact_supports(rig), "RX" in directed_points(rig).values())
     rig = rig.replace(tolerances=(), structure=None if rig.beam else linear)
     if rig.is_spatial:
         sensors = tuple(
-            dataclasses.replace(s, direction=tuple(s.unit_direction.tolist())) if parse_dof(s.position) is None else s
+            dataclasses.replace(s, direction=tuple(s.unit_direction.tolist()))
+            if parse_direction(s.position) is None
+            else s
             for s in rig.sensors
         )
         rig = rig.replace(sensors=sensors)
@@ -182,7 +185,7 @@ def with_exact_supports(rig: Rig) -> Rig:
     return rig.replace(tolerances=rig.tolerances + exact)
 
 
-def _on_springs(shaft: Shaft, exact: Collection[str | int]) -> Shaft:
+def _on_springs(shaft: Shaft, exact: Collection[str | int], twists: bool) -> Shaft:
     """The shaft with springs in the place of rigid supports that are not exact, and thin discs by one inertia."""
     material = shaft.material or shaft.sections[0].material
     thickest = max(float(each.across(np.array([0.5]), 0.3).second_moment[0]) for each in shaft.sections)
@@ -192,6 +195,8 @@ def _on_springs(shaft: Shaft, exact: Collection[str | int]) -> Shaft:
     springs = {"translation": stiff, "translation_damping": SUPPORT_LOSS * stiff / lowest}, {"rotation": turn}
     supports = list(shaft.supports)
     for i, support in enumerate(supports):
+        if twists and support.holds_twist:
+            supports[i] = dataclasses.replace(support, twist="rigid")
         for held in HELD[support.kind] if i not in exact else ():
             supports[i] = dataclasses.replace(supports[i], kind="elastic", **springs[held])
     thin = tuple(
@@ -257,7 +262,8 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
         if data["bushings"][j].get("shape") == "round":
             yield from (("bushings", j, name) for name in ("offset_y", "probe_angle"))
             yield from (("bushings", j, *key) for key in _SPATIAL if key[0] in data["bushings"][j])
-        if parse_place(data["bushings"][j]["position"]):
+        place = data["bushings"][j]["position"]
+        if parse_place(place) and not is_rotation(place):
             yield ("bushings", j, "length")
     for i, sensor in enumerate(data["sensors"]):
         yield from (("sensors", i, name) for name in ("position", "gain")[sensor.get("quantity") == "force" :])
