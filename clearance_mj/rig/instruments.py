@@ -140,7 +140,7 @@ class Sensor:
     @property
     def label(self) -> str:
         """Node and direction, the nearest of X, Y and Z, such as "7:+Z", or "7:+RY" of an angle."""
-        if self.direction is None and parse_dof(self.position):
+        if self.direction is None and parse_direction(self.position):
             return dof_label(self.node, self.position)
         return _nearest(self.node, self.unit_direction, "R" if self.quantity == "angle" else "")
 

@@ -37,7 +37,7 @@ def rows(response: cm.Response, sensors: tuple[Sensor, ...]) -> np.ndarray:
 
 
 def steady(rig: Rig, engine: str, harmonics: int = 100) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Angular frequencies, spectra of the excitation and of the channels, of the last but one of 40 periods, and the step."""
+    """Angular frequencies, spectra of excitation and channels in the last but one of 40 periods, and the step."""
     phases = np.random.default_rng(1).uniform(0, 2 * np.pi, harmonics)
     time = np.arange(40 * PERIOD) / FS
     omega = 2 * np.pi * FS / PERIOD * np.arange(2, harmonics + 2)
@@ -122,8 +122,8 @@ def test_in_space_sensors_read_what_they_read_in_the_plane(engine: str) -> None:
     space = MIXED.with_shape("round").replace(sensors=(*MIXED.sensors, *turned))
     plane, found = (cm.simulate(rig, NOISE, LAW, engine) for rig in (MIXED, space))
     size = np.abs(plane.channels).max(axis=1, keepdims=True)
-    limit = 1e-6 if engine == "modal" else 2e-2  # links in contact: another constraint of MuJoCo
-    assert_allclose(found.channels[: len(size)] / size, plane.channels / size, atol=limit)
+    limit, part = (1e-6, slice(None)) if engine == "modal" else (2e-2, slice(900))  # links: until contact is chaotic
+    assert_allclose((found.channels[: len(size)] / size)[:, part], (plane.channels / size)[:, part], atol=limit)
     assert_allclose(rows(found, tuple(turned)), 0.8 * rows(found, (*FORCES, *MIDDLES)), atol=1e-6)
 
 
@@ -163,3 +163,72 @@ def test_forces_of_the_supports_carry_what_the_base_accelerates() -> None:
     model = linear_model(STANDING)
     gains = model.channel_gains(np.zeros((0, model.size)), "base", np.array([2 * np.pi * 0.5]))[0, :, -1]
     assert_allclose(gains[0] + gains[3], -STANDING.total_mass, rtol=1e-4)
+
+
+LENGTH, WIDTH, HEIGHT, AT = 1.0, 0.02, 0.01, 0.3
+INERTIA = WIDTH * HEIGHT**3 / 12
+GAUGES = (
+    Sensor(1, 1e-3, quantity="strain"), Sensor(2, AT, quantity="strain"), Sensor(3, AT, quantity="strain", fibre=0.002),
+    Sensor(4, AT, quantity="angle"), Sensor(5, LENGTH, quantity="displacement"),
+)  # fmt: skip
+CANTILEVER = Rig(
+    "cantilever", cm.Beam(LENGTH, 210e9, 7850.0, width=WIDTH, height=HEIGHT, damping_ratios=(1e-4,)), (), GAUGES,
+    shaker=Shaker("force", LENGTH),
+)  # fmt: skip
+AS_SHAFT = CANTILEVER.replace(
+    beam=None,
+    structure=Shaft(
+        (Section(LENGTH, width=(WIDTH, WIDTH), height=(HEIGHT, HEIGHT)),), (Support(0.0, "clamped"),), (), STEEL,
+        damping_ratios=(1e-4,), theory="euler",
+    ),
+)  # fmt: skip
+
+
+def gains_of(rig: Rig, frequency: float) -> np.ndarray:
+    """What the sensors read per newton at a frequency, Hz."""
+    model = linear_model(rig)
+    return model.channel_gains(np.zeros((0, model.size)), "force", np.array([2 * np.pi * frequency]))[0, :-1, -1]
+
+
+@pytest.mark.parametrize("rig", [CANTILEVER, AS_SHAFT], ids=["beam", "shaft"])
+def test_strain_and_angle_under_a_static_force(rig: Rig) -> None:
+    """At x from the clamp ε = 6 F (L - x)/(b h² E) of the upper fibre, and w' = F (L x - x²/2)/(E I)."""
+    strain = -6 * (LENGTH - np.array([1e-3, AT])) / (WIDTH * HEIGHT**2 * 210e9)
+    angle = -(LENGTH * AT - AT**2 / 2) / (210e9 * INERTIA)  # RY lowers what lies ahead
+    told = [*strain, 0.4 * strain[1], angle, LENGTH**3 / (3 * 210e9 * INERTIA)]
+    assert_allclose(gains_of(rig, 1e-4).real, told, rtol=1e-6)
+
+
+@pytest.mark.parametrize("rig", [CANTILEVER, AS_SHAFT], ids=["beam", "shaft"])
+def test_strain_at_resonance_is_that_of_the_mode(rig: Rig) -> None:
+    """Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1: y''(0) L²/λ² = y(L) in size."""
+    root = 1.8751040687
+    frequency = root**2 / (2 * np.pi * LENGTH**2) * np.sqrt(210e9 * INERTIA / (7850.0 * WIDTH * HEIGHT))
+    strain, *_, tip = gains_of(rig.replace(sensors=(Sensor(1, 1e-6, quantity="strain"), GAUGES[-1])), frequency)
+    assert_allclose(strain / tip, -HEIGHT / 2 * root**2 / LENGTH**2, rtol=2e-3)
+
+
+@pytest.mark.parametrize("engine", ["modal", "links"])
+def test_strain_and_angle_over_time_are_those_of_the_gains(engine: str) -> None:
+    rig = TABLE1.replace(
+        bushings=(), sensors=tuple(dataclasses.replace(s, position=max(s.position, 0.05)) for s in GAUGES[1:4]),
+        beam=dataclasses.replace(TABLE1.beam, rayleigh=(40.0, 0.0)),
+    )  # fmt: skip
+    rig = rig.replace(sensors=tuple(dataclasses.replace(s, fibre=None) for s in rig.sensors))
+    omega, drive, found, _ = steady(rig.replace(sensors=rig.sensors[:1] + rig.sensors[2:]), engine)
+    model, low = linear_model(rig.replace(sensors=rig.sensors[:1] + rig.sensors[2:])), omega < 2 * np.pi * 60
+    gains = model.channel_gains(np.zeros((0, model.size)), "base", omega[low])[:, :-1, -1].T
+    for seen, gain in zip((found / drive)[:, low], gains):
+        assert_allclose(seen, gain, atol=3e-2 * np.abs(gain).max())
+
+
+def test_a_twist_is_read_at_its_point() -> None:
+    """A tube of length L, clamped, under a torque T at its end turns by T L/(G J)."""
+    section = Section(0.5, (0.03, 0.03))
+    twisted = Rig(
+        "tube", None, (), (Sensor(1, "@0.5:RX", quantity="angle"),), shaker=Shaker("force", "@0.5:RX"),
+        structure=Shaft((section,), (Support(0.0, "clamped"),), (), STEEL, theory="euler"),
+    )  # fmt: skip
+    assert twisted.sensor_labels == ["1:+RX"]
+    polar, shear = np.pi * 0.03**4 / 32, 210e9 / 2.6
+    assert_allclose(gains_of(twisted, 1e-2).real, [0.5 / (shear * polar)], rtol=1e-6)
