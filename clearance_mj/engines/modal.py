@@ -67,10 +67,14 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
     viscous = model.viscous() if model.coupling.size else model.coupling
     kicked = kicked_damping(viscous, inverse_mass, step)
-    on_base = model.sensors_on_base * float(kind == "base")
+    sensors = model.sensor_rows
+    on_base = sensors.shaken * float(kind == "base")
     points, push = model.at_points, model.input(kind)
     light = points * inverse_mass
-    return Shaft(inverse_mass, flow, points, model.at_sensors, push, on_base, kicked, light @ points.T, light @ push)
+    return Shaft(
+        inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, light @ push,
+        sensors.readings,
+    )  # fmt: skip
 
 
 class ModalRun(Run):

@@ -252,7 +252,7 @@ class LinearModel(RigRows):
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
     ) -> np.ndarray:
-        """Return what accelerometers, probes and the excitation itself show of forces in the clearances and of it.
+        """Return what sensors, probes and the excitation itself show of forces in the clearances and of it.
 
         Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω, Ω) θ(ω), with θ the
         forces and the excitation.
@@ -274,10 +274,10 @@ class LinearModel(RigRows):
         -------
         ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
         """
-        rig, sensors = self.rig, len(self.at_sensors)
-        seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at, spin)
-        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
-        seen[:, :sensors, -1] += self.sensors_on_base * float(kind != "force")
+        rig = self.rig
+        seen = self.sensor_rows.gains(
+            lambda rows: self.displacement_gains(rows, kind, omega, at, spin), probes, omega, kind != "force"
+        )
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
         found = np.concatenate((seen, itself), axis=1)
