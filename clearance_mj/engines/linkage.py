@@ -20,8 +20,9 @@ from ..linear import PlaneRows, RigRows
 from ..rig import Rig
 from ..rig.dimensions import directed_points
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import parse_place, ratios_of_modes
+from ..structure.base import parse_direction, parse_place, ratios_of_modes
 from ..structure.reduction import vibration_modes
+from ..structure.shaft import OF_BENDING
 from ..structure.shafts import Spring
 from .chain import Chain, chain_of, of_discs
 
@@ -70,10 +71,20 @@ class Linkage:
         """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
 
+    def along_own(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return the same along the points' own directions: rotations of RY, curvatures of KZ, zeros of others."""
+        named = [(parse_direction(point) or ("Z", 1)) for point in points]
+        orders, signs = zip(*(OF_BENDING.get(axis, (0, 0.0)) for axis, _ in named)) if named else ((), ())
+        found = np.zeros((len(named), self.size))
+        for order, kind in enumerate(("deflection", "slope", "curvature")):
+            here = [i for i, own in enumerate(orders) if own == order]
+            found[here] = self._rows(kind, [points[i] for i in here])
+        return found * (np.array(signs) * [sign for _, sign in named])[:, None]
+
     @functools.cached_property
-    def rows_of_rig(self) -> RigRows:
+    def rows(self) -> RigRows:
         """How the rig's points move per coordinate."""
-        return RigRows(self.rig, 1, (None, PlaneRows(self.deflection, np.eye(self.size), slice(0, self.size))))
+        return RigRows(self.rig, 1, (None, PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))))
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]
@@ -96,12 +107,6 @@ class Linkage:
             for b in self.rig.bushings
             for points in b.joined_ends
         ]
-        return np.array(ends).reshape(-1, self.size)
-
-    @functools.cached_property
-    def ends_of_links(self) -> np.ndarray:
-        """(2 n_bushings, nv) relative displacement of the straight links at both ends of each clearance."""
-        ends = [self._relative(points, "lever") for b in self.rig.bushings for points in b.joined_ends]
         return np.array(ends).reshape(-1, self.size)
 
     def _relative(self, joined: Sequence[float | str], kind: str) -> np.ndarray:

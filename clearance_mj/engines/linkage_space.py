@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg
 
 from ..linear import PlaneRows, RigRows
+from ..linear.making import skew
 from ..rig import Rig
 from ..structure import Beam
 from .chain import Chain
@@ -59,7 +60,7 @@ class SpatialLinkage:
     @functools.cached_property
     def rows(self) -> RigRows:
         """How points move per coordinate, at clearances' ends on the straight links, where MuJoCo looks for contact."""
-        y, z = (PlaneRows(p.deflection, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
+        y, z = (PlaneRows(p.along_own, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
         return RigRows(self.rig, 2, (y, z))
 
     @functools.cached_property
@@ -82,12 +83,8 @@ class SpatialLinkage:
         return eta2 * self._skew(_strain) if eta2 else np.zeros((0, 0))
 
     def _skew(self, rows: Callable[[Chain], np.ndarray]) -> np.ndarray:
-        """What moves along z acts along y, and the other way round with the other sign."""
         (y,), (z,) = (plane.chains for plane in self.planes)
-        coupling, found = rows(y).T @ rows(z), np.zeros((self.size, self.size))
-        along_y, along_z = self.spans
-        found[along_y, along_z], found[along_z, along_y] = coupling, -coupling.T
-        return found
+        return skew(rows(y).T @ rows(z))
 
     @functools.cached_property
     def free(self) -> np.ndarray:

@@ -140,7 +140,7 @@ def _add_joint(body: mujoco.MjsBody, name: str, stiffness: float, damping: float
 
 def _add_sensors(spec: mujoco.MjSpec, whole: Linkage, i: int, n: int) -> None:
     """Accelerometers on link n of shaft i; -1 for its clamped start."""
-    for sensor in whole.rig.sensors:
+    for sensor in (s for s in whole.rig.sensors if s.quantity == "acceleration"):
         if _link(whole, sensor.position) != (i, n):
             continue
         name = f"sensor{sensor.node}"
@@ -260,13 +260,14 @@ def _plant(rig: Rig, links: int) -> Plant:
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}
     touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]
-    rows = whole.rows_of_rig
+    rows = whole.rows
     maps = Maps(
         at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
         viscous=whole.viscous,
-        output=np.ascontiguousarray(rows.at_sensors),
+        output=rows.sensor_rows.accelerations,
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
+        readings=rows.sensor_rows.readings,
     )
     matrices = whole.mass, whole.whole_stiffness, whole.free, np.zeros((0, 0))
     statics = Statics(*matrices, maps.at_points, rows.moved)

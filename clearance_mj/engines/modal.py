@@ -69,12 +69,15 @@ def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> Shaft:
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
     viscous = model.viscous() if model.coupling.size else model.coupling
     kicked = kicked_damping(viscous, inverse_mass, step)
-    points, (push, on_base) = model.at_points, driven(model, kind)
+    sensors, points, (push, on_base) = model.sensor_rows, model.at_points, driven(model, kind)
     if model.weight.any():  # f₀ is one more input, whose signal is 1
         push, on_base = np.vstack((push, model.weight)), np.vstack((on_base, np.zeros(len(rig.sensors))))
     light = points * inverse_mass
     at_input = np.array([light @ each for each in push])
-    return Shaft(inverse_mass, flow, points, model.at_sensors, push, on_base, kicked, light @ points.T, at_input)
+    return Shaft(
+        inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, at_input,
+        sensors.readings,
+    )  # fmt: skip
 
 
 class ModalRun(Run):
@@ -84,7 +87,8 @@ class ModalRun(Run):
         self.engine, self.rig, self.step = engine, rig, step
         self.shaft, self.clearance = _shaft(rig, engine.modes, kind, step), clearance_records(rig, law, step)
         self.greases, self.contacts = greases_of(rig, law), law.table(len(rig.bushings)).kinds
-        self.rest = rest_of(rig, law, engine.modes)
+        self.rest, model = rest_of(rig, law, engine.modes), linear_model(rig, engine.modes)
+        self.sensors = model.sensor_rows
         q = np.zeros(len(self.shaft.inverse_mass))
         if self.rest:
             self.rest.begin(self.clearance)
@@ -98,7 +102,8 @@ class ModalRun(Run):
 
     def before(self) -> np.ndarray | None:
         """Return the rest; see `Run.before`."""
-        return None if self.rest is None else np.append(np.zeros(len(self.rig.sensors)), self.rest.columns())
+        rest = self.rest
+        return rest and np.append(self.sensors.at_rest(rest.coordinates), rest.columns())
 
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""

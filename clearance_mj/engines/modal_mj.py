@@ -118,7 +118,8 @@ def _plant(rig: Rig, modes: int) -> Plant:
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))
     pairs = np.zeros((limits.size, 0), dtype=int)
-    maps = Maps(root * ritz.at_points, viscous, root * ritz.at_sensors, pairs, limits)
+    sensors = ritz.sensor_rows
+    maps = Maps(root * ritz.at_points, viscous, root * sensors.accelerations, pairs, limits, root * sensors.readings)
     return Plant(model, maps, RigRows(rig, 1, (None, PlaneRows(rows, root * transform, span))))
 
 

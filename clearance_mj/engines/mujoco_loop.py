@@ -66,7 +66,7 @@ class MujocoRun(Run):
         self.driving = given._replace(lift=given.lift / self.heavier, gravity=given.gravity / self.heavier)
         from_constraint = contact_rows(plant.maps.at_points[n_bushings:], hold(self.model))
         self.data = mujoco.MjData(self.model)
-        self.rest = None
+        self.rest, self.sensors = None, plant.rows.sensor_rows
         if plant.statics and (rig.gravity or rig.loads):
             self.model.opt.gravity[2] = self.driving.gravity[1]
             where = np.arange(self.model.nv), plant.statics, given.steady
@@ -93,7 +93,7 @@ class MujocoRun(Run):
 
     def before(self) -> np.ndarray | None:
         """Return the rest; see `Run.before`."""
-        return None if self.rest is None else np.append(np.zeros(len(self.rig.sensors)), self.rest.columns())
+        return None if self.rest is None else np.append(self.sensors.at_rest(self.data.qpos), self.rest.columns())
 
     def equations(self) -> Equations:
         """Return the equations of the steps; see `Run.equations`.
@@ -133,11 +133,11 @@ def _advance(
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by the steps of the excitation (n, n_inputs); return (step, bushing) of a divergence, or (-1, -1)."""
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, acceleration, from_constraint = views
-    at_points, viscous, output, pairs, limits = maps
+    at_points, viscous, output, pairs, limits, readings = maps
     lift, pushed, on_base, weight, steady = driven
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors, n_inputs = qvel.size, bushings.size, output.shape[0], excitation.shape[1]
-    grease_force, push, touches = np.zeros((3, n_bushings))
+    (grease_force, push, touches), read = np.zeros((3, n_bushings)), np.zeros(n_sensors)
     distinct = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
     for i in range(excitation.shape[0]):
         gravity[2], applied[:] = weight[1], steady
@@ -175,6 +175,10 @@ def _advance(
                 row = limits[2 * j + end]
                 if row >= 0:
                     of_limits[row, 0], of_limits[row, 1] = per_unit * k, per_unit * c
+        for s in range(readings.shape[0]):
+            read[s] = 0.0
+            for m in range(nv):
+                read[s] += readings[s, 0, m] * qpos[m] + 0.5 * readings[s, 1, m] * qvel[m]
         mj_step(model, data)
         for s in range(n_sensors):
             value = 0.0
@@ -185,6 +189,10 @@ def _advance(
             if not abs(value) < np.inf:  # without bushings nothing else would stop it
                 return i, 0
             out[i, s] = value
+        for s in range(readings.shape[0]):  # at the mean of the velocities before and after: (q₊ - q₋)/(2h)
+            for m in range(nv):
+                read[s] += 0.5 * readings[s, 1, m] * qvel[m]
+            out[i, s] += read[s]
         for j in range(n_bushings):
             if distinct:
                 push[j] = 0.0

@@ -17,6 +17,7 @@ from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds, each_kind
 from ..rig.loads import load_force
+from ..rig.sensing import base_shares
 from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
@@ -122,9 +123,9 @@ def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
 
 
 def read_of_inputs(rig: Rig, kinds: Kinds) -> np.ndarray:
-    """Return what sensors read (n_inputs, n_sensors) per unit of each input itself: of a base, with which they move."""
-    bases = [shaker.unit_direction * float(kind == "base") for shaker, kind in zip(rig.inputs, each_kind(kinds))]
-    return np.array([[s.gain * (s.unit_direction @ along) for s in rig.sensors] for along in bases])
+    """Return what accelerometers read (n_inputs, n_sensors) per unit of each input itself: of a moving base."""
+    of_order = np.array([s.order == 2 for s in rig.sensors])
+    return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(each_kind(kinds))])
 
 
 class Driving(NamedTuple):
@@ -193,9 +194,10 @@ class Maps(NamedTuple):
 
     at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
     viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
-    output: np.ndarray  # (n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's
+    output: np.ndarray  # (n_sensors, nv) acceleration of accelerometers, relative to the base, per coordinate's
     pairs: np.ndarray  # (2 n_bushings, n) pairs of geoms that touch at each bushing end; -1 for none
     limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap at each bushing end; -1 for none
+    readings: np.ndarray = np.zeros((0, 2, 0))  # as `links_plant.ChainMaps` has them
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from ..signals.sampling import Decimator, Interpolator
 from ..structure import find_truncation
 from ..version import __version__
 from .base import Engine, default_engine, diverged, get_engine, step_factor
+from .completing import Completion
 from .late import LateChannels
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -146,7 +147,10 @@ class Simulation:
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kinds, self.step)
+        self.completion = Completion(rig, excitation.kinds, self.step)
         rest = self.run.before()
+        if rest is not None:
+            self.completion.add(rest[None], None)
         past = 0.0 if rest is None else rest
         self.interpolator = Interpolator(factor, *excitation.value.shape[:-1])
         self.decimator = Decimator(self.columns, factor, past)
@@ -191,6 +195,8 @@ class Simulation:
                 steps += len(outputs)
                 if untold := self.columns - outputs.shape[1]:  # an engine need not tell where it touches
                     outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+                base = self.completion.push(fast[start : start + count]) if self.completion.base_moves else None
+                self.completion.add(outputs, base)
                 block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
                 if len(block):
                     yield waiting[: len(block)], block
@@ -215,7 +221,7 @@ class Simulation:
         The columns of forces and contact may be missing: then it has no provenance either.
         """
         names, counts = zip(*_blocks_of(self.rig))
-        acceleration, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
+        channels, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
         parts = dict(zip(names, rows))
         whole = output.shape[1] == self.columns
         known = names[:3] if whole else names[:1]
@@ -227,11 +233,12 @@ class Simulation:
         kinds = self.excitation.kinds
         references = tuple(each.label(kind) for each, kind in zip(self.rig.inputs, kinds))
         return Response(
-            self.excitation.fs, excitation.T, acceleration, **{name: parts[name] for name in known},
+            self.excitation.fs, excitation.T, channels, **{name: parts[name] for name in known},
             kind=self.excitation.kind, kinds=kinds, band=self.excitation.band, responses=tuple(self.rig.sensor_labels),
             reference=references[0], references=references, provenance=self.provenance if whole else {},
             contact_share=share,
             spin=spin[0] if whole and spin is not None else None,
+            quantities=tuple(sensor.quantity for sensor in self.rig.sensors),
         )  # fmt: skip
 
 

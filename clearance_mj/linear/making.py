@@ -17,13 +17,13 @@ import scipy.linalg
 from ..rig import Rig
 from ..rig.extremes import computable
 from ..rig.loads import load_force
-from ..structure import Shaft
+from ..structure import Shaft, Structure
 from ..structure.base import Turning
 from ..structure.modal import Reduction
 from .model import LinearModel, no_matrix
 from .rows import PlaneRows, along_axis
 
-__all__ = ["MAX_MODES", "linear_model"]
+__all__ = ["MAX_MODES", "linear_model", "skew"]
 
 MAX_MODES = 60  # in a basis, beyond which nothing is gained
 
@@ -58,13 +58,12 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         shaft = _turning_shaft(rig)
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
         damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
-        planes = (True, shaft.in_other_plane), (False, shaft)
-        found = [rig.reduction(n_modes, grease, plane, more=damped, across=y) for y, plane in planes]
+        of_planes: tuple[Structure, Structure] = (shaft.in_other_plane, shaft)
+        found = [rig.reduction(n_modes, grease, s, more=damped, across=y) for y, s in zip((True, False), of_planes)]
     elif not rig.is_spatial:
         found = [rig.reduction(n_modes, grease)]
     elif across is not None:
-        planes = (True, across), (False, rig.linear)
-        found = [rig.reduction(n_modes, grease, plane, across=y) for y, plane in planes]
+        found = [rig.reduction(n_modes, grease, s, across=y) for y, s in ((True, across), (False, rig.linear))]
     else:
         joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
         found = [rig.reduction(n_modes, grease, joined=joined)]
@@ -83,8 +82,8 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # its own plane is along y
     if turns:
         of_y, of_z = map(_coupled, found)
-        gyroscopic = _skew(of_y.polar.T @ of_z.polar)
-        circulatory = _skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
+        gyroscopic = skew(of_y.polar.T @ of_z.polar)
+        circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     n_coordinates = 2 if turns or rig.is_spatial else 1
     made = LinearModel(
         rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory
@@ -108,7 +107,7 @@ def _coupled(found: Reduction) -> Turning:
     return Turning(*(rows @ found.transform for rows in found.turning()))
 
 
-def _skew(coupling: np.ndarray) -> np.ndarray:
-    """A matrix of both planes: what moves along z acts along y, and the other way round with the other sign."""
+def skew(coupling: np.ndarray) -> np.ndarray:
+    """Return the matrix of both planes in which what moves along z acts along y, and vice versa with the other sign."""
     n, m = coupling.shape
     return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])

@@ -23,10 +23,12 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
 from ..rig import Rig
-from .poles import Eigenmotions, Poles, eigenmotions
+from .poles import Poles
 from .rows import RigRows
 
 __all__ = ["LinearModel", "no_matrix"]
+
+WORST_POLES = 1e10  # condition of the poles' vectors beyond which they are not used
 
 
 def no_matrix() -> np.ndarray:
@@ -119,20 +121,8 @@ class LinearModel(RigRows):
         """
         rows = self.at_bushings
         k, c = (np.repeat(np.asarray(v, dtype=float), self.n_coordinates) for v in (stiffness, damping))
-        springs, dampers = (rows.T * k) @ rows, (rows.T * c) @ rows
-        return dataclasses.replace(
-            self, springs=self.springs + springs if self.springs.size else springs,
-            coupling=self.coupling + dampers if self.coupling.size else dampers,
-        )  # fmt: skip
-
-    @functools.cached_property
-    def _at_rest(self) -> tuple[np.ndarray, np.ndarray]:
-        """K and C."""
-        stiffness, viscous = np.diag(self.omega**2), np.diag(self.damping)
-        return (
-            stiffness + self.springs if self.springs.size else stiffness,
-            viscous + self.coupling if self.coupling.size else viscous,
-        )
+        springs, coupling = _sum((rows.T * k) @ rows, self.springs), _sum((rows.T * c) @ rows, self.coupling)
+        return dataclasses.replace(self, springs=springs, coupling=coupling)
 
     def stiff(self, spin: float = 0.0) -> np.ndarray:
         """Return the stiffness K + Ω H (n, n) at a spin, 1/s².
@@ -142,7 +132,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return self._at_rest[0] + spin * self.circulatory if self.circulatory.size else self._at_rest[0].copy()
+        return _sum(np.diag(self.omega**2), self.springs, spin * self.circulatory)
 
     def viscous(self, spin: float = 0.0) -> np.ndarray:
         """Return the damping C + Ω G (n, n) at a spin, 1/s.
@@ -152,7 +142,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return self._at_rest[1] + spin * self.gyroscopic if self.gyroscopic.size else self._at_rest[1].copy()
+        return _sum(np.diag(self.damping), self.coupling, spin * self.gyroscopic)
 
     def dynamic(self, omega: complex, spin: float = 0.0) -> np.ndarray:
         """Return the dynamic stiffness (n, n) of motions q e^(iωt), 1/s².
@@ -197,8 +187,8 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        found = _eigenmotions(self, spin)
-        return Poles(found.value, found.vectors[: self.size])
+        value, vectors, _ = _eigenmotions(self, spin)
+        return Poles(value, vectors[: self.size])
 
     def drive(self, spin: float = 0.0) -> np.ndarray:
         """Return the share (2 n, n) that a force on each mode has in the motion of each pole.
@@ -264,7 +254,7 @@ class LinearModel(RigRows):
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
     ) -> np.ndarray:
-        """Return what accelerometers, probes and the excitation itself show of forces in the clearances and of it.
+        """Return what sensors, probes and the excitation itself show of forces in the clearances and of it.
 
         Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω, Ω) θ(ω), with θ the
         forces and the excitation.
@@ -286,10 +276,10 @@ class LinearModel(RigRows):
         -------
         ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
         """
-        rig, sensors = self.rig, len(self.at_sensors)
-        seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at, spin)
-        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
-        seen[:, :sensors, -1] += self.sensors_on_base * float(kind != "force")
+        rig = self.rig
+        seen = self.sensor_rows.gains(
+            lambda rows: self.displacement_gains(rows, kind, omega, at, spin), probes, omega, kind != "force"
+        )
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
         found = np.concatenate((seen, itself), axis=1)
@@ -324,11 +314,21 @@ class LinearModel(RigRows):
         return (self.shapes(points) / self.omega**2) @ loads.T
 
 
+def _sum(*parts: np.ndarray) -> np.ndarray:
+    """Sum of the matrices that are there."""
+    return functools.reduce(np.add, (part for part in parts if part.size))
+
+
 @functools.lru_cache(maxsize=64)  # of models, which are never equal to another one
-def _eigenmotions(model: LinearModel, spin: float) -> Eigenmotions:
-    return eigenmotions(model.state(spin), np.maximum(model.omega, 1.0))
+def _eigenmotions(model: LinearModel, spin: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eigenvalues (2 n,) and vectors (2 n, 2 n) of the state matrix with rows of one size, and their scale (2 n,)."""
+    scale = np.concatenate((np.ones(model.size), np.maximum(model.omega, 1.0)))
+    return (*np.linalg.eig(model.state(spin) / scale[:, None] * scale), scale)
 
 
 @functools.lru_cache(maxsize=64)
 def _drive(model: LinearModel, spin: float) -> np.ndarray:
-    return _eigenmotions(model, spin).drive()
+    _, vectors, scale = _eigenmotions(model, spin)
+    if not np.linalg.cond(vectors, 1) < WORST_POLES:
+        raise np.linalg.LinAlgError("poles have no vectors of their own")
+    return np.asarray((np.linalg.inv(vectors) / scale)[:, model.size :])

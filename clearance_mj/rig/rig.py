@@ -29,7 +29,7 @@ from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import Sensor, Shaker, check_inputs, check_nodes
+from .instruments import Sensor, Shaker, check_inputs
 from .labels import clearance_labels, probe_labels
 from .loads import Load, Order, check_points, forced_points
 from .overview import bushing_rows, frequencies_in_words, inputs_in_words, structure_in_words
@@ -37,6 +37,7 @@ from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
 from .schema import BEAM_OR_STRUCTURE, OF_BEARINGS, OF_OLDER_FILES
+from .sensing import check_sensors
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -109,7 +110,7 @@ class Rig(Shown):
             self._check(name, point)
         check_points("loads", self.loads, self._check)
         check_points("orders", self.orders, self._check)
-        check_nodes(self.sensors)
+        check_sensors(self)
         check_inputs(self.inputs, [sensor.node for sensor in self.sensors])
         if self.plate:
             check_plate(self.plate, self.sensors)
