@@ -102,8 +102,9 @@ class ModalRun(Run):
 
     def before(self) -> np.ndarray | None:
         """Return the rest; see `Run.before`."""
-        rest = self.rest
-        return rest and np.append(self.sensors.at_rest(rest.coordinates), rest.columns())
+        if self.rest is None:
+            return None
+        return np.append(self.sensors.at_rest(self.rest.coordinates), self.rest.columns())
 
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""

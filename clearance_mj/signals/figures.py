@@ -67,11 +67,11 @@ class Histories(Protocol):
     @property
     def fs(self) -> float: ...
     @property
-    def kind(self) -> str: ...
+    def kinds(self) -> tuple[str, ...]: ...
     @property
     def time(self) -> np.ndarray: ...
     @property
-    def excitation(self) -> np.ndarray: ...
+    def inputs(self) -> np.ndarray: ...
     @property
     def channels(self) -> np.ndarray: ...
     @property
@@ -79,7 +79,7 @@ class Histories(Protocol):
     @property
     def responses(self) -> tuple[str, ...]: ...
     @property
-    def reference(self) -> str: ...
+    def references(self) -> tuple[str, ...]: ...
     @property
     def is_round(self) -> bool: ...
     @property
@@ -207,10 +207,9 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
     if not moments.size:
         raise RecordError(f"no sample from {time[0]:g} to {time[1]:g} s; the response ends at {response.time[-1]:g} s")
     panels: list[tuple[str, dict[str, np.ndarray]]] = []
-    for words in dict.fromkeys("Base acc. (m/s²)" if kind == "base" else "Force (N)" for kind in response.kinds):
-        of_kind = [(words[0] == "B") == (kind == "base") for kind in response.kinds]
-        rows = zip(response.references, response.inputs, of_kind)
-        panels.append((words, {label: row for label, row, fits in rows if fits}))
+    for kind in dict.fromkeys(response.kinds):
+        rows = {dof: row for dof, k, row in zip(response.references, response.kinds, response.inputs) if k == kind}
+        panels.append(("Base acc. (m/s²)" if kind == "base" else "Force (N)", rows))
     names = [*response.responses] or [f"row {i + 1}" for i in range(len(response.channels))]
     for quantity in dict.fromkeys(response.quantities[i] for i in sensors):
         unit, factor = QUANTITIES[quantity].in_figures

@@ -8,9 +8,13 @@ from numpy.testing import assert_allclose
 
 import clearance_mj as cm
 from clearance_mj.clearance import MaxwellSlip
-from clearance_mj.core.errors import ClearanceError, ExcitationError, RigError, SimulationError
+from clearance_mj.core.errors import ClearanceError, ExcitationError, RecordError, RigError, SimulationError
 from clearance_mj.engines import Modal, simulate_together, static_equilibrium
+from clearance_mj.io.formats import to_channels
+from clearance_mj.report.deflection import deflection
 from clearance_mj.rig import Bushing, Contact, Grease, Load, Order, Rig, Sensor, Shaker, Spin, Unbalance
+from clearance_mj.signals.excitation_data import Excitation
+from clearance_mj.signals.response import Response
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Support
 
 TABLE1 = Rig.load("models/table1_rig.toml")
@@ -245,6 +249,39 @@ def test_what_nothing_holds_has_no_rest():
         cm.simulate(free, cm.excitation.still(0.1, 512.0, "force"), engine="modal")
     with pytest.raises(ClearanceError, match="know no gravity and no loads yet"):
         cm.energy_balance(TABLE1.replace(gravity=(0.0, 0.0, -9.81)), STILL, engine="modal")
+
+
+def test_frfs_of_two_inputs_at_once_are_told_apart(tmp_path):
+    """Channels 2 u₁ - 3 u₂ and u₂ have just these gains; files keep every reference."""
+    drive = cm.excitation.together(cm.excitation.random(4.0, 512.0, seed=1), cm.excitation.random(4.0, 512.0, seed=2))
+    channels = np.array([[2.0, -3.0], [0.0, 1.0]]) @ drive.value
+    record = Response(512.0, drive.value, channels, kinds=drive.kinds, responses=("1:+Z", "2:+Z"),
+                      references=("100:+Z", "101:+Z"))  # fmt: skip
+    frf = cm.estimate_frf(record, resolution=2.0, band=(10.0, 200.0))
+    assert frf.references == ("100:+Z", "101:+Z")
+    assert_allclose(frf.value, np.broadcast_to([[[2.0], [-3.0]], [[0.0], [1.0]]], frf.value.shape), atol=1e-9)
+    with pytest.raises(RecordError, match='need estimator "H1"'):
+        cm.estimate_frf(record, "H2")
+    again = Response.from_xarray(record.to_xarray())
+    assert (again.references, again.kinds) == (record.references, record.kinds)
+    assert_allclose(again.excitation, record.excitation)
+    assert [channel.label for channel in to_channels(record)] == ["100:+Z", "101:+Z", "1:+Z", "2:+Z"]
+    assert_allclose(Excitation.from_xarray(drive.to_xarray()).value, drive.value)
+    record.plot()
+
+
+def test_a_sum_of_loads_is_drawn_where_the_shaft_rests():
+    rig = held("planar", BEAM.length, -0.05)
+    found = cm.simulate(rig, STILL, cm.ConstantLaw(1.0, 0.0, grease=Grease(0.0)), "modal")
+    tip = -0.05 * BEAM.length**3 / (3 * BEAM.bending_stiffness)
+    assert_allclose(deflection(rig, found, [BEAM.length])[[0, -1], 0], tip, rtol=1e-6)
+
+
+def test_harmonic_balance_knows_loads_of_round_clearances_alone():
+    with pytest.raises(RigError, match="harmonic balance of slots knows no constant load yet"):
+        cm.periodic.follow_response(cm.Model(TABLE1.replace(loads=(Load(0.5, force=1.0),))), 1.0, (8.0, 11.0))
+    with pytest.raises(RigError, match="knows no orders of the spin yet"):
+        cm.periodic.follow_response(cm.Model(jeffcott(orders=(Order(0.5, 2.0, 1.0),))), 1.0, (8.0, 11.0))
 
 
 def test_a_file_has_shakers_loads_and_orders(tmp_path):
