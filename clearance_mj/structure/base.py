@@ -197,7 +197,7 @@ class Assembly:
     mass: Any
     """(n, n) M: an array or a scipy.sparse matrix"""
     stiffness: Any
-    """(n, n) K: the same; singular for a structure that can move without bending"""
+    """(n, n) K: the same, symmetric; singular for a structure that can move without bending"""
     influence: np.ndarray
     """(n, 3) M R: inertia forces per unit acceleration of the base along X, Y and Z"""
     rows: Rows
@@ -207,7 +207,7 @@ class Assembly:
     ratios: tuple[float, ...] = ()
     """damping ratios of the modes, the last one for all that follow"""
     viscous: Any = None
-    """(n, n) further damping, N s/m"""
+    """(n, n) further damping, N s/m, perhaps not symmetric"""
     rocking: np.ndarray | None = None
     """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where places are not known"""
     turning: Callable[[], Turning] | None = None
@@ -217,6 +217,8 @@ class Assembly:
     reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"
     """how many coordinates become few: free modes and static shapes under forces, or held modes and static shapes
     under displacements of the points"""
+    cross: Any = None
+    """(n, n) skew part of a stiffness that is not symmetric, N/m, beside K; None for none"""
 
 
 class Structure(ABC):
