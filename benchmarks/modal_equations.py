@@ -4,7 +4,7 @@ import numpy as np
 import scipy.integrate
 
 import clearance_mj as cm
-from clearance_mj.beam import ritz_model
+from clearance_mj.linear import linear_model
 from clearance_mj.signals.sampling import decimate, interpolate
 
 from .case import BAND, FS, LAW, RIG
@@ -14,7 +14,7 @@ class ModalEquations:
     """q̈ = -ω² q - 2ζω q̇ - Yᵀ f - Γ a, f the forces of grease and contact in the middle of each bushing."""
 
     def __init__(self, modes):
-        model = ritz_model(RIG, modes)
+        model = linear_model(RIG, modes)
         self.stiffness, self.damping, self.load = model.omega**2, model.damping, model.participation
         self.at_bushings = model.shapes([b.position for b in RIG.bushings])
         self.from_bushings = np.ascontiguousarray(self.at_bushings.T)

@@ -17,7 +17,6 @@ compile_cache.choose()
 
 if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from . import beam, identify, periodic, physical, sound, structure
-    from .beam import ModalModel
     from .clearance import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw, load_law
     from .core.errors import (
         ClearanceError,
@@ -36,6 +35,7 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
     from .io.dataset import Dataset, Record, write_dataset
     from .io.formats import read, write
     from .io.uff import read_uff, write_uff
+    from .linear import LinearModel, linear_model
     from .model import Model
     from .physical import solref_solimp
     from .rig import Beam, Bushing, Contact, Grease, Plate, PointMass, Rig, Sensor, Shaker
@@ -53,17 +53,16 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
 __all__ = [
     "FRF", "PSD", "AmplitudeLaw", "Beam", "Bushing", "Channel", "ChannelMap", "ClearanceError", "Comparison",
     "ConstantLaw", "Contact", "ContactLaw", "Dataset", "EnergyBalance", "Excitation", "ExcitationError", "Geometry",
-    "Grease", "Law", "LawError", "Links", "Modal", "ModalModel", "ModalMujoco", "Model", "ModelError", "Plate",
+    "Grease", "Law", "LawError", "LinearModel", "Links", "Modal", "ModalMujoco", "Model", "ModelError", "Plate",
     "PointMass", "Record", "RecordError", "Response", "Rig", "RigError", "Sensor", "Shaker", "SimulationError",
     "Spectra", "TimeLaw", "__version__", "beam", "compare", "compare_modes", "csac", "csf", "energy_balance",
-    "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac", "identify", "load_law", "mac",
-    "map_channels", "mre", "periodic", "physical", "read", "read_uff", "relative_error", "rmse_db", "simulate",
-    "simulate_batch", "simulate_blocks", "simulate_each", "solref_solimp", "sound", "structure", "write",
+    "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac", "identify", "linear_model",
+    "load_law", "mac", "map_channels", "mre", "periodic", "physical", "read", "read_uff", "relative_error", "rmse_db",
+    "simulate", "simulate_batch", "simulate_blocks", "simulate_each", "solref_solimp", "sound", "structure", "write",
     "write_dataset", "write_uff",
 ]  # fmt: skip
 
 _NAMES = {
-    "beam": "ModalModel",
     "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law",
     "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
     "identify.channels.mapping": "map_channels",
@@ -74,6 +73,7 @@ _NAMES = {
     "io.dataset": "Dataset Record write_dataset",
     "io.formats": "read write",
     "io.uff": "read_uff write_uff",
+    "linear": "LinearModel linear_model",
     "model": "Model",
     "physical": "solref_solimp",
     "rig": "Beam Bushing Contact Grease Plate PointMass Rig Sensor Shaker",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clearance_mj import beam
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Rig, Sensor, Shaker
 
 RIG = Rig.load(Path(__file__).parents[1] / "models" / "table1_rig.toml")
@@ -29,9 +30,9 @@ def integrate(function, length, pieces=100):
 
 
 @pytest.mark.parametrize("modes", [1, 8, 20])
-def test_static_deflection_of_the_ritz_model(modes):
+def test_static_deflection_of_the_linear_model(modes):
     """Deflection of bushings and tip under forces on each other, whatever modes are left out (Roark, table 8.1, 1a)."""
-    model, x = beam.ritz_model(RIG, modes), np.array([0.5484, 0.7918, 1.0])
+    model, x = linear_model(RIG, modes), np.array([0.5484, 0.7918, 1.0])
     shapes = model.shapes(x)
     np.testing.assert_allclose(shapes / model.omega**2 @ shapes.T, flexibility(x), rtol=1e-9)
 
@@ -39,7 +40,7 @@ def test_static_deflection_of_the_ritz_model(modes):
 @pytest.mark.parametrize("grease", [False, True])
 def test_modes_have_unit_mass_and_lift_the_tip(grease):
     """With the engines' eight modes; the residual modes are small differences of shapes, which costs them digits."""
-    model = beam.ritz_model(RIG, 8, grease)
+    model = linear_model(RIG, 8, grease)
     mass = RIG.beam.mass_per_length * integrate(lambda x: model.shapes(x)[:, :, None] * model.shapes(x)[:, None], 1.0)
     tip = model.shapes([1.0])[0]
     np.testing.assert_allclose(mass + 0.434 * np.outer(tip, tip), np.eye(model.size), atol=1e-5)
@@ -49,7 +50,7 @@ def test_modes_have_unit_mass_and_lift_the_tip(grease):
 
 def test_participation_of_the_bare_shaft():
     """Effective masses (2σ/λ)² of a cantilever: 61.31, 18.83, 6.47, 3.31 % of its mass (Blevins; NASTRAN manuals)."""
-    model = beam.ritz_model(BARE, 30)
+    model = linear_model(BARE, 30)
     mass = BARE.total_mass
     np.testing.assert_allclose(model.participation[:4] ** 2 / mass, [0.6131, 0.1883, 0.0647, 0.0331], atol=6e-5)
     # σ -> 1 and λ -> (i - 1/2)π: the masses left out of n modes are 4/(π² n) of the whole.
@@ -58,7 +59,7 @@ def test_participation_of_the_bare_shaft():
 
 def test_participation_sums_to_the_total_mass():
     """With the lever boss: the missing share falls as 1/n, so two sizes extrapolate to the whole."""
-    total = [np.sum(beam.ritz_model(RIG, n).participation ** 2) for n in (40, 80)]
+    total = [np.sum(linear_model(RIG, n).participation ** 2) for n in (40, 80)]
     assert total[0] < total[1] < RIG.total_mass
     assert 2 * total[1] - total[0] == pytest.approx(RIG.total_mass, rel=1e-4)
 
@@ -94,5 +95,5 @@ def test_state_space(rig):
 
 def test_rayleigh_damping():
     """2ζω = η1 + η2 ω² (Eq. 6)."""
-    model = beam.ritz_model(RIG, 4)
+    model = linear_model(RIG, 4)
     np.testing.assert_allclose(model.damping, 0.5 + 1e-5 * model.omega**2, rtol=1e-14)

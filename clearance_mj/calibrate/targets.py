@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..beam import linear_frf, ritz_model
+from ..beam import linear_frf, mode_shapes, natural_frequencies
 from ..core.errors import RecordError
 from ..rig import Rig
 from ..signals.ema import extract_modes
@@ -95,9 +95,10 @@ class ModalTarget:
             The rig.
         """
         modes = np.asarray(self.mode, dtype=int) - 1
-        model = ritz_model(rig, int(modes.max()) + 9, grease=True)
         rows, sign = sensor_rows(rig, self.nodes)
-        return model.omega[modes] / (2 * np.pi), sign[:, None] * model.at_sensors[rows][:, modes]
+        n, sensors = int(modes.max()) + 1, [rig.sensors[row] for row in rows]
+        shapes = mode_shapes(rig, [s.position for s in sensors], n)[:, modes]
+        return natural_frequencies(rig, n)[modes], (sign * [s.gain for s in sensors])[:, None] * shapes
 
 
 def _listed(values: np.ndarray) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -15,43 +14,16 @@ from ..clearance.modelled import Modelled, rig_and_law
 from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, at_offset, fillings_of
 from ..core.errors import SimulationError
 from ..core.kinds import checks_kinds
+from ..linear import LinearModel, linear_model
 from ..rig import Bushing, Rig
-from ..rotors.spatial import spatial_model
 
-__all__ = ["Equilibrium", "InModes", "equilibrium_of", "static_equilibrium"]
+__all__ = ["Equilibrium", "equilibrium_of", "static_equilibrium"]
 
 PATH = 64  # pieces of the way from the unloaded place on which hysteresis is followed
 SMALL = 1e-6  # of a gap: differences of which stiffnesses are made
 TOLERANCE = 1e-12  # of the forces that act, their imbalance at the end
 ITERATIONS = 200
 SOFTENING = 10.0 ** -np.arange(8)  # of springs that hold what can move without bending, over weight per gap
-
-
-class InModes(Protocol):
-    """A structure along y and z in coordinates of unit mass; `SpatialModel`, or the chains of links."""
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates."""
-
-    @property
-    def omega(self) -> np.ndarray:
-        """(n,) natural circular frequencies, 1/s."""
-
-    @property
-    def circulatory(self) -> np.ndarray:
-        """(n, n) H; (0, 0) if there is none."""
-
-    @property
-    def weight(self) -> np.ndarray:
-        """(n,) steady force on the coordinates."""
-
-    @property
-    def at_points(self) -> np.ndarray:
-        """(3 n_bushings, 2, n) relative motion along y and z of the bushings' middles, then of both ends of each."""
-
-    def moved(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return how points move along y and z, (n_points, 2, n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +40,7 @@ class Equilibrium:
     """(2 n_bushings,) of fillings, same sign, N"""
     coordinates: np.ndarray
     """(n,) of the modes"""
-    model: InModes
+    model: LinearModel
     """whose modes they are"""
     _fillings: tuple[_Filling, ...]
 
@@ -96,7 +68,7 @@ class Equilibrium:
             Of the rig, changed in place.
         """
         n = len(self.rig.bushings)
-        at = self.model.at_points @ self.coordinates
+        at = (self.model.at_points @ self.coordinates).reshape(-1, 2)
         for j, filling in enumerate(self._fillings):
             bushing, state = clearance.bushings[j], clearance.states[j]
             state["y"], state["z"] = at[j]
@@ -174,15 +146,15 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
         If no equilibrium is found: nothing holds the shaft, or friction and films leave it none.
     """
     rig, law = rig_and_law(model, law)
-    return equilibrium_of(rig, law, spatial_model(rig, n_modes))
+    return equilibrium_of(rig, law, linear_model(rig, n_modes))
 
 
-def equilibrium_of(rig: Rig, law: Law, whole: InModes) -> Equilibrium:
+def equilibrium_of(rig: Rig, law: Law, whole: LinearModel) -> Equilibrium:
     """Find where a structure rests that stands for a rig's; see `static_equilibrium`."""
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
     q = _rest(rig, whole, [*fillings, *contacts], spin)
-    at = whole.at_points @ q
+    at = (whole.at_points @ q).reshape(-1, 2)
     n = len(rig.bushings)
     pushed = np.array([c.moved(r) for c, r in zip(contacts, at[n:])]).reshape(n, 2, 2).sum(axis=1)
     held = np.array([f.moved(r) for f, r in zip(fillings, at)]).reshape(n, 2)
@@ -199,7 +171,7 @@ def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Cont
     return [_Filling(b, m, spin) for b, m in zip(rig.bushings, fillings_of(rig, law))], contacts
 
 
-def _rest(rig: Rig, model: InModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
+def _rest(rig: Rig, model: LinearModel, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
     """(n,) coordinates at which all forces are in equilibrium.
 
     What can move without bending is held by springs at first, which soften to nothing.
@@ -223,11 +195,9 @@ def _rest(rig: Rig, model: InModes, forces: Sequence[_Filling | _Contact], spin:
 class _Balance:
     """Forces on the modes at rest, and Newton's steps to where they are none, damped as Levenberg's."""
 
-    def __init__(self, model: InModes, forces: Sequence[_Filling | _Contact], spin: float, small: float):
-        self.forces, self.points, self.weight, self.small = forces, model.at_points, model.weight, small
-        self.stiffness = np.diag(model.omega**2)
-        if model.circulatory.size:
-            self.stiffness = self.stiffness + spin * model.circulatory
+    def __init__(self, model: LinearModel, forces: Sequence[_Filling | _Contact], spin: float, small: float):
+        self.forces, self.weight, self.small = forces, model.weight, small
+        self.points, self.stiffness = model.at_points.reshape(-1, 2, model.size), model.stiff(spin)
         self.scale = 1 / np.sqrt(model.omega**2 + 1e-4 * np.mean(model.omega) ** 2 + 1.0)
 
     def off(self, q: np.ndarray, held: float) -> np.ndarray:

@@ -1,33 +1,32 @@
 """A rig's shafts as chains of rigid links in both bending planes; matrices in the coordinates of both, y before z.
 
 Each plane is a `Linkage` of its own, whose supports and sections are those of that plane. What couples them is the
-turning of the shaft: G and H are those of rotors/spatial.py, with the chains' slopes and hinges.
+turning of the shaft: G and H are those of linear/model.py, with the chains' slopes and hinges.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
+from ..linear import LinearModel, PlaneRows, RigRows
 from ..rig import Rig
-from ..rotors.spatial import SpatialCoordinates
 from ..structure import Beam
 from .chain import Chain
 from .linkage import Linkage, linkage
 
-__all__ = ["ChainModes", "SpatialLinkage", "spatial_linkage"]
+__all__ = ["SpatialLinkage", "spatial_linkage"]
 
 RIGID = 1e-14
 """Share of the largest stiffness per mass below which a mode has none: what rounding leaves of zero"""
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialLinkage(SpatialCoordinates):
+class SpatialLinkage:
     """A rig's shafts as chains along y and z. Made by `spatial_linkage`."""
 
     rig: Rig
@@ -60,44 +59,11 @@ class SpatialLinkage(SpatialCoordinates):
                 found[part, part] = own
         return found
 
-    def moved(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return how points on the curved shafts move along y and z per coordinate, (n_points, 2, nv).
-
-        Parameters
-        ----------
-        points : sequence of Point, length n_points
-            Positions, m, or named points on shafts.
-        """
-        return self._rows(lambda plane: plane.deflection(points), len(points))
-
-    def _rows(self, of_plane: Callable[[Linkage], np.ndarray], count: int) -> np.ndarray:
-        found = np.zeros((count, 2, self.size))
-        for d, (plane, part) in enumerate(zip(self.planes, self.spans)):
-            found[:, d, part] = of_plane(plane)
-        return found
-
-    def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
-        """Return how points move in directions, (n_points, nv).
-
-        Parameters
-        ----------
-        points : sequence of Point, length n_points
-            Positions, m, or named points on shafts.
-        direction : ndarray, shape (n_points, 3) or (3,)
-            Unit vectors; nothing moves along x.
-        """
-        along = np.broadcast_to(direction, (len(points), 3))[:, 1:]
-        return np.asarray(np.einsum("pd,pdn->pn", along, self.moved(points)))
-
     @functools.cached_property
-    def at_points(self) -> np.ndarray:
-        """(3 n_bushings, 2, nv) relative motion along y and z of the clearances' middles, then of both ends of each.
-
-        Of the curved shafts in the middles, and of the straight links at the ends, where MuJoCo looks for contact.
-        """
-        n = len(self.rig.bushings)
-        middles = self._rows(lambda plane: plane.at_bushings, n)
-        return np.concatenate((middles, self._rows(lambda plane: plane.ends_of_links, 2 * n)))
+    def rows(self) -> RigRows:
+        """How points move per coordinate, at clearances' ends on the straight links, where MuJoCo looks for contact."""
+        y, z = (PlaneRows(p.deflection, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
+        return RigRows(self.rig, 2, (y, z))
 
     @functools.cached_property
     def influence(self) -> np.ndarray:
@@ -137,68 +103,27 @@ class SpatialLinkage(SpatialCoordinates):
         return np.asarray(scipy.linalg.block_diag(*(plane.free for plane in self.planes)))
 
     @functools.cached_property
-    def modes(self) -> ChainModes:
-        """All natural modes of the chains, in which statics are solved."""
+    def dampers(self) -> np.ndarray:
+        """(nv, nv) damping of joints and springs."""
+        springs = self.diagonal(lambda plane: (plane.springs.rows.T * plane.springs.damping) @ plane.springs.rows)
+        return np.diag(np.concatenate([plane.damping for plane in self.planes])) + springs
+
+    @functools.cached_property
+    def modes(self) -> tuple[LinearModel, np.ndarray]:
+        """All natural modes of the chains, in which statics are solved, and the coordinates (nv, n) of each."""
         mass, stiffness = (
             self.free.T @ self.diagonal(of) @ self.free for of in (lambda p: p.mass, lambda p: p.whole_stiffness)
         )
         square, shapes = scipy.linalg.eigh(stiffness, mass)
-        rigid = square < RIGID * square[-1]
-        return ChainModes(self, np.sqrt(np.where(rigid, 0.0, np.abs(square))), self.free @ shapes)
-
-
-@dataclass(frozen=True, eq=False)
-class ChainModes:
-    """Natural modes of the chains: what `equilibrium` asks of a structure."""
-
-    whole: SpatialLinkage
-    omega: np.ndarray
-    """(n,) natural circular frequencies, 1/s"""
-    shapes: np.ndarray
-    """(nv, n) joint coordinates per modal coordinate, of modes of unit mass"""
-    more: np.ndarray | float = 0.0
-    """(nv,) forces beside gravity"""
-
-    @property
-    def size(self) -> int:
-        """Number of modes."""
-        return self.omega.size
-
-    @property
-    def weight(self) -> np.ndarray:
-        """(n,) steady force on the modes."""
-        return np.asarray(self.shapes.T @ (self.whole.weight + self.more))
-
-    @property
-    def circulatory(self) -> np.ndarray:
-        """(n, n) H; (0, 0) if there is none."""
-        material = self.whole.circulatory
-        return self.shapes.T @ material @ self.shapes if material.size else material
-
-    @functools.cached_property
-    def at_points(self) -> np.ndarray:
-        """(3 n_bushings, 2, n) as `SpatialLinkage.at_points`."""
-        return self.whole.at_points @ self.shapes
-
-    def moved(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return how points move along y and z, (n_points, 2, n).
-
-        Parameters
-        ----------
-        points : sequence of Point, length n_points
-            Positions, m, or named points on shafts.
-        """
-        return self.whole.moved(points) @ self.shapes
-
-    def under(self, more: np.ndarray) -> ChainModes:
-        """Return the same with forces (nv,) beside gravity.
-
-        Parameters
-        ----------
-        more : ndarray, shape (nv,)
-            N, or N m.
-        """
-        return dataclasses.replace(self, more=more)
+        omega, shapes = np.sqrt(np.where(square < RIGID * square[-1], 0.0, np.abs(square))), self.free @ shapes
+        every = slice(0, omega.size)
+        y, z = (PlaneRows(p.deflection, shapes[s], every, p.lever) for p, s in zip(self.planes, self.spans))
+        viscous = shapes.T @ (self.dampers + self.diagonal(lambda plane: plane.viscous)) @ shapes
+        damping = viscous.diagonal()
+        influence = np.column_stack((np.zeros(omega.size), shapes.T @ self.influence))
+        g, h = (shapes.T @ m @ shapes if m.size else m for m in (self.gyroscopic, self.circulatory))
+        rest = viscous - np.diag(damping)
+        return LinearModel(self.rig, 2, (y, z), omega, damping, rest, influence, g, h), shapes
 
 
 @functools.lru_cache(maxsize=32)

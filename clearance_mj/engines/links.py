@@ -15,9 +15,9 @@ import numpy as np
 import scipy.linalg
 from pydantic import Field
 
-from ..beam import ritz_model
 from ..clearance.law import Law
 from ..core.validation import Positive, Whole
+from ..linear import linear_model
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
 from .base import Engine, Run, register
@@ -55,7 +55,7 @@ class Links(Engine):
         """Begin a simulation at rest; see `Engine.start`."""
         if rig.is_spatial:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
-        ritz_model(rig).input(kind)  # refuses what cannot be excited so
+        linear_model(rig).input(kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 

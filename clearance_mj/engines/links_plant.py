@@ -58,10 +58,11 @@ def largest_spatial_step(rig: Rig, law: Law, links: int) -> float:
     Gyroscopic moments and oil films are taken at the velocity in the middle of their kick, which limits no step.
     """
     whole = spatial_linkage(rig, links)
+    points = whole.rows.at_points.reshape(-1, 2, whole.size)
     grease = [(0.0, 0.0) if g.turned else g.largest() for g in fillings_of(rig, law)]
     contacts = np.transpose((stiffest_contacts(rig, law), law.largest([b.gap for b in rig.bushings])[1]))
     return min(
-        stable_step_with(p.mass, p.stiffness, whole.at_points[:, d, part], grease, contacts, armature(p), *p.beside)
+        stable_step_with(p.mass, p.stiffness, points[:, d, part], grease, contacts, armature(p), *p.beside)
         for d, (p, part) in enumerate(zip(whole.planes, whole.spans))
     )
 
@@ -85,16 +86,16 @@ def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
     model.tendon_invweight0[:] = INVERSE_INERTIA  # also between two bodies that both move
     order = np.array([model.joint(name).dofadr[0] for name in joint_names(whole)], dtype=int)
     limits = [-1 if name is None else model.tendon(name).id for name in tendon_names(whole)]
-    viscous = whole.diagonal(lambda plane: plane.viscous)
+    viscous, rows = whole.diagonal(lambda plane: plane.viscous), whole.rows
     maps = ChainMaps(
         order=order,
         spans=np.array([(part.start, part.stop) for part in whole.spans]),
-        at_points=np.ascontiguousarray(whole.at_points),
-        at_sensors=np.ascontiguousarray(whole.at_sensors),
-        on_base=whole.sensors_on_base,
-        push=whole.push() if rig.shaker.forces else np.zeros(whole.size),
+        at_points=rows.at_points.reshape(-1, 2, whole.size),
+        at_sensors=np.ascontiguousarray(rows.at_sensors),
+        on_base=rows.sensors_on_base,
+        push=rows.push() if rig.shaker.forces else np.zeros(whole.size),
         influence=whole.influence,
-        unbalance=whole.unbalance,
+        unbalance=rows.unbalance,
         viscous=viscous if viscous.any() else np.zeros((0, 0)),
         circulatory=whole.circulatory,
         limits=np.array(limits, dtype=int),

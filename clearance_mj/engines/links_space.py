@@ -100,7 +100,7 @@ def joint_names(whole: SpatialLinkage) -> list[str]:
 def tendon_names(whole: SpatialLinkage) -> list[str | None]:
     """Return the name of the tendon at each bushing end; None where nothing moves."""
     ends = [f"clearance{j}{end}" for j in range(len(whole.rig.bushings)) for end in "ab"]
-    moves = np.abs(whole.at_points[len(ends) // 2 :]).max(axis=(1, 2), initial=0.0) > 0
+    moves = np.abs(whole.rows.at_ends).reshape(len(ends), 2 * whole.size).max(axis=1, initial=0.0) > 0
     return [name if moving else None for name, moving in zip(ends, moves)]
 
 

@@ -17,14 +17,13 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from ..beam import MAX_MODES, ritz_model
 from ..clearance.kernel import clearance_records, greases_of, side_by_side
 from ..clearance.lane_contacts import lane_contacts
 from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
 from ..core.validation import Positive, Whole
+from ..linear import MAX_MODES, linear_model
 from ..rig import Rig
-from ..rotors.spatial import spatial_model
 from ..signals.sampling import lowpass
 from .base import Engine, Equations, Run, diverged, register
 from .modal_loop import Motion, Shaft, advance, advance_whole
@@ -46,12 +45,12 @@ class Modal(Engine):
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
         if rig.is_spatial:
-            space, stiffest = spatial_model(rig, self.modes), stiffest_contacts(rig, law)
-            fastest, moved = np.max(space.omega), np.max(np.sum(space.at_points[: stiffest.size] ** 2, axis=2), axis=1)
+            stiffest = stiffest_contacts(rig, law)
         else:
-            model, stiffest = ritz_model(rig, self.modes), law.largest([b.gap for b in rig.bushings])[0]
-            fastest, moved = model.omega[-1], np.sum(model.at_bushings**2, axis=1)
-        contact = np.sqrt(np.max(stiffest * moved, initial=0.0))
+            stiffest = law.largest([b.gap for b in rig.bushings])[0]
+        model = linear_model(rig, self.modes)
+        fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1).reshape(-1, model.n_coordinates)
+        contact = np.sqrt(np.max(stiffest * np.max(moved, axis=1), initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact))
 
@@ -64,9 +63,9 @@ class Modal(Engine):
 
 @functools.lru_cache(maxsize=128)
 def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
-    model = ritz_model(rig, modes)
+    model = linear_model(rig, modes)
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
-    viscous = np.diag(model.damping) + model.coupling if model.coupling.size else model.coupling
+    viscous = model.viscous() if model.coupling.size else model.coupling
     kicked = kicked_damping(viscous, inverse_mass, step)
     on_base = model.sensors_on_base * float(kind == "base")
     points, push = model.at_points, model.input(kind)

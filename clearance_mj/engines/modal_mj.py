@@ -15,10 +15,10 @@ import mujoco
 import numpy as np
 from pydantic import Field
 
-from ..beam import MAX_MODES, ritz_model
 from ..clearance.law import Law
 from ..core.errors import ClearanceError
 from ..core.validation import Positive, Whole
+from ..linear import MAX_MODES, linear_model
 from ..physical import apply, set_inverse_inertia
 from ..rig import Rig
 from .base import Engine, Run, register
@@ -44,7 +44,7 @@ class ModalMujoco(Engine):
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the modes with every contact, film and dashpot at its hardest."""
         _check_planar(rig)
-        ritz, mass, maps = ritz_model(rig, self.modes), _mass(rig, self.modes), _plant(rig, self.modes).maps
+        ritz, mass, maps = linear_model(rig, self.modes), _mass(rig, self.modes), _plant(rig, self.modes).maps
         inertia, joints = mass * np.eye(ritz.size), mass * ritz.omega**2
         step = stable_step(inertia, joints, maps.at_points, rig, law)
         if maps.viscous.size:  # explicit in the loop
@@ -60,14 +60,14 @@ class ModalMujoco(Engine):
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
-        ritz_model(rig, self.modes).input(kind)  # refuses what cannot be excited so
+        linear_model(rig, self.modes).input(kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
 
 
 def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
     """Describe the rig as a MuJoCo model of its modes, with the softness of the datasheet."""
     _check_planar(rig)
-    ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
+    ritz, mass = linear_model(rig, modes), _mass(rig, modes)
     spec = mujoco.MjSpec()
     spec.modelname = f"{rig.name} modes"
     spec.option.timestep = 0.5 * 2 / ritz.omega[-1]  # leaves room for contacts; engines set their own
@@ -105,7 +105,7 @@ def _plant(rig: Rig, modes: int) -> Plant:
     spec.compiler.discardvisual = True  # the modes' shapes only take time, and so does looking for their contacts
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     model = spec.compile()
-    ritz, mass = ritz_model(rig, modes), _mass(rig, modes)
+    ritz, mass = linear_model(rig, modes), _mass(rig, modes)
     root = np.sqrt(mass)
     set_inverse_inertia(model)
     at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
@@ -118,5 +118,5 @@ def _plant(rig: Rig, modes: int) -> Plant:
 
 def _mass(rig: Rig, modes: int) -> float:
     """Mass of every mode's body, kg: at least the sum of the effective masses, which is the rig's where it is known."""
-    shares = ritz_model(rig, modes).participation ** 2
+    shares = linear_model(rig, modes).participation ** 2
     return max(rig.total_mass or float(np.sum(shares)) or 1.0, float(shares.max(initial=0.0)))

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import round_records, rounds_side_by_side
+from ..linear import linear_model
 from ..rig import Rig
-from ..rotors.spatial import spatial_model
 from ..signals.sampling import lowpass
 from .base import Engine, Run, diverged
 from .equilibrium import static_equilibrium
@@ -60,14 +60,15 @@ def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -
 @functools.lru_cache(maxsize=128)
 def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np.ndarray]:
     """The linear part, and the viscous matrix of the kicks; (0, 0) where the modes' own damping is all."""
-    model = spatial_model(rig, modes)
+    model = linear_model(rig, modes)
     coupled = model.coupling.size > 0
-    viscous = np.diag(model.damping) + model.coupling if coupled else model.coupling
+    viscous = model.viscous() if coupled else model.coupling
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
-    points = np.ascontiguousarray(model.at_points)
+    points = model.at_points.reshape(-1, 2, model.size)
     compliance = compliance_of(points, np.diag(inverse_mass))
     shaft = RoundShaft(
-        inverse_mass, np.ascontiguousarray(flow), points, np.array([(s.start, s.stop) for s in model.planes]),
+        inverse_mass, np.ascontiguousarray(flow), points,
+        np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
         np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind),
         model.sensors_on_base * float(kind == "base"),
         model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory),
@@ -92,7 +93,7 @@ class SpatialRun(Run):
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, modes: int):
         self.engine, self.rig, self.step, self.steps = engine, rig, step, 0
-        self.model = spatial_model(rig, modes)
+        self.model = linear_model(rig, modes)
         self.shaft, self.viscous = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
         self.rest = static_equilibrium(rig, law, modes)

@@ -6,15 +6,16 @@ It begins where the chains rest under gravity, in MuJoCo's own geometry. See muj
 from __future__ import annotations
 
 import copy
+import dataclasses
 
 import mujoco
 import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of, round_records
+from ..linear import linear_model
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
-from ..rotors.spatial import spatial_model
 from .base import Engine, Run, diverged
 from .equilibrium import Equilibrium, equilibrium_of
 from .linkage_space import SpatialLinkage
@@ -35,7 +36,7 @@ class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: SpatialPlant):
-        spatial_model(rig).input(kind)  # refuses what cannot be excited so
+        linear_model(rig).input(kind)  # refuses what cannot be excited so
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)
@@ -99,20 +100,21 @@ class SpatialMujocoRun(Run):
     def _rest(self, law: Law) -> Equilibrium:
         """Move the data to the static equilibrium, of MuJoCo's own geometry, and return it."""
         whole, model, data, order = self.whole, self.model, self.data, self.maps.order
-        modes = whole.modes
+        modes, shapes = whole.modes
         rest = equilibrium_of(self.rig, law, modes)
         if not self.weight.any():
             return rest
         model.opt.gravity[1:] = self.lighter * self.weight
         linear = whole.diagonal(lambda plane: plane.whole_stiffness)
         for _ in range(REST_SWEEPS):
-            q = modes.shapes @ rest.coordinates
+            q = shapes @ rest.coordinates
             data.qpos[order] = q
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
             own = (data.qfrc_passive - data.qfrc_bias)[order]
-            rest = equilibrium_of(self.rig, law, modes.under(own - whole.weight + linear @ q))
-        data.qpos[order] = modes.shapes @ rest.coordinates
+            load = shapes.T @ (own - whole.weight + linear @ q)
+            rest = equilibrium_of(self.rig, law, dataclasses.replace(modes, load=load))
+        data.qpos[order] = shapes @ rest.coordinates
         return rest
 
 
@@ -156,7 +158,7 @@ def _foresight(
     return Foresight(
         needed=bool(films.any() or rubs or whole.gyroscopic.size),
         of_position=-half @ whole.diagonal(lambda plane: plane.whole_stiffness),
-        of_velocity=np.eye(whole.size) - half @ _dampers(whole),
+        of_velocity=np.eye(whole.size) - half @ whole.dampers,
         of_force=half,
         compliance=compliance_of(points, mobility),
         films=films,
@@ -164,18 +166,12 @@ def _foresight(
     )
 
 
-def _dampers(whole: SpatialLinkage) -> np.ndarray:
-    """(nv, nv) of joints and springs."""
-    springs = whole.diagonal(lambda plane: (plane.springs.rows.T * plane.springs.damping) @ plane.springs.rows)
-    return np.diag(np.concatenate([p.damping for p in whole.planes])) + springs
-
-
 def _contact_rows(whole: SpatialLinkage, held: np.ndarray) -> np.ndarray:
     """(n_bushings, 2, nv) contact forces along y and z per joint force of the solver's; (0, 2, nv) if not distinct."""
     n = len(whole.rig.bushings)
-    found = np.zeros((n, 2, whole.size))
+    found, ends = np.zeros((n, 2, whole.size)), whole.rows.at_ends.reshape(-1, 2, whole.size)
     for d, part in enumerate(whole.spans):
-        rows = contact_rows(whole.at_points[n:, d, part], held[held[:, part].any(axis=1)][:, part])
+        rows = contact_rows(ends[:, d, part], held[held[:, part].any(axis=1)][:, part])
         if len(rows) != n:
             return np.zeros((0, 2, whole.size))
         found[:, d, part] = rows

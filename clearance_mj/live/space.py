@@ -8,10 +8,11 @@ import numpy as np
 
 from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
+from ..linear import linear_model
 from ..model import Model
 from ..report.space_clip import space_clip
 from ..rig import Rig
-from ..rotors import spatial_model, turning_shaft, whirl
+from ..rotors import turning_shaft, whirl
 from ..signals.response import Response
 from .figures import MODES, PICTURES, SHOWN, SLOW, Numbers, about_strongest
 
@@ -102,7 +103,7 @@ def frequencies(model: Model) -> list[float]:
     """Return the natural frequencies, Hz, of small motions in the gaps, at the spin of the start if the shaft turns."""
     rig = rig_in_gap(model.rig, model.law)
     found = (
-        spatial_model(rig, grease=True).omega
+        linear_model(rig, grease=True).omega
         if rig.spin is None
         else turning_shaft(rig).poles(rig.spin.speed).value.imag
     )

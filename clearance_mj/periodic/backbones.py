@@ -189,7 +189,7 @@ def follow_backbone(
     if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
         raise ClearanceError(f"mode must be a whole number, got {mode!r}")
     system = condensed(model, rig.shaker.kind, (), harmonics, n_modes)
-    most = min(n_modes, system.poles.model.size)
+    most = min(n_modes, system.in_gap.size)
     if not 1 <= mode <= most:
         raise ClearanceError(f"mode must be between 1 and {most}, as many as the Ritz basis has, got {mode}")
     follower = NonlinearMode(system, int(mode) - 1, harmonics, samples)
@@ -220,7 +220,7 @@ def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[flo
 def _backbone(follower: NonlinearMode, motions: list[FreeMotion], ended: str) -> Backbone:
     """Expand motions of the modes to everything that a backbone knows."""
     system = follower.system
-    rig, model, count = system.rig, system.poles.model, len(system.rig.bushings)
+    rig, model, count = system.rig, system.in_gap, len(system.rig.bushings)
     omega = np.array([motion.omega for motion in motions])
     damping = np.array([motion.damping for motion in motions])
     modes = complex_amplitudes(follower.vectors @ np.array([motion.modes for motion in motions]))

@@ -8,45 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..beam import ModalModel, ritz_model
 from ..clearance.grease import GreaseModel
 from ..clearance.kernel import clearance_records, greases_of
 from ..clearance.law import AmplitudeLaw, Law, TimeLaw
 from ..core.errors import ExcitationError, LawError, RigError
+from ..linear import LinearModel, linear_model
 from ..model import Model
 from ..rig import Rig
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear
 
-__all__ = ["Condensed", "Poles", "condensed", "coordinates_of", "grid", "laws_of", "poles", "slopes"]
+__all__ = ["Condensed", "condensed", "coordinates_of", "grid", "in_gap", "laws_of", "slopes"]
 
 STIFF = 1e-3
 """Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
-
-
-class Poles(NamedTuple):
-    """The linear system in the gap, M q̈ + C q̇ + K q = b a - Pᵀ f in modes of unit mass, by its poles."""
-
-    model: ModalModel
-    stiffness: np.ndarray  # (n, n) K, the greases' of small motions included
-    damping: np.ndarray  # (n, n) C, likewise
-    values: np.ndarray  # (2 n,) complex, 1/s
-    vectors: np.ndarray  # (2 n, 2 n) displacements and velocities of the modes per pole
-    inverse: np.ndarray  # (2 n, 2 n)
-
-    @property
-    def shapes(self) -> np.ndarray:
-        """(n, 2 n) displacements of the modes per pole."""
-        return self.vectors[: self.model.size]
-
-    @property
-    def forced(self) -> np.ndarray:
-        """(2 n, n) the poles' share of a force on the modes."""
-        return self.inverse[:, self.model.size :]
-
-    def flow(self, step: float) -> np.ndarray:
-        """Return the motion (2 n, 2 n) of displacements and velocities over a step, s."""
-        return np.ascontiguousarray(((self.vectors * np.exp(self.values * step)) @ self.inverse).real)
 
 
 class Condensed(NamedTuple):
@@ -56,7 +31,7 @@ class Condensed(NamedTuple):
     kind: str
     periods: int  #: of the excitation, after which a motion comes again
     modes: int
-    poles: Poles
+    in_gap: LinearModel
     linear: Linear
     laws: Laws
     size: float  #: m, that motions are measured by: the smallest distance of a wall
@@ -68,7 +43,7 @@ class Condensed(NamedTuple):
         return self.model.rig
 
 
-def poles(of: Model, modes: int) -> Poles:
+def in_gap(of: Model, modes: int) -> LinearModel:
     """Return the in-gap linear system of a rig, each grease a spring and a damper as in small motions.
 
     Raises
@@ -76,21 +51,15 @@ def poles(of: Model, modes: int) -> Poles:
     RigError
         If it can move without stiffness: its mean position is then not defined.
     """
-    rig, model = of.rig, ritz_model(of.rig, modes)
-    k, c = np.array([grease.small_motion() for grease in greases_of(rig, of.law)]).T
-    at = model.at_bushings
-    stiffness = np.diag(model.omega**2) + (at.T * k) @ at
-    damping = np.diag(model.damping) + (at.T * c) @ at
-    if model.coupling.size:
-        damping = damping + model.coupling
-    n = model.size
-    values, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
-    if np.abs(values).min() < 1e-9 * np.abs(values).max() or np.linalg.eigvalsh(stiffness)[0] <= 0:
+    rig, (k, c) = of.rig, np.transpose([grease.small_motion() for grease in greases_of(of.rig, of.law)])
+    model = linear_model(rig, modes).filled(k, c)
+    values = np.abs(model.poles().value)
+    if values.min() < 1e-9 * values.max() or np.linalg.eigvalsh(model.stiff())[0] <= 0:
         raise RigError(
             f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
             "defined; add a support, or grease with stiffness"
         )
-    return Poles(model, stiffness, damping, values, vectors, np.linalg.inv(vectors))
+    return model
 
 
 def condensed(
@@ -134,17 +103,17 @@ def condensed(
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    linear = poles(model, modes)
-    ritz = linear.model
-    points = ritz.at_points @ linear.shapes
-    residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, linear.forced @ ritz.at_points.T))
-    driven = np.ascontiguousarray((points * (linear.forced @ ritz.input(kind))).T)
+    linear = in_gap(model, modes)
+    (values, shapes), forced = linear.poles(), linear.drive()
+    points = linear.at_points @ shapes
+    residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, forced @ linear.at_points.T))
+    driven = np.ascontiguousarray((points * (forced @ linear.input(kind))).T)
     excitation = np.zeros(harmonics + 1, dtype=complex)
     excitation[periods : periods * len(levels) + 1 : periods] = levels
     stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     basis, owner = _coordinates(linear, stiffest)
-    on_modes = float(np.max(stiffest * np.sum(ritz.at_bushings**2, axis=1)))
-    shifted = Linear(linear.values, residues, driven, excitation, basis, owner)
+    on_modes = float(np.max(stiffest * np.sum(linear.at_bushings**2, axis=1)))
+    shifted = Linear(values, residues, driven, excitation, basis, owner)
     room = min(b.gap - abs(b.offset) for b in rig.bushings)
     return Condensed(model, kind, periods, modes, linear, shifted, laws_of(rig, law), room, on_modes)
 
@@ -186,10 +155,10 @@ def coordinates_of(
     return np.ascontiguousarray(np.array(columns).T), np.array(owner)
 
 
-def _coordinates(linear: Poles, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    at, count = linear.model.at_points, len(stiffest)
+def _coordinates(linear: LinearModel, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    at, count = linear.at_points, len(stiffest)
     groups = ((j, contact, [j, count + 2 * j, count + 2 * j + 1]) for j, contact in enumerate(stiffest))
-    return coordinates_of(at @ np.linalg.solve(linear.stiffness, at.T), STIFF, groups)
+    return coordinates_of(at @ np.linalg.solve(linear.stiff(), at.T), STIFF, groups)
 
 
 def _memory(grease: GreaseModel, gap: float) -> int:

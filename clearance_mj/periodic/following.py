@@ -137,18 +137,18 @@ def strongest(excitation: np.ndarray) -> complex:
 def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     """Expand motions at the clearances to everything that a branch knows."""
     system = solver.system
-    rig, poles, linear, periods = system.rig, system.poles, system.linear, system.periods
-    model, count, motions = poles.model, len(system.rig.bushings), [point.motion for point in points]
+    rig, model, linear, periods = system.rig, system.in_gap, system.linear, system.periods
+    count, motions, forced, poles = len(rig.bushings), [point.motion for point in points], model.drive(), model.poles()
     omega = np.array([solver.frequency(motion) for motion in motions])
     excitation = np.outer([solver.share(motion) for motion in motions], linear.excitation)
     x = complex_amplitudes(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
     force = complex_amplitudes(np.array([motion.force for motion in motions]))
     turning = 1j * np.arange(linear.excitation.size) * omega[:, None]  # (n, H + 1)
-    driven = poles.forced @ model.input(system.kind)
-    from_points = poles.forced @ model.at_points.T
+    driven = forced @ model.input(system.kind)
+    from_points = forced @ model.at_points.T
     of_poles = driven[:, None] * excitation[:, None] - np.einsum("jp,nph->njh", from_points, force)
-    of_poles /= turning[:, None, :] - poles.values[:, None]
-    modes = np.einsum("mj,njh->nmh", poles.shapes, of_poles)
+    of_poles /= turning[:, None, :] - poles.value[:, None]
+    modes = np.einsum("mj,njh->nmh", poles.motion, of_poles)
     acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * (turning**2)[:, None, :]
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]

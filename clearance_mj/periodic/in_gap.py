@@ -28,7 +28,7 @@ def linear_in_gap(solver: Any) -> bool:
     system = solver.system
     if system.laws.memory.any():
         return False
-    count, omega = len(system.rig.bushings), float(np.abs(system.poles.values).max())
+    count, omega = len(system.rig.bushings), float(np.abs(system.in_gap.poles().value).max())
     angle = 2 * np.pi * np.arange(solver.samples) / solver.samples
     way, speed = (np.cos(angle) + np.cos(2 * angle)) / 2, -omega * (np.sin(angle) + 2 * np.sin(2 * angle)) / 2
     size = np.tile([INNER * (b.gap - abs(b.offset)) for b in system.rig.bushings], 3)[:, None]

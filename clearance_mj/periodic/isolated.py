@@ -18,7 +18,7 @@ from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .around import all_around
 from .branch import Branch
-from .condensed import condensed, poles
+from .condensed import condensed, in_gap
 from .continuation import Solver
 from .following import follow
 from .random_starts import LANES, PERIODIC, March
@@ -170,7 +170,7 @@ def find_isolas(
     for each in known:
         planar(each.model.rig, "find_isolas")
     _check(known, n_starts, periods, longest, reach)
-    decay = -poles(known[0].model, known[0].n_modes).values.real.max()
+    decay = -in_gap(known[0].model, known[0].n_modes).poles().value.real.max()
     at = _frequencies(known, frequencies)
     random = np.random.default_rng(seed)
     groups = [(f, min(LANES, n_starts - i)) for f in at for i in range(0, n_starts, LANES)]

@@ -44,8 +44,8 @@ class NonlinearMode(Follower):
     """
 
     def __init__(self, system: Condensed, mode: int, harmonics: int, samples: int):
-        model, laws = system.poles.model, system.laws
-        squares, self.vectors = np.linalg.eigh(system.poles.stiffness)
+        model, laws = system.in_gap, system.laws
+        squares, self.vectors = np.linalg.eigh(system.in_gap.stiff())
         self.system, self.harmonics, self.samples, self.mode = system, harmonics, samples, mode
         self.at_points = np.ascontiguousarray(model.at_points @ self.vectors)
         moved = np.abs(self.at_points[: len(system.rig.bushings), mode])
@@ -56,7 +56,7 @@ class NonlinearMode(Follower):
             )
         self.metres = self.at_points[self.clearance, mode]
         self.stiffness, self.own = squares, float(np.sqrt(squares[mode]))
-        self.damping = self.vectors.T @ system.poles.damping @ self.vectors
+        self.damping = self.vectors.T @ system.in_gap.viscous() @ self.vectors
         self.grid = grid(harmonics, samples)
         self.order = np.append(0, np.repeat(np.arange(1, harmonics + 1), 2))
         self.given = np.where(self.order == 1, 2.0, 0.0)

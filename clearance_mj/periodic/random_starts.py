@@ -7,8 +7,8 @@ from typing import cast
 
 import numpy as np
 
-from ..beam import ritz_model
 from ..engines.modal import Modal, ModalRun, SideBySide
+from ..linear import linear_model
 from .branch import Branch
 
 __all__ = ["LANES", "PERIODIC", "March"]
@@ -35,7 +35,7 @@ class March:
         others = [engine.start(first.model.rig, first.model.law, first.kind, self.step) for _ in range(LANES - 1)]
         self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
         self.at_points = run.shaft.at_points
-        self.modes = ritz_model(first.model.rig, first.n_modes).omega
+        self.modes = linear_model(first.model.rig, first.n_modes).omega
         angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
         turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
         self.excitation = np.ascontiguousarray((first.level[0] @ turning).real)

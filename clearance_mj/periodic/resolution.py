@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..beam import MAX_MODES
 from ..core.errors import ClearanceError, ExcitationError
+from ..linear import MAX_MODES
 
 __all__ = ["different_ends", "pair_of", "resolution"]
 

@@ -62,8 +62,8 @@ def multipliers(solver: Any, motion: Motion) -> np.ndarray:
     force = np.empty_like(place)
     fill_forces(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
     step = 2 * np.pi / (omega * samples)
-    points = np.ascontiguousarray(system.poles.model.at_points)
-    found = np.linalg.eigvals(monodromy(system.poles.flow(step), points, step, system.laws.memory, room))
+    points = np.ascontiguousarray(system.in_gap.at_points)
+    found = np.linalg.eigvals(monodromy(system.in_gap.flow(step), points, step, system.laws.memory, room))
     return found[np.argsort(-np.abs(found), kind="stable")][: 2 * points.shape[1]]
 
 

@@ -9,9 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..beam import MAX_MODES, ritz_model
+from ..beam import mode_shapes
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
+from ..linear import MAX_MODES
 from ..rig import Rig
 from ..structure import Shaft
 from ..structure.base import parse_place
@@ -175,7 +176,7 @@ def candidates(
     for name, values, size in (("weights", weight, len(wanted)), ("noise", noise, x.size)):
         if values.shape not in ((), (size,)) or not np.all((values > 0) & np.isfinite(values)):
             raise ClearanceError(f"{name}: give one number > 0 or {size}, got {values.tolist()}")
-    shapes = ritz_model(rig, max(wanted + others) + 16, grease=True).shapes(points)
+    shapes = mode_shapes(rig, points, max(wanted + others))
     if max(wanted + others) > shapes.shape[1]:
         raise ClearanceError(
             f"rig {rig.name!r} has {shapes.shape[1]} modes, so there is no mode {max(wanted + others)}"

@@ -1,7 +1,7 @@
 """What an animation shows: the shape of a shaft that rattles in its bushings, out of a response.
 
 A response holds the shaft's displacement at its bushings only. The rest of its shape follows from the forces: between
-the bushings the shaft is linear, so its modes (`ritz_model`) under the excitation and the recorded grease and contact
+the bushings the shaft is linear, so its modes (`linear_model`) under the excitation and the recorded grease and contact
 forces move as the shaft did, whichever engine recorded them. Two things are lost: what the recorder's anti-alias
 filter took from the forces, and how the two ends of a bushing shared the contact force; they get half each. What that
 leaves between shape and record at the bushings is taken up by the static deflection under forces there. The shape is
@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 import scipy.signal
 
-from ..beam import ModalModel, ritz_model
 from ..core.errors import ClearanceError, RecordError
+from ..linear import LinearModel, linear_model
 from ..rig import Rig
 from ..signals.response import Response
 from ..structure import Shaft
@@ -89,8 +89,8 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
             "the shaft's shape needs displacements, contact and grease forces at the bushings, which only simulated "
             "responses have"
         )
-    model = ritz_model(rig, MODES)
-    middles, ends = model.at_bushings, model.at_ends.reshape(-1, 2, model.size)
+    model = linear_model(rig, MODES)
+    middles, ends = model.at_bushings, model.ends_by_row
     force = np.outer(response.excitation, model.input(response.kind))
     force -= grease.T @ middles + contact.T @ ends.mean(axis=1)
     motion = _modal_motion(model, force, 1 / response.fs)
@@ -100,12 +100,11 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
     return motion @ model.shapes(x).T + left @ np.linalg.solve(per_force[1], per_force[0].T)
 
 
-def _modal_motion(model: ModalModel, force: np.ndarray, step: float) -> np.ndarray:
+def _modal_motion(model: LinearModel, force: np.ndarray, step: float) -> np.ndarray:
     """(n_t, n) modal coordinates under forces (n_t, n) that are straight lines between samples."""
     if model.coupling.size:
         zero, one = np.zeros((model.size, model.size)), np.eye(model.size)
-        rates = np.block([[zero, one], [-np.diag(model.omega**2), -np.diag(model.damping) - model.coupling]])
-        system = (rates, np.vstack((zero, one)), np.hstack((one, zero)), zero)
+        system = (model.state(), np.vstack((zero, one)), np.hstack((one, zero)), zero)
         return scipy.signal.dlsim(scipy.signal.cont2discrete(system, step, method="foh"), force)[1]
     motion = np.empty_like(force)
     for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):

@@ -18,8 +18,8 @@ import scipy.linalg
 
 from ..core.errors import RecordError
 from ..core.jit import jit
+from ..linear import LinearModel, linear_model
 from ..rig import Rig
-from ..rotors.spatial import SpatialModel, spatial_model
 from ..rotors.whirling import Whirl, whirl
 from ..signals.response import Response
 from .clip import MODES, AnyClip, cut, require_shafts
@@ -52,30 +52,28 @@ def _deflection(rig: Rig, response: Response, seen: Whirl, x: Sequence[float | s
         raise RecordError(
             "the shaft's shape needs contact and filling forces at the bushings, which only simulated responses have"
         )
-    model, n = spatial_model(rig, MODES), len(rig.bushings)
-    middles, ends = model.at_points[:n], model.at_points[n:].reshape(n, 2, 2, -1).mean(axis=1)
+    model = linear_model(rig, MODES)
+    middles = model.at_bushings
     steady = np.outer(response.excitation, model.input(response.kind)) + model.weight
-    steady -= filling.T @ middles.reshape(2 * n, -1) + contact.T @ ends.reshape(2 * n, -1)
+    steady -= filling.T @ middles + contact.T @ model.ends_by_row.mean(axis=1)
     motion = _modal_motion(model, steady, seen, 1 / response.fs)
     offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
     moved = seen.position.transpose(2, 0, 1) - offset  # (n_t, n_bushings, 2)
-    left = (moved - np.einsum("tn,jdn->tjd", motion, middles)).reshape(len(motion), -1)
+    left = moved.reshape(len(motion), -1) - motion @ middles.T
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
-    rows, shapes = middles.reshape(2 * n, -1), model.moved(list(x))
-    here = (shapes.reshape(-1, model.size) * flexible) @ rows.T
-    there = (rows * flexible) @ rows.T
-    found = motion @ shapes.reshape(-1, model.size).T + left @ np.linalg.solve(there, here.T)
+    shapes = model.moved(x).reshape(-1, model.size)
+    here, there = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
+    found = motion @ shapes.T + left @ np.linalg.solve(there, here.T)
     return np.asarray(found.reshape(len(motion), -1, 2).transpose(0, 2, 1))
 
 
-def _modal_motion(model: SpatialModel, steady: np.ndarray, seen: Whirl, step: float) -> np.ndarray:
+def _modal_motion(model: LinearModel, steady: np.ndarray, seen: Whirl, step: float) -> np.ndarray:
     """(n_t, n) modal coordinates from rest under forces (n_t, n) and the unbalance of a spin."""
     spin = np.zeros(len(steady)) if seen.spin is None else seen.spin
     force = steady + _unbalance(model, seen, step)
     change = np.diff(force, axis=0, append=force[-1:])
-    held = np.diag(model.omega**2) + (spin[0] * model.circulatory if model.circulatory.size else 0.0)
     n, scale = model.size, np.maximum(model.omega, 1.0)
-    state = np.concatenate((scale * np.linalg.lstsq(held, steady[0], rcond=None)[0], np.zeros(n)))
+    state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))
     motion = np.empty_like(steady)
     flows = _Flows(model, spin, step, scale)
     for first, last in _blocks(spin):
@@ -94,7 +92,7 @@ def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np
     return state
 
 
-def _unbalance(model: SpatialModel, seen: Whirl, step: float) -> np.ndarray | float:
+def _unbalance(model: LinearModel, seen: Whirl, step: float) -> np.ndarray | float:
     """(n_t, n) force of the unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
     if seen.spin is None or seen.angle is None or not model.unbalance.any():
         return 0.0
@@ -115,7 +113,7 @@ def _blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:
 class _Flows:
     """Flows at any spin of a run: polynomials through a few, as exponentials of so little rotation in a step are."""
 
-    def __init__(self, model: SpatialModel, spin: np.ndarray, step: float, scale: np.ndarray):
+    def __init__(self, model: LinearModel, spin: np.ndarray, step: float, scale: np.ndarray):
         low, high = float(spin.min()), float(spin.max())
         cos = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) if high > low and model.gyroscopic.size else np.zeros(1)
         self.nodes = (low + high) / 2 + (high - low) / 2 * cos
@@ -130,19 +128,12 @@ class _Flows:
         return np.split(np.asarray(found), [2 * self.size, 3 * self.size], axis=1)
 
 
-def _flow(
-    model: SpatialModel, spin: float, step: float, scale: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _flow(model: LinearModel, spin: float, step: float, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """What a step makes of a state (scale q, q̇), of a force, and of the force's change within the step; exact."""
     n = model.size
-    stiffness, damping = np.diag(model.omega**2), np.diag(model.damping)
-    if model.coupling.size:
-        damping = damping + model.coupling
-    if model.gyroscopic.size:
-        stiffness, damping = stiffness + spin * model.circulatory, damping + spin * model.gyroscopic
     rates = np.zeros((4 * n, 4 * n))
     rates[:n, n : 2 * n] = step * np.diag(scale)
-    rates[n : 2 * n, : 3 * n] = step * np.hstack((-stiffness / scale, -damping, np.eye(n)))
+    rates[n : 2 * n, : 3 * n] = step * np.hstack((-model.stiff(spin) / scale, -model.viscous(spin), np.eye(n)))
     rates[2 * n : 3 * n, 3 * n :] = np.eye(n)
     found = scipy.linalg.expm(rates)[: 2 * n]
     return found[:, : 2 * n], found[:, 2 * n : 3 * n], found[:, 3 * n :]

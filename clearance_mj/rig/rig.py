@@ -18,7 +18,7 @@ from ..core.overview import Overview, Shown, few
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
-from ..structure.base import StructureOfFiles
+from ..structure.base import StructureOfFiles, in_other_plane
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .bearing_tables import with_bearing_tables
@@ -200,8 +200,12 @@ class Rig(Shown):
             self.springs, self.planes, self.oscillators, tuple(self.shaker.unit_direction.tolist()),
         )  # fmt: skip
 
-    def reduction(self, modes: int, grease: bool = False) -> Reduction:
-        """Return the structure with its point masses reduced to modes and static shapes; see `beam.ritz_model`.
+    def reduction(
+        self, modes: int, grease: bool = False, structure: Structure | None = None,
+        joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
+        across: bool = False,
+    ) -> Reduction:  # fmt: skip
+        """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
         Parameters
         ----------
@@ -209,6 +213,10 @@ class Rig(Shown):
             Number of modes; one static shape for every bushing and point of a force shaker is added.
         grease : bool
             Count the in-gap stiffness of the grease to the structure's.
+        structure, joined, more
+            Instead of ``linear`` and `clearance_points`, and points of forces, with factors, beside the shaker's.
+        across : bool
+            Whether the structure is the rig's in its other plane, along y.
 
         Raises
         ------
@@ -216,10 +224,14 @@ class Rig(Shown):
             If its mass is not positive or its stiffness negative.
         """
         masses = tuple((m.position, m.mass) for m in self.point_masses)
-        forces = self.shaker.forces if self.shaker.kind == "force" else ()
-        springs = tuple(b.grease.stiffness for b in self.bushings) if grease else ()
+        forces = (*(self.shaker.forces if self.shaker.kind == "force" else ()), *more)
+        pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
+        springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
+        attached = self.attached.in_other_plane if across else self.attached
+        if across:
+            masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
         with computable(self.name, self.to_dict):
-            return reduction(self.linear, self.clearance_points, masses, forces, springs, modes, self.attached)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
 
     __repr__ = Shown.__repr__
 

@@ -38,6 +38,11 @@ class Spin:
             )
 
     @property
+    def mean(self) -> float:
+        """Spin, rad/s; of a ramp the middle of its ends."""
+        return self.speed if self.until is None else (self.speed + self.until) / 2
+
+    @property
     def fastest(self) -> float:
         """Largest spin of a shaft that its drive holds or slows down, rad/s; of an endless ramp that at its start."""
         return max(abs(self.speed), abs(self.speed if self.until is None else self.until))

@@ -3,7 +3,6 @@
 from .api_617 import RunningClearance, UnbalanceResponse, running_clearance, unbalance_response
 from .diagram import Campbell, campbell
 from .rub import DryWhirl, SynchronousRub, dry_whirls, rolling_whirls, synchronous_rub
-from .spatial import SpatialModel, spatial_model
 from .turning import TurningShaft, turning_shaft
 from .whirling import Whirl, require_round, whirl
 
@@ -11,7 +10,6 @@ __all__ = [
     "Campbell",
     "DryWhirl",
     "RunningClearance",
-    "SpatialModel",
     "SynchronousRub",
     "TurningShaft",
     "UnbalanceResponse",
@@ -21,7 +19,6 @@ __all__ = [
     "require_round",
     "rolling_whirls",
     "running_clearance",
-    "spatial_model",
     "synchronous_rub",
     "turning_shaft",
     "unbalance_response",

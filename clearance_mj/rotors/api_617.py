@@ -30,8 +30,6 @@ import scipy.signal
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
 from ..rig import Rig
-from .gains import SpatialGains
-from .spatial import spatial_model
 from .turning import TurningShaft, rising, turning_shaft
 from .whirling import require_round
 
@@ -295,11 +293,12 @@ def unbalance_response(
     RigError
         If the rig has no unbalances or its structure is no shaft that turns, or speeds do not rise.
     """
-    speed, shaft, model = rising(speeds), turning_shaft(rig, n_modes), spatial_model(rig, n_modes, True, True)
+    speed, shaft = rising(speeds), turning_shaft(rig, n_modes)
+    model = shaft.model
     at = [(s.label, f"x = {s.position:.4g} m") for s in rig.sensors]
     at += zip(rig.probe_labels, (b.where for b in rig.bushings for _ in "YZ"))
     planes = {label: f"node {label.split(':')[0]}, {where}" for label, where in at}  # a probe counts before a sensor
-    rows = dict(zip([label for label, _ in at], [*model.at_sensors, *SpatialGains(model).at_probes({})]))
+    rows = dict(zip([label for label, _ in at], [*model.at_sensors, *model.at_probes({})]))
     near = np.multiply.outer(shaft.critical_speeds, np.concatenate((1 - NEAR, 1 + NEAR)))
     speed = np.union1d(speed, near[(near > speed[0]) & (near < speed[-1])])
     motion = np.array([*rows.values()]) @ shaft.under_unbalances(speed)

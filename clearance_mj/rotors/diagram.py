@@ -10,9 +10,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..core.kinds import checks_kinds
+from ..linear import Poles
 from ..rig import Rig
 from .api_617 import RPM, draw_margins, with_margins
-from .turning import Poles, TurningShaft, rising, turning_shaft
+from .turning import TurningShaft, rising, turning_shaft
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,8 +69,9 @@ class Campbell:
         """
         import pandas as pd
 
-        value, motion = self.shaft.critical_motions
-        undamped = [Poles(value[[j]], motion[:, [j]]) for j in np.flatnonzero(value.imag <= self.speed[-1])]
+        found = self.shaft.critical_motions
+        value, motion = found
+        undamped = [found.selected([j]) for j in np.flatnonzero(value.imag <= self.speed[-1]).tolist()]
         damped = np.array([_next(each, self.shaft.poles(each.value[0].imag)).value[0] for each in undamped])
         speed, sense = (part[: damped.size] for part in (value.imag, self.shaft.sense(motion)))
         damping = -damped.real / np.abs(damped)
@@ -132,8 +134,7 @@ def campbell(
         If speeds do not rise, or the structure is no such shaft.
     """
     speed, shaft = rising(speeds), turning_shaft(rig, n_modes)
-    followed = [shaft.poles(speed[0])]
-    followed[0] = Poles(followed[0].value[:n], followed[0].motion[:, :n])
+    followed = [shaft.poles(speed[0]).selected(slice(n))]
     for spin in speed[1:]:
         followed.append(_next(followed[-1], shaft.poles(spin)))
     value = np.array([poles.value for poles in followed]).T
@@ -149,4 +150,4 @@ def _next(before: Poles, now: Poles) -> Poles:
     alike = np.abs(unit[0].conj().T @ unit[1]) ** 2
     apart = np.abs(np.log(now.value.imag / before.value.imag[:, None]))
     order = linear_sum_assignment(apart + 0.1 * (1 - alike))[1]
-    return Poles(now.value[order], now.motion[:, order])
+    return now.selected(order)

@@ -284,13 +284,13 @@ def _circling(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[Tu
     if not 0 <= bushing < len(rig.bushings):
         raise RigError(f"bushing {bushing} is not there: rig {rig.name!r} has {len(rig.bushings)}")
     shaft, where = turning_shaft(rig, n_modes), rig.bushings[bushing]
-    n = shaft.omega.size // 2
-    if shaft.omega.size % 2 or not np.allclose(shaft.omega[:n], shaft.omega[n:], ALIKE, ALIKE * shaft.omega[0]):
+    model, n = shaft.model, shaft.model.size // 2
+    if model.size % 2 or not np.allclose(model.omega[:n], model.omega[n:], ALIKE, ALIKE * model.omega[0]):
         raise RigError(f"rig {rig.name!r}: its supports differ in y and z, so that no motion is a circle")
     if where.offset:
         raise RigError(f"rig {rig.name!r}: bushings[{bushing}].offset is {where.offset:g} m; a circle needs its middle")
     at = shaft.shapes([float(where.position)])[0, 0, :n]
     return shaft, _Circling(
-        shaft.omega[:n], shaft.damping[:n, :n], shaft.gyroscopic[:n, n:], shaft.circulatory[:n, n:], at, where.gap,
+        model.omega[:n], model.viscous()[:n, :n], model.gyroscopic[:n, n:], model.circulatory[:n, n:], at, where.gap,
         where.contact.stiffness, 1 + 1j * friction,
     )  # fmt: skip

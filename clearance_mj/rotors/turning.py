@@ -1,14 +1,13 @@
 """A turning shaft in its gaps: whirl, thresholds of stability, critical speeds, unbalance.
 
 Above the speed at which damping that turns with the shaft puts in more than standing damping takes, the shaft whirls
-by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor. The equations are those of spatial.py.
+by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor. The equations are those of `LinearModel`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -16,37 +15,26 @@ import scipy.optimize
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
+from ..linear import LinearModel, Poles, linear_model
 from ..rig import Rig
-from .spatial import SpatialModel, spatial_model
 
-__all__ = ["Poles", "TurningShaft", "rising", "turning_shaft"]
+__all__ = ["TurningShaft", "rising", "turning_shaft"]
 
 UNSTABLE = -1e-9  # damping ratio below which a motion grows; rounding leaves an undamped one within it
 POINTS = 41  # along the shaft, at which the sense of a whirl is found
 
 
-class Poles(NamedTuple):
-    """Motions q e^(λt) of a turning shaft, those that vibrate, by rising frequency."""
-
-    value: np.ndarray  #: (m,) λ, 1/s, with positive imaginary parts
-    motion: np.ndarray  #: (n, m) coordinates of each
-
-
 @dataclass(frozen=True, eq=False)
 class TurningShaft:
-    """A rig's shaft in two bending planes: q̈ + (C + Ω G) q̇ + (ω² + Ω H) q = f. Made by `turning_shaft`."""
+    """A rig's shaft in two bending planes, its bushings filled. Made by `turning_shaft`."""
 
-    rig: Rig
-    """the rig"""
-    omega: np.ndarray
-    """(n,) natural circular frequencies of the shaft at rest, 1/s: those of the plane along y, then along z"""
-    damping: np.ndarray
-    """(n, n) C, 1/s"""
-    gyroscopic: np.ndarray
-    """(n, n) G, skew, per rad/s of the spin"""
-    circulatory: np.ndarray
-    """(n, n) H, skew, 1/s: of the damping that turns with the shaft"""
-    _model: SpatialModel
+    model: LinearModel
+    """the filled shaft: those coordinates that move along y, then those along z"""
+
+    @property
+    def rig(self) -> Rig:
+        """The rig."""
+        return self.model.rig
 
     def shapes(self, positions: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return how points of the shaft move along y and z, of modes of unit mass.
@@ -61,24 +49,17 @@ class TurningShaft:
         ndarray, shape (n_points, 2, n)
             1/sqrt(kg).
         """
-        return self._model.moved([float(x) for x in positions])
+        return self.model.moved(positions)
 
     def poles(self, spin: float) -> Poles:
-        """Return the poles of the shaft at a spin, with the motion of each.
+        """Return the poles of motions that vibrate at a spin, by rising frequency, with the motion of each.
 
         Parameters
         ----------
         spin : float
             Ω, rad/s.
         """
-        n, scale = self.omega.size, np.maximum(self.omega, 1.0)
-        stiffness = np.diag(self.omega**2) + spin * self.circulatory
-        rates = -(self.damping + spin * self.gyroscopic) * scale / scale[:, None]
-        state = np.block([[np.zeros((n, n)), np.diag(scale)], [-stiffness / scale[:, None], rates]])
-        value, vectors = np.linalg.eig(state)
-        kept = np.flatnonzero(value.imag > 0)
-        kept = kept[np.argsort(value[kept].imag)]
-        return Poles(value[kept], vectors[:n, kept])
+        return self.model.poles(spin).vibrating
 
     def sense(self, motion: np.ndarray) -> np.ndarray:
         """Return in which sense motions whirl: 1 forward, with the spin, -1 backward, 0 in a plane.
@@ -133,9 +114,10 @@ class TurningShaft:
     @property
     def critical_motions(self) -> Poles:
         """Motions a e^(iΩt) of the undamped shaft at its critical speeds Ω: ω² a = Ω² (1 - i G) a."""
-        if not self.omega.all():
+        model = self.model
+        if not model.omega.all():
             raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
-        inverse, motion = scipy.linalg.eigh(np.eye(self.omega.size) - 1j * self.gyroscopic, np.diag(self.omega**2))
+        inverse, motion = scipy.linalg.eigh(np.eye(model.size) - 1j * model.gyroscopic, model.stiff())
         kept = np.flatnonzero(inverse > np.finfo(float).eps * inverse.max())[::-1]
         return Poles(1j / np.sqrt(inverse[kept]), motion[:, kept])
 
@@ -159,13 +141,10 @@ class TurningShaft:
         """
         if not self.rig.unbalances:
             raise RigError(f"rig {self.rig.name!r} has no unbalances, so that nothing moves it at its speed; give one")
-        cos, sin = self._model.unbalance
-        found = []
-        for spin in map(float, speeds):
-            viscous = self.damping + spin * self.gyroscopic
-            dynamic = np.diag(self.omega**2 - spin**2) + spin * self.circulatory + 1j * spin * viscous
-            found.append(np.linalg.solve(dynamic, spin**2 * (cos - 1j * sin)))
-        return np.array(found).T
+        cos, sin = self.model.unbalance
+        return np.array(
+            [np.linalg.solve(self.model.dynamic(s, s), s**2 * (cos - 1j * sin)) for s in map(float, speeds)]
+        ).T
 
 
 def rising(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -210,8 +189,5 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     for j, bushing in enumerate(rig.bushings):
         if bushing.to is not None:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
-    model = spatial_model(rig, n_modes, True, True)
-    damping = np.diag(model.damping) + (model.coupling if model.coupling.size else 0.0)
-    for bushing, at in zip(rig.bushings, model.at_points[: len(rig.bushings)]):
-        damping += bushing.grease.damping * at.T @ at
-    return TurningShaft(rig, model.omega, damping, model.gyroscopic, model.circulatory, model)
+    greases = [bushing.grease.damping for bushing in rig.bushings]
+    return TurningShaft(linear_model(rig, n_modes, True, True).filled(np.zeros(len(greases)), greases))

@@ -21,7 +21,7 @@ _Loads: TypeAlias = tuple[tuple[float | str, float], ...]  # points, each with a
 
 
 class Reduction(NamedTuple):
-    """A structure with point masses, reduced to modes and static shapes; fields as of `beam.ModalModel`."""
+    """A structure with point masses, reduced to modes and static shapes; fields as of `linear.LinearModel`."""
 
     omega: np.ndarray
     damping: np.ndarray

@@ -16,13 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..beam import ritz_model
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
 from ..clearance.modelled import nominal_law
 from ..core.errors import ClearanceError, ManoeuvreError
 from ..core.units import quantity_of
 from ..engines import Engine, get_engine
+from ..linear import linear_model
 from ..rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from ..signals.excitation import random
 from .lost_motion import LostMotion
@@ -125,7 +125,7 @@ class Steering:
     def lost_motion(self) -> LostMotion:
         """The shaft reduced to its deflection under the lever's force; a Hertz contact at its datasheet's gap."""
         rig, arm2 = self.rig, self.lever_arm**2
-        model = ritz_model(rig)
+        model = linear_model(rig)
         deflection = model.at_bushings / model.omega**2 @ model.input("force")
         share2 = (deflection / deflection[self.lever]) ** 2
         grease_k, grease_c = np.transpose([g.small_motion() for g in greases_of(self.shaft, self.contact_law)])

@@ -19,9 +19,9 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
-from clearance_mj.beam import ritz_model
 from clearance_mj.identify.methods.bench import BenchFit, fit_bench
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Rig
 from clearance_mj.signals.comparison import compare
 from clearance_mj.signals.frf import FRF, estimate_frf
@@ -54,7 +54,7 @@ def _parameters(found: BenchFit, truth: dict[str, float]) -> Iterator[dict]:
 def _frequencies(rig: Rig, truth: dict) -> Iterator[dict]:
     """Without grease."""
     real = truth["shaft"]["frequencies_without_grease"]
-    for i, (value, exact) in enumerate(zip(ritz_model(rig, 16).omega / (2 * np.pi), real)):
+    for i, (value, exact) in enumerate(zip(linear_model(rig, 16).omega / (2 * np.pi), real)):
         yield {"what": f"frequency {i + 1}", "value": value, "truth": exact}
 
 

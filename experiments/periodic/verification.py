@@ -61,7 +61,7 @@ def modal_state(branch: cm.periodic.Branch, i: int, angle: float = 0.0) -> tuple
 
     Those of which sensors and clearances know; what they do not know is stiff and soon forgotten.
     """
-    model = cm.beam.ritz_model(branch.model.rig, branch.n_modes)
+    model = cm.linear_model(branch.model.rig, branch.n_modes)
     places = [sensor.position for sensor in branch.model.rig.sensors]
     known = np.vstack((branch.displacement[i], branch.clearance_displacement[i], branch.end_displacement[i]))
     of_modes = np.linalg.lstsq(np.vstack((model.shapes(places), model.at_points)), known, rcond=1e-7)[0]

@@ -180,7 +180,7 @@ def test_a_released_journal_settles_where_it_rests() -> None:
     assert_allclose(static_equilibrium(rig).displacement, np.tile(told, 2), rtol=1e-5, atol=1e-5 * CLEARANCE)
     law, engine = cm.clearance.nominal_law(rig), Modal(modes=2)
     run = engine.start(rig, law, "force", engine.largest_step(rig, law))
-    run.motion.v[:] += 3e-3 * np.linalg.pinv(run.model.at_points[:2].reshape(4, -1)) @ [1.0, 0.5, 1.0, 0.5]
+    run.motion.v[:] += 3e-3 * np.linalg.pinv(run.model.at_bushings) @ [1.0, 0.5, 1.0, 0.5]
     found = run.advance(np.zeros(int(0.3 / run.step)))
     assert np.ptp(found[:, 1]) > 0.05 * CLEARANCE
     assert_allclose(found[-1, 1:5], np.tile(told, 2), atol=1e-3 * CLEARANCE)

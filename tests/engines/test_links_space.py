@@ -18,9 +18,10 @@ from clearance_mj.engines import Links, mjcf
 from clearance_mj.engines.linkage import linkage
 from clearance_mj.engines.links import build_links
 from clearance_mj.engines.mujoco_space import SpatialMujocoRun
+from clearance_mj.linear import linear_model
 from clearance_mj.physical.rows import softness_of
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
-from clearance_mj.rotors import campbell, spatial_model
+from clearance_mj.rotors import campbell
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 
 TABLE1 = Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
@@ -337,7 +338,7 @@ def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> Non
     mass = np.zeros((32, 32))
     mujoco.mj_fullM(model, data, mass)
     found = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(model.jnt_stiffness))).real)[:6])
-    assert_allclose(found, np.sort(spatial_model(SPACE.replace(bushings=()), 8).omega)[:6], rtol=3e-3)
+    assert_allclose(found, np.sort(linear_model(SPACE.replace(bushings=()), 8).omega)[:6], rtol=3e-3)
     staves = [model.geom(f"bushing0_{stave}") for stave in range(24)]
     inner = [np.hypot(*stave.pos[1:]) - stave.size[1] for stave in staves]
     assert TABLE1.beam is not None and TABLE1.beam.diameter is not None

@@ -127,7 +127,7 @@ def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> 
     run = engine.start(rig, law, "force", engine.largest_step(rig, law))
     assert isinstance(run, SpatialRun)
     n = len(rig.bushings)
-    inverse = np.linalg.pinv(run.model.at_points[:n].reshape(2 * n, -1))
+    inverse = np.linalg.pinv(run.model.at_bushings)
     run.motion.q[:] += inverse @ np.tile([place.real, place.imag], n)
     run.motion.v[:] += inverse @ np.tile([speed.real, speed.imag], n)
     run.motion.q_before[:] = run.motion.q

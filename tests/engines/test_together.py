@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, KelvinVoigt, MaxwellSlip
 from clearance_mj.core.errors import SimulationError
 from clearance_mj.engines import simulate, simulate_and_keep, simulate_together
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure.shaft import Material, Section, Shaft, Support
@@ -64,7 +64,7 @@ def test_damping_that_couples_modes():
     steel = Material(young_modulus=2.1e11, density=7850.0)
     shaft = Shaft((Section(length=1.0, diameter=0.0086),), supports, material=steel, rayleigh=(0.5, 1e-5))
     rig = TABLE1.replace(beam=None, structure=shaft)
-    assert ritz_model(rig).coupling.any()
+    assert linear_model(rig).coupling.any()
     drive = random(0.3, 2048.0, rms=8.0, seed=3)
     for response in simulate_together([(TABLE1, LAWS[1]), (rig, LAWS[1]), (rig, LAWS[1])], drive)[1:]:
         expected = simulate(rig, drive, LAWS[1], "modal").acceleration

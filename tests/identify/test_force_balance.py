@@ -6,7 +6,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, TimeLaw
 from clearance_mj.core.errors import RecordError
 from clearance_mj.engines import Links, simulate
@@ -17,6 +16,7 @@ from clearance_mj.identify.methods.amplitude import amplitude_law
 from clearance_mj.identify.methods.force_balance import force_balance_law
 from clearance_mj.identify.methods.ridge import ridge_law
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Grease
 from clearance_mj.signals.comparison import compare
 from clearance_mj.signals.excitation import hammer, level_ramp, random
@@ -118,7 +118,7 @@ def test_a_probe_reads_at_its_place(rig, quiet):
     probes = slice(count, count + 2)
 
     def gains(rig, values):
-        model = ritz_model(rig, MODES)
+        model = linear_model(rig, MODES)
         return model.channel_gains(model.at_probes(values), "base", omega)
 
     here, there = gains(rig, aside), gains(moved, {})

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from clearance_mj.beam import ritz_model
 from clearance_mj.estimate import Estimates
 from clearance_mj.identify.structure.misfit import RecordMisfit
 from clearance_mj.identify.structure.priors import prepared_rig, priors, rig_with, unsaid_words
 from clearance_mj.identify.structure.rig_update import RigUpdate
 from clearance_mj.identify.structure.spectra import rms
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Tolerance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -77,7 +77,7 @@ def test_every_start_is_the_rig_file(rig):
 
 def test_damping_ratios_are_those_of_rayleigh(rig):
     """ζ = η1/(2ω) + η2 ω/2: the same damping of the lowest modes."""
-    before, after = ritz_model(rig, 16), ritz_model(prepared_rig(rig), 16)
+    before, after = linear_model(rig, 16), linear_model(prepared_rig(rig), 16)
     np.testing.assert_allclose(after.damping[:8], before.damping[:8], rtol=1e-12)
 
 

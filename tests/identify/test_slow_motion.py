@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import scipy.fft
 
-from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
@@ -15,6 +14,7 @@ from clearance_mj.identify.laws.slow_motion import SlowMotion, next_offsets
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.prepared import PreparedRecord
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Grease, Rig
 from experiments.benches.bench import make_bench
 from experiments.benches.records import write_bench
@@ -42,7 +42,7 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
     slow.follow([(b, ContactLaw(KelvinVoigt(1.0), grease)) for b, grease in zip(bushings, greases)])
     count, n = len(slow.found[0]), len(record.signals)
     omega = 2 * np.pi * record.fs / n * np.arange(1, count)
-    model = ritz_model(rig, MODES)
+    model = linear_model(rig, MODES)
     gains = model.displacement_gains(model.at_bushings, "base", omega)
     driven = scipy.fft.rfft(record.signals[:, -1] * flanks(n, record.fs))[1:count] / 2
     driven[omega < 2 * np.pi * 0.5] = 0

@@ -22,9 +22,8 @@ from clearance_mj.identify.records.prepared import prepare, prepare_turning, pre
 from clearance_mj.identify.records.run_out import run_out
 from clearance_mj.identify.structure.priors import priors, rig_with
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Spin
-from clearance_mj.rotors.gains import SpatialGains
-from clearance_mj.rotors.spatial import spatial_model
 
 from ..study.turning_rig import RIG, RUN_OUT, SHAFT, turning_record
 
@@ -35,10 +34,11 @@ GAP, K, MU, RADIUS = 2e-4, 1e5, 0.1, 0.01
 def test_gains_of_a_turning_shaft(spin):
     """A sum over poles is the inverse of the dynamic stiffness with its gyroscopic moments, line by line."""
     tested = RIG.replace(spin=Spin(spin), shaker=dataclasses.replace(RIG.shaker, direction=(0.0, 1.0, 0.0)))
-    model = spatial_model(RIG, 6)
+    model = linear_model(RIG, 6)
     omega = 2 * np.pi * np.array([3.0, 40.0, 71.0, 200.0])
-    found = SpatialGains(model).driven(tested).displacement_gains(model.at_sensors, "base", omega)
-    inputs = np.vstack((-SpatialGains(model).at_bushings, -model.influence[:, 1])).T
+    driven, mean = model.driven(tested)
+    found = driven.displacement_gains(model.at_sensors, "base", omega, spin=mean)
+    inputs = np.vstack((-model.at_bushings, -model.influence[:, 1])).T
     for w, gains in zip(omega, found):
         dynamic = np.diag(model.omega**2 - w**2 + 1j * w * model.damping)
         dynamic = dynamic + spin * (1j * w * model.gyroscopic + model.circulatory)

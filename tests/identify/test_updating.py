@@ -6,11 +6,12 @@ import functools
 import numpy as np
 import pytest
 
-from clearance_mj.beam import natural_frequencies, ritz_model
+from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.core.errors import RecordError
 from clearance_mj.identify import update_rig
 from clearance_mj.io.dataset import Dataset, Record
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Shaker
 from clearance_mj.signals import excitation
 from experiments.benches.bench import NAMED, make_bench
@@ -53,7 +54,7 @@ def distances(bench, found):
 
 
 def frequency_errors(bench, rig):
-    return ritz_model(rig, 16).omega[:5] / (2 * np.pi) / bench.shaft.frequencies(5) - 1
+    return linear_model(rig, 16).omega[:5] / (2 * np.pi) / bench.shaft.frequencies(5) - 1
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ def test_forces_at_the_ends_of_a_long_bushing(rig):
     found = update_rig(
         Dataset(told, (Record("loud", "identify", told, FS, channels, band=(5.0, 220.0)),)), as_drawn=True
     )
-    error = ritz_model(found.rig, 16).omega[:5] / ritz_model(real, 16).omega[:5] - 1
+    error = linear_model(found.rig, 16).omega[:5] / linear_model(real, 16).omega[:5] - 1
     assert abs(error[0]) < 5e-3
     assert np.abs(error[1:]).max() < 2e-3
 

@@ -42,7 +42,7 @@ def fundamental(curve, clearance=0):
 
 def test_in_the_gap_it_is_the_linear_mode():
     """Poles λ of the linear rig: |λ| = ω, -Re λ = ζω but for the damping that couples modes, second order in ζ."""
-    poles = condensed.poles(Model(TABLE1, LAW), 8).values
+    poles = condensed.in_gap(Model(TABLE1, LAW), 8).poles().value
     poles = sorted(poles[poles.imag > 0], key=abs)
     for mode, pole in enumerate(poles[:4], 1):
         curve = periodic.follow_backbone(Model(TABLE1, LAW), mode, (1e-5, 1e-4), 3)

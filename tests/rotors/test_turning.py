@@ -146,7 +146,7 @@ def test_a_shaft_at_rest_has_the_planar_modes_twice() -> None:
     assert_allclose(diagram.frequency[::2, 0], natural_frequencies(rig, 3), rtol=2e-3)  # those are undamped
     assert_allclose(diagram.frequency[1::2, 0], diagram.frequency[::2, 0], rtol=1e-9)
     undamped = turning_shaft(rig)
-    assert_allclose(np.sort(undamped.omega)[:6:2] / (2 * np.pi), natural_frequencies(rig, 3), rtol=1e-7)
+    assert_allclose(np.sort(undamped.model.omega)[:6:2] / (2 * np.pi), natural_frequencies(rig, 3), rtol=1e-7)
 
 
 def test_sections_turn_too() -> None:

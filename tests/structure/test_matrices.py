@@ -85,7 +85,7 @@ def test_units_of_fe_programs(units, mass, stiffness):
     np.testing.assert_allclose(frequencies(structure), frequencies(cantilever()), rtol=1e-10)
     assert structure.total_mass == pytest.approx(LINE_MASS * LENGTH)
     tip = Rig("tip", None, (), (Sensor(1, "9:Z"),), structure=structure, shaker=Shaker("force", "9:Z"))
-    model = cm.beam.ritz_model(tip)
+    model = cm.linear_model(tip)
     compliance = model.static_deflection(["9:Z", "9:RY"], model.shapes(["9:Z"]))[:, 0]
     np.testing.assert_allclose(compliance, [1 / (3 * BENDING), 1 / (2 * BENDING)], rtol=1e-8)  # l³/3EI and l²/2EI
 
@@ -182,9 +182,9 @@ def test_free_matrices_with_fixed_nodes_are_shaken_as_clamped_ones_in_relative_c
     mass, stiffness = hermite()
     rig = held(cantilever(), ("9:Z", "4:Z"))
     frequency = np.array([3.0, 20.0, 61.0])
-    model = cm.beam.ritz_model(rig, 30)
-    relative = model.receptance(2 * np.pi * frequency) * -model.participation
-    absolute = 1 - (2 * np.pi * frequency[:, None]) ** 2 * relative @ model.at_sensors.T  # per unit base acceleration
+    model = cm.linear_model(rig, 30)
+    relative = model.responses(model.at_sensors, -model.participation[:, None], 2 * np.pi * frequency)[:, :, 0]
+    absolute = 1 - (2 * np.pi * frequency[:, None]) ** 2 * relative  # per unit base acceleration
     for f, found in zip(frequency, absolute):
         dynamic = stiffness - (2 * np.pi * f) ** 2 * mass
         expected = np.linalg.solve(dynamic[2:, 2:], -dynamic[2:, 0])  # node 1 moves by 1 along Z and does not turn
@@ -218,7 +218,7 @@ def test_damping_matrix_ratios_and_rayleigh_add_up():
     """Modes of the two masses on springs: K has the same eigenvectors as M⁻¹K, so C = 0.1 M + 0.01 K stays modal."""
     viscous = 0.1 * np.array(MASS_2) + 0.01 * np.array(STIFFNESS_2)
     rig = held(small(damping=viscous, rayleigh=(0.2, 0.0), damping_ratios=(0.02, 0.03)), ("1:X",))
-    model = cm.beam.ritz_model(rig)
+    model = cm.linear_model(rig)
     np.testing.assert_allclose(model.damping, 0.3 + 0.01 * model.omega**2 + 2 * np.array([0.02, 0.03]) * model.omega)
     assert not model.coupling.size
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import pyuff
 
-from clearance_mj.beam import linear_frf, ritz_model
+from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ExcitationError, RigError
 from clearance_mj.engines import Modal, ModalMujoco, simulate
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure import ModalStructure
@@ -62,7 +63,7 @@ def test_residual_flexibility_makes_the_static_deflection_exact():
     points = ["1:+Z", "2:+Z", "3:+Z", "4:+Z"]
     error = []
     for structure in (with_rest, cantilever(2)):
-        model = ritz_model(rig_of(structure))
+        model = linear_model(rig_of(structure))
         got = model.static_deflection(points, np.vstack((model.at_bushings, model.input("force"))))
         error.append(np.abs(got / static_deflection(BEAM, X, (X[2], X[1])) - 1).max())
     assert error[0] < 1e-9
@@ -80,7 +81,7 @@ def test_residual_flexibility_known_under_some_loads():
 
 def test_modes_of_high_frequency_cost_no_more_than_a_third_of_the_step():
     structure = cantilever(residual_flexibility=residual(cantilever()))
-    model = ritz_model(rig_of(structure))
+    model = linear_model(rig_of(structure))
     assert model.size == 6 + 2  # one for the clearance, one for the shaker
     assert model.omega[-1] == pytest.approx(3 * structure.omega[-1])
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.beam import ModalModel, ritz_model
+from clearance_mj.linear import LinearModel, linear_model
 from clearance_mj.structure.attached import FixtureMode, Housing, foot, housing_of
 
 from ..conftest import TABLE1
@@ -39,6 +39,6 @@ def test_a_late_probe_is_late_in_the_channels_gains() -> None:
     np.testing.assert_allclose(late.channel_gains(rows, "base", omega), expected, rtol=1e-12)
 
 
-def _model(housing: Housing | None) -> ModalModel:
+def _model(housing: Housing | None) -> LinearModel:
     bushings = (dataclasses.replace(TABLE1.bushings[0], housing=housing), *TABLE1.bushings[1:])
-    return ritz_model(TABLE1.replace(bushings=bushings, fixture=(FixtureMode(150.0, 0.02, 0.5),)))
+    return linear_model(TABLE1.replace(bushings=bushings, fixture=(FixtureMode(150.0, 0.02, 0.5),)))

@@ -9,7 +9,7 @@ import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
 
-from clearance_mj.beam import ritz_model
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Contact, Grease, PointMass
 from clearance_mj.structure import reduction
 from clearance_mj.structure.base import Assembly
@@ -144,11 +144,11 @@ def test_rigs_that_differ_in_their_clearances_alone_share_one_reduction():
     rig = chain()
     first, second = rig.bushings
     here = dataclasses.replace(first, gap=7e-4, offset=1e-4, contact=Contact(1e5), grease=Grease(50.0))
-    other, same = rig.replace(bushings=(here, second)), ritz_model(rig)
-    assert ritz_model(other).rig is other and ritz_model(other).omega is same.omega
-    stiffer = ritz_model(other, grease=True).omega, ritz_model(rig, grease=True).omega
+    other, same = rig.replace(bushings=(here, second)), linear_model(rig)
+    assert linear_model(other).rig is other and linear_model(other).omega is same.omega
+    stiffer = linear_model(other, grease=True).omega, linear_model(rig, grease=True).omega
     assert not np.allclose(*stiffer)
     heavier = rig.replace(masses=(PointMass("3:+Z", 0.1),))
-    assert ritz_model(heavier).omega[0] < same.omega[0]
+    assert linear_model(heavier).omega[0] < same.omega[0]
     moved = rig.replace(bushings=(dataclasses.replace(first, to="3:+Z"), second))
-    np.testing.assert_allclose(ritz_model(moved).at_bushings[0], same.at_sensors[1] - same.at_sensors[2], atol=1e-12)
+    np.testing.assert_allclose(linear_model(moved).at_bushings[0], same.at_sensors[1] - same.at_sensors[2], atol=1e-12)

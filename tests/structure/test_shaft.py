@@ -12,6 +12,7 @@ import clearance_mj as cm
 from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import RigError
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Rig, Sensor, Shaker
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -123,7 +124,7 @@ def test_mass():
     shaft = simple(sections=sections, discs=(Disc(0.5, 2.5, 0.01),))
     assert shaft.total_mass == pytest.approx(7850 * steel + tube + 2.5, rel=1e-13)
     # Whatever is free moves with the base: the rigid motions carry the whole mass, bending none.
-    participation = beam.ritz_model(rig(shaft), 8).participation
+    participation = linear_model(rig(shaft), 8).participation
     assert np.sum(participation[:2] ** 2) == pytest.approx(shaft.total_mass, rel=1e-12)
     np.testing.assert_allclose(participation[2:], 0, atol=1e-8)
 
@@ -158,14 +159,14 @@ def test_dampers():
     """A free shaft on two equal springs and dampers at its ends: c/m in heave, 6 c/m in pitch (as it is rigid)."""
     ends = tuple(Support(x, translation=0.04, translation_damping=3.0) for x in (0.0, 1.0))
     shaft = simple(*ends, rayleigh=(0.5, 0.0))
-    model = beam.ritz_model(rig(shaft), 2)
+    model = linear_model(rig(shaft), 2)
     np.testing.assert_allclose(model.damping[:2], 0.5 + np.array([6.0, 18.0]) / shaft.total_mass, rtol=1e-5)
 
 
 def test_dampers_couple_modes():
     """A damper at the tip: its forces on the modes are -c φ φᵀ q̇."""
     shaft = simple(Support(0.0, "clamped"), Support(1.0, translation_damping=7.0), damping_ratios=(0.01, 0.02))
-    model = beam.ritz_model(rig(shaft), 6)
+    model = linear_model(rig(shaft), 6)
     tip = model.shapes([1.0])[0]
     expected = 7.0 * np.outer(tip, tip)
     np.testing.assert_allclose(model.coupling, expected - np.diag(expected.diagonal()), atol=1e-9)
@@ -178,14 +179,14 @@ def test_rotation_damper_and_disc():
     stiff = Material(1e16, 1e-3)
     hinge = Support(0.0, "pinned", rotation=50.0, rotation_damping=0.3)
     shaft = simple(hinge, discs=(Disc(1.0, 2.0, 0.5),), material=stiff)
-    model = beam.ritz_model(rig(shaft), 1)
+    model = linear_model(rig(shaft), 1)
     inertia = 2.0 * 1.0**2 + 0.5
     assert model.omega[0] == pytest.approx(np.sqrt(50.0 / inertia), rel=1e-6)
     assert model.damping[0] == pytest.approx(0.3 / inertia, rel=1e-6)
 
 
 def test_no_static_deflection_of_what_is_free():
-    model = beam.ritz_model(rig(simple(Support(0.0, "pinned")), shaker=Shaker("force", 0.3)), 4)
+    model = linear_model(rig(simple(Support(0.0, "pinned")), shaker=Shaker("force", 0.3)), 4)
     assert model.omega[0] == 0 and model.omega[1] > 0
     with pytest.raises(RigError, match="can move without bending, so it has no static deflection; add a support"):
         model.static_deflection([0.5], model.input("force")[None])

@@ -10,6 +10,7 @@ import pytest
 
 from clearance_mj import beam
 from clearance_mj.core.errors import RigError
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Spring, Support
 
@@ -77,9 +78,9 @@ def test_equal_shafts_joined_by_a_spring():
 
 def test_spring_to_the_base_is_a_support():
     springs = (Spring("inner@0.3", 3e5, damping=20.0),)
-    one = beam.ritz_model(rig(Shafts((part("inner"),), springs)), 6)
+    one = linear_model(rig(Shafts((part("inner"),), springs)), 6)
     support = Support(0.3, translation=3e5, translation_damping=20.0)
-    other = beam.ritz_model(Rig("one", None, (), (Sensor(1, 0.5),), structure=part("", (*PINS, support))), 6)
+    other = linear_model(Rig("one", None, (), (Sensor(1, 0.5),), structure=part("", (*PINS, support))), 6)
     np.testing.assert_allclose(one.omega, other.omega, rtol=1e-12)
     np.testing.assert_allclose(one.damping, other.damping, rtol=1e-9)
     np.testing.assert_allclose(np.abs(one.coupling), np.abs(other.coupling), atol=1e-8)
@@ -88,7 +89,7 @@ def test_spring_to_the_base_is_a_support():
 def test_damping_of_each_shaft():
     """Each mode of unconnected shafts has its own shaft's Rayleigh damping, and that of the whole."""
     parts = part("inner", rayleigh=(2.0, 1e-6)), part("outer", rayleigh=(5.0, 0.0))
-    model = beam.ritz_model(rig(Shafts(parts, (), (0.25, 0.0), (0.01,))), 4)
+    model = linear_model(rig(Shafts(parts, (), (0.25, 0.0), (0.01,))), 4)
     one = np.array([9.0, 36.0]) / 9 * model.omega[0]
     np.testing.assert_allclose(model.omega[:4], np.repeat(one, 2), rtol=1e-12)
     # Equal frequencies: the damping matrix of a pair has the two shafts' as its eigenvalues.
@@ -103,7 +104,7 @@ def test_clearance_moves_relatively():
     """A force on the outer shaft closes the clearance by that shaft's deflection there, with the opposite sign."""
     bushing = Bushing("inner@0.4", 1e-3, 0.02, Grease(0.0), Contact(1e5), to="outer@0.4")
     joined = rig(PAIR, shaker=Shaker("force", "outer@0.4"), masses=(PointMass("inner@0.5", 0.2),))
-    model = beam.ritz_model(joined.replace(bushings=(bushing,)), 8)
+    model = linear_model(joined.replace(bushings=(bushing,)), 8)
     relative = model.at_bushings / model.omega**2 @ model.input("force")
     rigidity = 210e9 * np.pi * 0.02**4 / 64
     assert relative[0] == pytest.approx(-(0.4**2 * 0.6**2) / (3 * rigidity), rel=1e-10)  # Roark, table 8.1, 1e

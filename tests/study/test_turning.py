@@ -7,9 +7,9 @@ import pytest
 
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.linear import linear_model
 from clearance_mj.report.sections import directions, turning
 from clearance_mj.report.writer import ReportWriter
-from clearance_mj.rotors.spatial import spatial_model
 from clearance_mj.signals.directional import directional_frfs
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.orbits import Orbits, orbits_by_turn
@@ -47,11 +47,11 @@ def test_a_model_under_its_own_records_has_no_error(study):
 
 def test_frfs_are_those_of_the_modes(study):
     """H = r - ω² φ (K - ω² M + iω (C + Ω G))⁻¹ b, of a shaft that nothing touches."""
-    model, (found,) = spatial_model(RIG, 8), matrices_of(study)
+    model, (found,) = linear_model(RIG, 8), matrices_of(study)
     omega = 2 * np.pi * found.test.frequency
     for column, axis in enumerate("yz"):
         record = next(r for r in study.driven if r.name == f"{axis}_a")
-        of_axis = spatial_model(record.tested_rig, 8)
+        of_axis = linear_model(record.tested_rig, 8)
         viscous = np.diag(model.damping) + 60.0 * model.gyroscopic
         told = np.array([
             of_axis.sensors_on_base

@@ -10,6 +10,7 @@ import scipy.linalg
 from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, ModalMujoco, build_links, simulate
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.structure.beam import cantilever_roots
@@ -51,7 +52,7 @@ def test_frequencies_of_the_bare_shaft(measured):
 def test_tip_under_a_force(measured):
     """1 N at the tip, which carries the lever's mass as in Table 1."""
     expected = SHAFT.length**3 / (3 * SHAFT.bending_stiffness)
-    ritz = beam.ritz_model(RIG.replace(bushings=()))
+    ritz = linear_model(RIG.replace(bushings=()))
     found = np.sum((ritz.shapes([SHAFT.length])[0] / ritz.omega) ** 2)
     measured.equal("tip under 1 N, Ritz model (m)", found, expected, TIP, rel=1e-9)
     elements = FiniteElements.of_shaft(SHAFT)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from scipy.special import gamma
 
-from clearance_mj.beam import ritz_model
 from clearance_mj.clearance import (
     AmplitudeLaw,
     ConstantLaw,
@@ -26,6 +25,7 @@ from clearance_mj.clearance import (
 )  # fmt: skip
 from clearance_mj.engines import Links, Modal, ModalMujoco
 from clearance_mj.engines.energy import energy_balance
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation, hammer, random
 
@@ -158,7 +158,7 @@ def test_damping_of_a_linear_rig(engine, measured):
     fs, w = 2048.0, 2 * np.pi * 32
     time = np.arange(round(1.25 * fs)) / fs
     balance = energy_balance(damped, Excitation(0.5 * np.sin(w * time), fs), ConstantLaw(0, 0, greases), engine)
-    ritz = ritz_model(damped, 16)
+    ritz = linear_model(damped, 16)
     at = ritz.shapes([b.position for b in damped.bushings])
     k, c = np.diag(ritz.omega**2) + 4369.0 * at.T @ at, np.diag(ritz.damping) + (at.T * [6.0, 3.0]) @ at
     q = np.linalg.solve(k + 1j * w * c - w**2 * np.eye(ritz.size), -0.5 * ritz.participation)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Modal
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.structure import Material, Section, Shaft, Shafts, Support
 
@@ -91,7 +91,7 @@ def by_engine(step):
 
 def test_linear_model(measured):
     """Frequencies and relative shapes, that of the static shape among them."""
-    model, expected = beam.ritz_model(rig(), MODES), Reference()
+    model, expected = linear_model(rig(), MODES), Reference()
     error = np.max(np.abs(model.omega / expected.omega - 1))
     measured.below("two pinned shafts, 8 modes and a static shape: error of frequencies", error, 1e-9, "series")
     rows = model.at_points * np.sign(model.at_points[0] * expected.rows[0])

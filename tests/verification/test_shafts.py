@@ -6,6 +6,7 @@ import scipy.optimize
 import scipy.special
 
 from clearance_mj import beam
+from clearance_mj.linear import linear_model
 from clearance_mj.rig import PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Disc, Material, Section, Shaft, Shafts, Spring, Support
 
@@ -310,7 +311,7 @@ def test_timoshenko_published(kind, depth, measured):
 def deflection(structure, at):
     """Deflection under a unit force at a position, m/N."""
     rig = Rig("static", None, (), (Sensor(1, at),), shaker=Shaker("force", at), structure=structure)
-    model = beam.ritz_model(rig, 8)
+    model = linear_model(rig, 8)
     return model.static_deflection([at], model.input("force")[None])[0, 0]
 
 
@@ -376,7 +377,7 @@ def test_random_shafts(measured):
     for _ in range(15):
         structure, exact = random_shaft(generator)
         rig = Rig("random", None, (), (Sensor(1, structure.end),), structure=structure)
-        omega = beam.ritz_model(rig, MODES).omega[:MODES]
+        omega = linear_model(rig, MODES).omega[:MODES]
         moves = exact > 1e-2 * exact[-1]  # below, the determinant has lost its digits
         errors.append(np.max(np.abs(omega[moves] / exact[moves] - 1)))
     measured.below("15 random shafts, six modes asked for, f1 to f6: error", np.max(errors), 1e-7, EXACT)

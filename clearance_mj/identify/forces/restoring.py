@@ -16,13 +16,11 @@ import numpy as np
 import scipy.fft
 from tqdm import tqdm
 
-from ...beam import ritz_model
 from ...clearance.walls import penetration
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
+from ...linear import linear_model
 from ...rig import Rig
-from ...rotors.gains import SpatialGains
-from ...rotors.spatial import spatial_model
 from ..records.prepared import PreparedRecord, prepare, prepared
 from .unbalance import spun_spectra, unbalance_gains
 
@@ -117,15 +115,15 @@ def restoring_force(
     inside = (frequency >= low) & (frequency <= high)
     spectrum = np.fft.rfft(measured * flanks(n, fs)[:, None], size, axis=0)[inside]
     omega = 2 * np.pi * frequency[inside]
-    model = SpatialGains(spatial_model(rig, MODES)).driven(record.tested) if rig.is_spatial else ritz_model(rig, MODES)
+    model, spin = linear_model(rig, MODES).driven(record.tested)
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
-    seen = np.compress(present, model.channel_gains(rows, record.kind, omega), axis=1)
-    moved = model.displacement_gains(model.at_points, record.kind, omega)
+    seen = np.compress(present, model.channel_gains(rows, record.kind, omega, spin=spin), axis=1)
+    moved = model.displacement_gains(model.at_points, record.kind, omega, spin=spin)
     whirl: np.ndarray | float = 0.0  # of the points, under unbalance alone
-    if isinstance(model, SpatialGains) and record.turning is not None and rig.unbalances:
+    if record.turning is not None and rig.unbalances:
         turned = spun_spectra(record.turning, fs, flanks(n, fs), size)[inside]
-        spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega)[:, present], turned)
-        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.model.unbalance.T, omega), turned)
+        spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega, spin)[:, present], turned)
+        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.unbalance.T, omega, spin), turned)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:
@@ -162,7 +160,7 @@ def restoring_force(
         force=back(theta[:, :m]),
         force_std=spread(noise),
         displacement_std=spread(density(moved[:, :m])),
-        ends=back(motion[:, m:]).reshape(m, 2, n),
+        ends=back(motion[:, m:]).reshape(-1, 2, rig.n_coordinates, n).swapaxes(1, 2).reshape(m, 2, n),
         valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
         noise_frequency=frequency[inside],
         noise_density=np.sqrt(noise).T,

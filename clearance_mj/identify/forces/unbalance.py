@@ -16,9 +16,8 @@ import numpy as np
 import scipy.fft
 import scipy.signal
 
+from ...linear import LinearModel, linear_model
 from ...rig import Rig, Unbalance
-from ...rotors.gains import SpatialGains
-from ...rotors.spatial import spatial_model
 from ...signals.keyphasor import ShaftTurning
 from ..records.prepared import PreparedRecord
 
@@ -56,24 +55,25 @@ def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int
 
 
 def unbalance_gains(
-    gains: SpatialGains, probes: np.ndarray, omega: np.ndarray, of: np.ndarray | None = None
+    model: LinearModel, probes: np.ndarray, omega: np.ndarray, spin: float, of: np.ndarray | None = None
 ) -> np.ndarray:
     """Return what channels show (n_f, n_channels, 2) of the rig's unbalances per Ω² cos φ and Ω² sin φ.
 
     Parameters
     ----------
-    gains : SpatialGains
-        The structure, turning.
+    model : LinearModel
+        The structure.
     probes : ndarray, shape (n_probes, n)
         Displacements that probes read.
     omega : ndarray, shape (n_f,)
         Angular frequencies, rad/s.
+    spin : float
+        Ω, rad/s.
     of : ndarray, shape (n, 2), optional
         Forces on the modes in their place.
     """
-    model = gains.model
     inputs = model.unbalance.T if of is None else of
-    found = gains.responses(np.vstack((model.at_sensors, probes)), inputs, omega)
+    found = model.responses(np.vstack((model.at_sensors, probes)), inputs, omega, spin)
     found[:, : len(model.at_sensors)] *= -(omega[:, None, None] ** 2)
     return np.concatenate((found, np.zeros((omega.size, 1, found.shape[2]))), axis=1)
 
@@ -121,9 +121,9 @@ def with_slow_roll(record: PreparedRecord, rig: Rig, probes: Mapping[str, float]
     """
     if record.turning is None or not record.slow_roll:
         return record
-    gains = SpatialGains(spatial_model(rig, MODES))
-    rows = gains.at_probes(probes)
-    per_turn = _in_slow_roll(gains, rows, record.slow_roll, _forces(gains, rig.unbalances))
+    model = linear_model(rig, MODES)
+    rows = model.at_probes(probes)
+    per_turn = _in_slow_roll(model, rows, record.slow_roll, _forces(model, rig.unbalances))
     angle, signals = record.turning.angle, record.signals.copy()
     signals[:, -1 - len(rows) : -1] += np.column_stack((np.cos(angle), np.sin(angle))) @ per_turn
     return dataclasses.replace(record, signals=signals, slow_roll=0.0)
@@ -150,20 +150,21 @@ def _at_turns(
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)[lines]
     measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
     spun, turned = (spun_spectra(record.turning, fs, window, n, order)[lines] for order in (2, 0))
-    gains = SpatialGains(spatial_model(rig, MODES)).driven(record.tested)
-    rows = gains.at_probes(probes)
+    model, spin = linear_model(rig, MODES).driven(record.tested)
+    rows = model.at_probes(probes)
     # Of a ramp, what a line shows happened as the shaft turned at its frequency, with the gyroscopic moments of then.
     ramp = record.tested.spin is not None and bool(record.tested.spin.rate)
     parts = [part for part in np.array_split(np.arange(omega.size), RAMP_PARTS if ramp else 1) if part.size]
-    spinning = [dataclasses.replace(gains, spin=float(omega[part].mean())) if ramp else gains for part in parts]
-    seen = np.concatenate([own.channel_gains(rows, record.kind, omega[part]) for own, part in zip(spinning, parts)])
+    spins = [float(omega[part].mean()) if ramp else spin for part in parts]
+    each = [(omega[part], spin) for part, spin in zip(parts, spins)]
+    seen = np.concatenate([model.channel_gains(rows, record.kind, at, spin=spin) for at, spin in each])
 
     def shown(unbalances: Sequence[Unbalance]) -> np.ndarray:
-        forces = _forces(gains, unbalances)
-        per_spun = [unbalance_gains(own, rows, omega[part], forces) for own, part in zip(spinning, parts)]
+        forces = _forces(model, unbalances)
+        per_spun = [unbalance_gains(model, rows, at, spin, forces) for at, spin in each]
         found = np.einsum("fcu,fu->fc", np.concatenate(per_spun), spun)
         if record.slow_roll:
-            found[:, -1 - len(rows) : -1] -= turned @ _in_slow_roll(gains, rows, record.slow_roll, forces)
+            found[:, -1 - len(rows) : -1] -= turned @ _in_slow_roll(model, rows, record.slow_roll, forces)
         return found
 
     of_both = np.stack([shown([one]) for one in unit], axis=2)
@@ -176,15 +177,14 @@ def _at_turns(
     return rest[:, :, :2].reshape(-1, 2), rest[:, :, 2].ravel()
 
 
-def _in_slow_roll(gains: SpatialGains, probes: np.ndarray, speed: float, forces: np.ndarray) -> np.ndarray:
+def _in_slow_roll(model: LinearModel, probes: np.ndarray, speed: float, forces: np.ndarray) -> np.ndarray:
     """What probes show (2, n_probes) of unbalances per cos φ and sin φ at a slow speed, m; ``forces``: of `_forces`."""
     rotating = speed**2 * (forces[:, :1] - 1j * forces[:, 1:])  # the real part of this e^(iφ)
-    still = dataclasses.replace(gains, spin=speed)
-    moved = still.responses(probes, rotating, np.array([speed]))[0, :, 0]
+    moved = model.responses(probes, rotating, np.array([speed]), speed)[0, :, 0]
     return np.array([moved.real, -moved.imag])
 
 
-def _forces(gains: SpatialGains, unbalances: Sequence[Unbalance]) -> np.ndarray:
+def _forces(model: LinearModel, unbalances: Sequence[Unbalance]) -> np.ndarray:
     """Forces (n, 2) on the modes of unbalances, per Ω² cos φ and Ω² sin φ."""
-    rig = gains.model.rig.replace(unbalances=tuple(unbalances))
-    return dataclasses.replace(gains.model, rig=rig).unbalance.T
+    rig = model.rig.replace(unbalances=tuple(unbalances))
+    return dataclasses.replace(model, rig=rig).unbalance.T

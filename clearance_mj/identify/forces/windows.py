@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import scipy.fft
 
-from ...beam import ritz_model
+from ...linear import linear_model
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
 from .restoring import BAND, MODES, SETTLE, TAPER, RestoringForce, flanks, require_measurable
@@ -55,7 +55,7 @@ class WindowForces:
 
     def _invert(self, rig: Rig, probes: Mapping[str, float]) -> None:
         """Find forces and motion by channels at every line, and what the sensors' noise does to them."""
-        self.rig, omega, model = rig, 2 * np.pi * self.frequency, ritz_model(rig, MODES)
+        self.rig, omega, model = rig, 2 * np.pi * self.frequency, linear_model(rig, MODES)
         seen = model.channel_gains(model.at_probes(probes), self.kind, omega)
         moved = model.displacement_gains(model.at_points, self.kind, omega)
         weighted = seen / self.noise[None, :, None]

@@ -202,8 +202,8 @@ class ForceMaker:
         """Motion (n, 2, m) of both ends beyond the middle and its speed, where the window is not small."""
         m = force.shape[1]
         points = np.einsum("fij,fj->fi", gains.points, force) + np.einsum("fiu,fu->fi", gains.moved, drive(values, own))
-        middle, ends = points[:, :m].reshape(-1, m // 2, 2, 1), points[:, m:].reshape(-1, m // 2, 2, 2)
-        away = (ends - middle).transpose(0, 3, 1, 2).reshape(len(points), 2, m)
+        middle, ends = points[:, :m].reshape(-1, m // 2, 1, 2), points[:, m:].reshape(-1, m // 2, 2, 2)
+        away = (ends - middle).transpose(0, 2, 1, 3).reshape(len(points), 2, m)
         away = away * gate[:, None, :]
         taper = np.maximum(hann(slow.size), 0.05)[:, None, None]
         found = [

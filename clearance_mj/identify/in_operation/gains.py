@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...linear import LinearModel, linear_model
 from ...rig import Rig
-from ...rotors.gains import SpatialGains
-from ...rotors.spatial import SpatialModel, spatial_model
 
 __all__ = ["ORDERS", "ProbeGains", "places_of_unbalance", "probe_gains", "spun"]
 
@@ -27,7 +26,7 @@ class ProbeGains(NamedTuple):
     """A turning shaft at frequencies, as its probes see it; m = 2 n_bushings, u = 2 n_unbalances."""
 
     shown: np.ndarray  #: (n_f, m, m) H, m/N: what the probes show per force in the clearances, against displacement
-    points: np.ndarray  #: (n_f, 3 m, m) motion of the middles, then of both ends along y, along z, per force
+    points: np.ndarray  #: (n_f, 3 m, m) motion of `LinearModel.at_points` per force
     seen: np.ndarray  #: (n_f, m, u) W: what probes show of forces along y and z at the unbalances
     moved: np.ndarray  #: (n_f, 3 m, u) the same of the points
 
@@ -63,22 +62,21 @@ def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.nd
     rig : Rig
         The rig in space.
     probes : mapping of str to float
-        Gains and places of its probes, as `SpatialGains.at_probes` takes them.
+        Gains and places of its probes, as `LinearModel.at_probes` takes them.
     spin : float
         rad/s.
     omega : ndarray, shape (n_f,)
         rad/s, from 0 on.
     """
-    gains = SpatialGains(spatial_model(rig, MODES), spin)
-    forces = -gains.at_bushings.T
-    whirling = _unit_unbalances(gains.model)
-    rows = np.vstack((gains.at_probes(probes), gains.at_points))
-    found = gains.responses(rows, np.hstack((forces, whirling)), omega)
+    model = linear_model(rig, MODES)
+    forces = -model.at_bushings.T
+    rows = np.vstack((model.at_probes(probes), model.at_points))
+    found = model.responses(rows, np.hstack((forces, _unit_unbalances(model))), omega, spin)
     m = forces.shape[1]
     return ProbeGains(found[:, :m, :m], found[:, m:, :m], found[:, :m, m:], found[:, m:, m:])
 
 
-def _unit_unbalances(model: SpatialModel) -> np.ndarray:
+def _unit_unbalances(model: LinearModel) -> np.ndarray:
     """(n, u) forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them."""
     found = [model.moved([place])[0] for place, _ in places_of_unbalance(model.rig)]
     return np.concatenate(found).T if found else np.zeros((model.size, 0))

@@ -19,8 +19,8 @@ from ...clearance.greases.oil_film import OilFilled
 from ...core.errors import SimulationError
 from ...engines.equilibrium import static_equilibrium
 from ...estimate import Parameter
+from ...linear import linear_model
 from ...rig import Rig
-from ...rotors.spatial import SpatialModel, spatial_model
 from ..forces.restoring import MODES, restoring_force
 from ..records.prepared import PreparedRecord
 from ..structure.priors import rig_with
@@ -238,11 +238,10 @@ def _offsets(fits: Sequence[RoundFit], rig: Rig, drawn: Sequence[Rig] = ()) -> t
 
 def _moved_to_rest(fits: Sequence[RoundFit], rig: Rig) -> np.ndarray:
     """How far (n_bushings, 2) weight and the forces of the clearances move the shaft from its unloaded place, m."""
-    model: SpatialModel = spatial_model(rig, MODES, turning=False if rig.spin is None else None)
-    n = len(fits)
-    at = model.at_points[:n].reshape(2 * n, model.size)
+    model = linear_model(rig, MODES)
+    at = model.at_bushings
     compliance, sag = (at / model.omega**2) @ at.T, at @ (model.weight / model.omega**2)
-    moved = np.zeros(2 * n)
+    moved = np.zeros(2 * len(fits))
     for _ in range(ROUNDS):
         forces = np.concatenate([_force_at_rest(f, m) for f, m in zip(fits, moved.reshape(-1, 2))])
         moved = 0.5 * moved + 0.5 * (sag - compliance @ forces)

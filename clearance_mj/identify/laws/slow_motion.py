@@ -18,10 +18,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import scipy.fft
 
-from ...beam import ritz_model
 from ...clearance import ContactLaw
 from ...clearance.family import ContactFamily, FillingFamily
 from ...estimate import Estimates
+from ...linear import linear_model
 from ...rig import Bushing, Rig
 from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
@@ -217,7 +217,7 @@ def _lines(record: PreparedRecord, rig: Rig, size: int, count: int) -> _Lines:
     spacing = record.fs / (DECIMATION * size)
     frequency = spacing * np.arange(count)
     omega = 2 * np.pi * np.maximum(frequency, spacing / 2)  # a free shaft has no static compliance
-    model = ritz_model(rig, MODES)
+    model = linear_model(rig, MODES)
     gains = model.displacement_gains(model.at_bushings, record.kind, omega)
     driven = scipy.fft.rfft(record.signals[:, -1] * flanks(n, record.fs))[:count] / DECIMATION
     driven[frequency < (record.band[0] if record.band else spacing)] = 0  # sensors' drift, not the shaker

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from tqdm import tqdm
 
-from ...beam import ModalModel, ritz_model
 from ...clearance.law import TimeLaw
 from ...clearance.walls import describing_function
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
+from ...linear import LinearModel, linear_model
 from ...model import Model
 from ...rig import Rig
 from ...signals.wavelet import scalogram, shortest_record
@@ -47,7 +47,7 @@ def ridge_law(
     record = prepared(max(dataset.to_identify(), key=lambda r: r.duration))
     require_measurable(record)
     rig, probes = record.rig, record.signals[:, len(record.rig.sensors) : -1]
-    model = ritz_model(rig, MODES, grease=True)
+    model = linear_model(rig, MODES, grease=True)
     band = ridge_band(rig)
     columns = tqdm(probes.T, desc="ridges", unit="bushing", disable=not progress)
     tracks = [_forced_ridge(signal, record.fs, band, correction, damping) for signal in columns]
@@ -89,7 +89,7 @@ def _forced_ridge(
     return omega, np.exp(smooth(np.log(amplitude))), 2 * decay if damping == "as-printed" else decay
 
 
-def _contact_stiffness(model: ModalModel, rig: Rig, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _contact_stiffness(model: LinearModel, rig: Rig, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
     """K (n,) >= 0 with which the shaft on springs k N_j has the circular frequencies ω (n,)."""
     at = model.at_bushings
     receptance = np.einsum("jm,im,tm->tji", at, at, 1 / (model.omega**2 - omega[:, None] ** 2))
@@ -98,7 +98,7 @@ def _contact_stiffness(model: ModalModel, rig: Rig, omega: np.ndarray, share: np
     return np.where(softest < 0, -1 / np.minimum(softest, -1e-12), 0.0)
 
 
-def _contact_damping(model: ModalModel, rig: Rig, modal: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _contact_damping(model: LinearModel, rig: Rig, modal: np.ndarray, share: np.ndarray) -> np.ndarray:
     """C (n,) >= 0 from the modal damping 2ζω (n,) of the lowest mode, the rig's own subtracted."""
     lowest = np.flatnonzero(model.omega)[0]
     at = model.at_bushings[:, lowest] ** 2

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ...beam import ritz_model
 from ...calibrate.free import with_values
 from ...core.kinds import checks_kinds
 from ...core.overview import few
@@ -122,7 +121,7 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
         Named by their paths in ``prepared_rig(rig)``; "1/beam.clamp.rotation" is the compliance of the clamp.
     """
     base = prepared_rig(rig)
-    damped = int(np.sum(ritz_model(rig, 2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
+    damped = int(np.sum(rig.reduction(2 * RATIOS).omega < 2 * np.pi * DAMPED_BAND * highest)) + 1
     data = base.to_dict()
     unsaid = list(_open_keys(data, damped))
     told = [tolerance for tolerance in rig.tolerances if not tolerance.of.endswith(".wear")]  # by no vibration
@@ -163,7 +162,7 @@ def prepared_rig(rig: Rig) -> Rig:
             for s in rig.sensors
         )
         rig = rig.replace(sensors=sensors)
-    omega = ritz_model(rig, 2 * RATIOS).omega[:RATIOS]
+    omega = rig.reduction(2 * RATIOS).omega[:RATIOS]
     own = linear.damping_ratios or (0.0,)
     eta1, eta2 = linear.rayleigh
     safe = np.where(omega > 0, omega, np.inf)

@@ -16,7 +16,7 @@ from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
 from .couples import WhiteLines, likeliest_share
-from .force_gains import Lines, displacement_at_ends, force_gains, gains_at, model_with
+from .force_gains import Lines, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
 from .priors import priors, rig_with, with_exact_supports
 from .projection import Projection
@@ -247,7 +247,7 @@ class RigFit:
         """
         values = self.named(self.problem.values(at))
         model = model_with(self.rig, values)
-        middle, ends = model.at_bushings, displacement_at_ends(model)
+        middle, ends = model.at_bushings, model.ends_by_row
         couples = np.vstack((ends[:, 1] - ends[:, 0], ends.mean(axis=1) - middle))
         coupled = []
         for g, f, noise, s in zip(

@@ -12,13 +12,13 @@ from ...clearance.law import AmplitudeLaw, Law, TimeLaw
 from ...clearance.round_kernel import fillings_of, round_records
 from ...clearance.table import LawTable
 from ...core.errors import ExcitationError, LawError, RigError
+from ...linear import LinearModel, linear_model
 from ...model import Model
 from ...rig import Rig
-from ...rotors import SpatialModel, spatial_model
 from ..condensed import coordinates_of
 from .elements import RoundLaws
 from .forces import RoundSlopes
-from .linear import Structured
+from .linear import DrivenModel
 
 __all__ = ["UNBALANCE", "RoundCondensed", "round_condensed", "round_slopes"]
 
@@ -34,8 +34,7 @@ class RoundCondensed(NamedTuple):
     model: Model
     kind: str  #: "base", "force" or "unbalance"
     modes: int
-    structure: SpatialModel
-    structured: Structured
+    driven: DrivenModel
     basis: np.ndarray  #: (2 n_points, r) B, orthonormal; every column is of one bushing and one direction
     owner: np.ndarray  #: (r,) which bushing
     laws: RoundLaws
@@ -47,6 +46,11 @@ class RoundCondensed(NamedTuple):
     def rig(self) -> Rig:
         """Rig of the model."""
         return self.model.rig
+
+    @property
+    def undriven(self) -> RoundCondensed:
+        """The same without excitation, of which the mean alone is a harmonic."""
+        return self._replace(driven=self.driven._replace(drive=self.driven.drive[:1]))
 
 
 def round_condensed(
@@ -86,47 +90,26 @@ def round_condensed(
         raise LawError(f"a law over {over} has no periodic vibration in space; give a ConstantLaw or a ContactLaw")
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    structure = spatial_model(rig, modes)
     laws = _laws(rig, law, speed)
-    rows = structure.at_points.reshape(-1, structure.size)
+    structure = linear_model(rig, modes).filled(laws.spring, laws.damper)
     drive = np.zeros((harmonics + 1, structure.size), dtype=complex)
     if kind == UNBALANCE:
         drive[1] = levels[0] * (structure.unbalance[0] - 1j * structure.unbalance[1])
     elif levels:
         drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
-    structured = _structured(structure, laws, rows, drive, kind == UNBALANCE)
-    if np.linalg.eigvalsh(structured.stiffness)[0] <= 1e-12 * structure.omega.max() ** 2:
+    if np.linalg.eigvalsh(structure.stiff())[0] <= 1e-12 * structure.omega.max() ** 2:
         raise RigError(
             f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
             "defined; add a support, oil, or grease with stiffness"
         )
     of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
-    middles = structure.at_points[: len(rig.bushings)]
-    on_modes = float(np.max(of_contact[:, None] * np.sum(middles**2, axis=2)))
-    basis, owner = _coordinates(structured, rows, stiffest)
+    on_modes = float(np.max(np.repeat(of_contact, 2) * np.sum(structure.at_bushings**2, axis=1)))
+    basis, owner = _coordinates(structure, stiffest)
     room = min(b.gap - np.hypot(b.offset_y, b.offset) for b in rig.bushings)
     return RoundCondensed(
-        model, kind, modes, structure, structured, basis, owner, laws, float(room), on_modes,
-        np.asarray(levels, dtype=complex),
-    )  # fmt: skip
-
-
-def _structured(
-    structure: SpatialModel, laws: RoundLaws, rows: np.ndarray, drive: np.ndarray, unbalance: bool
-) -> Structured:
-    n = structure.size
-    stiffness, damping = np.diag(structure.omega**2), np.diag(structure.damping)
-    if structure.coupling.size:
-        damping = damping + structure.coupling
-    for k, c, at in zip(laws.spring, laws.damper, structure.at_points):
-        stiffness = stiffness + k * at.T @ at
-        damping = damping + c * at.T @ at
-    none = np.zeros((n, n))
-    return Structured(
-        stiffness, damping, structure.gyroscopic if structure.gyroscopic.size else none,
-        structure.circulatory if structure.circulatory.size else none, np.ascontiguousarray(rows), structure.weight,
-        drive, unbalance,
+        model, kind, modes, DrivenModel(structure, drive, kind == UNBALANCE), basis, owner, laws, float(room),
+        on_modes, np.asarray(levels, dtype=complex),
     )  # fmt: skip
 
 
@@ -168,14 +151,14 @@ def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
     return slow != fast
 
 
-def _coordinates(structured: Structured, rows: np.ndarray, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    count = len(stiffest)
+def _coordinates(structure: LinearModel, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rows, count = structure.at_points, len(stiffest)
     groups = (
         (j, contact, [2 * p + d for p in (j, count + 2 * j, count + 2 * j + 1)])
         for j, contact in enumerate(stiffest)
         for d in range(2)
     )
-    return coordinates_of(rows @ np.linalg.solve(structured.stiffness, rows.T), STIFF, groups)
+    return coordinates_of(rows @ np.linalg.solve(structure.stiff(), rows.T), STIFF, groups)
 
 
 def round_slopes(laws: RoundLaws, points: int, samples: int, harmonics: int) -> RoundSlopes:

@@ -44,12 +44,11 @@ def dry_guesses(system: RoundCondensed, speed: float) -> list[DryGuess]:
 
 def _moved(system: RoundCondensed, speed: float, j: int, omega: float) -> np.ndarray:
     """Return amplitudes (2 n_points,) per force that turns backward at bushing j: 1 along y, i along z, of e^(iωt)."""
-    own = system.structured
-    count = len(system.rig.bushings)
+    model, count = system.driven.model, len(system.rig.bushings)
+    points = model.at_points
     ends = [2 * (count + 2 * j), 2 * (count + 2 * j + 1)]
-    rows = (own.points[ends[0] : ends[0] + 2] + own.points[ends[1] : ends[1] + 2]) / 2
-    dynamic = own.stiff(speed) - omega**2 * np.eye(len(own.stiffness)) + 1j * omega * own.viscous(speed)
-    return np.asarray(own.points @ np.linalg.solve(dynamic, rows.T @ np.array([1.0, 1j])))
+    rows = (points[ends[0] : ends[0] + 2] + points[ends[1] : ends[1] + 2]) / 2
+    return np.asarray(points @ np.linalg.solve(model.dynamic(omega, speed), rows.T @ np.array([1.0, 1j])))
 
 
 def _receptance(moved: np.ndarray, j: int) -> complex:
@@ -58,7 +57,7 @@ def _receptance(moved: np.ndarray, j: int) -> complex:
 
 
 def _frequencies(system: RoundCondensed, speed: float, j: int, friction: float) -> list[float]:
-    squares = np.linalg.eigvalsh(system.structured.stiffness)
+    squares = np.linalg.eigvalsh(system.driven.model.stiff())
     fastest = 2 * np.sqrt(max(system.stiffest, squares[0]) + squares[0])
     grid = np.geomspace(LOWEST * np.sqrt(squares[0]), fastest, WHIRLS)
     sense = 1.0 if speed > 0 else -1.0

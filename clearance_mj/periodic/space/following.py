@@ -89,14 +89,14 @@ def expand(
 ) -> Branch:  # fmt: skip
     """Return the branch of motions of frequencies and spins (n,), 1/s, and points' harmonics (n, 2 n_points, K), m."""
     system, count = solver.system, 2 * len(solver.system.rig.bushings)
-    rig, structure, structured = system.rig, system.structure, system.structured
+    rig, structure = system.rig, system.driven.model
     force = complex_amplitudes(np.array([point.motion.force for point in points]))
     moved = complex_amplitudes(x)
     turning = 1j * np.arange(moved.shape[-1]) * omega[:, None]
     modes = np.empty((len(points), moved.shape[-1], structure.size), dtype=complex)
     shares = np.array([solver.share(point.motion) for point in points])
     for i, (w, turns) in enumerate(zip(omega, spin)):
-        on_modes = structured.driven(turns, 1.0, shares[i]) - force[i].T @ structured.points
+        on_modes = system.driven.force(turns, 1.0, shares[i]) - force[i].T @ structure.at_points
         modes[i] = solver.dynamics.modes(w, turns, on_modes)
     acceleration = np.einsum("sm,nhm->nsh", structure.at_sensors, modes) * (turning**2)[:, None, :]
     excitation = np.zeros((len(points), moved.shape[-1]), dtype=complex)

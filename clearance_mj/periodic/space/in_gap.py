@@ -52,26 +52,26 @@ def _round_level_of_contact(solver: RoundSolver, omega: np.ndarray) -> np.ndarra
 @resonances.register
 def _round_resonances(solver: RoundSolver) -> np.ndarray:
     """Where det(K + Ω H - Ω² + i Ω (C + Ω G)) = 0: iΩ of an unbalance, whose frequency is that of the turning."""
-    own = solver.system.structured
+    model = solver.system.driven.model
     if solver.system.kind == UNBALANCE:
-        n = len(own.stiffness)
-        unit, none = np.eye(n), np.zeros((n, n))
-        linear = np.block([[none, unit], [-own.stiffness, -own.circulatory - 1j * own.damping]])
-        poles = 1j * scipy.linalg.eigvals(linear, scipy.linalg.block_diag(unit, 1j * own.gyroscopic - unit))
+        unit, none = np.eye(model.size), np.zeros((model.size, model.size))
+        circulatory, gyroscopic = (m if m.size else none for m in (model.circulatory, model.gyroscopic))
+        linear = np.block([[none, unit], [-model.stiff(), -circulatory - 1j * model.viscous()]])
+        poles = 1j * scipy.linalg.eigvals(linear, scipy.linalg.block_diag(unit, 1j * gyroscopic - unit))
         poles = poles[np.isfinite(poles)]
     else:
-        poles = np.linalg.eigvals(own.state(solver.spin))
+        poles = model.poles(solver.spin).value
     return np.asarray(poles[poles.imag > 0])
 
 
 def _moved(solver: RoundSolver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rests (n, 2 n_points) under the weight, and complex amplitudes of the excitation's one harmonic, m."""
-    structured = solver.system.structured
-    modes = np.empty((omega.size, 2, len(structured.stiffness)), dtype=complex)
+    driven = solver.system.driven
+    modes = np.empty((omega.size, 2, driven.model.size), dtype=complex)
     for i, each in enumerate(omega):
         spin = solver.spin_of(each)
-        modes[i] = solver.dynamics.modes(each, spin, structured.driven(spin, 1.0, 1.0)[:2])
-    moved = modes @ structured.points.T
+        modes[i] = solver.dynamics.modes(each, spin, driven.force(spin, 1.0, 1.0)[:2])
+    moved = modes @ driven.model.at_points.T
     return moved[:, 0].real, moved[:, 1]
 
 

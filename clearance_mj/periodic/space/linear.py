@@ -12,52 +12,29 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.jit import STRICT, jit
+from ...linear import LinearModel
 
-__all__ = ["Dynamics", "SteadySpin", "Structured", "VaryingSpin"]
+__all__ = ["DrivenModel", "Dynamics", "SteadySpin", "VaryingSpin"]
 
 
-class Structured(NamedTuple):
-    """Matrices in modes of unit mass, and where the clearances are."""
+class DrivenModel(NamedTuple):
+    """A filled structure and what drives it."""
 
-    stiffness: np.ndarray  # (n, n) K, references of the fillings included
-    damping: np.ndarray  # (n, n) C, likewise
-    gyroscopic: np.ndarray  # (n, n) G
-    circulatory: np.ndarray  # (n, n) H
-    points: np.ndarray  # (2 n_points, n) P: rows of each point along y, then z
-    weight: np.ndarray  # (n,) force of gravity
+    model: LinearModel
     drive: np.ndarray  # (H + 1, n) complex amplitudes of the excitation's force; of an unbalance per Ω²
     unbalance: bool  # whether the excitation grows with Ω²
 
-    def viscous(self, spin: float) -> np.ndarray:
-        """Return C + Ω G."""
-        return self.damping + spin * self.gyroscopic
-
-    def stiff(self, spin: float) -> np.ndarray:
-        """Return K + Ω H."""
-        return self.stiffness + spin * self.circulatory
-
-    def flow(self, spin: float, step: float) -> np.ndarray:
-        """Return the motion (2 n, 2 n) of displacements and velocities over a step, s."""
-        import scipy.linalg
-
-        return np.ascontiguousarray(scipy.linalg.expm(step * self.state(spin)))
-
-    def state(self, spin: float) -> np.ndarray:
-        """Return the derivative (2 n, 2 n) of displacements and velocities by time."""
-        n = len(self.stiffness)
-        return np.block([[np.zeros((n, n)), np.eye(n)], [-self.stiff(spin), -self.viscous(spin)]])
-
-    def driven(self, spin: float, weight: float, level: float) -> np.ndarray:
+    def force(self, spin: float, weight: float, level: float) -> np.ndarray:
         """Return forces (H + 1, n) on the modes at shares of weight and level."""
         force = self.drive * (level * spin**2 if self.unbalance else level)
-        force[0] = weight * self.weight
+        force[0] = weight * self.model.weight
         return force
 
 
 class Dynamics(ABC):
     """How a linear system moves under harmonic forces."""
 
-    structured: Structured
+    driven: DrivenModel
 
     @abstractmethod
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
@@ -71,29 +48,27 @@ class Dynamics(ABC):
 class SteadySpin(Dynamics):
     """At one spin: by poles. Those of a pair have conjugate residues, so that real matrices are summed."""
 
-    def __init__(self, structured: Structured, spin: float):
-        self.structured = structured
-        self.values, vectors = np.linalg.eig(structured.state(spin))
-        n = len(structured.stiffness)
-        self.shapes, self.forced = vectors[:n], np.linalg.inv(vectors)[:, n:]
-        self.points = structured.points @ self.shapes
-        residues = np.einsum("pj,jq->jpq", self.points, self.forced @ structured.points.T)
+    def __init__(self, driven: DrivenModel, spin: float):
+        self.driven, model = driven, driven.model
+        (self.values, self.shapes), self.forced = model.poles(spin), model.drive(spin)
+        self.points = model.at_points @ self.shapes
+        residues = np.einsum("pj,jq->jpq", self.points, self.forced @ model.at_points.T)
         residues = residues.reshape(len(self.values), -1)
         upper, real = self.values.imag > 0, self.values.imag == 0
         # A real pole stands as half of a pair.
         self.pairs = np.concatenate((self.values[upper], self.values[real]))
         both = np.concatenate((residues[upper], residues[real] / 2))
         self.parts = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
-        self.driving = [(h, self.forced @ each) for h, each in enumerate(structured.drive) if each.any()]
-        self.sagging = structured.points @ np.linalg.solve(structured.stiff(spin), structured.weight)
+        self.driving = [(h, self.forced @ each) for h, each in enumerate(driven.drive) if each.any()]
+        self.sagging = model.at_points @ np.linalg.solve(model.stiff(spin), model.weight)
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
         """Return compliances at the points by harmonic, and how far they are driven; see `Dynamics`."""
-        rows, harmonics = len(self.points), len(self.structured.drive)
+        rows, harmonics = len(self.points), len(self.driven.drive)
         compliance = np.empty((harmonics, rows, rows), dtype=complex)
         _sum_pairs(self.pairs, *self.parts, omega, compliance.reshape(harmonics, -1))
         driven = np.zeros((harmonics, rows), dtype=complex)
-        factor = level * spin**2 if self.structured.unbalance else level
+        factor = level * spin**2 if self.driven.unbalance else level
         for h, of_poles in self.driving:
             driven[h] = self.points @ (factor * of_poles / (1j * h * omega - self.values))
         driven[0] = weight * self.sagging
@@ -127,18 +102,17 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
 class VaryingSpin(Dynamics):
     """At any spin: by the dynamic stiffness of every harmonic."""
 
-    def __init__(self, structured: Structured):
-        self.structured = structured
+    def __init__(self, driven: DrivenModel):
+        self.driven = driven
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
         """Return compliances at the points by harmonic, and how far they are driven; see `Dynamics`."""
-        own = self.structured
-        return _solved(own.stiff(spin), own.viscous(spin), own.points, own.driven(spin, weight, level), omega)
+        model, force = self.driven.model, self.driven.force(spin, weight, level)
+        return _solved(model.stiff(spin), model.viscous(spin), model.at_points, force, omega)
 
     def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
         """Return the modes' harmonics under those of forces on them; see `Dynamics`."""
-        own, order = self.structured, omega * np.arange(len(force))[:, None, None]
-        dynamic = own.stiff(spin) - order**2 * np.eye(len(own.stiffness)) + 1j * order * own.viscous(spin)
+        dynamic = [self.driven.model.dynamic(h * omega, spin) for h in range(len(force))]
         return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])
 
 

@@ -45,10 +45,9 @@ def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
     NoConvergence
         If it does not rest.
     """
-    structured, laws = system.structured, system.laws
-    still = system._replace(structured=structured._replace(drive=structured.drive[:1]))
-    z, y = RoundSolver(still, 0, AT_REST, speed).raised_to_weight(max(abs(speed), 1.0))
-    place, points = system.basis @ z + y, structured.points
+    model, laws = system.driven.model, system.laws
+    z, y = RoundSolver(system.undriven, 0, AT_REST, speed).raised_to_weight(max(abs(speed), 1.0))
+    place, points = system.basis @ z + y, model.at_points
     count, functions = len(points) // 2, grid(0, AT_REST)
     slopes, shape = round_slopes(laws, count, AT_REST, 0), (count, 2, AT_REST)
     motion = Sampled(np.tile(place.reshape(count, 2, 1), AT_REST), np.zeros(shape), max(abs(speed), 1.0), speed)
@@ -58,7 +57,7 @@ def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
     for p in np.flatnonzero(slopes.carried[:, last]).tolist():
         force = slopes.step[p, last, -2:]
         by_place[p], by_speed[p] = force[:, -6:-4], force[:, -4:-2] + force[:, -2:]
-    n, stiffness, viscous = points.shape[1], structured.stiff(speed), structured.viscous(speed)
+    n, stiffness, viscous = points.shape[1], model.stiff(speed), model.viscous(speed)
     for p in range(count):
         at = points[2 * p : 2 * p + 2]
         stiffness, viscous = stiffness + at.T @ by_place[p] @ at, viscous + at.T @ by_speed[p] @ at

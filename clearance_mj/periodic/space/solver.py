@@ -36,10 +36,9 @@ class RoundSolver(Follower):
         self.slopes = round_slopes(system.laws, self.rows // 2, samples, harmonics)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.spin = spin
-        varies = system.kind == UNBALANCE and (
-            system.structured.gyroscopic.any() or system.structured.circulatory.any()
-        )
-        self.dynamics: Dynamics = VaryingSpin(system.structured) if varies else SteadySpin(system.structured, spin)
+        driven = system.driven
+        varies = system.kind == UNBALANCE and (driven.model.gyroscopic.any() or driven.model.circulatory.any())
+        self.dynamics: Dynamics = VaryingSpin(driven) if varies else SteadySpin(driven, spin)
         self.raised = ""  # what the parameter is a share of: "weight", "level", or nothing
         self.at = 0.0  # the frequency, 1/s, then
 
@@ -102,9 +101,7 @@ class RoundSolver(Follower):
         NoConvergence
             If the weight is not reached.
         """
-        structured = self.system.structured
-        still = self.system._replace(structured=structured._replace(drive=structured.drive[:1]))
-        return RoundSolver(still, 0, AT_REST, self.spin).raised_to_weight(omega)
+        return RoundSolver(self.system.undriven, 0, AT_REST, self.spin).raised_to_weight(omega)
 
     def raised_to_weight(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and what is beside them under the whole weight and no excitation."""
@@ -203,7 +200,7 @@ class RoundSolver(Follower):
     def _at_rest(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         shape = self.system.basis.shape[1], 2 * self.harmonics + 1
         z, y = np.zeros(shape), np.zeros((self.rows, shape[1]))
-        if self.system.structured.weight.any():
+        if self.system.driven.model.weight.any():
             z[:, :1], y[:, :1] = self.rest(omega)
         return z, y
 

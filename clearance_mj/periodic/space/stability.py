@@ -31,8 +31,8 @@ def floquet(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray
     fill_round_forces(laws, motion, fine.basis, fine.rate, fine.project, True, np.empty(shape), slopes)
     step = 2 * np.pi / (omega * samples)
     memory = np.concatenate((laws.memory, np.repeat(np.where(laws.remembers, 2, 0), 2)))
-    flow = system.structured.flow(spin, step)
-    found = np.linalg.eigvals(round_monodromy(flow, system.structured.points, step, memory, slopes))
+    flow = system.driven.model.flow(step, spin)
+    found = np.linalg.eigvals(round_monodromy(flow, system.driven.model.at_points, step, memory, slopes))
     return found[np.argsort(-np.abs(found), kind="stable")][: len(flow)]
 
 

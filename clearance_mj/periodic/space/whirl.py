@@ -25,7 +25,7 @@ class WhirlSolver(Follower):
 
     def __init__(self, system: RoundCondensed, harmonics: int, samples: int, reference: float):
         self.inner = RoundSolver(system, harmonics, samples, 0.0)
-        self.inner.dynamics = VaryingSpin(system.structured)
+        self.inner.dynamics = VaryingSpin(system.driven)
         self.system, self.harmonics, self.samples, self.rows = system, harmonics, samples, self.inner.rows
         self.grid, self.least, self.leader = self.inner.grid, self.inner.least, 0
         self.reference = reference / system.size

@@ -1,0 +1,110 @@
+"""From a rig to its linear model.
+
+A truncated set of modes is too stiff under a point force. Beside the lowest modes stands the static shape under a unit
+force at each clearance and force shaker: they carry the residual flexibility of the modes left out (MacNeal 1971; Rubin
+1975) as further degrees of freedom, so the displacement at a contact needs no algebraic correction. Modes of a turning
+or spatial shaft are those of its plane along y, then of that along z.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import scipy.linalg
+
+from ..rig import Rig
+from ..rig.extremes import computable
+from ..structure import Shaft
+from ..structure.base import Turning
+from ..structure.modal import Reduction
+from .model import LinearModel, no_matrix
+from .rows import PlaneRows, along_axis
+
+__all__ = ["MAX_MODES", "linear_model"]
+
+MAX_MODES = 60  # in a basis, beyond which nothing is gained
+
+
+@functools.lru_cache(maxsize=128)  # a fit's Jacobian draws on some 70 rigs, one record after the other
+def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool | None = None) -> LinearModel:
+    """Reduce the rig's structure, with its point masses, to modes and static shapes (Eqs 1-6).
+
+    It has one bending plane, or two: of a spatial rig, or a shaft that turns. Rigs that differ in gaps, contacts or,
+    without ``grease``, in the grease alone share one reduction.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    n_modes : int
+        Modes of each plane of shafts, or of the whole of another structure; one static shape for every row of a
+        clearance and point of a force shaker is added.
+    grease : bool
+        Count the in-gap stiffness of the grease to the structure's. Without it the grease is left to the force side.
+    turning : bool, optional
+        Whether the shaft may turn; None: if the rig has a spin.
+
+    Raises
+    ------
+    RigError
+        If the structure's mass is not positive or its stiffness negative, or it cannot turn as asked.
+    """
+    turns = rig.spin is not None if turning is None else turning
+    across = rig.linear.in_other_plane
+    if turns:
+        shaft = _turning_shaft(rig)
+        # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
+        damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
+        sides = (shaft.in_other_plane, True), (shaft, False)
+        found = [rig.reduction(n_modes, grease, plane, more=damped, across=across) for plane, across in sides]
+    elif not rig.is_spatial:
+        found = [rig.reduction(n_modes, grease)]
+    elif across is not None:
+        found = [rig.reduction(n_modes, grease, across, across=True), rig.reduction(n_modes, grease)]
+    else:
+        joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
+        found = [rig.reduction(n_modes, grease, joined=joined)]
+    ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
+    planes = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
+    y = planes[0] if len(planes) == 2 or across is None else None
+    influence = [np.array([row @ p.transform for row in np.ascontiguousarray(p.influence.T)]).T for p in found]
+    omega, damping, coupling = found[0].omega, found[0].damping, found[0].coupling
+    gyroscopic = circulatory = no_matrix()
+    if len(found) == 2:
+        omega, damping = (np.concatenate([getattr(p, name) for p in found]) for name in ("omega", "damping"))
+        if any(p.coupling.size for p in found):
+            coupling = scipy.linalg.block_diag(
+                *(p.coupling if p.coupling.size else 0 * np.diag(p.omega) for p in found)
+            )
+        influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # its own plane is along y
+    if turns:
+        of_y, of_z = map(_coupled, found)
+        gyroscopic = _skew(of_y.polar.T @ of_z.polar)
+        circulatory = _skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
+    n_coordinates = 2 if turns or rig.is_spatial else 1
+    return LinearModel(
+        rig, n_coordinates, (y, planes[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
+        found[0].springs,
+    )  # fmt: skip
+
+
+def _turning_shaft(rig: Rig) -> Shaft:
+    with computable(rig.name, rig.to_dict):
+        if len(rig.linear.shafts) != 1:
+            raise ValueError(f"only a beam or one shaft turns; its structure is {len(rig.linear.shafts)} shafts")
+        shaft: Shaft = rig.linear.shafts[0]
+        shaft.check_turning()
+    return shaft
+
+
+def _coupled(found: Reduction) -> Turning:
+    """What couples the planes, in the modes of one of them."""
+    assert found.turning
+    return Turning(*(rows @ found.transform for rows in found.turning()))
+
+
+def _skew(coupling: np.ndarray) -> np.ndarray:
+    """A matrix of both planes: what moves along z acts along y, and the other way round with the other sign."""
+    n, m = coupling.shape
+    return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])

@@ -1,0 +1,332 @@
+"""The linear structure of a rig in modes of unit mass: static deflection, poles, gains at any spin.
+
+    q̈ + (C + Ω G) q̇ + (K + Ω H) q = inputs - Pᵀ F
+
+Coordinates are uncoupled modes but for what couples them by damping, springs and the spin Ω > 0 from y to z. G is skew:
+the moment of a disc's polar inertia I on its slopes is -I Ω ż' about one axis and I Ω ẏ' about the other. H is skew
+too: damping that turns with the shaft sees the velocity ẏ + Ω z, ż - Ω y of the turning shaft's material. It is the
+share η2 K of Rayleigh's damping, with K of the shaft alone; all other damping stands still.
+
+Source: Childs, Turbomachinery Rotordynamics, 1993, chapter 3; Krämer, Dynamics of Rotors and Foundations, 1993.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike
+
+from ..core.errors import RigError
+from ..rig import Rig
+from .poles import Eigenmotions, Poles, eigenmotions
+from .rows import RigRows
+
+__all__ = ["LinearModel", "no_matrix"]
+
+
+def no_matrix() -> np.ndarray:
+    """Return (0, 0): a part of a model that is not there."""
+    return np.zeros((0, 0))
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel(RigRows):
+    """A rig's structure in modes of unit mass, of one bending plane or two. Made by `linear_model`."""
+
+    omega: np.ndarray
+    """(n,) natural circular frequencies of the structure at rest, 1/s; 0 of a rigid body"""
+    damping: np.ndarray
+    """(n,) 2ζω, 1/s, of the structure's own damping"""
+    coupling: np.ndarray
+    """(n, n) the rest of C, 1/s; (0, 0) if there is none"""
+    influence: np.ndarray
+    """(n, 3) inertia forces on the modes per unit acceleration of the base along X, Y and Z"""
+    gyroscopic: np.ndarray = field(default_factory=no_matrix)
+    """(n, n) G, per rad/s of the spin; (0, 0) of what does not turn"""
+    circulatory: np.ndarray = field(default_factory=no_matrix)
+    """(n, n) H, 1/s, of damping that turns with the shaft; (0, 0) of what does not turn"""
+    springs: np.ndarray = field(default_factory=no_matrix)
+    """(n, n) the rest of K, 1/s²; (0, 0) if there is none"""
+    load: np.ndarray | float = 0.0
+    """(n,) constant force on the modes beside gravity"""
+
+    @property
+    def participation(self) -> np.ndarray:
+        """(n,) Γ, sqrt(kg), for the shaker's direction."""
+        return self.influence @ self.rig.shaker.unit_direction
+
+    @property
+    def weight(self) -> np.ndarray:
+        """(n,) constant force on the modes: gravity and `load`."""
+        return self.influence @ np.array(self.rig.gravity or (0.0, 0.0, 0.0)) + self.load
+
+    def input(self, kind: str) -> np.ndarray:
+        """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
+
+        Parameters
+        ----------
+        kind : str
+            Kind of excitation: "base", "force", or "spin" of a shaft that turns alone: as the base.
+
+        Raises
+        ------
+        RigError
+            If the structure does not tell what the excitation does to it, or the base moves none of its masses.
+        """
+        kind = "base" if kind == "spin" else kind
+        if refusal := self.rig.linear.refusal(kind):
+            raise RigError(f"rig {self.rig.name!r}: {refusal}")
+        if kind != "base":
+            return self.push()
+        force = -self.participation
+        if not force.any():
+            along = tuple(self.rig.shaker.unit_direction.tolist())
+            raise RigError(
+                f"rig {self.rig.name!r}: the base moves along {along}, which moves no mass of the structure; "
+                "give another shaker.direction"
+            )
+        return force
+
+    def driven(self, tested: Rig) -> tuple[LinearModel, float]:
+        """Return the model driven as in a test, and its spin, rad/s; that of slots keeps its own shaker's direction.
+
+        Parameters
+        ----------
+        tested : Rig
+            Whose shaker and spin are those of the test.
+        """
+        along, shaker = tuple(tested.shaker.unit_direction.tolist()), self.rig.shaker
+        spin = tested.spin.mean if tested.spin else 0.0
+        if self.n_coordinates == 1 or tuple(shaker.unit_direction.tolist()) == along:
+            return self, spin
+        rig = self.rig.replace(shaker=dataclasses.replace(shaker, direction=along))
+        return dataclasses.replace(self, rig=rig), spin
+
+    def filled(self, stiffness: ArrayLike, damping: ArrayLike) -> LinearModel:
+        """Return the model with a spring and a damper in every clearance, as fillings are in small motions.
+
+        Parameters
+        ----------
+        stiffness, damping : array_like, shape (n_bushings,)
+            N/m and N s/m, alike along y and z.
+        """
+        rows = self.at_bushings
+        k, c = (np.repeat(np.asarray(v, dtype=float), self.n_coordinates) for v in (stiffness, damping))
+        springs, dampers = (rows.T * k) @ rows, (rows.T * c) @ rows
+        return dataclasses.replace(
+            self, springs=self.springs + springs if self.springs.size else springs,
+            coupling=self.coupling + dampers if self.coupling.size else dampers,
+        )  # fmt: skip
+
+    @functools.cached_property
+    def _at_rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """K and C."""
+        stiffness, viscous = np.diag(self.omega**2), np.diag(self.damping)
+        return (
+            stiffness + self.springs if self.springs.size else stiffness,
+            viscous + self.coupling if self.coupling.size else viscous,
+        )
+
+    def stiff(self, spin: float = 0.0) -> np.ndarray:
+        """Return the stiffness K + Ω H (n, n) at a spin, 1/s².
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        return self._at_rest[0] + spin * self.circulatory if self.circulatory.size else self._at_rest[0].copy()
+
+    def viscous(self, spin: float = 0.0) -> np.ndarray:
+        """Return the damping C + Ω G (n, n) at a spin, 1/s.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        return self._at_rest[1] + spin * self.gyroscopic if self.gyroscopic.size else self._at_rest[1].copy()
+
+    def dynamic(self, omega: complex, spin: float = 0.0) -> np.ndarray:
+        """Return the dynamic stiffness (n, n) of motions q e^(iωt), 1/s².
+
+        Parameters
+        ----------
+        omega : complex
+            ω, rad/s.
+        spin : float
+            Ω, rad/s.
+        """
+        return self.stiff(spin) - omega**2 * np.eye(self.size) + 1j * omega * self.viscous(spin)
+
+    def state(self, spin: float = 0.0) -> np.ndarray:
+        """Return the derivative (2 n, 2 n) of displacements and velocities by time.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        n = self.size
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-self.stiff(spin), -self.viscous(spin)]])
+
+    def flow(self, step: float, spin: float = 0.0) -> np.ndarray:
+        """Return what a step makes of displacements and velocities (2 n, 2 n).
+
+        Parameters
+        ----------
+        step : float
+            s.
+        spin : float
+            Ω, rad/s.
+        """
+        return np.ascontiguousarray(scipy.linalg.expm(step * self.state(spin)))
+
+    def poles(self, spin: float = 0.0) -> Poles:
+        """Return all 2 n poles at a spin, with the motion of each.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        found = _eigenmotions(self, spin)
+        return Poles(found.value, found.vectors[: self.size])
+
+    def drive(self, spin: float = 0.0) -> np.ndarray:
+        """Return the share (2 n, n) that a force on each mode has in the motion of each pole.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+
+        Raises
+        ------
+        LinAlgError
+            If poles have no vectors of their own, as those of a free body.
+        """
+        return _drive(self, spin)
+
+    def responses(self, rows: np.ndarray, inputs: np.ndarray, omega: np.ndarray, spin: float = 0.0) -> np.ndarray:
+        """Return displacements (n_f, n_rows, n_inputs) of rows (n_rows, n) per unit of harmonic inputs.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n_rows, n)
+            Such as `at_sensors`.
+        inputs : ndarray, shape (n, n_inputs)
+            Forces on the modes.
+        omega : ndarray, shape (n_f,)
+            Angular frequencies, rad/s, real or complex.
+        spin : float
+            Ω, rad/s.
+        """
+        if not self._is_coupled(spin):
+            receptance = 1 / (self.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * self.damping)
+            products = rows[:, None, :] * inputs.T[None]
+            return np.asarray((receptance @ products.reshape(-1, self.size).T).reshape(omega.size, len(rows), -1))
+        try:
+            drive = self.drive(spin)
+        except np.linalg.LinAlgError:  # the inverse at every frequency
+            return np.array([rows @ np.linalg.solve(self.dynamic(each, spin), inputs) for each in omega])
+        value, motion = self.poles(spin)
+        products = (rows @ motion)[:, None, :] * (drive @ inputs).T[None]
+        gains = (1 / (1j * omega[:, None] - value)) @ products.reshape(-1, value.size).T
+        return np.asarray(gains.reshape(omega.size, len(rows), -1))
+
+    def _is_coupled(self, spin: float) -> bool:
+        turns = spin and (self.gyroscopic.any() or self.circulatory.any())
+        return bool(self.coupling.size or self.springs.size or turns)
+
+    def displacement_gains(
+        self, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
+    ) -> np.ndarray:
+        """Return displacements (n_f, n_rows, n_forces + 1) of rows (n_rows, n), otherwise as `channel_gains`.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n_rows, n)
+            Such as `at_points`.
+        kind, omega, at, spin
+            As `channel_gains` takes them.
+        """
+        forces = -(self.at_bushings if at is None else at)
+        return self.responses(rows, np.vstack((forces, self.input(kind))).T, omega, spin)
+
+    def channel_gains(
+        self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
+    ) -> np.ndarray:
+        """Return what accelerometers, probes and the excitation itself show of forces in the clearances and of it.
+
+        Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω, Ω) θ(ω), with θ the
+        forces and the excitation.
+
+        Parameters
+        ----------
+        probes : ndarray, shape (n_probes, n)
+            Displacements that probes read, such as `at_probes`.
+        kind : str
+            Kind of excitation: "base", "force" or "spin".
+        omega : ndarray, shape (n_f,)
+            Angular frequencies, rad/s, real or complex.
+        at : ndarray, shape (n_forces, n), optional
+            Where the forces act; by default in the clearances' middles.
+        spin : float
+            Ω, rad/s.
+
+        Returns
+        -------
+        ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
+        """
+        rig, sensors = self.rig, len(self.at_sensors)
+        seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at, spin)
+        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
+        seen[:, :sensors, -1] += self.sensors_on_base * float(kind != "force")
+        itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
+        itself[:, :, -1] = 1.0
+        found = np.concatenate((seen, itself), axis=1)
+        of_probes = np.repeat([b.probe_delay for b in rig.bushings], self.n_coordinates)[: len(probes)].tolist()
+        for i, delay in enumerate([*(s.delay for s in rig.sensors), *of_probes, rig.shaker.delay]):
+            if delay:
+                found[:, i] *= np.exp(-1j * omega * delay)[:, None]
+        return found
+
+    def static_deflection(self, points: Sequence[float | str] | np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """Return the deflection (n_points, n_loads), m/N, of points under unit static loads.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
+        loads : ndarray, shape (n_loads, n)
+            Force on the modes of each load, such as ``at_bushings``; exact for those and the shaker's.
+
+        Raises
+        ------
+        RigError
+            If the structure can move without bending.
+        """
+        if not self.omega.all():
+            raise RigError(
+                f"rig {self.rig.name!r}: the structure can move without bending, so it has no static deflection; "
+                "add a support, or a spring to the base"
+            )
+        if self.springs.size:
+            return np.asarray(self.shapes(points) @ np.linalg.solve(self.stiff(), loads.T))
+        return (self.shapes(points) / self.omega**2) @ loads.T
+
+
+@functools.lru_cache(maxsize=64)  # of models, which are never equal to another one
+def _eigenmotions(model: LinearModel, spin: float) -> Eigenmotions:
+    return eigenmotions(model.state(spin), np.maximum(model.omega, 1.0))
+
+
+@functools.lru_cache(maxsize=64)
+def _drive(model: LinearModel, spin: float) -> np.ndarray:
+    return _eigenmotions(model, spin).drive()

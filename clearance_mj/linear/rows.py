@@ -1,0 +1,207 @@
+"""How the points of a rig move in coordinates of any kind: rows at its clearances, sensors, probes and shaker.
+
+A clearance has a row for each of its coordinates: a slot one, along z or its own degree of freedom, a round clearance
+two, along y, then z. Rows are ordered clearance by clearance, at their ends end by end, and at each point y before z.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..rig import Rig
+from ..rig.points import probe_point
+from ..structure.base import Rows, in_other_plane, parse_direction, parse_dof
+
+__all__ = ["PlaneRows", "RigRows", "along_axis"]
+
+
+class PlaneRows(NamedTuple):
+    """What moves points along one direction."""
+
+    rows: Rows
+    """displacements (n_points, m) of points per coordinate of the structure"""
+    transform: np.ndarray
+    """(m, k) these coordinates per coordinate of the model"""
+    span: slice
+    """which k coordinates of the model they are"""
+    ends: Rows | None = None
+    """displacements where contact is looked for, if they are others: links are straight between their hinges"""
+
+
+@dataclass(frozen=True, eq=False)
+class RigRows:
+    """Displacements of a rig's points, relative to its base, per coordinate of a model."""
+
+    rig: Rig
+    """the rig"""
+    n_coordinates: int
+    """rows of each clearance: 1 of a slot, 2 of a round one"""
+    planes: tuple[PlaneRows | None, PlaneRows]
+    """what moves points along y, None where nothing does, and along z"""
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return int(self.planes[1].span.stop)
+
+    @property
+    def plane_sizes(self) -> list[int]:
+        """Numbers of coordinates of each bending plane; of all where planes are not told apart."""
+        return [stop - start for start, stop in sorted({(p.span.start, p.span.stop) for p in self.planes if p})]
+
+    def shapes(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
+        """Return how points move in their own directions: those on shafts along z, positive at the last position.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
+
+        Returns
+        -------
+        ndarray, shape (n_points, n)
+            1/sqrt(kg) for modes of unit mass.
+        """
+        (across, plane), at = self.planes, _listed(points)
+        found = np.zeros((len(at), self.size))
+        found[:, plane.span] = plane.rows(at) @ plane.transform
+        if across is not None and across.span != plane.span:
+            named = [i for i, point in enumerate(at) if parse_direction(point)]
+            found[named, across.span] = across.rows([in_other_plane(at[i]) for i in named]) @ across.transform
+        return found
+
+    def moved(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
+        """Return how points move along y and z.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom, of whose nodes both are returned.
+
+        Returns
+        -------
+        ndarray, shape (n_points, 2, n)
+            1/sqrt(kg) for modes of unit mass; zeros along y where a planar rig's shafts do not move.
+        """
+        return self._moved(_listed(points), False)
+
+    def _moved(self, points: list[float | str], ends: bool) -> np.ndarray:
+        found = np.zeros((len(points), 2, self.size))
+        for i, (axis, plane) in enumerate(zip("YZ", self.planes)):
+            if plane is not None:
+                rows = plane.ends if ends and plane.ends else plane.rows
+                found[:, i, plane.span] = rows([along_axis(point, axis) for point in points]) @ plane.transform
+        return found
+
+    def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
+        """Return how points move in directions (n_points, n): degrees of freedom in their own.
+
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or degrees of freedom.
+        direction : ndarray, shape (n_points, 3) or (3,)
+            Unit vectors, for positions on shafts, which do not move along x.
+        """
+        along, found = np.broadcast_to(direction, (len(points), 3)), np.empty((len(points), self.size))
+        named = np.array([parse_direction(point) is not None for point in points], dtype=bool)
+        found[named] = self.shapes([point for point, has_name in zip(points, named) if has_name])
+        others = self.moved([point for point, has_name in zip(points, named) if not has_name])
+        found[~named] = np.einsum("pd,pdn->pn", along[~named, 1:], others)
+        return found
+
+    def _relative(self, joined: Sequence[tuple[float | str, ...]], ends: bool = False) -> np.ndarray:
+        """Rows of first points less those of second ones, where there are any."""
+
+        def at(points: list[float | str]) -> np.ndarray:
+            return self.shapes(points)[:, None] if self.n_coordinates == 1 else self._moved(points, ends)
+
+        found = at([points[0] for points in joined])
+        second = [i for i, points in enumerate(joined) if len(points) > 1]
+        found[second] -= at([joined[i][1] for i in second])
+        return found.reshape(-1, self.size)
+
+    @functools.cached_property
+    def at_bushings(self) -> np.ndarray:
+        """(n_rows, n) relative displacement in the middle of each clearance; n_rows = n_coordinates n_bushings."""
+        return self._relative(self.rig.clearance_points)
+
+    @functools.cached_property
+    def at_ends(self) -> np.ndarray:
+        """(2 n_rows, n) relative displacement at both ends of each clearance."""
+        return self._relative(self.rig.clearance_ends, True)
+
+    @functools.cached_property
+    def at_points(self) -> np.ndarray:
+        """(3 n_rows, n) the clearances' middles, then both ends of each."""
+        return np.vstack((self.at_bushings, self.at_ends))
+
+    @property
+    def ends_by_row(self) -> np.ndarray:
+        """(n_rows, 2, n) relative displacement at both ends for every row of `at_bushings`."""
+        ends = self.at_ends.reshape(-1, 2, self.n_coordinates, self.size)
+        return ends.swapaxes(1, 2).reshape(-1, 2, self.size)
+
+    def at_probes(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the displacements (n_rows, n) that probes in the clearances read, turned as in the rig file.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Gains and places that are not 1 and the clearance's middle: "probes[0].gain" of the first row, and
+            "probes[0].position" of the first clearance in m.
+        """
+        rig = self.rig
+        places = [values.get(f"probes[{j}].position") for j in range(len(rig.bushings))]
+        points = [probe_point(j, b, at, bool(rig.fixture)) for j, (b, at) in enumerate(zip(rig.bushings, places))]
+        found = self._relative(points)
+        if self.n_coordinates == 2:
+            for rows, bushing in zip(found.reshape(-1, 2, self.size), rig.bushings):
+                cos, sin = np.cos(bushing.probe_angle), np.sin(bushing.probe_angle)
+                rows[:] = np.array([[cos, sin], [-sin, cos]]) @ rows
+        return found * np.array([values.get(f"probes[{i}].gain", 1.0) for i in range(len(found))])[:, None]
+
+    @functools.cached_property
+    def at_sensors(self) -> np.ndarray:
+        """(n_sensors, n) displacement of the sensors relative to the base, in their directions, times their gains."""
+        sensors = self.rig.sensors
+        along = np.array([s.unit_direction for s in sensors]).reshape(-1, 3)
+        return np.array([s.gain for s in sensors])[:, None] * self.directed([s.position for s in sensors], along)
+
+    @functools.cached_property
+    def sensors_on_base(self) -> np.ndarray:
+        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
+        along = self.rig.shaker.unit_direction
+        return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
+
+    def push(self) -> np.ndarray:
+        """Return the force (n,) of the shaker on the coordinates per N."""
+        points, factors = self.rig.shaker.pushed()
+        if self.n_coordinates == 1:  # a slot's shaft moves along z alone
+            return np.asarray(factors @ self.shapes(points))
+        return np.asarray(factors @ self.directed(points, self.rig.shaker.unit_direction))
+
+    @functools.cached_property
+    def unbalance(self) -> np.ndarray:
+        """(2, n) force of all unbalances on the coordinates per Ω² cos φ and Ω² sin φ, with φ the shaft's angle."""
+        found = np.zeros((2, self.size))
+        for each in self.rig.unbalances:
+            y, z = each.moment * self.moved([each.position])[0]
+            cos, sin = np.cos(each.phase), np.sin(each.phase)
+            found += np.array([cos * y + sin * z, cos * z - sin * y])
+        return found
+
+
+def _listed(points: Sequence[float | str] | np.ndarray) -> list[float | str]:
+    return points.tolist() if isinstance(points, np.ndarray) else list(points)
+
+
+def along_axis(point: float | str, axis: str) -> float | str:
+    """Return the degree of freedom along an axis of a node of which a point names another one; else the point."""
+    dof = parse_dof(point)
+    return point if dof is None else f"{dof[0]}:{axis}"
