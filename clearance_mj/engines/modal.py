@@ -70,7 +70,8 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     on_base = model.sensors_on_base * float(kind == "base")
     points, push = model.at_points, model.input(kind)
     light = points * inverse_mass
-    return Shaft(inverse_mass, flow, points, model.at_sensors, push, on_base, kicked, light @ points.T, light @ push)
+    moved = light @ points.T, light @ push
+    return Shaft(inverse_mass, flow, points, model.at_sensors, push, on_base, kicked, *moved, model.springs)
 
 
 class ModalRun(Run):
@@ -105,7 +106,7 @@ class ModalRun(Run):
             half_kick = self.step / 2 * shaft.inverse_mass[:, None] * shaft.coupling
             viscous = shaft.coupling @ np.linalg.inv(np.eye(det.size) - half_kick) * (self.step / vq)
         speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
-        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed)
+        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed, shaft.springs)
 
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return modal coordinates and impact speeds; see `Run.snapshot`."""

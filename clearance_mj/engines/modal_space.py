@@ -71,7 +71,7 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
         np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
         np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind),
         model.sensors_on_base * float(kind == "base"),
-        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory),
+        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory), model.springs,
     )  # fmt: skip
     return shaft, viscous
 

@@ -102,7 +102,7 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
 
 def _modal_motion(model: LinearModel, force: np.ndarray, step: float) -> np.ndarray:
     """(n_t, n) modal coordinates under forces (n_t, n) that are straight lines between samples."""
-    if model.coupling.size:
+    if model.coupling.size or model.springs.size:
         zero, one = np.zeros((model.size, model.size)), np.eye(model.size)
         system = (model.state(), np.vstack((zero, one)), np.hstack((one, zero)), zero)
         return scipy.signal.dlsim(scipy.signal.cont2discrete(system, step, method="foh"), force)[1]

@@ -53,9 +53,7 @@ _PLACE = re.compile(
     rf"({SHAFT_NAME}|(?=@[^:]+:))@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)(?::([+-]?)(R?[XYZ]))?"
 )
 _CURVED_PLACE = re.compile(_PLACE.pattern.replace("R?[XYZ]", "[RK]?[XYZ]"))  # curvatures are of sensors alone
-_SWAPPED = {
-    "Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "KY": ("KZ", 1), "KZ": ("KY", 1),
-}  # fmt: skip
+_SWAPPED = {"Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "KY": ("KZ", 1), "KZ": ("KY", 1)}
 
 
 def _point(value: object) -> float | str:

@@ -275,8 +275,8 @@ def _free(structure: Matrices) -> _Free:
         part = {what: m if isinstance(m, np.ndarray) else m.toarray() for what, m in part.items()}
     columns = np.where(keep, np.cumsum(keep) - 1, -1)
     total = float(masses.max()) or None
-    damping, cross = part.get("damping"), part.get("cross")
-    return _Free(part["mass"], part["stiffness"], damping, cross, inertia[keep], dofs, columns, total)
+    of_free = part["mass"], part["stiffness"], part.get("damping"), part.get("cross")
+    return _Free(*of_free, inertia[keep], dofs, columns, total)
 
 
 def _scaled(matrix: Matrix, factor: float, scale: np.ndarray) -> Matrix:

@@ -97,7 +97,7 @@ def round_condensed(
         drive[1] = levels[0] * (structure.unbalance[0] - 1j * structure.unbalance[1])
     elif levels:
         drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
-    if np.linalg.eigvalsh(structure.stiff())[0] <= 1e-12 * structure.omega.max() ** 2:
+    if np.linalg.eigvalsh(structure.stiff() + structure.stiff().T)[0] <= 2e-12 * structure.omega.max() ** 2:
         raise RigError(
             f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
             "defined; add a support, oil, or grease with stiffness"
