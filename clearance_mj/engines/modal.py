@@ -73,7 +73,7 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     light = points * inverse_mass
     return Shaft(
         inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, light @ push,
-        sensors.readings,
+        model.springs, sensors.readings,
     )  # fmt: skip
 
 
@@ -109,7 +109,7 @@ class ModalRun(Run):
             half_kick = self.step / 2 * shaft.inverse_mass[:, None] * shaft.coupling
             viscous = shaft.coupling @ np.linalg.inv(np.eye(det.size) - half_kick) * (self.step / vq)
         speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
-        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed)
+        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed, shaft.springs)
 
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return modal coordinates and impact speeds; see `Run.snapshot`."""
