@@ -92,12 +92,6 @@ class Linkage:
         ]
         return np.array(ends).reshape(-1, self.size)
 
-    @functools.cached_property
-    def ends_of_links(self) -> np.ndarray:
-        """(2 n_bushings, nv) relative displacement of the straight links at both ends of each clearance."""
-        ends = [self._relative(points, "lever") for b in self.rig.bushings for points in b.joined_ends]
-        return np.array(ends).reshape(-1, self.size)
-
     def _relative(self, joined: Sequence[float | str], kind: str) -> np.ndarray:
         rows = self._rows(kind, joined)
         return rows[0] - rows[1] if len(rows) > 1 else rows[0]

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg
 
 from ..linear import LinearModel, PlaneRows, RigRows
+from ..linear.making import skew
 from ..rig import Rig
 from ..structure import Beam
 from .chain import Chain
@@ -90,12 +91,8 @@ class SpatialLinkage:
         return eta2 * self._skew(_strain) if eta2 else np.zeros((0, 0))
 
     def _skew(self, rows: Callable[[Chain], np.ndarray]) -> np.ndarray:
-        """What moves along z acts along y, and the other way round with the other sign."""
         (y,), (z,) = (plane.chains for plane in self.planes)
-        coupling, found = rows(y).T @ rows(z), np.zeros((self.size, self.size))
-        along_y, along_z = self.spans
-        found[along_y, along_z], found[along_z, along_y] = coupling, -coupling.T
-        return found
+        return skew(rows(y).T @ rows(z))
 
     @functools.cached_property
     def free(self) -> np.ndarray:

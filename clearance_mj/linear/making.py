@@ -15,13 +15,13 @@ import scipy.linalg
 
 from ..rig import Rig
 from ..rig.extremes import computable
-from ..structure import Shaft
+from ..structure import Shaft, Structure
 from ..structure.base import Turning
 from ..structure.modal import Reduction
 from .model import LinearModel, no_matrix
 from .rows import PlaneRows, along_axis
 
-__all__ = ["MAX_MODES", "linear_model"]
+__all__ = ["MAX_MODES", "linear_model", "skew"]
 
 MAX_MODES = 60  # in a basis, beyond which nothing is gained
 
@@ -56,18 +56,18 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         shaft = _turning_shaft(rig)
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
         damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
-        sides = (shaft.in_other_plane, True), (shaft, False)
-        found = [rig.reduction(n_modes, grease, plane, more=damped, across=across) for plane, across in sides]
+        of_planes: tuple[Structure, Structure] = (shaft.in_other_plane, shaft)
+        found = [rig.reduction(n_modes, grease, s, more=damped, across=y) for y, s in zip((True, False), of_planes)]
     elif not rig.is_spatial:
         found = [rig.reduction(n_modes, grease)]
     elif across is not None:
-        found = [rig.reduction(n_modes, grease, across, across=True), rig.reduction(n_modes, grease)]
+        found = [rig.reduction(n_modes, grease, s, across=y) for y, s in ((True, across), (False, rig.linear))]
     else:
         joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
         found = [rig.reduction(n_modes, grease, joined=joined)]
     ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
-    planes = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
-    y = planes[0] if len(planes) == 2 or across is None else None
+    moves = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
+    y = moves[0] if len(moves) == 2 or across is None else None
     influence = [np.array([row @ p.transform for row in np.ascontiguousarray(p.influence.T)]).T for p in found]
     omega, damping, coupling = found[0].omega, found[0].damping, found[0].coupling
     gyroscopic = circulatory = no_matrix()
@@ -80,11 +80,11 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         influence[0] = influence[0][:, [0, 2, 1]] * [1.0, 1.0, 0.0]  # its own plane is along y
     if turns:
         of_y, of_z = map(_coupled, found)
-        gyroscopic = _skew(of_y.polar.T @ of_z.polar)
-        circulatory = _skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
+        gyroscopic = skew(of_y.polar.T @ of_z.polar)
+        circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     n_coordinates = 2 if turns or rig.is_spatial else 1
     return LinearModel(
-        rig, n_coordinates, (y, planes[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
+        rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
         found[0].springs,
     )  # fmt: skip
 
@@ -104,7 +104,7 @@ def _coupled(found: Reduction) -> Turning:
     return Turning(*(rows @ found.transform for rows in found.turning()))
 
 
-def _skew(coupling: np.ndarray) -> np.ndarray:
-    """A matrix of both planes: what moves along z acts along y, and the other way round with the other sign."""
+def skew(coupling: np.ndarray) -> np.ndarray:
+    """Return the matrix of both planes in which what moves along z acts along y, and vice versa with the other sign."""
     n, m = coupling.shape
     return np.block([[np.zeros((n, n)), coupling], [-coupling.T, np.zeros((m, m))]])

@@ -23,10 +23,12 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
 from ..rig import Rig
-from .poles import Eigenmotions, Poles, eigenmotions
+from .poles import Poles
 from .rows import RigRows
 
 __all__ = ["LinearModel", "no_matrix"]
+
+WORST_POLES = 1e10  # condition of the poles' vectors beyond which they are not used
 
 
 def no_matrix() -> np.ndarray:
@@ -195,8 +197,8 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        found = _eigenmotions(self, spin)
-        return Poles(found.value, found.vectors[: self.size])
+        value, vectors, _ = _eigenmotions(self, spin)
+        return Poles(value, vectors[: self.size])
 
     def drive(self, spin: float = 0.0) -> np.ndarray:
         """Return the share (2 n, n) that a force on each mode has in the motion of each pole.
@@ -323,10 +325,15 @@ class LinearModel(RigRows):
 
 
 @functools.lru_cache(maxsize=64)  # of models, which are never equal to another one
-def _eigenmotions(model: LinearModel, spin: float) -> Eigenmotions:
-    return eigenmotions(model.state(spin), np.maximum(model.omega, 1.0))
+def _eigenmotions(model: LinearModel, spin: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eigenvalues (2 n,) and vectors (2 n, 2 n) of the state matrix with rows of one size, and their scale (2 n,)."""
+    scale = np.concatenate((np.ones(model.size), np.maximum(model.omega, 1.0)))
+    return (*np.linalg.eig(model.state(spin) / scale[:, None] * scale), scale)
 
 
 @functools.lru_cache(maxsize=64)
 def _drive(model: LinearModel, spin: float) -> np.ndarray:
-    return _eigenmotions(model, spin).drive()
+    _, vectors, scale = _eigenmotions(model, spin)
+    if not np.linalg.cond(vectors, 1) < WORST_POLES:
+        raise np.linalg.LinAlgError("poles have no vectors of their own")
+    return np.asarray((np.linalg.inv(vectors) / scale)[:, model.size :])

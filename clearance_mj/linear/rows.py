@@ -67,12 +67,9 @@ class RigRows:
         ndarray, shape (n_points, n)
             1/sqrt(kg) for modes of unit mass.
         """
-        (across, plane), at = self.planes, _listed(points)
+        plane, at = self.planes[1], _listed(points)
         found = np.zeros((len(at), self.size))
         found[:, plane.span] = plane.rows(at) @ plane.transform
-        if across is not None and across.span != plane.span:
-            named = [i for i, point in enumerate(at) if parse_direction(point)]
-            found[named, across.span] = across.rows([in_other_plane(at[i]) for i in named]) @ across.transform
         return found
 
     def moved(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:
@@ -110,9 +107,16 @@ class RigRows:
         """
         along, found = np.broadcast_to(direction, (len(points), 3)), np.empty((len(points), self.size))
         named = np.array([parse_direction(point) is not None for point in points], dtype=bool)
-        found[named] = self.shapes([point for point, has_name in zip(points, named) if has_name])
+        found[named] = self._along_own([point for point, has_name in zip(points, named) if has_name])
         others = self.moved([point for point, has_name in zip(points, named) if not has_name])
         found[~named] = np.einsum("pd,pdn->pn", along[~named, 1:], others)
+        return found
+
+    def _along_own(self, points: list[float | str]) -> np.ndarray:
+        """(n_points, n) of points that have directions, which may be X, or rotations: of shafts each in its plane."""
+        found, (y, z) = self.shapes(points), self.planes
+        if y is not None and y.span != z.span:
+            found[:, y.span] = y.rows([in_other_plane(point) for point in points]) @ y.transform
         return found
 
     def _relative(self, joined: Sequence[tuple[float | str, ...]], ends: bool = False) -> np.ndarray:

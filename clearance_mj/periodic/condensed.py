@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,17 @@ from ..rig import Rig
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear
 
-__all__ = ["Condensed", "condensed", "coordinates_of", "grid", "in_gap", "laws_of", "slopes"]
+__all__ = [
+    "Condensed",
+    "condensed",
+    "coordinates_of",
+    "grid",
+    "in_gap",
+    "laws_of",
+    "require_periodic",
+    "slopes",
+    "without_stiffness",
+]
 
 STIFF = 1e-3
 """Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
@@ -42,6 +52,25 @@ class Condensed(NamedTuple):
         """Rig of the model."""
         return self.model.rig
 
+    def modes_of(self, omega: np.ndarray, excitation: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Return complex amplitudes (n_f, n, H + 1) of the modes under excitation and forces of the points.
+
+        Parameters
+        ----------
+        omega : ndarray, shape (n_f,)
+            Angular frequencies of the first harmonic, 1/s.
+        excitation : ndarray, shape (n_f, H + 1), complex
+            Of the rig, m/s² or N.
+        force : ndarray, shape (n_f, n_points, H + 1), complex
+            N.
+        """
+        model, drive = self.in_gap, self.in_gap.drive()
+        value, motion = model.poles()
+        of_poles = (drive @ model.input(self.kind))[:, None] * excitation[:, None]
+        of_poles = of_poles - np.einsum("jp,nph->njh", drive @ model.at_points.T, force)
+        of_poles /= 1j * np.arange(force.shape[2]) * omega[:, None, None] - value[:, None]
+        return np.einsum("mj,njh->nmh", motion, of_poles)
+
 
 def in_gap(of: Model, modes: int) -> LinearModel:
     """Return the in-gap linear system of a rig, each grease a spring and a damper as in small motions.
@@ -55,11 +84,42 @@ def in_gap(of: Model, modes: int) -> LinearModel:
     model = linear_model(rig, modes).filled(k, c)
     values = np.abs(model.poles().value)
     if values.min() < 1e-9 * values.max() or np.linalg.eigvalsh(model.stiff() + model.stiff().T)[0] <= 0:
-        raise RigError(
-            f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
-            "defined; add a support, or grease with stiffness"
-        )
+        raise without_stiffness(rig)
     return model
+
+
+def without_stiffness(rig: Rig) -> RigError:
+    """Return the error of a rig that nothing holds in its gaps."""
+    return RigError(
+        f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
+        "defined; add a support, oil, or grease with stiffness"
+    )
+
+
+def require_periodic(model: Model, kind: str) -> None:
+    """Refuse a model that has no periodic vibration, or that an excitation does not reach.
+
+    Raises
+    ------
+    RigError
+        If the rig has no clearance.
+    LawError
+        For a law over time or amplitude.
+    ExcitationError
+        If the rig has no position for a force.
+    """
+    rig, law = model.rig, model.law
+    if not rig.bushings:
+        raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
+    if isinstance(law, TimeLaw):
+        raise LawError("a law over time has no periodic vibration; give a ConstantLaw or a ContactLaw")
+    if isinstance(law, AmplitudeLaw):
+        raise LawError(
+            "a law over amplitude remembers the envelope for longer than a period, and harmonic balance does not "
+            "follow that; give a ConstantLaw or a ContactLaw"
+        )
+    if kind == "force" and rig.shaker.position is None:
+        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
 
 
 def condensed(
@@ -91,18 +151,8 @@ def condensed(
     ExcitationError
         If the rig has no position for a force.
     """
+    require_periodic(model, kind)
     rig, law = model.rig, model.law
-    if not rig.bushings:
-        raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
-    if isinstance(law, TimeLaw):
-        raise LawError("a law over time has no periodic vibration; give a ConstantLaw or a ContactLaw")
-    if isinstance(law, AmplitudeLaw):
-        raise LawError(
-            "a law over amplitude remembers the envelope for longer than a period, and harmonic balance does not "
-            "follow that; give a ConstantLaw or a ContactLaw"
-        )
-    if kind == "force" and rig.shaker.position is None:
-        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
     linear = in_gap(model, modes)
     (values, shapes), forced = linear.poles(), linear.drive()
     points = linear.at_points @ shapes
@@ -111,7 +161,7 @@ def condensed(
     excitation = np.zeros(harmonics + 1, dtype=complex)
     excitation[periods : periods * len(levels) + 1 : periods] = levels
     stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
-    basis, owner = _coordinates(linear, stiffest)
+    basis, owner = coordinates_of(linear, STIFF, stiffest)
     on_modes = float(np.max(stiffest * np.sum(linear.at_bushings**2, axis=1)))
     shifted = Linear(values, residues, driven, excitation, basis, owner)
     room = min(b.gap - abs(b.offset) for b in rig.bushings)
@@ -128,24 +178,25 @@ def laws_of(rig: Rig, law: Law) -> Laws:
     return Laws(*records, k, c, memory, linear, max(max(grease.states() for grease in greases), 1))
 
 
-def coordinates_of(
-    compliance: np.ndarray, stiff: float, groups: Iterable[tuple[int, float, list[int]]]
-) -> tuple[np.ndarray, np.ndarray]:
+def coordinates_of(model: LinearModel, stiff: float, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return orthonormal coordinates (n_rows, r) of points in which they move enough to matter, and whose they are.
 
     Parameters
     ----------
-    compliance : ndarray, shape (n_rows, n_rows)
-        Displacements by static forces, m/N.
+    model : LinearModel
+        The structure in its gaps.
     stiff : float
         Contact stiffness times compliance from which on a motion matters.
-    groups : iterable of (int, float, list of int)
-        Clearance, its stiffest contact, N/m, and the rows that it has there.
+    stiffest : ndarray, shape (n_bushings,)
+        Stiffest contact of each clearance, N/m.
     """
+    at, d, count = model.at_points, model.n_coordinates, len(stiffest)
+    compliance = at @ np.linalg.solve(model.stiff(), at.T)
     columns, owner = [], []
-    for j, contact, rows in groups:
+    for j, direction in np.ndindex(count, d):
+        rows = [d * point + direction for point in (j, count + 2 * j, count + 2 * j + 1)]
         values, vectors = np.linalg.eigh(compliance[np.ix_(rows, rows)])
-        least = min(stiff / contact if contact else np.inf, 1e-3 * values[-1])
+        least = min(stiff / stiffest[j] if stiffest[j] else np.inf, 1e-3 * values[-1])
         for value, vector in zip(values, vectors.T):
             if value > least and value > 1e-12 * values[-1]:
                 column = np.zeros(len(compliance))
@@ -153,12 +204,6 @@ def coordinates_of(
                 columns.append(column)
                 owner.append(j)
     return np.ascontiguousarray(np.array(columns).T), np.array(owner)
-
-
-def _coordinates(linear: LinearModel, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    at, count = linear.at_points, len(stiffest)
-    groups = ((j, contact, [j, count + 2 * j, count + 2 * j + 1]) for j, contact in enumerate(stiffest))
-    return coordinates_of(at @ np.linalg.solve(linear.stiff(), at.T), STIFF, groups)
 
 
 def _memory(grease: GreaseModel, gap: float) -> int:

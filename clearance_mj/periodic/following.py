@@ -10,13 +10,14 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
+from ..linear import LinearModel
 from .branch import Branch, SpecialPoint
 from .condensed import condensed
 from .continuation import CameBack, Motion, NoConvergence, Solver
 from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest", "watched"]
+__all__ = ["branch_of", "expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest", "watched"]
 
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
@@ -137,38 +138,53 @@ def strongest(excitation: np.ndarray) -> complex:
 def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
     """Expand motions at the clearances to everything that a branch knows."""
     system = solver.system
-    rig, model, linear, periods = system.rig, system.in_gap, system.linear, system.periods
-    count, motions, forced, poles = len(rig.bushings), [point.motion for point in points], model.drive(), model.poles()
+    linear, motions = system.linear, [point.motion for point in points]
     omega = np.array([solver.frequency(motion) for motion in motions])
     excitation = np.outer([solver.share(motion) for motion in motions], linear.excitation)
     x = complex_amplitudes(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
     force = complex_amplitudes(np.array([motion.force for motion in motions]))
-    turning = 1j * np.arange(linear.excitation.size) * omega[:, None]  # (n, H + 1)
-    driven = forced @ model.input(system.kind)
-    from_points = forced @ model.at_points.T
-    of_poles = driven[:, None] * excitation[:, None] - np.einsum("jp,nph->njh", from_points, force)
-    of_poles /= turning[:, None, :] - poles.value[:, None]
-    modes = np.einsum("mj,njh->nmh", poles.motion, of_poles)
-    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * (turning**2)[:, None, :]
+    highest = int(np.flatnonzero(linear.excitation)[-1])
+    level = excitation[:, system.periods : highest + 1 : system.periods]
+    modes = system.modes_of(omega, excitation, force)
+    over = "frequency" if solver.at is None else "level"
+    return branch_of(
+        solver, system.in_gap, points, ended, omega, excitation, level, modes, force, x, over, system.periods
+    )
+
+
+def branch_of(
+    solver: Any, model: LinearModel, points: list[Located], ended: str, omega: np.ndarray, excitation: np.ndarray,
+    level: np.ndarray, modes: np.ndarray, force: np.ndarray, x: np.ndarray, over: str, periods: int = 1,
+    spin: np.ndarray | None = None,
+) -> Branch:  # fmt: skip
+    """Return the branch of motions of frequencies (n,), 1/s, whose complex amplitudes (n, ..., H + 1) are given.
+
+    Those of the excitation, of the modes, and of forces and displacements of the points, N and m. ``level`` are the
+    excitation's own harmonics (n, n_levels).
+    """
+    system, d, rig = solver.system, model.n_coordinates, solver.system.rig
+    count, turning = d * len(rig.bushings), 1j * np.arange(modes.shape[2]) * omega[:, None, None]
+    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * turning**2
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
-    at = model.shapes([sensor.position for sensor in rig.sensors])
-    ends = force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2)
-    own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning[:, None, :]) * x[:, :count]
-    at_folds = of_folds(np.array([motion.omega for motion in motions]), [point.kind for point in points])
-    highest = int(np.flatnonzero(linear.excitation)[-1])
-    frequency, level = periods * omega / (2 * np.pi), excitation[:, periods : highest + 1 : periods]
+    along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
+    at = model.directed([sensor.position for sensor in rig.sensors], along)
+    ends = force[:, count:].reshape(len(omega), -1, 2, d, modes.shape[2]).sum(axis=2)
+    spring, damper = (np.repeat(each, d)[:, None] for each in (system.laws.spring, system.laws.damper))
+    held = force[:, :count] + (spring + damper * turning) * x[:, :count]
+    at_folds = of_folds(np.array([point.motion.omega for point in points]), [point.kind for point in points])
+    frequency = periods * omega / (2 * np.pi)
     special = tuple(
-        SpecialPoint(point.kind, float(frequency[i]), abs(strongest(level[i])), i)
+        SpecialPoint(point.kind, float(frequency[i]), abs(strongest(level[i])) if level[i].any() else 0.0, i)
         for i, point in enumerate(points)
         if point.kind and i not in at_folds
     )
     known = [point.multipliers for point in points if point.multipliers is not None]
     return Branch(
-        system.model, system.kind, "frequency" if solver.at is None else "level", periods, system.modes,
-        solver.samples, frequency, level, acceleration, np.einsum("sm,nmh->nsh", at, modes), x[:, :count],
-        x[:, count:], ends, force[:, :count] + own, np.array(known) if known else None, special, ended,
-        tuple(rig.sensor_labels), tuple(rig.clearance_labels),
+        system.model, system.kind, over, periods, system.modes, solver.samples, frequency, level, acceleration,
+        np.einsum("sm,nmh->nsh", at, modes), x[:, :count], x[:, count:], ends.reshape(len(omega), count, -1), held,
+        np.array(known) if known else None, special, ended, tuple(rig.sensor_labels),
+        tuple(rig.probe_labels if d == 2 else rig.clearance_labels), spin,
     )  # fmt: skip
 
 

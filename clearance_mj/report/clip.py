@@ -1,36 +1,24 @@
-"""What an animation shows: the shape of a shaft that rattles in its bushings, out of a response.
-
-A response holds the shaft's displacement at its bushings only. The rest of its shape follows from the forces: between
-the bushings the shaft is linear, so its modes (`linear_model`) under the excitation and the recorded grease and contact
-forces move as the shaft did, whichever engine recorded them. Two things are lost: what the recorder's anti-alias
-filter took from the forces, and how the two ends of a bushing shared the contact force; they get half each. What that
-leaves between shape and record at the bushings is taken up by the static deflection under forces there. The shape is
-then within 1 % (RMS, of the tip's) of the modal engine's own coordinates all along the shipped rig's shaft, from soft
-contact to 2e5 N/m, at 2048 samples/s and above; without the last step it is up to 5 % off.
-All motion is relative to the base.
-"""
+"""What an animation shows: the shape of a shaft that rattles in its bushings, out of a response."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.signal
 
-from ..core.errors import ClearanceError, RecordError
-from ..linear import LinearModel, linear_model
+from ..core.errors import ClearanceError
 from ..rig import Rig
 from ..signals.response import Response
 from ..structure import Shaft
+from .deflection import deflection
 from .outline import outline
 
-__all__ = ["MODES", "AnyClip", "Clip", "clip", "cut", "deflection", "require_shafts"]
+__all__ = ["AnyClip", "Clip", "clip", "cut", "require_shafts"]
 
-MODES = 16  # of the shaft's shape
 POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
 """largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
@@ -75,42 +63,6 @@ class Clip(AnyClip):
     """What an animation shows."""
 
     force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards
-
-
-def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarray) -> np.ndarray:
-    """Return the displacement (n_t, n_x), m, of points x relative to the base, from the forces of a response from rest.
-
-    At the bushings it is as recorded. The modes' motion is exact for forces that are straight lines between samples
-    (first-order hold). A RecordError says if the response has no forces or displacements, as a test record.
-    """
-    displacement, contact, grease = response.displacement, response.contact_force, response.grease_force
-    if displacement is None or contact is None or grease is None:
-        raise RecordError(
-            "the shaft's shape needs displacements, contact and grease forces at the bushings, which only simulated "
-            "responses have"
-        )
-    model = linear_model(rig, MODES)
-    middles, ends = model.at_bushings, model.ends_by_row
-    force = np.outer(response.excitation, model.input(response.kind))
-    force -= grease.T @ middles + contact.T @ ends.mean(axis=1)
-    motion = _modal_motion(model, force, 1 / response.fs)
-    left = displacement.T - motion @ middles.T
-    flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
-    per_force = (model.shapes(x) * flexible) @ middles.T, (middles * flexible) @ middles.T
-    return motion @ model.shapes(x).T + left @ np.linalg.solve(per_force[1], per_force[0].T)
-
-
-def _modal_motion(model: LinearModel, force: np.ndarray, step: float) -> np.ndarray:
-    """(n_t, n) modal coordinates under forces (n_t, n) that are straight lines between samples."""
-    if model.coupling.size or model.springs.size:
-        zero, one = np.zeros((model.size, model.size)), np.eye(model.size)
-        system = (model.state(), np.vstack((zero, one)), np.hstack((one, zero)), zero)
-        return scipy.signal.dlsim(scipy.signal.cont2discrete(system, step, method="foh"), force)[1]
-    motion = np.empty_like(force)
-    for i, (omega, damping) in enumerate(zip(model.omega, model.damping)):
-        (b,), a, _ = scipy.signal.cont2discrete(([1.0], [1.0, damping, omega**2]), step, method="foh")
-        motion[:, i] = scipy.signal.lfilter(b, a, force[:, i])
-    return motion
 
 
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,

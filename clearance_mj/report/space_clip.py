@@ -1,33 +1,19 @@
-"""What an animation in space shows: the shape of a shaft that whirls in its bushings, out of a response.
-
-As in clip.py, the shape between the bushings follows from the forces: the modes of both planes under the weight,
-unbalance, excitation and the recorded forces of fillings and contacts move as the shaft did. The two ends of a bushing
-get half of the contact force each, and what that leaves between shape and record at the bushings is taken up by the
-static deflection under forces there. Forces are straight lines between samples; gyroscopic moments are those of the
-spin within 1 %. Places are from the line of the unloaded shaft.
-"""
+"""What an animation in space shows: the shape of a shaft that whirls in its bushings, out of a response."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy.linalg
 
-from ..core.errors import RecordError
-from ..core.jit import jit
-from ..linear import LinearModel, linear_model
 from ..rig import Rig
-from ..rotors.whirling import Whirl, whirl
+from ..rotors.whirling import whirl
 from ..signals.response import Response
-from .clip import MODES, AnyClip, cut, require_shafts
+from .clip import AnyClip, cut, require_shafts
+from .deflection import deflection
 
-__all__ = ["SpaceClip", "deflection_in_space", "space_clip"]
-
-SPIN_CHANGE = 0.01  # share of the highest spin by which it may change while gyroscopic moments stay the same
-NODES = 6  # spins at which flows are computed where the spin changes
+__all__ = ["SpaceClip", "space_clip"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,113 +24,12 @@ class SpaceClip(AnyClip):
     path: np.ndarray  #: (n_t, n_bushings, 2) m, place of the shaft's line in its bushings, from their middles
 
 
-def deflection_in_space(rig: Rig, response: Response, x: Sequence[float | str]) -> np.ndarray:
-    """Return the displacement (n_t, 2, n_x) along y and z, m, of points x, from the forces of a response from rest.
-
-    At the bushings it is as recorded. A RecordError says if the response has no forces, as a test record.
-    """
-    return _deflection(rig, response, whirl(rig, response), x)
-
-
-def _deflection(rig: Rig, response: Response, seen: Whirl, x: Sequence[float | str]) -> np.ndarray:
-    contact, filling = response.contact_force, response.grease_force
-    if contact is None or filling is None:
-        raise RecordError(
-            "the shaft's shape needs contact and filling forces at the bushings, which only simulated responses have"
-        )
-    model = linear_model(rig, MODES)
-    middles = model.at_bushings
-    steady = np.outer(response.excitation, model.input(response.kind)) + model.weight
-    steady -= filling.T @ middles + contact.T @ model.ends_by_row.mean(axis=1)
-    motion = _modal_motion(model, steady, seen, 1 / response.fs)
-    offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
-    moved = seen.position.transpose(2, 0, 1) - offset  # (n_t, n_bushings, 2)
-    left = moved.reshape(len(motion), -1) - motion @ middles.T
-    flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
-    shapes = model.moved(x).reshape(-1, model.size)
-    here, there = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
-    found = motion @ shapes.T + left @ np.linalg.solve(there, here.T)
-    return np.asarray(found.reshape(len(motion), -1, 2).transpose(0, 2, 1))
-
-
-def _modal_motion(model: LinearModel, steady: np.ndarray, seen: Whirl, step: float) -> np.ndarray:
-    """(n_t, n) modal coordinates from rest under forces (n_t, n) and the unbalance of a spin."""
-    spin = np.zeros(len(steady)) if seen.spin is None else seen.spin
-    force = steady + _unbalance(model, seen, step)
-    change = np.diff(force, axis=0, append=force[-1:])
-    n, scale = model.size, np.maximum(model.omega, 1.0)
-    state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))
-    motion = np.empty_like(steady)
-    flows = _Flows(model, spin, step, scale)
-    for first, last in _blocks(spin):
-        flow, of_force, of_change = map(np.ascontiguousarray, flows.at(float(spin[first:last].mean())))
-        driven = force[first:last] @ of_force.T + change[first:last] @ of_change.T
-        state = _advance(flow, driven, state, motion[first:last])
-    return motion / scale
-
-
-@jit
-def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Fill the first half (n_t, n) of the states, and return the one after the last."""
-    for i in range(len(driven)):
-        motion[i] = state[: motion.shape[1]]
-        state = flow @ state + driven[i]
-    return state
-
-
-def _unbalance(model: LinearModel, seen: Whirl, step: float) -> np.ndarray | float:
-    """(n_t, n) force of the unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
-    if seen.spin is None or seen.angle is None or not model.unbalance.any():
-        return 0.0
-    rate = np.gradient(seen.spin, step)
-    cos, sin = np.cos(seen.angle), np.sin(seen.angle)
-    square = seen.spin**2
-    return np.asarray(np.stack((square * cos + rate * sin, square * sin - rate * cos), axis=1) @ model.unbalance)
-
-
-def _blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:
-    """First sample of each stretch in which the spin is nearly the same, and the one after its last."""
-    fine = SPIN_CHANGE * np.abs(spin).max()
-    level = np.round(spin / fine) if fine else np.zeros(spin.size)
-    edges = np.flatnonzero(np.diff(level)) + 1
-    yield from zip((0, *edges), (*edges, spin.size))
-
-
-class _Flows:
-    """Flows at any spin of a run: polynomials through a few, as exponentials of so little rotation in a step are."""
-
-    def __init__(self, model: LinearModel, spin: np.ndarray, step: float, scale: np.ndarray):
-        low, high = float(spin.min()), float(spin.max())
-        cos = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) if high > low and model.gyroscopic.size else np.zeros(1)
-        self.nodes = (low + high) / 2 + (high - low) / 2 * cos
-        self.flows = [np.hstack(_flow(model, node, step, scale)) for node in self.nodes]
-        self.size = model.size
-
-    def at(self, spin: float) -> list[np.ndarray]:
-        """Return what `_flow` does at a spin."""
-        weights = [np.prod((spin - np.delete(self.nodes, i)) / (node - np.delete(self.nodes, i)))
-                   for i, node in enumerate(self.nodes)]  # fmt: skip
-        found = sum(weight * flow for weight, flow in zip(weights, self.flows))
-        return np.split(np.asarray(found), [2 * self.size, 3 * self.size], axis=1)
-
-
-def _flow(model: LinearModel, spin: float, step: float, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a step makes of a state (scale q, q̇), of a force, and of the force's change within the step; exact."""
-    n = model.size
-    rates = np.zeros((4 * n, 4 * n))
-    rates[:n, n : 2 * n] = step * np.diag(scale)
-    rates[n : 2 * n, : 3 * n] = step * np.hstack((-model.stiff(spin) / scale, -model.viscous(spin), np.eye(n)))
-    rates[2 * n : 3 * n, 3 * n :] = np.eye(n)
-    found = scipy.linalg.expm(rates)[: 2 * n]
-    return found[:, : 2 * n], found[:, 2 * n : 3 * n], found[:, 3 * n :]
-
-
 def space_clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
                exaggeration: float | None = None, rate: float = 20.0) -> SpaceClip:  # fmt: skip
     """Cut a response of a spatial rig to what an animation shows; as `clip` does of a planar one, with its defaults."""
     require_shafts(rig, "orbits")
     seen = whirl(rig, response)
-    deflected = partial(_deflection, rig, response, seen)
+    deflected = partial(deflection, rig, response)
     common, shown, trace = cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
     contact = np.asarray(response.contact_force).reshape(len(rig.bushings), 2, -1)
     return SpaceClip(

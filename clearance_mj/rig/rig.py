@@ -216,7 +216,7 @@ class Rig(Shown):
         structure, joined, more
             Instead of ``linear`` and `clearance_points`, and points of forces, with factors, beside the shaker's.
         across : bool
-            Whether the structure is the rig's in its other plane, along y.
+            Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
         Raises
         ------
@@ -227,9 +227,10 @@ class Rig(Shown):
         forces = (*(self.shaker.forces if self.shaker.kind == "force" else ()), *more)
         pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
         springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
-        attached = self.attached.in_other_plane if across else self.attached
+        attached = self.attached
         if across:
-            masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
+            masses, forces = (tuple((in_other_plane(p), f) for p, f in each) for each in (masses, forces))
+            attached = attached.in_other_plane
         with computable(self.name, self.to_dict):
             return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
 

@@ -26,6 +26,7 @@ import scipy.optimize
 
 from ..core.errors import LawError, RigError
 from ..core.kinds import checks_kinds
+from ..linear import LinearModel
 from ..rig import Rig
 from .turning import TurningShaft, turning_shaft
 
@@ -42,19 +43,20 @@ WHIRLS = 4000  # frequencies between which dry whirls are searched
 class _Circling(NamedTuple):
     """A shaft of equal planes in the complex coordinates y + i z of its modes, and one clearance."""
 
-    omega: np.ndarray
-    damping: np.ndarray
-    polar: np.ndarray
-    material: np.ndarray
+    model: LinearModel
     at: np.ndarray
     gap: float
     stiffness: float
     friction: complex  # 1 + i μ
 
+    def of_circle(self, matrix: np.ndarray) -> np.ndarray:
+        """Return what a matrix of both planes is to z = -i y, the motion of a circle."""
+        n = self.at.size
+        return matrix[:n, :n] - 1j * matrix[:n, n:]
+
     def dynamic(self, whirl: float, spin: float) -> np.ndarray:
         """Return the dynamic stiffness of the modes in a circular motion; a whirl < 0 is backward."""
-        viscous = self.damping - 1j * spin * self.polar
-        return np.diag(self.omega**2 - whirl**2) + 1j * whirl * viscous - 1j * spin * self.material
+        return self.of_circle(self.model.dynamic(whirl, spin))
 
     def receptance(self, whirl: float, spin: float) -> complex:
         """Return the displacement in the clearance per unit force there."""
@@ -62,11 +64,11 @@ class _Circling(NamedTuple):
 
     def is_stable(self, spin: float, radius: float) -> bool:
         """Return whether small motions about a synchronous circle die out, in coordinates that turn with it."""
-        n, push = self.omega.size, self.friction * np.outer(self.at, self.at)
+        n, push = self.at.size, self.friction * np.outer(self.at, self.at)
         around = self.stiffness * (1 - self.gap / radius)
         alike = self.dynamic(spin, spin) + push * (around + self.stiffness * self.gap / (2 * radius))
         mirrored = push * self.stiffness * self.gap / (2 * radius)  # of the conjugate motion
-        viscous = self.damping - 1j * spin * self.polar + 2j * spin * np.eye(n)
+        viscous = self.of_circle(self.model.viscous(spin)) + 2j * spin * np.eye(n)
         stiffness = np.block([[alike, mirrored], [mirrored.conj(), alike.conj()]])
         rates = np.block([[viscous, np.zeros((n, n))], [np.zeros((n, n)), viscous.conj()]])
         poles = np.linalg.eigvals(np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-stiffness, -rates]]))
@@ -159,7 +161,7 @@ def synchronous_rub(
     """
     shaft, circling = _circling(rig, friction, bushing, n_modes)
     speed = np.array(speeds, dtype=float)
-    source = shaft.shapes([position])[0, 0, : circling.omega.size]
+    source = shaft.shapes([position])[0, 0, : circling.at.size]
     free, radius = np.zeros(speed.size), np.full((speed.size, 2), np.nan)
     stable = np.zeros((speed.size, 2), dtype=bool)
     stiff, gap = circling.stiffness * circling.friction, circling.gap
@@ -258,9 +260,10 @@ def rolling_whirls(rig: Rig, friction: float, spin: float, bushing: int = 0, n_m
 
 def _roots(function: Callable[[float], float], circling: _Circling, highest: float) -> list[float]:
     """Return the whirls, rad/s, at which a function is zero; none is faster than the shaft with the contact closed."""
-    closed = np.diag(circling.omega**2) + circling.stiffness * np.outer(circling.at, circling.at)
+    lowest, n = circling.model.omega[0], circling.at.size
+    closed = circling.model.stiff()[:n, :n] + circling.stiffness * np.outer(circling.at, circling.at)
     fastest = min(highest, 2 * float(np.sqrt(np.linalg.eigvalsh(closed)[-1])))
-    grid = np.geomspace(0.1 * circling.omega[0], fastest, WHIRLS)
+    grid = np.geomspace(0.1 * lowest, fastest, WHIRLS)
     value = np.array([function(whirl) for whirl in grid])
     between = np.flatnonzero(value[1:] * value[:-1] < 0)
     return [float(scipy.optimize.brentq(function, grid[i], grid[i + 1], xtol=1e-12 * fastest)) for i in between]
@@ -290,7 +293,4 @@ def _circling(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[Tu
     if where.offset:
         raise RigError(f"rig {rig.name!r}: bushings[{bushing}].offset is {where.offset:g} m; a circle needs its middle")
     at = shaft.shapes([float(where.position)])[0, 0, :n]
-    return shaft, _Circling(
-        model.omega[:n], model.viscous()[:n, :n], model.gyroscopic[:n, n:], model.circulatory[:n, n:], at, where.gap,
-        where.contact.stiffness, 1 + 1j * friction,
-    )  # fmt: skip
+    return shaft, _Circling(model, at, where.gap, where.contact.stiffness, 1 + 1j * friction)

@@ -22,6 +22,7 @@ from ..periodic.forced import excitation_kind
 from ..periodic.forces import fill_forces
 from ..periodic.resolution import resolution
 from ..periodic.stability import multipliers, samples_of_period, unstable
+from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
 from .growth import clearances_of, with_clearances
 from .marched import Marched, MarchedSource, averaged
@@ -229,12 +230,8 @@ def _vibration(found: _Periodic) -> Vibration:
 def _modal_state(found: _Periodic) -> ModalState:
     """Modal coordinates at the beginning of a period, of the poles' answer to excitation and forces."""
     system, omega = found.solver.system, found.motion.omega
-    model, poles, forced = system.in_gap, system.in_gap.poles(), system.in_gap.drive()
-    force = found.motion.force[:, 0], found.motion.force[:, 1::2] - 1j * found.motion.force[:, 2::2]
-    complex_force = np.column_stack((force[0].astype(complex), force[1]))
-    turning = 1j * omega * np.arange(complex_force.shape[1])
-    driven = np.outer(forced @ model.input(system.kind), system.linear.excitation)
-    of_poles = (driven - forced @ model.at_points.T @ complex_force) / (turning - poles.value[:, None])
-    of_modes = poles.motion @ of_poles
+    force = complex_amplitudes(found.motion.force[None])
+    (of_modes,) = system.modes_of(np.array([omega]), system.linear.excitation[None], force)
+    turning = 1j * omega * np.arange(of_modes.shape[1])
     q, v = of_modes.real.sum(axis=1), (of_modes * turning).real.sum(axis=1)
     return ModalState(q, v, q.copy(), np.empty(0))

@@ -12,7 +12,7 @@ import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.report import animation
 from clearance_mj.report.clip import clip as cut
-from clearance_mj.report.clip import deflection
+from clearance_mj.report.deflection import deflection
 from clearance_mj.report.rendering import Stroke, View, render
 from clearance_mj.report.stage import DPI, STEEL, Stage
 

@@ -8,8 +8,9 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.animation import write
+from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.space_clip import deflection_in_space, space_clip
+from clearance_mj.report.space_clip import space_clip
 from clearance_mj.report.space_stage import SpaceStage
 from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
@@ -51,7 +52,7 @@ def test_the_shape_is_the_engines_own(simulated):
     """Within 1 % (RMS), as in the plane; the bushing's own place is exact."""
     rig, response, disc = simulated
     assert response.contact_share[0] > 0.1
-    found = deflection_in_space(rig, response, [0.35, 0.6])
+    found = deflection(rig, response, [0.35, 0.6])
     error = found[:, :, 0].T - disc
     assert np.sqrt(np.mean(error**2)) < 0.01 * np.sqrt(np.mean(disc**2))
     np.testing.assert_allclose(found[:, :, 1].T, response.displacement, atol=1e-12)
@@ -60,7 +61,7 @@ def test_the_shape_is_the_engines_own(simulated):
 def test_it_begins_with_the_sag(simulated):
     """At rest the disc hangs by the static deflection under its weight, the grease's spring included."""
     rig, response, disc = simulated
-    found = deflection_in_space(rig, response, [0.35])
+    found = deflection(rig, response, [0.35])
     np.testing.assert_allclose(found[0, :, 0], disc[:, 0], atol=1e-7)
     assert found[0, 1, 0] < -5e-5
 

@@ -10,7 +10,8 @@ from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import simulate
 from clearance_mj.report import animation
-from clearance_mj.report.clip import clip, deflection
+from clearance_mj.report.clip import clip
+from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.outline import outline
 from clearance_mj.report.stage import Stage

@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...clearance.grease import GreaseModel
-from ...clearance.law import AmplitudeLaw, Law, TimeLaw
+from ...clearance.law import Law
 from ...clearance.round_kernel import fillings_of, round_records
 from ...clearance.table import LawTable
-from ...core.errors import ExcitationError, LawError, RigError
-from ...linear import LinearModel, linear_model
+from ...linear import linear_model
 from ...model import Model
 from ...rig import Rig
-from ..condensed import coordinates_of
+from ..condensed import coordinates_of, require_periodic, without_stiffness
 from .elements import RoundLaws
 from .forces import RoundSlopes
 from .linear import DrivenModel
@@ -82,14 +81,8 @@ def round_condensed(
     ExcitationError
         If the rig has no position for a force.
     """
+    require_periodic(model, kind)
     rig, law = model.rig, model.law
-    if not rig.bushings:
-        raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear")
-    if isinstance(law, TimeLaw | AmplitudeLaw):
-        over = "time" if isinstance(law, TimeLaw) else "amplitude"
-        raise LawError(f"a law over {over} has no periodic vibration in space; give a ConstantLaw or a ContactLaw")
-    if kind == "force" and rig.shaker.position is None:
-        raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
     laws = _laws(rig, law, speed)
     structure = linear_model(rig, modes).filled(laws.spring, laws.damper)
     drive = np.zeros((harmonics + 1, structure.size), dtype=complex)
@@ -98,14 +91,11 @@ def round_condensed(
     elif levels:
         drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
     if np.linalg.eigvalsh(structure.stiff() + structure.stiff().T)[0] <= 2e-12 * structure.omega.max() ** 2:
-        raise RigError(
-            f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
-            "defined; add a support, oil, or grease with stiffness"
-        )
+        raise without_stiffness(rig)
     of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
     on_modes = float(np.max(np.repeat(of_contact, 2) * np.sum(structure.at_bushings**2, axis=1)))
-    basis, owner = _coordinates(structure, stiffest)
+    basis, owner = coordinates_of(structure, STIFF, stiffest)
     room = min(b.gap - np.hypot(b.offset_y, b.offset) for b in rig.bushings)
     return RoundCondensed(
         model, kind, modes, DrivenModel(structure, drive, kind == UNBALANCE), basis, owner, laws, float(room),
@@ -149,16 +139,6 @@ def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
     table.kinds[j].law(parameters, gap, 100 * gap, 100 * gap, slow)
     table.kinds[j].law(parameters, gap, 100 * gap, 1000 * gap, fast)
     return slow != fast
-
-
-def _coordinates(structure: LinearModel, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    rows, count = structure.at_points, len(stiffest)
-    groups = (
-        (j, contact, [2 * p + d for p in (j, count + 2 * j, count + 2 * j + 1)])
-        for j, contact in enumerate(stiffest)
-        for d in range(2)
-    )
-    return coordinates_of(rows @ np.linalg.solve(structure.stiff(), rows.T), STIFF, groups)
 
 
 def round_slopes(laws: RoundLaws, points: int, samples: int, harmonics: int) -> RoundSlopes:

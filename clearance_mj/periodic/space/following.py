@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import brentq
 
-from ..branch import Branch, SpecialPoint
+from ..branch import Branch
 from ..continuation import Motion, NoConvergence, difference
-from ..following import expanded, of_folds, place
+from ..following import branch_of, expanded, place
 from ..stability import Located
 from ..vibrations import complex_amplitudes
 from .condensed import UNBALANCE
@@ -88,37 +88,16 @@ def expand(
     levels: np.ndarray, over: str = "frequency",
 ) -> Branch:  # fmt: skip
     """Return the branch of motions of frequencies and spins (n,), 1/s, and points' harmonics (n, 2 n_points, K), m."""
-    system, count = solver.system, 2 * len(solver.system.rig.bushings)
-    rig, structure = system.rig, system.driven.model
+    driven, moved = solver.system.driven, complex_amplitudes(x)
     force = complex_amplitudes(np.array([point.motion.force for point in points]))
-    moved = complex_amplitudes(x)
-    turning = 1j * np.arange(moved.shape[-1]) * omega[:, None]
-    modes = np.empty((len(points), moved.shape[-1], structure.size), dtype=complex)
     shares = np.array([solver.share(point.motion) for point in points])
+    modes = np.empty((len(points), driven.model.size, moved.shape[-1]), dtype=complex)
     for i, (w, turns) in enumerate(zip(omega, spin)):
-        on_modes = system.driven.force(turns, 1.0, shares[i]) - force[i].T @ structure.at_points
-        modes[i] = solver.dynamics.modes(w, turns, on_modes)
-    acceleration = np.einsum("sm,nhm->nsh", structure.at_sensors, modes) * (turning**2)[:, None, :]
+        on_modes = driven.force(turns, 1.0, shares[i]) - force[i].T @ driven.model.at_points
+        modes[i] = driven.modes(w, turns, on_modes).T
+    level = np.outer(shares, levels)
     excitation = np.zeros((len(points), moved.shape[-1]), dtype=complex)
-    excitation[:, 1 : levels.size + 1] = np.outer(shares, levels)
-    if system.kind == "base":
-        acceleration += structure.sensors_on_base[:, None] * excitation[:, None]
-    along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
-    at = structure.directed([sensor.position for sensor in rig.sensors], along)
-    ends = force[:, count:].reshape(len(points), count // 2, 2, 2, -1).sum(axis=2).reshape(len(points), count, -1)
-    spring, damper = (np.repeat(each, 2)[:, None] for each in (system.laws.spring, system.laws.damper))
-    held = force[:, :count] + (spring + damper * turning[:, None, :]) * moved[:, :count]
-    known = [point.multipliers for point in points]
-    at_folds = of_folds(np.array([point.motion.omega for point in points]), [point.kind for point in points])
-    strength = float(abs(levels[np.flatnonzero(levels)[0]])) if levels.any() else 0.0
-    special = tuple(
-        SpecialPoint(point.kind, float(omega[i] / (2 * np.pi)), strength, i)
-        for i, point in enumerate(points)
-        if point.kind and i not in at_folds
+    excitation[:, 1 : levels.size + 1] = level
+    return branch_of(
+        solver, driven.model, points, ended, omega, excitation, level, modes, force, moved, over, spin=spin
     )
-    return Branch(
-        system.model, system.kind, over, 1, system.modes, solver.samples, omega / (2 * np.pi),
-        np.outer(shares, levels), acceleration, np.einsum("sm,nhm->nsh", at, modes), moved[:, :count],
-        moved[:, count:], ends, held, np.array(known) if known[0] is not None else None, special, ended,
-        tuple(rig.sensor_labels), tuple(rig.probe_labels), spin,
-    )  # fmt: skip

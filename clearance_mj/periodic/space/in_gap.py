@@ -70,7 +70,7 @@ def _moved(solver: RoundSolver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarr
     modes = np.empty((omega.size, 2, driven.model.size), dtype=complex)
     for i, each in enumerate(omega):
         spin = solver.spin_of(each)
-        modes[i] = solver.dynamics.modes(each, spin, driven.force(spin, 1.0, 1.0)[:2])
+        modes[i] = driven.modes(each, spin, driven.force(spin, 1.0, 1.0)[:2])
     moved = modes @ driven.model.at_points.T
     return moved[:, 0].real, moved[:, 1]
 

@@ -6,8 +6,7 @@ the dynamic stiffness of every harmonic.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -30,22 +29,13 @@ class DrivenModel(NamedTuple):
         force[0] = weight * self.model.weight
         return force
 
-
-class Dynamics(ABC):
-    """How a linear system moves under harmonic forces."""
-
-    driven: DrivenModel
-
-    @abstractmethod
-    def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return receptances (H + 1, 2 n_points, 2 n_points) and driven displacements (H + 1, 2 n_points)."""
-
-    @abstractmethod
     def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
         """Return complex amplitudes (H + 1, n) of the modes under forces on them (H + 1, n)."""
+        dynamic = [self.model.dynamic(h * omega, spin) for h in range(len(force))]
+        return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])
 
 
-class SteadySpin(Dynamics):
+class SteadySpin:
     """At one spin: by poles. Those of a pair have conjugate residues, so that real matrices are summed."""
 
     def __init__(self, driven: DrivenModel, spin: float):
@@ -63,7 +53,7 @@ class SteadySpin(Dynamics):
         self.sagging = model.at_points @ np.linalg.solve(model.stiff(spin), model.weight)
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return compliances at the points by harmonic, and how far they are driven; see `Dynamics`."""
+        """Return receptances (H + 1, 2 n_points, 2 n_points) and driven displacements (H + 1, 2 n_points)."""
         rows, harmonics = len(self.points), len(self.driven.drive)
         compliance = np.empty((harmonics, rows, rows), dtype=complex)
         _sum_pairs(self.pairs, *self.parts, omega, compliance.reshape(harmonics, -1))
@@ -73,11 +63,6 @@ class SteadySpin(Dynamics):
             driven[h] = self.points @ (factor * of_poles / (1j * h * omega - self.values))
         driven[0] = weight * self.sagging
         return compliance, driven
-
-    def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
-        """Return the modes' harmonics under those of forces on them; see `Dynamics`."""
-        turning = 1j * omega * np.arange(len(force))[:, None]
-        return np.asarray((force @ self.forced.T / (turning - self.values)) @ self.shapes.T)
 
 
 @jit(**STRICT)
@@ -99,21 +84,20 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
             out[h, k] = complex(re[k], im[k])
 
 
-class VaryingSpin(Dynamics):
+class VaryingSpin:
     """At any spin: by the dynamic stiffness of every harmonic."""
 
     def __init__(self, driven: DrivenModel):
         self.driven = driven
 
     def seen(self, omega: float, spin: float, weight: float, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return compliances at the points by harmonic, and how far they are driven; see `Dynamics`."""
+        """Return receptances (H + 1, 2 n_points, 2 n_points) and driven displacements (H + 1, 2 n_points)."""
         model, force = self.driven.model, self.driven.force(spin, weight, level)
         return _solved(model.stiff(spin), model.viscous(spin), model.at_points, force, omega)
 
-    def modes(self, omega: float, spin: float, force: np.ndarray) -> np.ndarray:
-        """Return the modes' harmonics under those of forces on them; see `Dynamics`."""
-        dynamic = [self.driven.model.dynamic(h * omega, spin) for h in range(len(force))]
-        return np.asarray(np.linalg.solve(dynamic, force[:, :, None])[:, :, 0])
+
+Dynamics: TypeAlias = SteadySpin | VaryingSpin
+"""How a linear system moves under harmonic forces."""
 
 
 @jit(**STRICT)

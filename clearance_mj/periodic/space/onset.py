@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -57,16 +58,14 @@ def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
     for p in np.flatnonzero(slopes.carried[:, last]).tolist():
         force = slopes.step[p, last, -2:]
         by_place[p], by_speed[p] = force[:, -6:-4], force[:, -4:-2] + force[:, -2:]
-    n, stiffness, viscous = points.shape[1], model.stiff(speed), model.viscous(speed)
-    for p in range(count):
-        at = points[2 * p : 2 * p + 2]
-        stiffness, viscous = stiffness + at.T @ by_place[p] @ at, viscous + at.T @ by_speed[p] @ at
-    values, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -viscous]]))
-    upper = np.flatnonzero(values.imag > 0)
-    if not upper.size:
+    each = points.reshape(count, 2, -1)
+    springs, dampers = (np.einsum("pan,pab,pbm->nm", each, by, each, optimize=True) for by in (by_place, by_speed))
+    about = dataclasses.replace(model, springs=model.springs + springs, coupling=model.coupling + dampers)
+    found = about.poles(speed).vibrating
+    if not found.value.size:
         return _Rest(place, -np.inf + 0j, np.zeros(2 * count, dtype=complex))
-    fastest = upper[values[upper].real.argmax()]
-    return _Rest(place, complex(values[fastest]), points @ vectors[:n, fastest])
+    fastest = int(found.value.real.argmax())
+    return _Rest(place, complex(found.value[fastest]), points @ found.motion[:, fastest])
 
 
 def first_hopf(system: RoundCondensed, ends: tuple[float, float]) -> Hopf:
