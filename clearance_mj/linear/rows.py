@@ -16,7 +16,7 @@ import numpy as np
 from ..rig import Rig
 from ..rig.points import probe_point
 from ..rig.sensing import SensorRows, sensor_rows
-from ..structure.base import Rows, in_other_plane, parse_direction, parse_dof
+from ..structure.base import Rows, parse_direction, parse_dof
 
 __all__ = ["PlaneRows", "RigRows", "along_axis"]
 
@@ -68,12 +68,9 @@ class RigRows:
         ndarray, shape (n_points, n)
             1/sqrt(kg) for modes of unit mass.
         """
-        (across, plane), at = self.planes, _listed(points)
+        plane, at = self.planes[1], _listed(points)
         found = np.zeros((len(at), self.size))
         found[:, plane.span] = plane.rows(at) @ plane.transform
-        if across is not None and across.span != plane.span:
-            named = [i for i, point in enumerate(at) if parse_direction(point)]
-            found[named, across.span] = across.rows([in_other_plane(at[i]) for i in named]) @ across.transform
         return found
 
     def moved(self, points: Sequence[float | str] | np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ClearanceError
+from clearance_mj.engines.equilibrium import static_equilibrium
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.structure import Matrices
@@ -103,3 +104,16 @@ def test_energies_of_a_cross_stiffness_balance():
 def test_who_knows_symmetric_matrices_alone():
     with pytest.raises(ClearanceError, match="modal-mj knows symmetric stiffness and damping alone; use modal"):
         cm.simulate(jeffcott(1e4, shape="slot"), cm.excitation.random(0.1, 2048.0, kind="force"), engine="modal-mj")
+
+
+def test_rest_and_vibration_in_the_gap():
+    """K x = m g at rest, and |(K - ω² M + iω C)⁻¹ F| of a sine, as continuation finds it in the plane and in space."""
+    cross = 0.5 * THRESHOLD
+    k, c = np.array([[STIFFNESS, cross], [-cross, STIFFNESS]]), DAMPING * np.eye(2)
+    rest = static_equilibrium(jeffcott(cross, gravity=(0.0, 0.0, -9.81)))
+    np.testing.assert_allclose(rest.displacement, np.linalg.solve(k, [0.0, -9.81 * MASS]), rtol=1e-6)
+    for shape in ("slot", "round"):
+        branch = cm.periodic.follow_response(cm.Model(jeffcott(cross, shape=shape)), 2.0, (25.0, 28.0), 3)
+        omega = 2 * np.pi * branch.frequency
+        exact = [np.abs(np.linalg.solve(k - w**2 * MASS * np.eye(2) + 1j * w * c, [0.0, 2.0])) for w in omega]
+        np.testing.assert_allclose(np.abs(branch.acceleration[..., 1]), omega[:, None] ** 2 * exact, rtol=1e-6)
