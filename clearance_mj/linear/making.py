@@ -84,8 +84,9 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
     n_coordinates = 2 if turns or rig.is_spatial else 1
     return LinearModel(
-        rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory
-    )
+        rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
+        found[0].springs,
+    )  # fmt: skip
 
 
 def _turning_shaft(rig: Rig) -> Shaft:
