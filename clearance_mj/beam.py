@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .core.errors import RigError
 from .core.kinds import checks_kinds
 from .linear import linear_model
 from .rig import Rig
@@ -73,26 +74,30 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     Returns
     -------
     control.StateSpace
-        Input: base acceleration (m/s²) or shaker force (N), as ``rig.shaker`` says. Outputs: absolute accelerations
-        of the sensors (m/s²), then displacements that probes in the bushings read (m).
+        Input: base acceleration (m/s²) or shaker force (N), as ``rig.shaker`` says. Outputs: what the sensors
+        read, such as absolute accelerations (m/s²), then displacements that probes in the bushings read (m).
     """
     import control  # it brings pyplot, a second of every start
 
     fillings = [b.grease for b in rig.bushings]
     model, kind = linear_model(rig, n_modes), rig.shaker.kind
     model = model.filled([g.stiffness for g in fillings], [g.damping for g in fillings])
-    at_sensor, probes, force = model.at_sensors, model.at_probes({}), model.input(kind)
+    sensors, probes, force = model.sensor_rows, model.at_probes({}), model.input(kind)
+    if kind == "base" and (sensors.on_base * (sensors.order < 2)).any():
+        raise RigError(f'rig {rig.name!r}: the base\'s own motion is no state; give its sensors relative_to = "base"')
     state = model.state()
     b_matrix = np.concatenate((np.zeros(model.size), force))[:, None]
-    c_matrix = np.vstack((at_sensor @ state[model.size :], np.hstack((probes, np.zeros_like(probes)))))
-    direct = at_sensor @ force + (model.sensors_on_base if kind == "base" else 0.0)
+    seen = sensors.accelerations @ state[model.size :]
+    seen += sensors.readings.reshape(-1, 2 * model.size) if sensors.readings.size else 0.0
+    c_matrix = np.vstack((seen, np.hstack((probes, np.zeros_like(probes)))))
+    direct = sensors.accelerations @ force + (sensors.shaken if kind == "base" else 0.0)
     d_matrix = np.concatenate((direct, np.zeros(len(probes))))[:, None]
     return control.ss(state, b_matrix, c_matrix, d_matrix)
 
 
 @checks_kinds
 def linear_frf(rig: Rig, frequency: ArrayLike, n_modes: int = 16) -> np.ndarray:
-    """Return the accelerance (transmissibility for a shaken base) of the sensors in the gap, through python-control.
+    """Return the FRFs of the sensors in the gap, such as accelerances, through python-control.
 
     Parameters
     ----------

@@ -28,7 +28,8 @@ from clearance_mj.placement import Candidates
 from clearance_mj.signals.alignment import align
 from clearance_mj.signals.correlation import csac
 from clearance_mj.signals.excitation import random
-from clearance_mj.signals.frf import FRF, estimate_frf, join_references
+from clearance_mj.signals.frf import FRF, estimate_frf
+from clearance_mj.signals.references import join_references
 from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs

@@ -167,7 +167,7 @@ def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace
 
 
 def _driven(channels: list[Channel], kind: str | None) -> Response:
-    """Accelerations and what drives them, without a rig that says so."""
+    """Motions and what drives them, without a rig that says so."""
     import numpy as np
 
     from ..io.channels import require_one_time
@@ -178,16 +178,17 @@ def _driven(channels: list[Channel], kind: str | None) -> Response:
     kinds = {c: "force" for c in placed if c.quantity == "force"}
     kinds |= {c: "base" for c in placed if (c.quantity, c.node) == ("acceleration", BASE_NODE)}
     drives = [c for c, own in kinds.items() if kind in (None, own)]
-    sensors = [c for c in placed if c.quantity == "acceleration" and c not in kinds]
+    sensors = [c for c in placed if c not in kinds]
     if len(drives) != 1 or not sensors:
         raise RecordError(
-            '--frf needs --rig, or one channel that drives ("NAME=base" or "NAME=force") and accelerations at their '
-            'places ("NAME=acc:1 [g]")'
+            '--frf needs --rig, or one channel that drives ("NAME=base" or "NAME=force") and motions at '
+            'their places ("NAME=acc:1 [g]")'
         )
     require_one_time([*drives, *sensors])
     motion, labels = np.array([c.value for c in sensors]), tuple(c.label for c in sensors)
     (drive,) = drives
-    return Response(drive.fs, drive.value, motion, kind=kinds[drive], responses=labels, reference=drive.label)
+    return Response(drive.fs, drive.value, motion, kind=kinds[drive], responses=labels, reference=drive.label,
+                    quantities=tuple(c.quantity for c in sensors))  # fmt: skip
 
 
 def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
@@ -272,7 +273,7 @@ def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
     )  # fmt: skip
     faults: list[str] = []
     for channel in record.channels:
-        sensor = channel.quantity == "acceleration" and channel.label in rig.sensor_labels
+        sensor = (channel.label, channel.quantity) in [(s.label, s.quantity) for s in rig.sensors]
         if not (sensor and channel.label in record.left_out):
             way_out = f"; --leave-out {channel.label} leaves it out of this record alone" if sensor else ""
             faults += [f"{fault}{way_out}" for fault in channel_faults([channel])]

@@ -15,10 +15,8 @@ AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 """Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
 DIRECTIONS = {f"{s}{a}": int(f"{s}{i}") for s in "+-" for i, a in enumerate(AXES, 1)} | {"S": 0}
 """Directions and their codes in universal files; R for rotations, S for a scalar"""
-QUANTITIES = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 13}
-"""Quantities and their codes in universal files (specific data types)"""
 UNKNOWN = "unknown"
-"""Quantity that a file does not say, or that is none of `QUANTITIES`"""
+"""Quantity that a file does not say, or that is none of `quantities.QUANTITIES`"""
 NOWHERE = "0:S"
 """Degree of freedom of what a file does not place: no node, no direction"""
 NAME_LIMIT = 72

@@ -10,41 +10,27 @@ import functools
 import math
 import re
 from collections.abc import Sequence
-from typing import TypeAlias
 
-from .checks import QUANTITIES
 from .errors import ClearanceError, RecordError
+from .quantities import FOOT, INCH, POUND, POUND_FORCE, QUANTITIES, Dimension
 
 __all__ = ["UNITS", "is_angular", "quantity_of", "ratio_factor", "si_value", "unit_factor"]
 
-# m/s², m, m and kg, exact by definition: NIST SP 811, 2008, B.8
-GRAVITY, INCH, FOOT, POUND = 9.80665, 0.0254, 0.3048, 0.45359237
-POUND_FORCE = POUND * GRAVITY
 UNITS = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
-    "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY, "in/s2": INCH, "ft/s2": FOOT,
-                     "mg": 1e-3 * GRAVITY},
-    "velocity": {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "in/s": INCH, "ft/s": FOOT, "mph": 0.44704},
-    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2, "in": INCH, "mil": 1e-3 * INCH, "ft": FOOT,
-                     "dm": 0.1, "km": 1e3},
-    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "uN": 1e-6, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE,
-              "ozf": POUND_FORCE / 16, "lb": POUND_FORCE, "oz": POUND_FORCE / 16, "kgf": GRAVITY, "gf": 1e-3 * GRAVITY},
+    **{name: known.units for name, known in QUANTITIES.items()},
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": POUND, "lbm": POUND, "oz": POUND / 16,
              "slug": POUND_FORCE / FOOT},
     "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9, "kPa": 1e3, "mPa": 1e-3, "bar": 1e5, "psi": POUND_FORCE / INCH**2,
                  "ksi": 1e3 * POUND_FORCE / INCH**2},
     "spin": {"rad/s": 1.0, "rpm": math.pi / 30, "rev/min": math.pi / 30, "Hz": 2 * math.pi},
-    "angle": {"rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
-              "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200},
     "torque": {"N m": 1.0, "lbf in": POUND_FORCE * INCH, "lbf ft": POUND_FORCE * FOOT},
 }  # fmt: skip
 """Units in SI units, the first of each quantity; products, quotients and powers of them are units, too"""
-Dimension: TypeAlias = tuple[int, int, int, int]  # exponents of m, kg, s and rad
 _DIMENSIONS: dict[str, Dimension] = {
-    "time": (0, 0, 1, 0), "frequency": (0, 0, -1, 0), "acceleration": (1, 0, -2, 0), "velocity": (1, 0, -1, 0),
-    "displacement": (1, 0, 0, 0), "force": (1, 1, -2, 0), "mass": (0, 1, 0, 0), "pressure": (-1, 1, -2, 0),
-    "spin": (0, 0, -1, 1), "angle": (0, 0, 0, 1), "torque": (2, 1, -2, 0),
+    "time": (0, 0, 1, 0), "frequency": (0, 0, -1, 0), "mass": (0, 1, 0, 0), "pressure": (-1, 1, -2, 0),
+    "spin": (0, 0, -1, 1), "torque": (2, 1, -2, 0), **{name: known.dimension for name, known in QUANTITIES.items()},
 }  # fmt: skip
 _NONE: Dimension = (0, 0, 0, 0)
 _SPELLINGS = {
@@ -58,6 +44,7 @@ _SPELLINGS = {
     "kip": "kip kips klbf", "slug": "slug slugs", "lbf in": "inlb inlbf lbin lbfin", "lbf ft": "ftlb ftlbf lbft lbfft",
     "ozf in": "ozin ozfin inoz inozf", "rpm": "rpm", "deg": "° º degree degrees", "rad": "rad radian radians",
     "rev": "rev revs revolution revolutions", "turn": "turns", "deg/s": "dps", "rev/s": "rps",
+    "ustrain": "microstrain µstrain µε με ue",
 }  # fmt: skip
 """Other ways of writing a unit, in lower case"""
 _SAME = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()}

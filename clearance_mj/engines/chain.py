@@ -57,6 +57,16 @@ class _Element:
             slope[i], deflection[i] = curvature.sum(axis=0), (x[i] - at) @ curvature
         return deflection, slope
 
+    def curvature(self, x: np.ndarray) -> np.ndarray:
+        """Return the curvature (n_x, n), 1/m, of the shaft at x per angle of the element's hinges; 0 elsewhere."""
+        last = self.end == self.shaft.end
+        inside, near = (x >= self.start) & ((x < self.end) | last), 1e-6 * (self.end - self.start)
+        found = np.zeros((x.size, self.hinges.size))
+        for i in np.flatnonzero(inside):
+            at = min(x[i], self.end - near)
+            found[i] = self._moments(x[i : i + 1])[0] / self.shaft.integration(at, at + near)[2].bending.mean()
+        return found
+
     def _moments(self, x: np.ndarray) -> np.ndarray:
         """Bending moment (n_x, n) per angle of the hinges: Lagrange's polynomials over the hinges' compliance."""
         found = np.empty((x.size, self.hinges.size))
@@ -134,6 +144,11 @@ class Chain:
         """Return (n_x, nv) slope of the curved shaft per coordinate; the links' own at every end of an element."""
         x = _column(x)
         return np.hstack((*self._root(x, 0.0), *(e.bent(x[:, 0])[1] for e in self.elements)))
+
+    def curvature(self, x: ArrayLike) -> np.ndarray:
+        """Return (n_x, nv) curvature of the curved shaft per coordinate, 1/m."""
+        x = _column(x)
+        return np.hstack((*(0 * part for part in self._root(x)), *(e.curvature(x[:, 0]) for e in self.elements)))
 
     def _root(self, x: np.ndarray, slide: float = 1.0) -> list[np.ndarray]:
         """Columns of the left end's joints: the deflection, or the slope for slide = 0."""

@@ -7,7 +7,7 @@ import numpy as np
 from ..clearance.lanes import load, store
 from ..core.jit import jit
 
-__all__ = ["move_modes"]
+__all__ = ["move_modes", "read_motion"]
 
 
 @jit(inline="always")
@@ -39,3 +39,25 @@ def move_modes(
         store(acceleration, m, (after - 2.0 * place + load(q_before, m, lanes)) * per_step2, lanes)
         store(q_before, m, place, lanes)
         store(q, m, after, lanes)
+
+
+@jit(inline="always")
+def read_motion(
+    h: float, lanes: tuple[int, ...], readings: np.ndarray, q: np.ndarray, q_before: np.ndarray,
+    acceleration: np.ndarray, speed: np.ndarray, row: int, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Add what sensors that are no accelerometers read of modes at the time of the accelerations.
+
+    The velocity is the one that belongs to (q₊ - 2q + q₋)/h²: (q₊ - q₋)/(2h), with q₊ in ``q`` and q in ``q_before``;
+    ``speed`` is room for it. ``readings`` are as in `round_scheme.RoundShaft`, ``out`` (columns, n, lanes).
+    """
+    n, size = q_before.shape[0], out.shape[1]
+    for m in range(n):
+        moved = load(q, m, lanes) - load(q_before, m, lanes)
+        store(speed, m, moved / h - 0.5 * h * load(acceleration, m, lanes), lanes)
+    for s in range(readings.shape[0]):
+        value, first = load(out, s * size + row, lanes), 2 * s * n
+        for m in range(n):
+            value += load(readings, first + m, lanes) * load(q_before, m, lanes)
+            value += load(readings, first + n + m, lanes) * load(speed, m, lanes)
+        store(out, s * size + row, value, lanes)

@@ -16,11 +16,14 @@ import numpy as np
 import scipy.linalg
 
 from ..core.errors import RigError
+from ..linear import PlaneRows, RigRows
 from ..rig import Rig
 from ..rig.dimensions import directed_points
+from ..rig.sensing import SensorRows
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import ratios_of_modes
+from ..structure.base import parse_direction, ratios_of_modes
 from ..structure.reduction import vibration_modes
+from ..structure.shaft import OF_BENDING
 from ..structure.shafts import Spring
 from .chain import Chain, chain_of, of_discs
 
@@ -68,6 +71,22 @@ class Linkage:
     def deflection(self, points: Points) -> np.ndarray:
         """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
         return self._rows("deflection", points)
+
+    def along_own(self, points: Sequence[float | str]) -> np.ndarray:
+        """Return the same along the points' own directions: rotations of RY, curvatures of KZ, zeros of others."""
+        named = [(parse_direction(point) or ("Z", 1)) for point in points]
+        orders, signs = zip(*(OF_BENDING.get(axis, (0, 0.0)) for axis, _ in named)) if named else ((), ())
+        found = np.zeros((len(named), self.size))
+        for order, kind in enumerate(("deflection", "slope", "curvature")):
+            here = [i for i, own in enumerate(orders) if own == order]
+            found[here] = self._rows(kind, [points[i] for i in here])
+        return found * (np.array(signs) * [sign for _, sign in named])[:, None]
+
+    @functools.cached_property
+    def sensor_rows(self) -> SensorRows:
+        """What the sensors read of the coordinates and of the base."""
+        every = PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))
+        return RigRows(self.rig, 1, (None, every)).sensor_rows
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]

@@ -63,7 +63,7 @@ class SpatialLinkage:
     @functools.cached_property
     def rows(self) -> RigRows:
         """How points move per coordinate, at clearances' ends on the straight links, where MuJoCo looks for contact."""
-        y, z = (PlaneRows(p.deflection, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
+        y, z = (PlaneRows(p.along_own, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
         return RigRows(self.rig, 2, (y, z))
 
     @functools.cached_property

@@ -138,7 +138,7 @@ def _add_joint(body: mujoco.MjsBody, name: str, stiffness: float, damping: float
 
 def _add_sensors(spec: mujoco.MjSpec, whole: Linkage, i: int, n: int) -> None:
     """Accelerometers on link n of shaft i; -1 for its clamped start."""
-    for sensor in whole.rig.sensors:
+    for sensor in (s for s in whole.rig.sensors if s.quantity == "acceleration"):
         if _link(whole, sensor.position) != (i, n):
             continue
         name = f"sensor{sensor.node}"
@@ -258,14 +258,15 @@ def _plant(rig: Rig, links: int) -> Plant:
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}
     touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]
-    gains = np.array([s.gain for s in rig.sensors])
+    sensors = whole.sensor_rows
     maps = Maps(
         at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
         at_shaker=sum((factor * whole.deflection([p])[0] for p, factor in rig.shaker.forces), np.zeros(whole.size)),
         viscous=whole.viscous,
-        output=np.ascontiguousarray(gains[:, None] * whole.deflection([s.position for s in rig.sensors])),
-        on_base=gains * rig.shaker.unit_direction[2],
+        output=sensors.accelerations,
+        on_base=sensors.shaken,
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
+        readings=sensors.readings,
     )
     return Plant(model, maps, float(rig.shaker.unit_direction[2]), whole.rayleigh[0], armature(whole))

@@ -28,7 +28,7 @@ class ChainMaps(NamedTuple):
     order: np.ndarray  # (nv,) MuJoCo's number of each coordinate
     spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
     at_points: np.ndarray  # (3 n_bushings, 2, nv) along y and z: the bushings' middles, then both ends of each
-    at_sensors: np.ndarray  # (n_sensors, nv)
+    at_sensors: np.ndarray  # (n_sensors, nv) of accelerometers; zeros of others
     on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
     push: np.ndarray  # (nv,) force of the shaker per N
     influence: np.ndarray  # (nv, 2) force of a unit gravity along y and z
@@ -36,6 +36,7 @@ class ChainMaps(NamedTuple):
     viscous: np.ndarray  # (nv, nv) damping that joints and springs do not have; (0, 0) where they have all
     circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
     limits: np.ndarray  # (2 n_bushings,) tendon whose length the gap limits at each bushing end; -1 where nothing moves
+    readings: np.ndarray  # (n_sensors, 2, nv) what others read per coordinate and velocity; (0, 2, nv) without others
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,13 +92,14 @@ def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
         order=order,
         spans=np.array([(part.start, part.stop) for part in whole.spans]),
         at_points=rows.at_points.reshape(-1, 2, whole.size),
-        at_sensors=np.ascontiguousarray(rows.at_sensors),
-        on_base=rows.sensors_on_base,
+        at_sensors=rows.sensor_rows.accelerations,
+        on_base=rows.sensor_rows.shaken,
         push=rows.push() if rig.shaker.forces else np.zeros(whole.size),
         influence=whole.influence,
         unbalance=rows.unbalance,
         viscous=viscous if viscous.any() else np.zeros((0, 0)),
         circulatory=whole.circulatory,
         limits=np.array(limits, dtype=int),
+        readings=rows.sensor_rows.readings,
     )
     return SpatialPlant(model, whole, maps, explicit, np.concatenate([armature(p) for p in whole.planes]))

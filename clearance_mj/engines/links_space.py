@@ -136,7 +136,7 @@ def _add_shaft(spec: mujoco.MjSpec, whole: SpatialLinkage, i: int) -> None:
         body.inertia = np.maximum(body.inertia, LEAST_INERTIA)
         _add_joints(body, whole, i, start)
         visual(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
-    for sensor in whole.rig.sensors:
+    for sensor in (s for s in whole.rig.sensors if s.quantity == "acceleration"):
         if whole.rig.linear.place(sensor.position)[0] == i:
             name = f"sensor{sensor.node}"
             _add_site(spec, whole, name, sensor.position, size=0.004, rgba=[0.9, 0.6, 0, 1])

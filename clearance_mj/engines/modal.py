@@ -67,11 +67,13 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
     viscous = model.viscous() if model.coupling.size else model.coupling
     kicked = kicked_damping(viscous, inverse_mass, step)
-    on_base = model.sensors_on_base * float(kind == "base")
+    sensors = model.sensor_rows
+    on_base = sensors.shaken * float(kind == "base")
     points, push = model.at_points, model.input(kind)
     light = points * inverse_mass
     moved = light @ points.T, light @ push
-    return Shaft(inverse_mass, flow, points, model.at_sensors, push, on_base, kicked, *moved, model.springs)
+    read = sensors.accelerations, push, on_base
+    return Shaft(inverse_mass, flow, points, *read, kicked, *moved, sensors.readings, model.springs)
 
 
 class ModalRun(Run):

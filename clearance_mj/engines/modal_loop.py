@@ -16,7 +16,7 @@ from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 from ..clearance.lanes import all_below, larger, load, spread, store, where_above
 from ..core.jit import OPTIONS, jit
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
-from .lane_modes import move_modes
+from .lane_modes import move_modes, read_motion
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
 
@@ -27,13 +27,14 @@ class Shaft(NamedTuple):
     inverse_mass: np.ndarray  # (n,) smaller for high modes, see modal.py
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
     at_points: np.ndarray  # (3 n_bushings, n) the bushings' middles (grease), then both ends of each (contact)
-    at_sensors: np.ndarray  # (n_sensors, n)
+    at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
     input: np.ndarray  # (n,) force on the modes per unit of excitation
     base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself: of a shaken base, with which they move
     coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
     compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
     at_input: np.ndarray  # (3 n_bushings,) velocity of the points per unit impulse of the excitation
-    springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
+    readings: np.ndarray = np.zeros((0, 2, 0, 1))  # (n_sensors, 2, n) as `round_scheme.RoundShaft` has them
+    springs: np.ndarray = np.zeros((0, 0, 1))  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
 
 
 class Motion(NamedTuple):
@@ -54,7 +55,7 @@ def advance(
     ``out``: (columns, n, lanes), filled from its row ``first`` on with what `Run.advance` returns, the forces of the
     bushings if there are columns for them.
     """
-    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, springs = shaft
+    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, readings, springs = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
     grease_law, contact_law = greases.law, contacts.law
@@ -172,6 +173,8 @@ def advance(
             store(out, s * size + row, value, lanes)
             store(out, second * size + row, value_2, lanes)
             store(out, third * size + row, value_3, lanes)
+        if readings.shape[0]:
+            read_motion(h, lanes, readings, q, q_before, acceleration, middle, row, out)
         for j in range(n_bushings):
             ends, column = n_bushings + 2 * j, n_sensors + j
             store(out, column * size + row, load(x, j, lanes), lanes)

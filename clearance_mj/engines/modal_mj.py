@@ -114,7 +114,11 @@ def _plant(rig: Rig, modes: int) -> Plant:
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))
     pairs = np.zeros((limits.size, 0), dtype=int)
-    maps = Maps(root * ritz.at_points, at_shaker, viscous, root * ritz.at_sensors, ritz.sensors_on_base, pairs, limits)
+    sensors = ritz.sensor_rows
+    maps = Maps(
+        root * ritz.at_points, at_shaker, viscous, root * sensors.accelerations, sensors.shaken, pairs, limits,
+        root * sensors.readings,
+    )  # fmt: skip
     return Plant(model, maps)
 
 

@@ -65,13 +65,14 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
     viscous = model.viscous() if coupled else model.coupling
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
     points = model.at_points.reshape(-1, 2, model.size)
-    compliance = compliance_of(points, np.diag(inverse_mass))
+    compliance, sensors = compliance_of(points, np.diag(inverse_mass)), model.sensor_rows
     shaft = RoundShaft(
         inverse_mass, np.ascontiguousarray(flow), points,
         np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
-        np.ascontiguousarray(model.at_sensors), _moving(model.at_sensors), model.input(kind),
-        model.sensors_on_base * float(kind == "base"),
-        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory), model.springs,
+        sensors.accelerations, _moving(sensors.accelerations), model.input(kind),
+        sensors.shaken * float(kind == "base"),
+        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory),
+        sensors.readings, model.springs,
     )  # fmt: skip
     return shaft, viscous
 
@@ -137,7 +138,7 @@ class SpatialRun(Run):
 
     def at_rest(self) -> np.ndarray:
         """Return what the compiled loop finds of the rest, (columns,)."""
-        row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
+        row = np.concatenate((self.model.sensor_rows.at_rest(self.rest.coordinates), self.rest.columns()))
         return np.append(row, self.motion.turning[SPIN] if self.rig.spin else [])
 
     def alike(self) -> tuple[object, ...]:

@@ -118,10 +118,10 @@ def _advance(
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, acceleration, from_constraint = views
-    at_points, at_shaker, viscous, output, on_base, pairs, limits = maps
+    at_points, at_shaker, viscous, output, on_base, pairs, limits, readings = maps
     bushings, states, numbers = clearance
     nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
-    grease_force, push, touches = np.zeros((3, n_bushings))
+    (grease_force, push, touches), read = np.zeros((3, n_bushings)), np.zeros(n_sensors)
     distinct = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
     for i in range(excitation.size):
         a = excitation[i]
@@ -161,6 +161,10 @@ def _advance(
                 row = limits[2 * j + end]
                 if row >= 0:
                     of_limits[row, 0], of_limits[row, 1] = per_unit * k, per_unit * c
+        for s in range(readings.shape[0]):
+            read[s] = 0.0
+            for m in range(nv):
+                read[s] += readings[s, 0, m] * qpos[m] + 0.5 * readings[s, 1, m] * qvel[m]
         mj_step(model, data)
         for s in range(n_sensors):
             value = on_base[s] * a if base else 0.0
@@ -169,6 +173,10 @@ def _advance(
             if not abs(value) < np.inf:  # without bushings nothing else would stop it
                 return i, 0
             out[i, s] = value
+        for s in range(readings.shape[0]):  # at the mean of the velocities before and after: (q₊ - q₋)/(2h)
+            for m in range(nv):
+                read[s] += 0.5 * readings[s, 1, m] * qvel[m]
+            out[i, s] += read[s]
         for j in range(n_bushings):
             if distinct:
                 push[j] = 0.0

@@ -65,7 +65,8 @@ def advance_links(
     ``out``: (n, columns), filled from row ``first`` on with what `Run.advance` returns.
     """
     model, data, gravity, softness, qpos, qvel, applied, constraint, qacc = views
-    order, spans, at_points, at_sensors, on_base, shaker, influence, unbalance, viscous, circulatory, limits = maps
+    order, spans, at_points, at_sensors, on_base, shaker, influence, unbalance, viscous = maps[:9]
+    circulatory, limits, readings = maps[9:]
     needed, of_position, of_velocity, of_force, compliance, films, from_constraint = foresight
     bushings, states, numbers = clearance
     nv, n_sensors, n_points = order.size, at_sensors.shape[0], at_points.shape[0]
@@ -180,6 +181,10 @@ def advance_links(
             if not abs(value) < np.inf:  # without bushings nothing else would stop it
                 return i, 0
             out[row, s] = value
+        for m in range(nv if readings.shape[0] else 0):  # the mean of before and after: (q₊ - q₋)/(2h)
+            middle[m] = 0.5 * (v[m] + qvel[order[m]])
+        for s in range(readings.shape[0]):
+            out[row, s] += dot(readings, 2 * s * nv, q, 0, nv) + dot(readings, (2 * s + 1) * nv, middle, 0, nv)
         for j in range(n_bushings):
             left, right = n_bushings + 2 * j, n_bushings + 2 * j + 1
             for d in range(2):

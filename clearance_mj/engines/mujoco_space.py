@@ -82,7 +82,8 @@ class SpatialMujocoRun(Run):
 
     def before(self) -> np.ndarray:
         """Return the rest; see `Run.before`."""
-        row = np.concatenate((np.zeros(len(self.rig.sensors)), self.rest.columns()))
+        at_rest = self.whole.rows.sensor_rows.at_rest(self.data.qpos[self.maps.order])
+        row = np.concatenate((at_rest, self.rest.columns()))
         return as_probes(self.rig, np.append(row, self.turning[SPIN] if self.rig.spin else [])[None])[0]
 
     def _coupling(self, spin: float) -> np.ndarray:

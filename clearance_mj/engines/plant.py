@@ -116,10 +116,11 @@ class Maps(NamedTuple):
     at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
     at_shaker: np.ndarray  # (nv,) displacement of the shaker's point per coordinate; zeros for a shaken base
     viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
-    output: np.ndarray  # (n_sensors, nv) acceleration of the sensors, relative to the base, per coordinate's
+    output: np.ndarray  # (n_sensors, nv) acceleration of accelerometers, relative to the base, per coordinate's
     on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
     pairs: np.ndarray  # (2 n_bushings, n) pairs of geoms that touch at each bushing end; -1 for none
     limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap at each bushing end; -1 for none
+    readings: np.ndarray = np.zeros((0, 2, 0))  # as `links_plant.ChainMaps` has them
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from ..clearance.lanes import load, spread, store
 from ..clearance.round_kernel import RoundClearance
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, padded_taps
-from .lane_modes import move_modes
+from .lane_modes import move_modes, read_motion
 from .round_loop import interact, touch
 from .round_scheme import ANGLE, SPIN, RoundMotion, RoundShaft
 
@@ -31,7 +31,7 @@ def _advance(
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
-        circulatory, springs,
+        circulatory, readings, springs,
     ) = shaft  # fmt: skip
     q, v, q_before, turning = motion
     bushings, states, numbers = clearance
@@ -104,6 +104,8 @@ def _advance(
             for m in range(of_sensors[s, 0], of_sensors[s, 1]):
                 value += load(at_sensors, s * n + m, lanes) * load(acceleration, m, lanes)
             store(out, s * size + first + i, value, lanes)
+        if readings.shape[0]:
+            read_motion(h, lanes, readings, q, q_before, acceleration, middle, first + i, out)
         for j in range(n_bushings):
             left, right = n_bushings + 2 * j, n_bushings + 2 * j + 1
             for d in range(2):

@@ -17,10 +17,10 @@ from ..clearance.round_kernel import (
     round_filling,
 )
 from ..core.jit import OPTIONS, inlined, jit
-from .lane_modes import move_modes
+from .lane_modes import move_modes, read_motion
 from .round_energies import step_energies
 from .round_points import fill, gives, push, rub
-from .round_scheme import ANGLE, FOUR, SPIN, RoundForces, RoundMotion, RoundShaft, dot
+from .round_scheme import ANGLE, FOUR, ONE, SPIN, RoundForces, RoundMotion, RoundShaft, dot
 
 __all__ = ["advance_round", "interact", "touch"]
 
@@ -39,7 +39,7 @@ def advance_round(
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
-        circulatory, springs,
+        circulatory, readings, springs,
     ) = shaft  # fmt: skip
     bushings, states, numbers = clearance
     turning, n, n_sensors, n_points = motion.turning, motion.q.size, at_sensors.shape[0], at_points.shape[0]
@@ -122,6 +122,8 @@ def advance_round(
         turning[SPIN], turning[ANGLE] = spin + change, angle + h * (spin + 0.5 * change)
         _times(sensors, low, high, acceleration, read)
         _report(a, first + i, n_sensors, read, base, x, force, acts, out)
+        if readings.shape[0]:
+            read_motion(h, ONE, readings, q, q_before[:n], acceleration, middle, first + i, out)
         if out.shape[0] > n_sensors + 7 * n_bushings:
             out[n_sensors + 7 * n_bushings, first + i] = spin
     motion.q[:], motion.v[:], motion.q_before[:] = q[:n], v[:n], q_before[:n]

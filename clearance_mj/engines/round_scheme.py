@@ -9,10 +9,11 @@ import numpy as np
 from ..clearance.pointers import at
 from ..core.jit import inlined
 
-__all__ = ["ANGLE", "FOUR", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
+__all__ = ["ANGLE", "FOUR", "ONE", "SPIN", "RoundForces", "RoundMotion", "RoundShaft", "dot"]
 
 SPIN, ANGLE = 0, 1  # of the numbers of the turning
 FOUR = (0, 1, 2, 3)  # modes, points or sensors of one case side by side in a register; see lanes.py
+ONE = (0,)
 
 
 class RoundShaft(NamedTuple):
@@ -22,7 +23,7 @@ class RoundShaft(NamedTuple):
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
     at_points: np.ndarray  # (3 n_bushings, 2, n) along y and z: the bushings' middles, then both ends of each
     spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
-    at_sensors: np.ndarray  # (n_sensors, n)
+    at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
     of_sensors: np.ndarray  # (n_sensors, 2) first coordinate that moves each, and the one after the last
     input: np.ndarray  # (n,) force on the modes per unit of excitation
     base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself
@@ -30,6 +31,7 @@ class RoundShaft(NamedTuple):
     unbalance: np.ndarray  # (2, n) force on the modes of Ω² cos φ and Ω² sin φ
     compliance: np.ndarray  # (3 n_bushings, 2, n, 2) per impulse at a point, velocities of all, an even number
     circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
+    readings: np.ndarray  # (n_sensors, 2, n) what others read per coordinate and velocity; (0, 2, n) without others
     springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
 
 

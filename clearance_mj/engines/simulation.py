@@ -29,6 +29,7 @@ from ..signals.sampling import Decimator, Interpolator
 from ..structure import find_truncation
 from ..version import __version__
 from .base import Engine, default_engine, diverged, get_engine, step_factor
+from .completing import Completion
 from .late import LateChannels
 
 __all__ = ["Simulation", "simulate", "simulate_blocks"]
@@ -140,7 +141,10 @@ class Simulation:
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
             self.run = engine.start(rig, law, excitation.kind, self.step)
+        self.completion = Completion(rig, excitation.kind, self.step)
         rest = self.run.before()
+        if rest is not None:
+            self.completion.add(rest[None], None)
         past = 0.0 if rest is None else rest
         self.interpolator = Interpolator(factor)
         self.decimator = Decimator(self.columns, factor, past)
@@ -184,6 +188,8 @@ class Simulation:
                 steps += len(outputs)
                 if untold := self.columns - outputs.shape[1]:  # an engine need not tell where it touches
                     outputs = np.pad(outputs, ((0, 0), (0, untold)), constant_values=np.nan)
+                base = self.completion.push(fast[start : start + count]) if self.completion.base_moves else None
+                self.completion.add(outputs, base)
                 block = self.decimator.push(self.late.push(outputs) if self.late else outputs)
                 if len(block):
                     yield waiting[: len(block)], block
@@ -208,7 +214,7 @@ class Simulation:
         The columns of forces and contact may be missing: then it has no provenance either.
         """
         names, counts = zip(*_blocks_of(self.rig))
-        acceleration, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
+        channels, *rows = np.split(output.T, len(self.rig.sensors) + np.cumsum((0, *counts[:-1])))
         parts = dict(zip(names, rows))
         whole = output.shape[1] == self.columns
         known = names[:3] if whole else names[:1]
@@ -219,10 +225,11 @@ class Simulation:
             share = np.clip(touches.mean(axis=1), 0.0, 1.0)
         kind = self.excitation.kind
         return Response(
-            self.excitation.fs, excitation, acceleration, **{name: parts[name] for name in known}, kind=kind,
+            self.excitation.fs, excitation, channels, **{name: parts[name] for name in known}, kind=kind,
             band=self.excitation.band, responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
             provenance=self.provenance if whole else {}, contact_share=share,
             spin=spin[0] if whole and spin is not None else None,
+            quantities=tuple(sensor.quantity for sensor in self.rig.sensors),
         )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from ..core.tasks import workers_to_use
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from ..signals.sampling import Interpolator
+from ..signals.sampling import Interpolator, decimate
 from .modal import Modal, ModalRun, SideBySide
 from .modal_space import SpatialRun, SpatialSideBySide
 from .simulation import Simulation
@@ -121,7 +121,11 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     if first.rig.is_spatial:
         outputs = SpatialSideBySide(cast(list[SpatialRun], runs)).whole(drive, *size)
     else:
-        outputs = SideBySide(cast(list[ModalRun], runs)).whole(drive, *size, forces)
+        needed = forces or any(s.completion.forces for s in simulations)
+        outputs = SideBySide(cast(list[ModalRun], runs)).whole(drive, *size, needed)
+    motion = decimate(first.completion.push(drive), size[0])[: size[1]]
+    for simulation, output in zip(simulations, outputs):
+        simulation.completion.add(output.T, motion if simulation.completion.base_moves else None)
     outputs.flags.writeable = False
     return (s.response(s.excitation.value, output.T) for s, output in zip(simulations, outputs))
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.checks import DIRECTIONS, NAME_LIMIT, QUANTITIES, UNKNOWN, require_finite
+from ..core.checks import DIRECTIONS, NAME_LIMIT, UNKNOWN, require_finite
 from ..core.errors import RecordError
+from ..core.quantities import QUANTITIES
 from ..signals.channel_check import check_channel
 
 __all__ = ["DIRECTIONS", "NOWHERE", "QUANTITIES", "UNKNOWN", "Channel", "ChannelHeader", "channel_faults"]
@@ -50,7 +51,7 @@ class Channel:
     direction: str
     """ "+X" to "-RZ", or "S" for a scalar"""
     quantity: str
-    """ "acceleration" (m/s²), "velocity" (m/s), "displacement" (m), "force" (N) or
+    """one of `core.quantities.QUANTITIES`, such as "acceleration" (m/s²), or
     "unknown": what no calculation uses until `clearance_mj.map_channels` or a map of columns says what it is"""
     value: np.ndarray
     """(n_t,), read-only"""

@@ -21,11 +21,13 @@ import numpy as np
 
 from ..core.checks import NAME_LIMIT
 from ..core.errors import RecordError
+from ..core.quantities import QUANTITIES
 from ..core.units import UNITS, quantity_of, ratio_factor, unit_factor
 from ..rig import BASE_NODE, SHAKER_NODE
 from ..rig.instruments import KEYPHASOR
-from ..signals.frf import FRF, join_references
+from ..signals.frf import FRF
 from ..signals.quantities import require_quantity
+from ..signals.references import join_references
 from .channels import NOWHERE, UNKNOWN, Channel, require_one_time
 from .tables.headers import LONGEST, is_time, split_header, unique_names
 
@@ -38,11 +40,11 @@ Contents = list[Channel] | FRF  # what a table holds: time records or FRFs
 PARTS = ("real", "imag", "magnitude", "phase", "coherence")
 
 PULSES = "keyphasor"
-_PREFIX = {"acceleration": "acc", "velocity": "vel", "displacement": "disp", "force": "force"}
+_PREFIX = {name: known.prefix for name, known in QUANTITIES.items()}
 _QUANTITY = {prefix: quantity for quantity, prefix in _PREFIX.items()} | {"base": "acceleration"}
 _NODES = {"base": BASE_NODE, "force": SHAKER_NODE}
 _CELL = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?")
-_PLACE = r"(?:base|(?:acc|vel|disp|force):\d{1,9}|force)(?::(?:[+-]R?[XYZ]|S))?"
+_PLACE = rf"(?:base|(?:{'|'.join(_PREFIX.values())}):\d{{1,9}}|force)(?::(?:[+-]R?[XYZ]|S))?"
 _CHANNEL = re.compile(_PLACE)
 _FREQUENCY = re.compile(r"freq(?:uency|uenz|uencies|\.)?|frequenz|fr[ée]quence", re.IGNORECASE)
 _LIKE_OURS = re.compile(r"[a-z]{2,6}:\d", re.IGNORECASE)  # as only our names have it
@@ -207,24 +209,21 @@ def to_frf(columns: Sequence[Column], values: Sequence[np.ndarray]) -> FRF:
 
 def _to_one_frf(frequency: np.ndarray, group: list[tuple[Column, np.ndarray]]) -> FRF:
     """FRFs to one reference."""
-    functions: dict[str, dict[str, np.ndarray]] = {}
+    functions: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     first = group[0][0]
     for column, value in group:
-        if column.quantity != first.quantity:
-            raise RecordError(
-                f'"{column.name}" is {column.quantity}, "{first.name}" is {first.quantity}; needs one quantity'
-            )
-        parts = functions.setdefault(column.dof, {})
+        parts = functions.setdefault((column.dof, column.quantity), {})
         if column.part in parts:
             raise RecordError(f'"{column.name}": {column.part or "the function"} of {column.dof} comes twice')
         parts[column.part] = value
-    value = np.array([_complex(dof, parts) for dof, parts in functions.items()])
+    value = np.array([_complex(dof, parts) for (dof, _), parts in functions.items()])
     known = ["coherence" in parts for parts in functions.values()]
     if any(known) and not all(known):
-        lacking = [*functions][known.index(False)]
+        lacking, _ = [*functions][known.index(False)]
         raise RecordError(f"has no coherence of {lacking}; needs that of all functions or none")
     coherence = np.array([parts["coherence"] for parts in functions.values()]).real if all(known) else None
-    return FRF(frequency, value, coherence, tuple(functions), (first.reference,), first.quantity)
+    responses, quantities = zip(*functions)
+    return FRF(frequency, value, coherence, responses, (first.reference,), quantities=quantities)
 
 
 def _complex(dof: str, parts: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -279,26 +278,30 @@ def _header(channel: Channel) -> str:
     return f"{name} [{unit}]" if unit or split_header(name)[1] else name
 
 
-def frf_names(frf: FRF) -> tuple[list[str], str]:
-    """Return the headers of FRFs without a part, such as "acc:3/base", and their unit."""
+def frf_names(frf: FRF) -> tuple[list[str], list[str]]:
+    """Return the headers of FRFs without a part, such as "acc:3/base", and their units."""
     require_quantity(frf)
-    above, _, below = frf.quantity.partition("/")
-    if not {above, below} <= set(_PREFIX):
-        raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
+    ratios = [quantity.split("/") for quantity in frf.row_quantities]
+    for quantity, names in zip(frf.row_quantities, ratios):
+        if len(names) != 2 or not {*names} <= {*_PREFIX}:
+            raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(_PREFIX)} as a/b')
     finite = np.isfinite(frf.value) & (True if frf.coherence is None else np.isfinite(frf.coherence))
     if not finite.all():
         line = int(np.argmin(finite.all(axis=(0, 1))))
         raise RecordError(f"the FRF is not finite at {frf.frequency[line]:g} Hz")
-    names = [f"{channel_name(dof, above)}/{channel_name(frf.reference, below)}" for dof in frf.responses]
-    return names, "({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in (above, below)))
+    names = [
+        f"{channel_name(dof, above)}/{channel_name(frf.reference, below)}"
+        for dof, (above, below) in zip(frf.responses, ratios)
+    ]
+    return names, ["({})/({})".format(*(next(iter(UNITS[quantity])) for quantity in pair)) for pair in ratios]
 
 
 def table_of_frf(frf: FRF) -> tuple[list[str], np.ndarray]:
     """Headers and real numbers (n_f, n) of FRFs, frequency first: real and imaginary parts, then coherences."""
     headers, columns = ["frequency [Hz]"], [frf.frequency]
     for one in map(frf.to_reference, frf.references):
-        names, unit = frf_names(one)
-        headers += [f"{name} {part} [{unit}]" for name in names for part in ("real", "imag")]
+        names, units = frf_names(one)
+        headers += [f"{name} {part} [{unit}]" for name, unit in zip(names, units) for part in ("real", "imag")]
         columns += [part for value in one.functions for part in (value.real, value.imag)]
         if one.coherence is not None:
             headers += [f"{name} coherence" for name in names]

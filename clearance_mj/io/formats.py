@@ -288,14 +288,15 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
 
 
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
-    """Return the channels of a response: excitation, accelerations and, with a rig, displacements in the clearances.
+    """Return the channels of a response: excitation, what sensors read and, with a rig, displacements in clearances.
 
     Contact and grease forces are not among them, see `force_channels`: nothing measures them.
     """
     quantity = {"base": "acceleration", "force": "force"}[response.kind]
     columns = [("excitation", response.reference, quantity, response.excitation)]
-    labels = response.responses or tuple(f"{i + 1}:+Z" for i in range(len(response.acceleration)))
-    columns += [(f"acceleration {dof}", dof, "acceleration", a) for dof, a in zip(labels, response.acceleration)]
+    labels = response.responses or tuple(f"{i + 1}:+Z" for i in range(len(response.channels)))
+    rows = zip(labels, response.quantities, response.channels)
+    columns += [(f"{quantity} {dof}", dof, quantity, value) for dof, quantity, value in rows]
     if rig and response.displacement is not None:
         probes = zip(rig.probe_labels, response.displacement)
         columns += [(f"displacement {dof}", dof, "displacement", value) for dof, value in probes]

@@ -70,7 +70,7 @@ def _record_variables(channels: Sequence[Channel]) -> dict[str, Any]:
 
 def _frf_variables(frf: FRF) -> dict[str, Any]:
     found = [frf.to_reference(reference) for reference in frf.references]
-    names = [f"{name} [{unit}]" for names, unit in map(frf_names, found) for name in names]
+    names = [f"{name} [{unit}]" for found_names in map(frf_names, found) for name, unit in zip(*found_names)]
     variables = {
         "frequency": frf.frequency,
         "frf": np.concatenate([frf.functions for frf in found]).T,

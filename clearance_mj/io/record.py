@@ -17,7 +17,7 @@ from ..core.errors import RecordError
 from ..core.overview import Overview, Shown
 from ..core.validation import NotNegative, Positive, Text, Whole, checked
 from ..rig import Rig, Spin
-from ..rig.instruments import KEYPHASOR, Direction
+from ..rig.instruments import KEYPHASOR, Direction, Sensor
 from ..signals.excitation import Excitation
 from ..signals.keyphasor import ShaftTurning, turning_of_pulses
 from ..signals.response import Response
@@ -92,7 +92,7 @@ class Record(Shown):
     spin: Spin | None = None
     """how the shaft turned; None: as the rig file says"""
     left_out: tuple[Text, ...] = ()
-    """accelerometers of the rig, such as "3:+Z", that were not recorded or cannot be used in this test"""
+    """sensors of the rig, such as "3:+Z", that were not recorded or cannot be used in this test"""
 
     def __post_init__(self) -> None:
         if not isinstance(self.channels, FileChannels):
@@ -109,14 +109,14 @@ class Record(Shown):
     def _check_left_out(self) -> None:
         sensors = self.rig.sensor_labels
         if unknown := sorted(set(self.left_out) - set(sensors)):
-            raise RecordError(f'left_out: "{unknown[0]}" is no accelerometer of the rig; it has {", ".join(sensors)}')
+            raise RecordError(f'left_out: "{unknown[0]}" is no sensor of the rig; it has {", ".join(sensors)}')
         if self.left_out and self.role != "identify":
             raise RecordError(
                 "left_out is for records to identify: others are compared at all sensors; put this record into a "
                 "dataset of its own, whose rig file lacks the sensor"
             )
         if sensors and not self._recorded:
-            raise RecordError("left_out leaves no accelerometer")
+            raise RecordError("left_out leaves no sensor")
 
     def _check_channels(self, headers: Sequence[Channel | ChannelHeader]) -> None:
         if not headers:
@@ -149,7 +149,7 @@ class Record(Shown):
         if self.role == "orbit" or (kind == "spin" and not self._has_sensors):
             needed |= {(label, "displacement"): "a probe of an orbit" for label in self.rig.probe_labels}
         else:
-            needed |= {(label, "acceleration"): SENSOR for label in self._recorded}
+            needed |= {(s.label, s.quantity): SENSOR for s in self._recorded}
         for (label, quantity), what in needed.items():
             node, _, axis = _split(label)
             if (node, axis, quantity) not in seen:
@@ -213,15 +213,15 @@ class Record(Shown):
         return self.tested_rig.shaker.label(kind), _QUANTITIES[kind]
 
     @property
-    def _recorded(self) -> list[str]:
-        """Degrees of freedom of the rig's accelerometers that are not left out."""
-        return [label for label in self.rig.sensor_labels if label not in self.left_out]
+    def _recorded(self) -> list[Sensor]:
+        """The rig's sensors that are not left out."""
+        return [s for s in self.rig.sensors if s.label not in self.left_out]
 
     @property
     def _has_sensors(self) -> bool:
-        """Whether every accelerometer that is not left out was recorded, along either sense of its direction."""
-        found = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "acceleration"}
-        return all((node, axis) in found for node, _, axis in map(_split, self._recorded))
+        """Whether every sensor that is not left out was recorded, along either sense of its direction."""
+        found = {(h.node, h.direction.lstrip("+-"), h.quantity) for h in self._headers}
+        return all((s.node, _split(s.label)[2], s.quantity) in found for s in self._recorded)
 
     @property
     def _headers(self) -> Sequence[Channel | ChannelHeader]:
@@ -306,7 +306,7 @@ class Record(Shown):
         Returns
         -------
         Response
-            ``acceleration`` (n_sensors, n_t) in the order of the rig's sensors, without those left out;
+            ``channels`` (n_sensors, n_t) in the order of the rig's sensors, without those left out;
             ``displacement`` (n_bushings, n_t) if every clearance has a probe, a displacement channel at its
             `Rig.probe_labels`. A channel of the other sign is turned round.
         """
@@ -314,15 +314,16 @@ class Record(Shown):
         probed = [(label, "displacement") for label in self.rig.probe_labels]
         has_probes = bool(probed) and not self.missing_probes
         by_spin, turning = self.excitation_kind == "spin", self.turning()
-        labels = self._recorded if self._has_sensors else []
+        sensors = self._recorded if self._has_sensors else []
         return Response(
             fs=self.fs,
             excitation=np.zeros(self.size) if by_spin else measured[self._driven],
-            acceleration=np.array([measured[label, "acceleration"] for label in labels]).reshape(-1, self.size),
+            channels=np.array([measured[s.label, s.quantity] for s in sensors]).reshape(-1, self.size),
             displacement=np.stack([measured[probe] for probe in probed]) if has_probes else None,
             kind="base" if by_spin else self.excitation_kind,
             band=self.band,
-            responses=tuple(labels),
+            responses=tuple(s.label for s in sensors),
+            quantities=tuple(s.quantity for s in sensors),
             reference=self._driven[0],
             provenance={"record": self.name, "rig": self.rig.name, **self.provenance},
             spin=None if turning is None else turning.speed,

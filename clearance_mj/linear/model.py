@@ -119,20 +119,8 @@ class LinearModel(RigRows):
         """
         rows = self.at_bushings
         k, c = (np.repeat(np.asarray(v, dtype=float), self.n_coordinates) for v in (stiffness, damping))
-        springs, dampers = (rows.T * k) @ rows, (rows.T * c) @ rows
-        return dataclasses.replace(
-            self, springs=self.springs + springs if self.springs.size else springs,
-            coupling=self.coupling + dampers if self.coupling.size else dampers,
-        )  # fmt: skip
-
-    @functools.cached_property
-    def _at_rest(self) -> tuple[np.ndarray, np.ndarray]:
-        """K and C."""
-        stiffness, viscous = np.diag(self.omega**2), np.diag(self.damping)
-        return (
-            stiffness + self.springs if self.springs.size else stiffness,
-            viscous + self.coupling if self.coupling.size else viscous,
-        )
+        springs, coupling = _sum((rows.T * k) @ rows, self.springs), _sum((rows.T * c) @ rows, self.coupling)
+        return dataclasses.replace(self, springs=springs, coupling=coupling)
 
     def stiff(self, spin: float = 0.0) -> np.ndarray:
         """Return the stiffness K + Ω H (n, n) at a spin, 1/s².
@@ -142,7 +130,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return self._at_rest[0] + spin * self.circulatory if self.circulatory.size else self._at_rest[0].copy()
+        return _sum(np.diag(self.omega**2), self.springs, spin * self.circulatory)
 
     def viscous(self, spin: float = 0.0) -> np.ndarray:
         """Return the damping C + Ω G (n, n) at a spin, 1/s.
@@ -152,7 +140,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return self._at_rest[1] + spin * self.gyroscopic if self.gyroscopic.size else self._at_rest[1].copy()
+        return _sum(np.diag(self.damping), self.coupling, spin * self.gyroscopic)
 
     def dynamic(self, omega: complex, spin: float = 0.0) -> np.ndarray:
         """Return the dynamic stiffness (n, n) of motions q e^(iωt), 1/s².
@@ -264,7 +252,7 @@ class LinearModel(RigRows):
     def channel_gains(
         self, probes: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
     ) -> np.ndarray:
-        """Return what accelerometers, probes and the excitation itself show of forces in the clearances and of it.
+        """Return what sensors, probes and the excitation itself show of forces in the clearances and of it.
 
         Without filling and contact the structure is linear, so each channel reads y(ω) = G(ω, Ω) θ(ω), with θ the
         forces and the excitation.
@@ -286,10 +274,10 @@ class LinearModel(RigRows):
         -------
         ndarray, shape (n_f, n_sensors + n_probes + 1, n_forces + 1), complex
         """
-        rig, sensors = self.rig, len(self.at_sensors)
-        seen = self.displacement_gains(np.vstack((self.at_sensors, probes)), kind, omega, at, spin)
-        seen[:, :sensors] *= -(omega[:, None, None] ** 2)
-        seen[:, :sensors, -1] += self.sensors_on_base * float(kind != "force")
+        rig = self.rig
+        seen = self.sensor_rows.gains(
+            lambda rows: self.displacement_gains(rows, kind, omega, at, spin), probes, omega, kind != "force"
+        )
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
         found = np.concatenate((seen, itself), axis=1)
@@ -322,6 +310,11 @@ class LinearModel(RigRows):
         if self.springs.size:
             return np.asarray(self.shapes(points) @ np.linalg.solve(self.stiff(), loads.T))
         return (self.shapes(points) / self.omega**2) @ loads.T
+
+
+def _sum(*parts: np.ndarray) -> np.ndarray:
+    """Sum of the matrices that are there."""
+    return functools.reduce(np.add, (part for part in parts if part.size))
 
 
 @functools.lru_cache(maxsize=64)  # of models, which are never equal to another one

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..rig import Rig
 from ..rig.points import probe_point
+from ..rig.sensing import SensorRows, sensor_rows
 from ..structure.base import Rows, in_other_plane, parse_direction, parse_dof
 
 __all__ = ["PlaneRows", "RigRows", "along_axis"]
@@ -171,17 +172,19 @@ class RigRows:
         return found * np.array([values.get(f"probes[{i}].gain", 1.0) for i in range(len(found))])[:, None]
 
     @functools.cached_property
-    def at_sensors(self) -> np.ndarray:
-        """(n_sensors, n) displacement of the sensors relative to the base, in their directions, times their gains."""
-        sensors = self.rig.sensors
-        along = np.array([s.unit_direction for s in sensors]).reshape(-1, 3)
-        return np.array([s.gain for s in sensors])[:, None] * self.directed([s.position for s in sensors], along)
+    def sensor_rows(self) -> SensorRows:
+        """What the sensors read of the coordinates and of the base."""
+        return sensor_rows(self.rig, self.directed, self.size)
 
-    @functools.cached_property
+    @property
+    def at_sensors(self) -> np.ndarray:
+        """(n_sensors, n) what the sensors read of the coordinates, before it is differentiated to their order."""
+        return self.sensor_rows.rows
+
+    @property
     def sensors_on_base(self) -> np.ndarray:
-        """(n_sensors,) what each sensor would read per unit acceleration of the base if nothing moved on it."""
-        along = self.rig.shaker.unit_direction
-        return np.array([s.gain * (s.unit_direction @ along) for s in self.rig.sensors])
+        """(n_sensors,) the same of the base."""
+        return self.sensor_rows.on_base
 
     def push(self) -> np.ndarray:
         """Return the force (n,) of the shaker on the coordinates per N."""

@@ -14,6 +14,7 @@ from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..rig.dimensions import planar
+from ..rig.sensing import accelerated, sensor_points
 from ..signals import labelled
 from ..signals.arrays import read_only
 from .branch import Branch
@@ -233,7 +234,8 @@ def _backbone(follower: NonlinearMode, motions: list[FreeMotion], ended: str) ->
         level = given_back / np.abs(modes[:, :, 1] @ model.input(system.kind))
     return Backbone(
         system.model, follower.mode + 1, follower.clearance, omega / (2 * np.pi), damping, level,
-        model.at_sensors @ modes * turning**2, model.shapes([sensor.position for sensor in rig.sensors]) @ modes, x,
+        accelerated(rig)[:, None] * (model.at_sensors @ modes * turning**2),
+        model.shapes(sensor_points(rig)) @ modes, x,
         force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2), force[:, :count] + own, ended,
         tuple(rig.sensor_labels), tuple(rig.clearance_labels),
     )  # fmt: skip

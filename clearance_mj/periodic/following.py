@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..linear import LinearModel
+from ..rig.sensing import accelerated, sensor_points
 from .branch import Branch, SpecialPoint
 from .condensed import condensed
 from .continuation import CameBack, Motion, NoConvergence, Solver
@@ -164,11 +165,11 @@ def branch_of(
     """
     system, d, rig = solver.system, model.n_coordinates, solver.system.rig
     count, turning = d * len(rig.bushings), 1j * np.arange(modes.shape[2]) * omega[:, None, None]
-    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * turning**2
+    acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * turning**2 * accelerated(rig)[:, None]
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
     along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
-    at = model.directed([sensor.position for sensor in rig.sensors], along)
+    at = model.directed(sensor_points(rig), along)
     ends = force[:, count:].reshape(len(omega), -1, 2, d, modes.shape[2]).sum(axis=2)
     spring, damper = (np.repeat(each, d)[:, None] for each in (system.laws.spring, system.laws.damper))
     held = force[:, :count] + (spring + damper * turning) * x[:, :count]

@@ -12,10 +12,11 @@ Forces are straight lines between samples; gyroscopic moments are those of the s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import scipy.linalg
+from scipy.interpolate import barycentric_interpolate
 
 from ..core.errors import RecordError
 from ..core.jit import jit
@@ -88,9 +89,9 @@ def _modal_motion(
     n, scale = model.size, np.maximum(model.omega, 1.0)
     state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))
     motion = np.empty_like(force)
-    flows = _Flows(model, spin, step, scale)
+    flows = _flows(model, spin, step, scale)
     for first, last in _blocks(spin):
-        flow, of_force, of_change = map(np.ascontiguousarray, flows.at(float(spin[first:last].mean())))
+        flow, of_force, of_change = map(np.ascontiguousarray, flows(float(spin[first:last].mean())))
         driven = force[first:last] @ of_force.T + change[first:last] @ of_change.T
         state = _advance(flow, driven, state, motion[first:last])
     return motion / scale
@@ -123,22 +124,13 @@ def _blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:
     yield from zip((0, *edges), (*edges, spin.size))
 
 
-class _Flows:
-    """Flows at any spin of a run: polynomials through a few, as exponentials of so little rotation in a step are."""
-
-    def __init__(self, model: LinearModel, spin: np.ndarray, step: float, scale: np.ndarray):
-        low, high = float(spin.min()), float(spin.max())
-        cos = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) if high > low and model.gyroscopic.size else np.zeros(1)
-        self.nodes = (low + high) / 2 + (high - low) / 2 * cos
-        self.flows = [np.hstack(_flow(model, node, step, scale)) for node in self.nodes]
-        self.size = model.size
-
-    def at(self, spin: float) -> list[np.ndarray]:
-        """Return what `_flow` does at a spin."""
-        weights = [np.prod((spin - np.delete(self.nodes, i)) / (node - np.delete(self.nodes, i)))
-                   for i, node in enumerate(self.nodes)]  # fmt: skip
-        found = sum(weight * flow for weight, flow in zip(weights, self.flows))
-        return np.split(np.asarray(found), [2 * self.size, 3 * self.size], axis=1)
+def _flows(model: LinearModel, spin: np.ndarray, step: float, scale: np.ndarray) -> Callable[[float], list[np.ndarray]]:
+    """What `_flow` does at any spin of a run: polynomials through a few, as exponentials of so little rotation are."""
+    middle, half = (spin.min() + spin.max()) / 2, np.ptp(spin) / 2 if model.gyroscopic.size else 0.0
+    nodes = middle + half * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) if half else np.array([middle])
+    flows = np.array([np.hstack(_flow(model, node, step, scale)) for node in nodes])
+    ends = [2 * model.size, 3 * model.size]
+    return lambda at: np.split(barycentric_interpolate(nodes, flows, at) if half else flows[0], ends, axis=1)
 
 
 def _flow(model: LinearModel, spin: float, step: float, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -27,6 +27,7 @@ from ..core.drawing import COLOURS, FAINT, FONT, REPEAT, TEST, WIDTH, canvas, de
 from ..core.files import replacing
 from ..core.output_folder import FIGURES
 from ..rig import Rig
+from ..rig.sensing import sensor_points
 
 __all__ = [
     "COLOURS", "ENGINE_LINES", "FAINT", "FONT", "MARKERS", "REPEAT", "TEST", "WIDE", "WIDTH", "Drawing",
@@ -182,13 +183,13 @@ def finite(values: np.ndarray) -> np.ndarray:
 
 def at_bushings(rig: Rig) -> list[int]:
     """Return the rows of the sensors that sit in a bushing."""
-    return [row for row, sensor in enumerate(rig.sensors) if any(b.holds(sensor.position) for b in rig.bushings)]
+    return [row for row, point in enumerate(sensor_points(rig)) if any(b.holds(point) for b in rig.bushings)]
 
 
 def sensor_title(rig: Rig, row: int) -> str:
     """Return a sensor in words: its number, and its bushing or position."""
     sensor = rig.sensors[row]
-    inside = [i + 1 for i, b in enumerate(rig.bushings) if b.holds(sensor.position)]
+    inside = [i + 1 for i, b in enumerate(rig.bushings) if b.holds(sensor_points(rig)[row])]
     at = sensor.position if isinstance(sensor.position, str) else f"{sensor.position:g} m"
     along = f" along {sensor.label[-1].lower()}" if rig.is_spatial else ""
     return f"sensor {sensor.node}{along}" + (f", bushing {inside[0]}" if inside else f", {at}")

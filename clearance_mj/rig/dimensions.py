@@ -75,6 +75,10 @@ class InSpace(Protocol):
         """Sensors."""
 
     @property
+    def clearance_labels(self) -> list[str]:
+        """Names of the clearances."""
+
+    @property
     def shaker(self) -> Shaker:
         """Excitation."""
 
@@ -135,6 +139,7 @@ def named_points(rig: InSpace) -> dict[str, float | str]:
         f"{kind}[{i}].position": item.position
         for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances", "bearings")
         for i, item in enumerate(getattr(rig, kind))
+        if getattr(item, "quantity", "") != "force"
     }
     for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
         points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from ..core.errors import RigError
+from ..core.quantities import QUANTITIES, SensorQuantity
 from ..core.validation import NotNegative, Number, Positive, Whole, checked, seldom
 from ..structure import Point
-from ..structure.base import AXES, dof_vector, parse_direction
+from ..structure.base import AXES, POINT_SCHEMA, check_point, dof_vector, is_rotation, parse_direction
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
-    "Sensor", "Shaker", "check_nodes", "dof_label",
+    "Sensor", "Shaker", "dof_label",
 ]  # fmt: skip
 
 BASE_NODE = 100
@@ -49,10 +50,10 @@ def _unit(direction: Direction) -> np.ndarray:
     return np.array(direction) / np.linalg.norm(direction)
 
 
-def _nearest(node: int, direction: Direction | np.ndarray) -> str:
+def _nearest(node: int, direction: Direction | np.ndarray, about: str = "") -> str:
     """Node and the axis nearest to a direction."""
     axis = int(np.argmax(np.abs(direction)))
-    return f"{node}:{'-' if direction[axis] < 0 else '+'}{AXES[axis]}"
+    return f"{node}:{'-' if direction[axis] < 0 else '+'}{about}{AXES[axis]}"
 
 
 def _free_node(node: int) -> int:
@@ -61,50 +62,87 @@ def _free_node(node: int) -> int:
     return node
 
 
+def _place(value: Any) -> Any:
+    named = isinstance(value, str) and _CLEARANCE.fullmatch(value)
+    return value if named else check_point(value)
+
+
+_CLEARANCE = re.compile(r"(?:\S.* )?bushings\[[0-9]{1,4}\]")
+Place: TypeAlias = Annotated[
+    float | str,
+    PlainValidator(_place),
+    WithJsonSchema({"anyOf": [POINT_SCHEMA, {"type": "string", "pattern": f"^{_CLEARANCE.pattern}$"}]}),
+]
+"""A point, or of a force the name of a clearance, such as "bushings[0]" """
 _NOT_TAKEN: dict[str, Any] = {"not": {"enum": [BASE_NODE, SHAKER_NODE]}}
 
 
 @checked(RigError)
 class Sensor:
-    """An accelerometer on the structure, identified by its node number in files."""
+    """A sensor on the structure, identified by its node number in files: what it reads is its quantity."""
 
     node: Annotated[Whole, Field(ge=1, le=999_999_999, json_schema_extra=_NOT_TAKEN), AfterValidator(_free_node)]
     """positive, unique in the rig; 100 (base) and 200 (shaker) are taken"""
-    position: Point
-    """m along the shaft, or a degree of freedom such as "12:+X" """
+    position: Place
+    """m along the shaft, or a degree of freedom such as "12:+X"; of a force the name of a clearance, such as
+    "bushings[0]", or where an elastic support of the shaft is"""
     mass: NotNegative = 0.0
     """kg, loads the structure like a point mass"""
     gain: Positive = seldom(default=1.0)
-    """what it reads over the acceleration"""
+    """what it reads over its quantity"""
     delay: Number = seldom(default=0.0)
     """s, by which its channel is late"""
     direction: Direction | None = seldom(default=None)
-    """(x, y, z) along which it measures in space, of any length; None: along z, or its degree of freedom"""
+    """(x, y, z) along which it measures in space, of any length; None: along z, or its degree of freedom. Of an angle
+    the axis, None: y, about which a shaft bends along z; of a strain where the fibre is, seen from the shaft's axis"""
+    quantity: SensorQuantity = seldom(default="acceleration")
+    """what it reads: "acceleration" (m/s²), "velocity" (m/s, laser vibrometer), "displacement" (m, probe), "angle"
+    (rad), "strain" (m/m, gauge along a shaft), "force" (N, of a bushing or an elastic support on the shaft)"""
+    relative_to: Literal["ground", "base"] | None = seldom(default=None)
+    """what a motion is read against; None: the base of displacements and angles, the ground of all others"""
+    fibre: Positive | None = seldom(default=None)
+    """m, distance of a strain gauge from the shaft's axis; None: half the shaft's depth there"""
 
     def __post_init__(self) -> None:
         _check_direction(self.direction)
-        if self.direction is not None and parse_direction(self.position):
+        if self.fibre is not None and self.quantity != "strain":
+            raise ValueError(f"fibre is where a strain gauge sits, and the sensor reads {self.quantity}; leave it out")
+        if self.relative_to is not None and not QUANTITIES[self.quantity].motion:
+            raise ValueError(f"relative_to has no effect on a sensor of {self.quantity}; leave it out")
+        if self.quantity == "force" and self.mass:
+            raise ValueError("mass has no effect: a force is read where the structure already is")
+        if self.quantity != "force" and isinstance(self.position, str) and _CLEARANCE.fullmatch(self.position):
+            raise ValueError(f'position "{self.position}" is a clearance, of which a sensor of quantity "force" reads')
+        named = parse_direction(self.position)
+        if named and self.quantity == "angle" and not is_rotation(self.position):
+            raise ValueError(f'position "{self.position}" is no rotation, such as "12:+RX", whose angle it could read')
+        if named and self.direction is not None and self.quantity != "force":
             raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
 
     @property
+    def order(self) -> int:
+        """Of the time derivative that it reads."""
+        return QUANTITIES[self.quantity].order
+
+    @property
+    def moves_with_base(self) -> bool:
+        """Whether it reads nothing where all of the rig moves with its base."""
+        against = self.relative_to or ("base" if self.order == 0 else "ground")
+        return against == "base" or QUANTITIES[self.quantity].motion != "displacement"
+
+    @property
     def unit_direction(self) -> np.ndarray:
-        """(3,) unit vector along which it measures; zeros of a rotation."""
+        """(3,) unit vector along which it measures; zeros of a degree of freedom that is a rotation."""
+        if self.direction is None and self.quantity == "angle" and not parse_direction(self.position):
+            return np.array([0.0, 1.0, 0.0])
         return dof_vector(self.position) if self.direction is None else _unit(self.direction)
 
     @property
     def label(self) -> str:
-        """Node and direction, the nearest of X, Y and Z, such as "7:+Z"."""
-        return dof_label(self.node, self.position) if self.direction is None else _nearest(self.node, self.direction)
-
-
-def check_nodes(sensors: Sequence[Sensor]) -> None:
-    """Refuse two sensors of one node and axis."""
-    taken: set[str] = set()
-    for i, sensor in enumerate(sensors):
-        label = sensor.label.replace("-", "+")
-        if label in taken:
-            raise ValueError(f"sensors[{i}].node {sensor.node} is used twice; each sensor needs its own node")
-        taken.add(label)
+        """Node and direction, the nearest of X, Y and Z, such as "7:+Z", or "7:+RY" of an angle."""
+        if self.direction is None and parse_direction(self.position):
+            return dof_label(self.node, self.position)
+        return _nearest(self.node, self.unit_direction, "R" if self.quantity == "angle" else "")
 
 
 @checked(RigError)

@@ -43,5 +43,7 @@ def _node_in(bushing: Bushing, sensors: Sequence[Sensor]) -> int | None:
     place = parse_place(bushing.position)
     if place is None or bushing.to is not None:
         return None
-    inside = [(parse_place(s.position), s.node) for s in sensors if bushing.holds(s.position)]
+    probed = {s.node for s in sensors if s.quantity == "displacement"}  # these are other probes
+    known = [s for s in sensors if s.quantity != "force" and s.node not in probed]
+    inside = [(parse_place(s.position), s.node) for s in known if bushing.holds(s.position)]
     return min(((abs(at[1] - place[1]), node) for at, node in inside if at), default=(0.0, None))[1]

@@ -81,14 +81,15 @@ class Plate:
         sensors : sequence of Sensor
             The rig's.
         """
-        nodes = [sensor.node for sensor in sensors]
-        if self.sensor not in nodes:
-            raise ValueError(f"sensor {self.sensor} is no sensor's node; the rig has {', '.join(map(str, nodes))}")
-        if nodes.count(self.sensor) > 1:
+        rows = [i for i, s in enumerate(sensors) if s.node == self.sensor and s.quantity == "acceleration"]
+        if not rows:
+            known = ", ".join(str(s.node) for s in sensors if s.quantity == "acceleration")
+            raise ValueError(f"sensor {self.sensor} is no accelerometer's node; the rig has {known}")
+        if len(rows) > 1:
             raise ValueError(
                 f"sensor {self.sensor} measures along several directions; give the one that radiates its own node"
             )
-        return nodes.index(self.sensor)
+        return rows[0]
 
 
 def check_plate(plate: Plate, sensors: Sequence[Sensor]) -> None:

@@ -29,13 +29,14 @@ from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import Sensor, Shaker, check_nodes
+from .instruments import Sensor, Shaker
 from .labels import clearance_labels, probe_labels
 from .overview import bushing_rows, structure_in_words
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
 from .schema import BEAM_OR_STRUCTURE, OF_BEARINGS, OF_OLDER_FILES
+from .sensing import check_sensors
 from .spans import check_bushings
 from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
@@ -103,7 +104,7 @@ class Rig(Shown):
             )
         for name, point in named_points(self).items():
             self._check(name, point)
-        check_nodes(self.sensors)
+        check_sensors(self)
         if self.plate:
             check_plate(self.plate, self.sensors)
         for i, spring in enumerate(self.springs):

@@ -13,7 +13,7 @@ from .correlation import csac, csf, frac, mac, mre, relative_error, rmse_db
 from .directional import DirectionalFRF, directional_frfs
 from .ema import Modes, extract_modes
 from .excitation import Excitation
-from .frf import FRF, estimate_frf, estimate_frf_blocks, join_references
+from .frf import FRF, estimate_frf, estimate_frf_blocks
 from .frf_error import random_db, random_error
 from .full_spectra import FullSpectrum, SpeedCascade, full_spectrum, speed_cascade
 from .hammer import HammerTest, hammer_frf
@@ -21,6 +21,7 @@ from .nonlinear import BestLinear, best_linear, stepped_harmonics
 from .orbits import FilteredOrbit, Orbits, orbits_by_turn, shaft_angle
 from .psd import PSD
 from .quantities import with_quantity
+from .references import join_references
 from .response import Response
 from .road import QuarterCar, Road, road_psd
 from .spectra import Spectra

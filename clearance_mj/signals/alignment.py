@@ -11,12 +11,13 @@ import scipy.interpolate
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
+from ..core.quantities import QUANTITIES
 from .frf import FRF
 from .quantities import require_quantity
 
 __all__ = ["Alignment", "accelerance", "align", "convert_quantity"]
 
-ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+ORDERS = {name: known.order for name, known in QUANTITIES.items() if known.motion == "displacement"}
 """Times that the motion is differentiated in each quantity."""
 Labels = tuple[str, ...]
 Block = tuple[np.ndarray, ...]  # rows and columns of pairs, as np.ix_ makes them

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure, FigureBase
 
 from ..core.drawing import COLOURS, FONT, REPEAT, canvas, decibel, envelope, key, of_curves, phase, tidy
 from ..core.errors import RecordError
+from ..core.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,7 +24,7 @@ __all__ = [
 ROW_HEIGHT = 2.8  # Inches, height of a function's magnitude, phase and coherence.
 MEASURES = {"rmse_db": "RMSE (dB)", "mre": "MRE (1)", "frac": "FRAC (1)", "csac": "CSAC (1)", "csf": "CSF (1)"}
 UNIT_MEASURES = ("frac", "csac", "csf")  # measures from 0 to 1
-HISTORIES = (("acceleration", "Acceleration", "m/s²", 1.0), ("displacement", "Displacement", "mm", 1e3),
+HISTORIES = (("displacement", "Displacement", "mm", 1e3),
              ("contact_force", "Contact force", "N", 1.0), ("grease_force", "Grease force", "N", 1.0))  # fmt: skip
 Look = dict[str, Any]
 
@@ -42,7 +43,7 @@ class Functions(Protocol):
     @property
     def labels(self) -> tuple[str, ...]: ...
     @property
-    def unit(self) -> str: ...
+    def units(self) -> tuple[str, ...]: ...
 
 
 class Agreement(Protocol):
@@ -72,7 +73,9 @@ class Histories(Protocol):
     @property
     def excitation(self) -> np.ndarray: ...
     @property
-    def acceleration(self) -> np.ndarray: ...
+    def channels(self) -> np.ndarray: ...
+    @property
+    def quantities(self) -> tuple[str, ...]: ...
     @property
     def responses(self) -> tuple[str, ...]: ...
     @property
@@ -115,6 +118,7 @@ def draw_functions(
 def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], row: int) -> None:
     axes = cell.subplots(3, 1, sharex=True, height_ratios=(3, 1.4, 1))
     first = curves[0][0]
+    unit = first.units[row]
     for frf, look in curves:
         style = look | _dots(frf.frequency)
         axes[0].plot(frf.frequency, decibel(frf.functions[row]), **style)
@@ -122,7 +126,7 @@ def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], r
         if frf.coherence is not None:
             coherence = frf.coherence.swapaxes(0, 1)[frf.measured.T]
             axes[2].plot(frf.frequency, coherence[row], **style | {"lw": 0.8})
-    tidy(axes[0], first.labels[row], f"Magnitude\n(dB re {'1' if first.unit == '1' else f'1 {first.unit}'})")
+    tidy(axes[0], first.labels[row], f"Magnitude\n(dB re {'1' if unit == '1' else f'1 {unit}'})")
     tidy(axes[1], ylabel="Phase (°)")
     axes[1].set_ylim(-190, 190)
     axes[1].set_yticks([-180, 0, 180])
@@ -197,19 +201,23 @@ def draw_measures(figure: FigureBase, comparison: Agreement) -> None:
 
 
 def response_figure(response: Histories, sensors: Sequence[int], time: tuple[float, float]) -> Figure:
-    """Draw excitation, accelerations, and what is known at the bushings, over a stretch of time, s."""
+    """Draw excitation, what sensors read by quantity, and what is known at the bushings, over a stretch of time, s."""
     part = slice(*np.searchsorted(response.time, (time[0], np.nextafter(time[1], np.inf))))
     moments = response.time[part]
     if not moments.size:
         raise RecordError(f"no sample from {time[0]:g} to {time[1]:g} s; the response ends at {response.time[-1]:g} s")
     kind, unit = ("Base acc.", "m/s²") if response.kind == "base" else ("Force", "N")
     panels = [(f"{kind} ({unit})", {response.reference: response.excitation})]
-    names = [*response.responses] or [f"row {i + 1}" for i in range(len(response.acceleration))]
+    names = [*response.responses] or [f"row {i + 1}" for i in range(len(response.channels))]
+    for quantity in dict.fromkeys(response.quantities[i] for i in sensors):
+        unit, factor = QUANTITIES[quantity].in_figures
+        drawn = {names[i]: factor * response.channels[i] for i in sensors if response.quantities[i] == quantity}
+        panels.append((f"{quantity.capitalize()} ({unit})", drawn))
     for field, words, unit, factor in HISTORIES:
         values = getattr(response, field)
         if values is None or not len(values):
             continue
-        at = {names[i]: values[i] for i in sensors} if field == "acceleration" else _at_bushings(response, values)
+        at = _at_bushings(response, values)
         panels.append((f"{words} ({unit})", {name: factor * row for name, row in at.items()}))
     if response.spin is not None:
         panels.append(("Spin (rev/min)", {"shaft": 30 / np.pi * response.spin}))

@@ -14,6 +14,7 @@ from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
 from ..core.notes import note
 from ..core.overview import Overview, Shown, few, span
+from ..core.quantities import QUANTITIES
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 from .hits import hit_blocks, is_impulsive
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["FRF", "estimate_frf", "estimate_frf_blocks", "join_references"]
+__all__ = ["FRF", "estimate_frf", "estimate_frf_blocks"]
 
-WORDS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²", "force": "N"}
+SEVERAL = "several"  # in the place of a quantity that is another one of each response
 QUANTITY = {"base": "acceleration/acceleration", "force": "acceleration/force"}
 
 
@@ -56,8 +57,9 @@ class FRF(Shown, ArrayData):
     references: tuple[str, ...] = ("100:+Z",)
     """degree of freedom of each input"""
     quantity: str = "acceleration/acceleration"
-    """"acceleration/acceleration" (base excitation) or "acceleration/force"; a part that its file does not say, or
-    that is no motion and no force, is "unknown": see `signals.with_quantity`"""
+    """"acceleration/acceleration" (base excitation), "acceleration/force" (accelerance), "velocity/force" (mobility),
+    "displacement/force" (receptance), "strain/force" ...; "several/force" where ``quantities`` differ; a part that its
+    file does not say, or that is no motion and no force, is "unknown": see `signals.with_quantity`"""
     unit_label: str = ""
     """unit in its file of an FRF whose quantity is unknown"""
     averages: float | None = field(default=None, compare=False)
@@ -65,6 +67,8 @@ class FRF(Shown, ArrayData):
     window_rate: float = 0.0
     """1/s, of the exponential window that is in the FRF: it is H(jω + rate), and its peaks look as much more damped;
     `extract_modes` and `structure.modes_from_frf` take it out"""
+    quantities: tuple[str, ...] = ()
+    """quantity of each output where they differ; () where all are ``quantity``"""
 
     def __post_init__(self) -> None:
         frequency, value = read_only(self.frequency), read_only(_with_inputs(self.value), complex)
@@ -83,6 +87,12 @@ class FRF(Shown, ArrayData):
         for what, labels, size in (("response", responses, value.shape[0]), ("reference", references, value.shape[1])):
             if len(labels) != size:
                 raise RecordError(f"{len(labels)} {what} labels for {size} {what}s: {', '.join(labels)}")
+        if self.quantities:
+            if len(self.quantities) != len(responses):
+                raise RecordError(f"{len(self.quantities)} quantities for {len(responses)} responses")
+            first, *others = dict.fromkeys(self.quantities)
+            several = f"{SEVERAL}/{first.partition('/')[2]}"
+            self._set(quantity=several if others else first, quantities=tuple(self.quantities) if others else ())
         self._set(frequency=frequency, value=value, coherence=coherence, responses=responses, references=references)
 
     @property
@@ -118,6 +128,19 @@ class FRF(Shown, ArrayData):
             if self.measured[i, j]
         )
 
+    @property
+    def row_quantities(self) -> tuple[str, ...]:
+        """Quantity of each response."""
+        return self.quantities or (self.quantity,) * len(self.responses)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each row of ``functions``, such as "m/s/N"; "1" of a ratio of like quantities."""
+        of_rows = [self._unit_of(quantity) for quantity in self.row_quantities]
+        if len(self.references) == 1:
+            return tuple(of_rows)
+        return tuple(of_rows[i] for _, i in np.argwhere(self.measured.T))
+
     def within(self, band: Band) -> FRF:
         """Cut to the lines with lo <= f <= hi; refuses a band without a line.
 
@@ -147,9 +170,10 @@ class FRF(Shown, ArrayData):
         coherence = None if self.coherence is None else self.coherence[rows, j]
         if coherence is not None and np.isnan(coherence).all():
             coherence = None
-        responses = tuple(self.responses[i] for i in rows)
-        what = responses, (reference,), self.quantity, self.unit_label, self.averages, self.window_rate
-        return FRF(self.frequency, self.value[rows, j], coherence, *what)
+        return replace(
+            self, value=self.value[rows, j], coherence=coherence, responses=tuple(self.responses[i] for i in rows),
+            references=(reference,), quantities=tuple(self.quantities[i] for i in rows if self.quantities),
+        )  # fmt: skip
 
     def _overview(self) -> Overview:
         step = np.diff(self.frequency)
@@ -173,10 +197,14 @@ class FRF(Shown, ArrayData):
     @property
     def unit(self) -> str:
         """Unit of ``value`` in words, such as "m/s²/N"; "1" of a ratio of like quantities."""
-        above, _, below = self.quantity.partition("/")
+        return "several units" if self.quantities else self._unit_of(self.quantity)
+
+    def _unit_of(self, quantity: str) -> str:
+        above, _, below = quantity.partition("/")
         if UNKNOWN in (above, below):
             return self.unit_label or "unknown unit"
-        return "1" if above == below else "/".join(WORDS.get(name, name) for name in (above, below))
+        names = (QUANTITIES[name].unit if name in QUANTITIES else name for name in (above, below))
+        return "1" if above == below else "/".join(names)
 
     def plot(self, rows: Sequence[int] | None = None, **others: FRF) -> Figure:
         """Draw magnitude, phase and coherence of every function, alone or over those of other FRFs.
@@ -214,6 +242,8 @@ class FRF(Shown, ArrayData):
         coordinates = {"response": self.responses, "reference": self.references, "frequency": self.frequency}
         attributes |= {name: value for name in ("averages", "window_rate") if (value := getattr(self, name))}
         found = labelled.dataset("frf", variables, coordinates, attributes)
+        if self.quantities:
+            found = found.assign_coords(response_quantity=("response", list(self.quantities)))
         found["value"].attrs["long_name"] = self.quantity
         return found
 
@@ -236,52 +266,14 @@ class FRF(Shown, ArrayData):
         frequency, quantity = labelled.values(ds, "frequency", "frequency"), str(labelled.attribute(ds, "quantity"))
         unit, averages = str(ds.attrs.get("unit_label", "")), ds.attrs.get("averages")
         known, rate = float(averages) if averages else None, float(ds.attrs.get("window_rate", 0.0))
-        return cls(frequency, value, coherence, responses, references, quantity, unit, known, rate)
+        own = labelled.labels(ds, "response_quantity") if "response_quantity" in ds.coords else ()
+        return cls(frequency, value, coherence, responses, references, quantity, unit, known, rate, own)
 
 
 def _with_inputs(value: ArrayLike) -> np.ndarray:
     """(n_outputs, n_f) of one reference as (n_outputs, 1, n_f)."""
     value = np.asarray(value)
     return value[:, None] if value.ndim == 2 else value
-
-
-def join_references(frfs: Sequence[FRF]) -> FRF:
-    """Put FRFs to different references, or of different responses, into one; pairs of which there is none become nan.
-
-    Parameters
-    ----------
-    frfs : sequence of FRF
-        FRFs on the same lines and of one quantity; others raise RecordError, and so does a pair that comes twice.
-    """
-    first, *others = frfs
-    if not others:
-        return first
-    for frf in others:
-        pair = f"the FRFs to {', '.join(first.references)} and to {', '.join(frf.references)}"
-        if (frf.quantity, frf.unit_label) != (first.quantity, first.unit_label):
-            one, other = (f"{f.quantity} {f.unit_label}".rstrip() for f in (first, frf))
-            raise RecordError(f"{pair} are {one} and {other}; needs one quantity")
-        if not np.array_equal(frf.frequency, first.frequency):
-            raise RecordError(f"{pair} are not on the same lines")
-        if frf.window_rate != first.window_rate:
-            raise RecordError(f"{pair} are under different exponential windows")
-    responses = tuple(dict.fromkeys(label for frf in frfs for label in frf.responses))
-    references = tuple(dict.fromkeys(label for frf in frfs for label in frf.references))
-    value = np.full((len(responses), len(references), first.frequency.size), complex(np.nan, np.nan))
-    coherence = np.full(value.shape, np.nan)
-    taken = np.zeros(value.shape[:2], dtype=bool)
-    for frf in frfs:
-        for i, j in np.argwhere(frf.measured):
-            at = responses.index(frf.responses[i]), references.index(frf.references[j])
-            if taken[at]:
-                raise RecordError(f"the FRF of {frf.responses[i]} to {frf.references[j]} comes twice")
-            value[at], taken[at] = frf.value[i, j], True
-            if frf.coherence is not None:
-                coherence[at] = frf.coherence[i, j]
-    known = any(frf.coherence is not None for frf in frfs)
-    averages = first.averages if len({frf.averages for frf in frfs}) == 1 else None
-    what = responses, references, first.quantity, first.unit_label, averages, first.window_rate
-    return FRF(first.frequency, value, coherence if known else None, *what)
 
 
 @checks_kinds
@@ -303,7 +295,7 @@ def estimate_frf(
     Parameters
     ----------
     resp : Response
-        The record; its excitation is the reference, its accelerations are the responses.
+        The record; its excitation is the reference, its channels are the responses, each in its own quantity.
     estimator : {"H1", "H2", "Hv"}
         H1 = S_yx/S_xx (noise on the response), H2 = S_yy/S_xy (noise on the excitation), Hv: total least
         squares for each response alone (as much noise on both, in the units of the record).
@@ -379,5 +371,8 @@ def estimate_frf_blocks(
     for block in blocks:
         spectra.push(block)
     value, coherence = spectra.estimate(ESTIMATORS[estimator])
-    what = first.responses, (first.reference,), QUANTITY[first.kind]
-    return FRF(spectra.frequency, value, coherence, *what, averages=spectra.independent_averages())
+    below = QUANTITY[first.kind].partition("/")[2]
+    return FRF(
+        spectra.frequency, value, coherence, first.responses, (first.reference,), QUANTITY[first.kind],
+        averages=spectra.independent_averages(), quantities=tuple(f"{name}/{below}" for name in first.quantities),
+    )  # fmt: skip

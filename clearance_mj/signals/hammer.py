@@ -11,8 +11,9 @@ import scipy.fft
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
-from .frf import FRF, estimate_frf_blocks, join_references
+from .frf import FRF, estimate_frf_blocks
 from .hits import DECAYED, TRIGGER, Hit, find_hits, left_out, tail_level, windowed_blocks
+from .references import join_references
 from .response import Response
 from .welch import Band
 
@@ -68,7 +69,7 @@ class HammerTest:
             time = 1e3 * (part - hit.pulse[0]) / record.fs
             pulses.plot(time, record.excitation[part], color=REPEAT, lw=1.6)
             pulses.plot(time, block.excitation[part - hit.start], color=COLOURS[0], lw=0.8)
-        response.plot(*envelope(first.time, first.acceleration[0]), color=TEST, lw=0.7)
+        response.plot(*envelope(first.time, first.channels[0]), color=TEST, lw=0.7)
         frequency, level = self.spectrum
         spectrum.plot(frequency, 20 * np.log10(np.maximum(level, 1e-6)), color=COLOURS[0], lw=1.0)
         spectrum.axvspan(*self.frf.frequency[[0, -1]], color=REPEAT, alpha=0.25, lw=0, label="lines of the FRFs")

@@ -145,8 +145,8 @@ def find_hits(
 
 
 def _hits(number: int, record: Response, pulses: _Pulses, length: int, lead: int) -> Iterator[Hit]:
-    names = record.responses or tuple(f"response {i + 1}" for i in range(len(record.acceleration)))
-    channels = zip(("the force", *names), (record.excitation, *record.acceleration))
+    names = record.responses or tuple(f"response {i + 1}" for i in range(len(record.channels)))
+    channels = zip(("the force", *names), (record.excitation, *record.channels))
     overloads = {name: sum(clipped(channel), np.zeros(channel.size, dtype=bool)) for name, channel in channels}
     size, fs, before = record.excitation.size, record.fs, -np.inf
     for at, height in zip(pulses.at[pulses.hit].tolist(), pulses.height[pulses.hit]):
@@ -189,8 +189,8 @@ def windowed_blocks(
     rate : float
         Of the exponential window, 1/s.
     """
-    force, offset = _without_offset(record.excitation, record.fs), np.median(record.acceleration, axis=1, keepdims=True)
-    signals = np.vstack((force, record.acceleration - offset))
+    force, offset = _without_offset(record.excitation, record.fs), np.median(record.channels, axis=1, keepdims=True)
+    signals = np.vstack((force, record.channels - offset))
     for hit in (hit for hit in hits if not hit.fault):
         (begin, end), sample = hit.pulse, np.arange(hit.start, hit.start + length)
         width = end - begin
@@ -212,7 +212,7 @@ def tail_level(blocks: Sequence[Response]) -> float:
     blocks : sequence of Response
         Blocks of one length without an exponential window.
     """
-    half, signals = blocks[0].excitation.size // 2, np.concatenate([block.acceleration for block in blocks])
+    half, signals = blocks[0].excitation.size // 2, np.concatenate([block.channels for block in blocks])
     halves = (signals[:, :half], signals[:, half : 2 * half])
     first, second = (np.sum(np.abs(scipy.fft.rfft(part)) ** 2, axis=0) for part in halves)
     strong = first > STRONG * first.max()

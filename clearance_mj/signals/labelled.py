@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import RecordError
+from ..core.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,13 +16,8 @@ if TYPE_CHECKING:
 __all__ = ["KIND", "UNITS", "attribute", "dataset", "from_json", "labels", "plain_json", "require_kind", "values"]
 
 KIND = "clearance_mj"  # Attribute that says what a dataset holds.
-UNITS = {
-    "displacement": "m",
-    "velocity": "m s-1",
-    "acceleration": "m s-2",
-    "force": "N",
-    "frequency": "Hz",
-    "time": "s",
+UNITS = {"frequency": "Hz", "time": "s"} | {
+    name: known.cf_unit for name, known in QUANTITIES.items()
 }  # as UDUNITS writes them: attributes of netCDF-3 are ASCII
 
 

@@ -92,7 +92,7 @@ def _alike(responses: Sequence[Response]) -> Sequence[Response]:
     """Return the records if there are several of one kind, or refuse them."""
     if len(responses) < 2:
         raise RecordError(f"a best linear approximation needs at least two realisations, got {len(responses)}")
-    kinds = {(r.fs, r.kind, r.band, r.responses, np.shape(r.acceleration)) for r in responses}
+    kinds = {(r.fs, r.kind, r.band, r.responses, np.shape(r.channels)) for r in responses}
     if len(kinds) > 1:
         raise RecordError("the realisations differ in sampling rate, length, kind or band of excitation, or responses")
     return responses
@@ -121,7 +121,7 @@ def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
         If the record does not hold whole periods, fewer than two are left, or samples are not finite.
     """
     samples = round(period * response.fs)
-    signals = np.vstack((response.excitation, response.acceleration))
+    signals = np.vstack((response.excitation, response.channels))
     if samples < 2 or abs(samples - period * response.fs) > 1e-6 or signals.shape[1] % samples:
         raise RecordError(f"a record of {response.duration:g} s does not hold whole periods of {period!r} s")
     count = signals.shape[1] // samples

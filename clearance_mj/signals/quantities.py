@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from ..core.checks import UNKNOWN
 from ..core.errors import RecordError
+from ..core.quantities import QUANTITIES
 from ..core.units import ratio_factor
-from .frf import FRF, WORDS
+from .frf import FRF
 
 __all__ = ["require_quantity", "with_quantity"]
 
@@ -30,8 +31,8 @@ def with_quantity(frf: FRF, quantity: str, unit: str = "") -> FRF:
         If the quantity is known already, or the unit is none of the quantity.
     """
     above, _, below = quantity.partition("/")
-    if not {above, below} <= WORDS.keys():
-        raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(WORDS)} as a/b')
+    if not {above, below} <= QUANTITIES.keys():
+        raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
     if UNKNOWN not in frf.quantity:
         raise RecordError(f"the FRFs are {frf.quantity}, as their file says")
     label = unit or frf.unit_label

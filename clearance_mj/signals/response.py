@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
+from ..core.quantities import QUANTITIES
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
 
@@ -22,11 +24,12 @@ __all__ = ["Response"]
 
 EXCITATION_UNITS = {"base": "m s-2", "force": "N"}
 HISTORIES = {
-    "acceleration": ("response", "m s-2"),
+    "channels": ("response", ""),
     "displacement": ("bushing", "m"),
     "contact_force": ("bushing", "N"),
     "grease_force": ("bushing", "N"),
 }  # Dimension beside time, and unit
+ACCELERATION = "acceleration"  # also the variable of channels that are nothing else
 COORDINATE = "coordinate"  # the dimension in the place of bushings where each has two rows
 
 
@@ -46,8 +49,8 @@ class Response(Shown, ArrayData):
     """samples per second"""
     excitation: np.ndarray
     """(n_t,) base acceleration in m/s² or shaker force in N, see ``kind``"""
-    acceleration: np.ndarray
-    """(n_sensors, n_t) absolute acceleration, m/s²"""
+    channels: np.ndarray
+    """(n_sensors, n_t) what the sensors read, each in the SI unit of its own quantity, such as m/s²"""
     displacement: np.ndarray | None = None
     """(n_bushings, n_t) relative to the bushing, m; of round clearances (2 n_bushings, n_t), y and z of each, also of
     the forces; see `Rig.probe_labels`"""
@@ -60,7 +63,7 @@ class Response(Shown, ArrayData):
     band: tuple[float, float] | None = None
     """Hz, band of the excitation where known"""
     responses: tuple[str, ...] = ()
-    """degree of freedom of each row of the acceleration, such as "3:+Z" """
+    """degree of freedom of each row of the channels, such as "3:+Z" """
     reference: str = "100:+Z"
     """degree of freedom of the excitation"""
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -70,9 +73,14 @@ class Response(Shown, ArrayData):
     beyond its gap, before the anti-alias filter, which rings into the gap; None where that was not counted"""
     spin: np.ndarray | None = None
     """(n_t,) rad/s, of a shaft that turns"""
+    quantities: tuple[str, ...] = ()
+    """quantity of each row of the channels; all are "acceleration" if left out"""
 
     def __post_init__(self) -> None:
-        self._set(excitation=read_only(self.excitation))
+        quantities = tuple(self.quantities) or (ACCELERATION,) * len(self.channels)
+        if len(quantities) != len(self.channels) or not {*quantities} <= QUANTITIES.keys():
+            raise RecordError(f"{len(self.channels)} channels need as many quantities of {', '.join(QUANTITIES)}")
+        self._set(excitation=read_only(self.excitation), quantities=quantities)
         for name, (rows, _) in HISTORIES.items():
             value = getattr(self, name)
             if value is None:
@@ -87,6 +95,12 @@ class Response(Shown, ArrayData):
         for name in ("contact_share", "spin"):
             if (value := getattr(self, name)) is not None:
                 self._set(**{name: read_only(value)})
+
+    @functools.cached_property
+    def acceleration(self) -> np.ndarray:
+        """(n_accelerometers, n_t) the rows of the channels that are accelerations."""
+        rows = [name == ACCELERATION for name in self.quantities]
+        return self.channels if all(rows) else self.channels[rows]
 
     @property
     def time(self) -> np.ndarray:
@@ -104,10 +118,15 @@ class Response(Shown, ArrayData):
         Parameters
         ----------
         responses : sequence of str
-            Their degrees of freedom.
+            Their degrees of freedom; where several sensors have one, all of them.
         """
-        rows = [self.responses.index(label) for label in responses]
-        return dataclasses.replace(self, acceleration=self.acceleration[rows], responses=tuple(responses))
+        rows = [i for label in dict.fromkeys(responses) for i, own in enumerate(self.responses) if own == label]
+        if missing := {*responses} - {*self.responses}:
+            raise RecordError(f"has no response at {min(missing)}; it has {', '.join(self.responses)}")
+        return dataclasses.replace(
+            self, channels=self.channels[rows], responses=tuple(self.responses[i] for i in rows),
+            quantities=tuple(self.quantities[i] for i in rows),
+        )  # fmt: skip
 
     @property
     def is_round(self) -> bool:
@@ -121,24 +140,28 @@ class Response(Shown, ArrayData):
             "excitation": f"{what} at {self.reference}, {np.std(self.excitation):.4g} {unit} RMS"
             + (f", {band[0]:g} to {band[1]:g} Hz" if band else ""),
             "responses": few(self.responses),
-            "acceleration": _largest(self.acceleration, "m/s²"),
-            "displacement": _largest(self.displacement, "mm", 1e3),
+            **{name: self._largest_of(name) for name in dict.fromkeys(self.quantities)},
+            "in clearances": _largest(self.displacement, "mm", 1e3),
             "contact force": _largest(self.contact_force, "N"),
             "in contact": _in_contact(self.contact_share),
             "grease force": _largest(self.grease_force, "N"),
             "spin": "" if self.spin is None else span(self.spin, "rev/min", 30 / np.pi),
             "from": _origin(self.provenance),
         }
-        count = f"{len(self.acceleration)} sensors"
+        count = f"{len(self.channels)} sensors"
         return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
 
+    def _largest_of(self, quantity: str) -> str:
+        rows = [name == quantity for name in self.quantities]
+        return _largest(self.channels[rows], *QUANTITIES[quantity].in_figures)
+
     def plot(self, sensors: Sequence[int] | None = None, time: tuple[float, float] | None = None) -> Figure:
-        """Draw excitation and accelerations over time; displacement and forces at bushings, and spin, where known.
+        """Draw excitation and what sensors read over time; displacement and forces at bushings, and spin, where known.
 
         Parameters
         ----------
         sensors : sequence of int, optional
-            Rows of the acceleration that are drawn; None: all.
+            Rows of the channels that are drawn; None: all.
         time : (float, float), optional
             First and last time that are drawn, s; None: all.
 
@@ -149,13 +172,14 @@ class Response(Shown, ArrayData):
         """
         from .figures import response_figure
 
-        shown = rows_of(self.acceleration, sensors, RecordError)
+        shown = rows_of(self.channels, sensors, RecordError)
         return response_figure(self, shown, time or (0.0, self.duration))
 
     def to_xarray(self) -> xr.Dataset:
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
-        ``excitation`` (time,), ``acceleration`` (response, time), and of ``displacement``, ``contact_force`` and
+        ``excitation`` (time,), ``acceleration`` (response, time), or ``channels`` with the quantity of each where they
+        are not all accelerations, and of ``displacement``, ``contact_force`` and
         ``grease_force`` (bushing, time; coordinate, time of round clearances), ``contact_share`` (bushing,) and
         ``spin`` (time,) what the response has.
         """
@@ -167,6 +191,8 @@ class Response(Shown, ArrayData):
             value = getattr(self, name)
             round_ones = rows == "bushing" and value is not None and n_shares not in (None, len(value))
             variables[name] = (COORDINATE if round_ones else rows, "time"), value, units
+        if {*self.quantities} == {ACCELERATION}:
+            variables[ACCELERATION] = (*variables.pop("channels")[:2], QUANTITIES[ACCELERATION].cf_unit)
         variables["contact_share"] = ("bushing", self.contact_share, "1")
         variables["spin"] = ("time", self.spin, "rad s-1")
         attributes = {
@@ -179,6 +205,10 @@ class Response(Shown, ArrayData):
         coordinates = {"time": self.time, "response": self.responses}
         found = labelled.dataset("response", variables, coordinates, attributes)
         found["excitation"].attrs["dof"] = self.reference
+        if "channels" in found:
+            of_rows = {"quantity": ("response", list(self.quantities))}
+            of_rows["units"] = ("response", [QUANTITIES[name].cf_unit for name in self.quantities])
+            found = found.assign_coords(of_rows)
         return found
 
     @classmethod
@@ -191,15 +221,16 @@ class Response(Shown, ArrayData):
             The dataset; older ones have time first.
         """
         labelled.require_kind(ds, "response")
-        if "acceleration" not in ds:
-            raise RecordError('holds no "acceleration"')
+        if not {ACCELERATION, "channels"} & {*ds}:
+            raise RecordError('holds no "acceleration" and no "channels"')
         band = ds.attrs.get("band")
         provenance = labelled.from_json(ds, "provenance")
         histories = {
             name: labelled.values(ds, name, COORDINATE if COORDINATE in ds[name].dims else rows, "time")
-            for name, (rows, _) in HISTORIES.items()
+            for name, (rows, _) in (HISTORIES | {ACCELERATION: HISTORIES["channels"]}).items()
             if name in ds
         }
+        histories["channels"] = histories.pop(ACCELERATION if ACCELERATION in histories else "channels")
         return cls(
             fs=float(labelled.attribute(ds, "fs")),
             excitation=labelled.values(ds, "excitation", "time"),
@@ -210,6 +241,7 @@ class Response(Shown, ArrayData):
             provenance=provenance,
             contact_share=labelled.values(ds, "contact_share", "bushing") if "contact_share" in ds else None,
             spin=labelled.values(ds, "spin", "time") if "spin" in ds else None,
+            quantities=labelled.labels(ds, "quantity") if "quantity" in ds.coords else (),
             **histories,
         )
 

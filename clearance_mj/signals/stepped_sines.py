@@ -64,7 +64,7 @@ def sine_steps(response: Response) -> SineSteps:
 
     probes = response.displacement
     return SineSteps(
-        frequency, np.array([found[k][1] for k in ends]), change >= 0, amplitudes(response.acceleration),
+        frequency, np.array([found[k][1] for k in ends]), change >= 0, amplitudes(response.channels),
         None if probes is None else amplitudes(probes),
     )  # fmt: skip
 

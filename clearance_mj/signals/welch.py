@@ -65,11 +65,13 @@ class Welch:
     def push(self, block: Response) -> None:
         """Add every segment that a block completes."""
         excitation = block.excitation
-        signals = np.vstack((excitation, block.acceleration))
+        signals = np.vstack((excitation, block.channels))
         finite = np.isfinite(signals).all(axis=1)
         if not finite.all():
             bad = int(np.argmin(finite))
-            raise RecordError(f"{f'acceleration row {bad - 1}' if bad else 'the excitation'} is not finite")
+            raise RecordError(
+                f"{f'{block.quantities[bad - 1]} row {bad - 1}' if bad else 'the excitation'} is not finite"
+            )
         low, high = self.limits
         self.limits = min(low, excitation.min(initial=np.inf)), max(high, excitation.max(initial=-np.inf))
         held = signals if self.held is None else np.hstack((self.held, signals))

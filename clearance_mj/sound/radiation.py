@@ -99,7 +99,8 @@ def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
         label = rig.sensor_labels[plate.row(rig.sensors)]
     except ValueError as error:
         raise RecordError(f"plate.{error}") from None
-    labels = list(response.responses or rig.sensor_labels)
+    labels = response.responses or tuple(rig.sensor_labels)
+    labels = tuple(own for own, quantity in zip(labels, response.quantities) if quantity == "acceleration")
     if label not in labels or len(response.acceleration) != len(labels):
         raise RecordError(f"the response has no acceleration {label}, with which the plate moves")
     if not plate.lowest_frequency < response.fs / 2:

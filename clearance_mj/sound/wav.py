@@ -20,6 +20,7 @@ import scipy.io.wavfile
 
 from ..core.errors import RecordError
 from ..core.files import read_bytes, replacing
+from ..core.quantities import QUANTITIES
 from ..signals.arrays import ArrayData
 from ..signals.resample import resampled
 from ..signals.response import Response
@@ -30,7 +31,7 @@ __all__ = ["RATE", "Wav", "full_scale", "read_wav", "wav_bytes", "write_wav"]
 
 RATE = 48_000.0
 """Samples per second of the files that are written, if no others are asked for, and of what loudness is found of."""
-UNIT_OF_ACCELERATION, UNIT_OF_PRESSURE = "m/s2", "Pa"
+UNIT_OF_PRESSURE = "Pa"
 SCALE = re.compile(r"full_scale=(\S+) unit=(\S*)")
 ENCODINGS = {"PCM16": 16, "PCM24": 24, "FLOAT": 32}  # bits of a sample
 PCM, IEEE_FLOAT = 1, 3  # format tags
@@ -150,11 +151,12 @@ def _of(signal: Sound | Response, row: int) -> tuple[np.ndarray, str, str]:
     """Samples, their unit and their name."""
     if isinstance(signal, Sound):
         return signal.pressure, UNIT_OF_PRESSURE, signal.name
-    count = len(signal.acceleration)
+    count = len(signal.channels)
     if not 0 <= row < count:
         raise RecordError(f"row must be between 0 and {count - 1}, got {row}")
     label = signal.responses[row] if row < len(signal.responses) else f"row {row}"
-    return signal.acceleration[row], UNIT_OF_ACCELERATION, f"acceleration {label}"
+    quantity = signal.quantities[row]
+    return signal.channels[row], next(iter(QUANTITIES[quantity].units)), f"{quantity} {label}"
 
 
 def _round_above(value: float) -> float:

@@ -132,7 +132,7 @@ def paired_error(test: Response, model: Response, resolution: float = 0.5) -> np
     ndarray, shape (n_outputs, n_inputs, n_f)
     """
     frf = estimate_frf(test, resolution=resolution, window="hann")
-    difference = dataclasses.replace(test, acceleration=test.acceleration - model.acceleration)
+    difference = dataclasses.replace(test, channels=test.channels - model.channels)
     rest = estimate_frf(difference, resolution=resolution, window="hann")
     return random_error(rest) * np.abs(rest.value) / np.abs(frf.value)
 

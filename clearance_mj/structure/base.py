@@ -29,6 +29,7 @@ from .files import is_embedded
 
 __all__ = [
     "AXES",
+    "POINT_SCHEMA",
     "SHAFT_NAME",
     "Assembly",
     "Point",
@@ -36,6 +37,7 @@ __all__ = [
     "Structure",
     "StructureOfFiles",
     "Turning",
+    "check_point",
     "dof_vector",
     "in_other_plane",
     "is_rotation",
@@ -56,7 +58,8 @@ _CURVED_PLACE = re.compile(_PLACE.pattern.replace("R?[XYZ]", "[RK]?[XYZ]"))  # c
 _SWAPPED = {"Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "KY": ("KZ", 1), "KZ": ("KY", 1)}
 
 
-def _point(value: object) -> float | str:
+def check_point(value: object) -> float | str:
+    """Return a point, or say what one is."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         try:
             number = float(value)
@@ -75,13 +78,10 @@ def _point(value: object) -> float | str:
     )
 
 
-Point: TypeAlias = Annotated[
-    float | str,
-    PlainValidator(_point),
-    WithJsonSchema(
-        {"anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^({_DOF.pattern})$|^({_PLACE.pattern})$"}]}
-    ),
-]
+POINT_SCHEMA = {
+    "anyOf": [{"type": "number"}, {"type": "string", "pattern": rf"^({_DOF.pattern})$|^({_PLACE.pattern})$"}]
+}
+Point: TypeAlias = Annotated[float | str, PlainValidator(check_point), WithJsonSchema(POINT_SCHEMA)]
 """A number, m along the shaft; or a degree of freedom "12:+Z"; or a position on one of several shafts "inner@0.4", or a
 direction there, "@0.4:RX" """
 

@@ -20,9 +20,10 @@ import scipy.optimize
 from ..core.errors import RecordError
 from ..signals.correlation import frac, rmse_db
 from ..signals.ema import extract_modes
-from ..signals.frf import FRF, join_references
+from ..signals.frf import FRF
 from ..signals.modal_fit import ModalFit, line_weight
 from ..signals.quantities import require_quantity
+from ..signals.references import join_references
 from .base import parse_dof
 from .mode_files import phase_collinearity
 from .modes import OMEGA_RATIO, ModalStructure, flexibility_root

@@ -10,7 +10,8 @@ import numpy as np
 from ..signals.comparison import compare
 from ..signals.correlation import rmse_db
 from ..signals.directional import DirectionalFRF, directional_frfs
-from ..signals.frf import FRF, join_references
+from ..signals.frf import FRF
+from ..signals.references import join_references
 from .study import Study
 
 __all__ = ["FRFMatrices", "anisotropy", "matrices_of", "matrix_rows"]

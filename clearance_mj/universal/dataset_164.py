@@ -71,7 +71,7 @@ def read_units(block: Block, notes: list[str]) -> Units:
 
 def time_measure(function: Function, notes: list[str]) -> Measure:
     """Return what a time function measures."""
-    quantity, label = quantity_of(function.numerator), function.unit
+    quantity, label = quantity_of(function.numerator, function.unit), function.unit
     if quantity == UNKNOWN:
         return _unknown(UNKNOWN, label)
     if not _is_label(label):
@@ -87,8 +87,8 @@ def frf_measure(function: Function, notes: list[str]) -> Measure:
 
     The label of the ordinate is the numerator's by the format; many writers put the whole ratio there.
     """
-    above, below = quantity_of(function.numerator), quantity_of(function.denominator)
     label, label_below = function.unit, function.unit_below
+    above, below = quantity_of(function.numerator, label), quantity_of(function.denominator, label_below)
     both = label if "/" in label or not _is_label(label_below) else f"{label}/{label_below}"
     if UNKNOWN in (above, below):
         return _unknown(f"{above}/{below}", both)

@@ -28,8 +28,6 @@ from .kinds import FUNCTION_TYPES
 TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
 TIME, FREQUENCY, UNSAID = 17, 18, (0, 1)
 REAL32, REAL64, COMPLEX32, COMPLEX64 = 2, 4, 5, 6
-UNIT_LABELS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N"}
-"""Labels of the units that are written"""
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]{2,3}(?=[0-9]\.|[-+\s]|$))?")
 REFERRED = (CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY)  # function types that have a reference
 FIELDS = {

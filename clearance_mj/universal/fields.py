@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.checks import DIRECTIONS, NOWHERE, QUANTITIES, UNKNOWN
+from ..core.checks import DIRECTIONS, NOWHERE, UNKNOWN
 from ..core.errors import RecordError
+from ..core.quantities import QUANTITIES
+from ..core.units import quantity_of as quantity_of_unit
 
 DELIMITER = f"{-1:6d}\n"
 CLOSE = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*(?:\r?\n|\Z)")
@@ -27,7 +29,8 @@ class Units:
 
     def factor(self, quantity: str) -> float:
         """Return the SI units of a quantity in one unit of the file."""
-        return 1 / (self.force if quantity == "force" else self.length)
+        of_length, of_force = QUANTITIES[quantity].exponents
+        return 1 / (self.length**of_length * self.force**of_force)
 
 
 SI = Units()
@@ -118,6 +121,11 @@ def read_dof(node: str, direction: str, what: str) -> str:
     return f"{number}:{names[0]}"
 
 
-def quantity_of(code: int) -> str:
-    """Return the quantity of a specific data type, "unknown" of those that no calculation uses."""
-    return next((name for name, known in QUANTITIES.items() if code == known), UNKNOWN)
+def quantity_of(code: int, label: str = "") -> str:
+    """Return the quantity of a specific data type, "unknown" of those that no calculation uses.
+
+    Where several have the type, such as displacements and angles, the unit's label says which, alone or over another.
+    """
+    named = [name for name, known in QUANTITIES.items() if code in known.codes]
+    said = quantity_of_unit(label, named) or quantity_of_unit(label.rpartition("/")[0], named)
+    return said[0] if said else next(iter(named), UNKNOWN)

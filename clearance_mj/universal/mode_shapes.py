@@ -100,7 +100,7 @@ def _read_mode(block: Block) -> _Mode:
     frequency, damping, mass, a = _parameters(block, analysis in NORMAL)
     if not 0 <= frequency < np.inf:
         raise RecordError(f"natural frequency {frequency:g} Hz must be >= 0 and finite")
-    kilogram = block.units.factor("force") / block.units.factor("length")
+    kilogram = block.units.factor("force") / block.units.factor("displacement")
     modal_a = complex(np.nan, np.nan) if a == 0 else a * kilogram
     shape = _shape(block, per_node, data_type in COMPLEX_DATA)
     return _Mode(frequency, damping, shape, mass * kilogram if mass > 0 else np.nan, modal_a)
@@ -127,7 +127,7 @@ def _shape(block: Block, per_node: int, is_complex: bool) -> Shape:
     if len(body) % height:
         raise RecordError(f"mode shape needs {height} records per node, has {len(body)}")
     shape = {}
-    per_metre = np.array([1.0, 1.0, 1.0] + 3 * [1 / block.units.factor("length")])
+    per_metre = np.array([1.0, 1.0, 1.0] + 3 * [1 / block.units.factor("displacement")])
     for i in range(0, len(body), height):
         node = read_integer(body[i][:10], "node of a mode shape")
         words = [word for line in body[i + 1 : i + height] for word in fields(line, 13, 6)][:numbers]

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance_mj.core.quantities import SensorQuantity
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor
+from clearance_mj.rig.sensing import sensor_points
 from clearance_mj.structure.beam import Clamp as RigClamp
 from experiments.testrig.records import FS
 
@@ -56,7 +58,7 @@ class Hole:
 
 @dataclass(frozen=True)
 class Instrument:
-    """An accelerometer or a probe as it really is."""
+    """A sensor or a probe as it really is."""
 
     position: float
     gain: float
@@ -129,6 +131,15 @@ def table1_rig(name: str, positions: tuple[float, ...] = (0.5484, 0.7918)) -> Ri
     return _rig(name, beam, 0.434, bushings, (0.15, 0.3, 0.4, 0.65, 0.9))
 
 
+def sensed_rig(name: str, quantity: SensorQuantity) -> Rig:
+    """Return the rig of Table 1 with sensors of another quantity; of forces, in both bushings beside accelerometers."""
+    rig = table1_rig(name)
+    if quantity == "force":
+        cells = (Sensor(20 + j, f"bushings[{j}]", quantity="force") for j in range(len(rig.bushings)))
+        return rig.replace(sensors=(*rig.sensors, *cells))
+    return rig.replace(sensors=tuple(dataclasses.replace(s, quantity=quantity) for s in rig.sensors))
+
+
 def other_rig(name: str) -> Rig:
     beam = Beam(0.8, 70e9, 2700.0, 0.012, rayleigh=(0.5, 1e-5))
     bushings = [Bushing(x, 2.5e-4, 0.01, Grease(4000.0, 3.0), Contact(1e4, 4.0)) for x in (0.36, 0.66)]
@@ -179,7 +190,7 @@ def _bench(
 ) -> Bench:
     """Put a bench together; ``gains`` and ``shifts``: errors of the accelerometers, then of the probes."""
     wrong = iter(zip(gains.tolist(), shifts.tolist()))
-    sensors = tuple(_instrument(s.position, shaft, next(wrong)) for s in rig.sensors)
+    sensors = tuple(_instrument(x, shaft, next(wrong)) for x in sensor_points(rig))
     watching = tuple(_instrument(b.position, shaft, next(wrong)) for b in rig.bushings) if probes else ()
     return Bench(rig.name, seed, rig, shaft, tuple(holes), sensors, watching)
 
@@ -297,7 +308,10 @@ def exact_rig(bench: Bench) -> Rig:
         dataclasses.replace(b, position=h.position, gap=h.gap, offset=h.offset, length=h.length)
         for b, h in zip(rig.bushings, bench.holes)
     ]
-    sensors = [dataclasses.replace(s, position=a.position) for s, a in zip(rig.sensors, bench.accelerometers)]
+    sensors = [
+        s if s.quantity == "force" else dataclasses.replace(s, position=a.position)
+        for s, a in zip(rig.sensors, bench.accelerometers)
+    ]
     masses = tuple(PointMass(x, m) for x, m in shaft.masses)
     exact = rig.replace(beam=beam, bushings=tuple(bushings), sensors=tuple(sensors), masses=masses)
     return written(bench.structure, exact, FS)
@@ -325,6 +339,10 @@ NAMED = {
     "other-shaft": lambda: _named(other_rig("other-shaft"), ALL, seed=2),
     "no-probes": lambda: _named(table1_rig("no-probes"), ALL, probes=False, seed=3),
     "one-bushing": lambda: _named(table1_rig("one-bushing", (0.7,)), ALL, seed=4),
+    "vibrometer": lambda: _named(sensed_rig("vibrometer", "velocity"), ALL, seed=6),
+    "strain-gauges": lambda: _named(sensed_rig("strain-gauges", "strain"), ALL, seed=7),
+    "probes-alone": lambda: _named(sensed_rig("probes-alone", "displacement"), ALL, probes=False, seed=8),
+    "load-cell": lambda: _named(sensed_rig("load-cell", "force"), ALL, seed=9),
     "three-bushings": lambda: _named(table1_rig("three-bushings", (0.3684, 0.5484, 0.7918)), ALL, seed=5),
 }  # What makes each named bench; all have the same foreign physics
 

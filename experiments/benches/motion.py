@@ -13,6 +13,7 @@ import numpy as np
 import scipy.linalg
 
 from clearance_mj.core.jit import jit
+from clearance_mj.rig.sensing import clearance_of
 
 from . import physics
 from .bench import Bench
@@ -20,6 +21,7 @@ from .physics import Bushings
 
 ITERATIONS = 60
 TOLERANCE = 1e-12  # m, of the bushings' points
+FORCE = -1
 
 
 class Scheme(NamedTuple):
@@ -35,7 +37,9 @@ class Scheme(NamedTuple):
     points: np.ndarray  # (3 n_bushings, n) the bushings' middles, then both ends of each
     compliance: np.ndarray  # displacement of the points by forces at the end of the step, m/N
     mobility: np.ndarray  # velocity, m/(N s)
-    accelerometers: np.ndarray  # (n_accelerometers, n)
+    accelerometers: np.ndarray  # (n_accelerometers, n) of all sensors of the rig
+    orders: np.ndarray  # (n_accelerometers,) derivative that each reads, FORCE of what reads forces in a bushing
+    bushings: np.ndarray  # (n_accelerometers,) whose forces these are
     probes: np.ndarray  # (n_probes, n)
 
 
@@ -61,11 +65,14 @@ def scheme(bench: Bench, step: float) -> Scheme:
     middles, structure = ends.mean(axis=1), bench.structure
     planes = structure.modes(structure.shaft(bench.shaft), [*ends.ravel(), *middles])
 
-    def rows(positions: Sequence[float]) -> np.ndarray:
+    def rows(positions: Sequence[float], curved: bool = False) -> np.ndarray:
         of_housings = np.zeros((len(positions), len(structure.housings)))
-        return np.hstack([*(share * modes.at(positions) for modes, share in planes), of_housings])
+        return np.hstack([*(share * modes.at(positions, curved) for modes, share in planes), of_housings])
 
     shaft, held = rows([*middles, *ends.ravel()]), structure.housings
+    sensors, read = bench.rig.sensors[: len(accelerometers)], rows(accelerometers)
+    gauges = np.array([s.quantity == "strain" for s in sensors])
+    read[gauges] = -bench.shaft.diameter / 2 * rows(accelerometers, curved=True)[gauges]
     watched, count = rows(probes), sum(modes.omega.size for modes, _ in planes)
     for j, housing in enumerate(held):
         unit = 1 / np.sqrt(housing.mass)
@@ -83,7 +90,9 @@ def scheme(bench: Bench, step: float) -> Scheme:
         state[:, k], forced[:, k] = exact_step(own, ratio, step)
     return Scheme(
         step, state, forced, omega**2, 2 * ratios * omega, -np.column_stack((along, turned)), np.array(accelerometers),
-        shaft, shaft * forced[1] @ shaft.T, shaft * forced[3] @ shaft.T, rows(accelerometers), watched,
+        shaft, shaft * forced[1] @ shaft.T, shaft * forced[3] @ shaft.T, read,
+        np.array([FORCE if s.quantity == "force" else s.order for s in sensors]),
+        np.array([clearance_of(bench.rig, s) or 0 for s in sensors]), watched,
     )  # fmt: skip
 
 
@@ -125,10 +134,11 @@ def at_rest(scheme: Scheme, bushings: Bushings) -> tuple[State, Bushings]:
 
 @jit(fastmath={"contract", "reassoc", "nsz"})
 def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, out: np.ndarray) -> int:
-    """Advance over the base's accelerations (n_steps, 2), straight and angular.
+    """Advance over the base's accelerations (n_steps, 3), straight and angular, and its velocity.
 
     Returns the number of steps done, fewer if one fails. Fills ``out`` (n_steps, n_accelerometers + n_probes): absolute
-    accelerations, displacements relative to what the probes are fixed to.
+    accelerations and velocities, displacements and strains of the shaft on its base, forces of bushings on the shaft,
+    then displacements relative to what the probes are fixed to.
     """
     # Compiled code counts references to arrays that it takes out of tuples: all are taken out once.
     q, v, force, m, b, drive = state.q, state.v, state.force, scheme.state, scheme.forced, scheme.drive
@@ -136,7 +146,7 @@ def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, ou
     square, damping = scheme.square, scheme.damping
     n, n_points, n_sensors, n_probes = q.size, points.shape[0], accelerometers.shape[0], probes.shape[0]
     free, speed, pull, acceleration = np.empty(n_points), np.empty(n_points), np.empty(n_points), np.empty(n)
-    levers = scheme.levers
+    levers, orders, holes, n_holes = scheme.levers, scheme.orders, scheme.bushings, scheme.points.shape[0] // 3
     for i in range(base.shape[0]):
         for k in range(n):
             start, end = force[k], drive[k, 0] * base[i, 0] + drive[k, 1] * base[i, 1]
@@ -168,6 +178,13 @@ def march(scheme: Scheme, state: State, bushings: Bushings, base: np.ndarray, ou
             a = base[i, 0] + levers[p] * base[i, 1]
             for k in range(n):
                 a += accelerometers[p, k] * acceleration[k]
+            if orders[p] == FORCE:
+                j = holes[p]
+                a = pull[j] + pull[n_holes + 2 * j] + pull[n_holes + 2 * j + 1]
+            elif orders[p] < 2:
+                a = base[i, 2] * orders[p]
+                for k in range(n):
+                    a += accelerometers[p, k] * (v[k] if orders[p] == 1 else q[k])
             out[i, p] = a
         for p in range(n_probes):
             x = 0.0

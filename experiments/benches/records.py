@@ -11,6 +11,7 @@ import scipy.signal
 import tomli_w
 
 from clearance_mj.core.errors import SimulationError
+from clearance_mj.core.quantities import QUANTITIES
 from clearance_mj.io.channels import Channel
 from clearance_mj.io.dataset import Record, write_dataset
 from clearance_mj.signals import excitation, sampling
@@ -48,15 +49,17 @@ def plans(bench: Bench, short: bool = False) -> list[tuple[str, str, Excitation,
 def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) -> tuple[np.ndarray, np.ndarray]:
     """Simulate a bench under accelerations (n_t,) of its base, with ideal sensors at their true places.
 
-    Returns absolute accelerations (n_accelerometers, n_t), m/s², and displacements (n_probes, n_t) from rest, m.
+    Returns what the sensors read (n_accelerometers, n_t), such as absolute accelerations, m/s², and displacements
+    (n_probes, n_t) from rest, m.
     """
     scheme = motion.scheme(bench, 1 / (fs * factor))
     state, bushings = motion.at_rest(scheme, bench.bushings())
     rest, accelerometers, probes = scheme.probes @ state.q, bench.accelerometers, bench.probes
     fast, channels = sampling.interpolate(base, factor), len(accelerometers) + len(probes)
-    felt = np.column_stack((fast, np.zeros(fast.size)))
+    felt = np.column_stack((fast, np.zeros((fast.size, 2))))
     for mode in bench.structure.base:
-        felt += mode.motion(fast, fs * factor)[:, None] * (mode.shift, mode.tilt)
+        felt[:, :2] += mode.motion(fast, fs * factor)[:, None] * (mode.shift, mode.tilt)
+    felt[:, 2] = (np.cumsum(felt[:, 0]) - felt[:, 0] / 2) / (fs * factor)  # its velocity, from rest
     decimator, slow = sampling.Decimator(channels, factor), []
     for start in range(0, fast.size, BLOCK * factor):
         block = felt[start : start + BLOCK * factor]
@@ -77,17 +80,17 @@ def measure_channels(bench: Bench, base: np.ndarray, rng: np.random.Generator) -
         accelerations[late[0]] = later(accelerations[late[0]], late[1])
     signals = [("base", 100, "acceleration", base)]
     for sensor, real, value in zip(bench.rig.sensors, bench.accelerometers, accelerations):
-        signals.append((f"accelerometer {sensor.node}", sensor.node, "acceleration", real.gain * value))
-    for j, (bushing, real, value) in enumerate(zip(bench.rig.bushings, bench.probes, displacements), 1):
-        nearest = min(bench.rig.sensors, key=lambda s: abs(s.position - bushing.position))
-        signals.append((f"probe in bushing {j}", nearest.node, "displacement", real.gain * value))
+        name = f"{QUANTITIES[sensor.quantity].instrument} {sensor.node}"
+        signals.append((name, sensor.node, sensor.quantity, real.gain * value))
+    for j, (label, real, value) in enumerate(zip(bench.rig.probe_labels, bench.probes, displacements), 1):
+        signals.append((f"probe in bushing {j}", int(label.split(":")[0]), "displacement", real.gain * value))
     channels = []
     for name, node, quantity, signal in signals:
         if corner := bench.structure.filtered:
             low_pass = scipy.signal.butter(6, 2 * corner, output="sos")
             signal = scipy.signal.sosfilt(low_pass, signal)
         value, full = digitise(signal, NOISE, rng)
-        unit = {"acceleration": "m/s^2", "displacement": "m"}[quantity]
+        unit = QUANTITIES[quantity].ascii_unit
         channels.append(Channel(f"{name}, synthetic, range +-{full:.9g} {unit}", node, "+Z", quantity, value, FS))
     return channels
 

@@ -141,9 +141,9 @@ class Modes:
     participation: np.ndarray  # (n,) Φᵀ M r: the modal force per acceleration of the base is its negative
     turning: np.ndarray  # (n,) the same per angular acceleration of the base about the clamp
 
-    def at(self, positions: Sequence[float]) -> np.ndarray:
-        """(n_positions, n) deflections of the modes."""
-        return shape_rows(self.mesh, positions) @ self.shape
+    def at(self, positions: Sequence[float], curved: bool = False) -> np.ndarray:
+        """(n_positions, n) deflections of the modes, or their curvatures, 1/m."""
+        return shape_rows(self.mesh, positions, curved) @ self.shape
 
 
 def mesh_of(length: float, nodes: Sequence[float]) -> np.ndarray:
@@ -168,13 +168,15 @@ def element_mass(h: float) -> np.ndarray:
     return matrix * np.outer([1, h, 1, h], [1, h, 1, h]) * h / 420
 
 
-def shape_rows(mesh: np.ndarray, positions: Sequence[float]) -> np.ndarray:
-    """(n_positions, 2 n_nodes) cubic shape functions."""
+def shape_rows(mesh: np.ndarray, positions: Sequence[float], curved: bool = False) -> np.ndarray:
+    """(n_positions, 2 n_nodes) cubic shape functions, or their second derivatives."""
     rows = np.zeros((len(positions), 2 * mesh.size))
     for row, x in zip(rows, positions):
         e = min(int(np.searchsorted(mesh, x, side="right")) - 1, mesh.size - 2)
         h = mesh[e + 1] - mesh[e]
         s = (x - mesh[e]) / h
         values = (1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2))
+        if curved:
+            values = ((12 * s - 6) / h**2, (6 * s - 4) / h, (6 - 12 * s) / h**2, (6 * s - 2) / h)
         row[2 * e : 2 * e + 4] = values
     return rows

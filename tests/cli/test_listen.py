@@ -107,7 +107,7 @@ def test_accelerations_and_records(tmp_path, answer, small_dataset):
     ("arguments", "words"),
     [
         ([], 'rig "table1" has no [plate]: give --sensor, --area and --distance'),
-        ([*OF_PLATE, "--sensor", 99], "plate.sensor 99 is no sensor's node"),
+        ([*OF_PLATE, "--sensor", 99], "plate.sensor 99 is no accelerometer's node"),
         ([*OF_PLATE, "--area", 0], "area must be > 0, got 0"),
         ([*OF_PLATE, "--duration", 0.5], "--duration 0.5: must be at least 1 s"),
         ([*OF_PLATE, "--full-scale", 0], "full_scale must be > 0, got 0"),

@@ -70,7 +70,7 @@ def test_frf_of_blocks_is_that_of_the_record(rng, estimator, overlap, window):
     y = np.stack((scipy.signal.lfilter([1.0], [1, -1.2, 0.7], x), x)) + 0.1 * noise
     whole = Response(512.0, x, y, responses=("3:+Z", "1:-Z"), reference="200:+Z", kind="force")
     blocks = [
-        dataclasses.replace(whole, excitation=a, acceleration=b.T)
+        dataclasses.replace(whole, excitation=a, channels=b.T)
         for a, b in zip(cut(x, (100, 101, 2600)), cut(y.T, (100, 101, 2600)))
     ]
     arguments = {"estimator": estimator, "resolution": 1.0, "overlap": overlap, "band": (5, 200), "window": window}
@@ -104,7 +104,7 @@ def test_frf_of_blocks_refuses_bad_samples(rng):
     block = Response(512.0, np.ones(1024), rng.standard_normal((2, 1024)))
     with pytest.raises(RecordError, match="constant at 1"):
         estimate_frf_blocks([block, block])
-    bad = dataclasses.replace(block, acceleration=np.full((2, 1024), np.nan))
+    bad = dataclasses.replace(block, channels=np.full((2, 1024), np.nan))
     with pytest.raises(RecordError, match="acceleration row 0 is not finite"):
         estimate_frf_blocks([block, bad])
     with pytest.raises(RecordError, match="no block"):

@@ -16,7 +16,7 @@ from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease
 from clearance_mj.signals import excitation
-from experiments.benches import make, motion, physics
+from experiments.benches import make, motion, physics, records
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, Instrument, find_bench, known, make_bench
 from experiments.benches.records import FS, shake
 from experiments.benches.shaft import Clamp, Shaft, Strip
@@ -318,3 +318,37 @@ def test_truth_says_what_a_named_bench_is():
         assert b.name == name == truth["name"]
         assert len(truth["shaft"]["frequencies_in_gap"]) == 5
         assert np.all(np.diff(truth["shaft"]["frequencies_in_gap"]) > 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity"),
+    [("vibrometer", "velocity"), ("strain-gauges", "strain"), ("probes-alone", "displacement"), ("load-cell", "force")],
+)
+def test_benches_of_other_sensors_read_what_the_package_predicts(name, quantity):
+    """A bench whose shaft crosses no gap, so little is it shaken, beside the rig file that knows all of it."""
+    bench = known(find_bench(name))
+    base = excitation.random(2.0, FS, (20, 200), rms=0.02, seed=1).value
+    read, _ = shake(bench, base)
+    assert quantity in {s.quantity for s in bench.rig.sensors}
+    greases = [Grease(h.small_motion, h.film[1]) for h in bench.holes]
+    bushings = [dataclasses.replace(b, grease=g) for b, g in zip(bench.rig.bushings, greases)]
+    rig = bench.rig.replace(bushings=tuple(bushings))
+    told = simulate(rig, excitation.Excitation(base, FS, "base"), engine="modal").channels
+    for one, other, sensor in zip(read, told, rig.sensors):
+        rests = np.std(other) < 0.1 * np.std(told, axis=1).max()  # as a gauge at the free end does
+        if sensor.quantity == quantity and quantity != "force" and not rests:  # the grease's force is another
+            assert np.corrcoef(one, other)[0, 1] > 0.97
+            assert np.std(one) == pytest.approx(np.std(other), rel=0.25)
+        assert one.any()
+
+
+@pytest.mark.parametrize("name", ["vibrometer", "strain-gauges", "probes-alone", "load-cell"])
+def test_benches_of_other_sensors_are_written(tmp_path, name):
+    bench = find_bench(name)
+    plan = records.plans(bench, short=True)[2]
+    plan = (*plan[:2], excitation.random(1.0, FS, (5, 220), rms=1.0, seed=2), *plan[3:])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(records, "plans", lambda bench, short: [plan])
+        records.write_bench(bench, tmp_path, True, ("validate",))
+    (record,) = Dataset.load(tmp_path).records
+    assert record.response().quantities == tuple(s.quantity for s in bench.rig.sensors)

@@ -168,10 +168,10 @@ def test_channels_that_do_not_fit(folder, change, part):
 @pytest.mark.parametrize(
     ("changed", "part"),
     [
-        ({"left_out": ("9:+Z",)}, 'left_out: "9:+Z" is no accelerometer of the rig; it has 1:+Z, '),
+        ({"left_out": ("9:+Z",)}, 'left_out: "9:+Z" is no sensor of the rig; it has 1:+Z, '),
         ({"left_out": ("4:+Z",), "role": "validate"}, "left_out is for records to identify: others are compared at"),
         ({"left_out": ("4:+Z",), "role": "sine"}, "left_out is for records to identify: others are compared at"),
-        ({"left_out": tuple(RIG.sensor_labels)}, "left_out leaves no accelerometer"),
+        ({"left_out": tuple(RIG.sensor_labels)}, "left_out leaves no sensor"),
     ],
 )
 def test_sensors_that_cannot_be_left_out(changed, part):

@@ -48,7 +48,7 @@ def test_unit_in_latin_1(write):
     ("changes", "quantity", "unit"),
     [
         ({"numerator": 15, "unit": "Pa"}, "unknown/force", "Pa"),
-        ({"numerator": 3, "unit": "um/m/N"}, "unknown/force", "um/m/N"),
+        ({"numerator": 2, "unit": "MPa/N"}, "unknown/force", "MPa/N"),
         ({"denominator": 0}, "acceleration/unknown", "unknown unit"),
         ({"numerator": 0, "denominator": 0, "unit": "(m/s)/N"}, "unknown/unknown", "(m/s)/N"),
     ],
@@ -73,8 +73,8 @@ def test_calculations_ask_for_the_quantity_and_take_it(write):
     assert with_quantity(frf, "acceleration/force") == known  # by the label of the file
     with pytest.raises(RecordError, match="the FRFs are acceleration/force, as their file says"):
         with_quantity(known, "velocity/force")
-    with pytest.raises(RecordError, match='quantity "strain/force" is unknown; needs two of displacement'):
-        with_quantity(frf, "strain/force")
+    with pytest.raises(RecordError, match='quantity "stress/force" is unknown; needs two of displacement'):
+        with_quantity(frf, "stress/force")
 
 
 def test_real_frf(write):

@@ -8,7 +8,7 @@ import pyuff
 
 from clearance_mj.core.errors import RecordError
 from clearance_mj.io.uff import DIRECTIONS, read_uff, scan_uff, write_uff
-from clearance_mj.signals.frf import join_references
+from clearance_mj.signals.references import join_references
 
 from .uff_by_hand import RNG, channels, frf
 

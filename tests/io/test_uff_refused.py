@@ -131,7 +131,7 @@ def test_samples_beyond_single_precision(tmp_path):
         ({"node": -1}, "node -1 must be"),
         ({"node": 10**9}, "node 1000000000 must be a whole number of at most 9 digits"),
         ({"direction": "up"}, 'direction "up" is unknown; use .*\\+Z'),
-        ({"quantity": "strain"}, 'quantity "strain" is unknown; use displacement'),
+        ({"quantity": "stress"}, 'quantity "stress" is unknown; use displacement'),
         ({"value": [[1.0]]}, r"one row of samples, got shape \(1, 1\)"),
         ({"value": []}, "one row of samples"),
         ({"value": [0.0, np.nan]}, "sample 1 is not a finite number"),
@@ -149,7 +149,7 @@ def test_impossible_channels(changes, part):
     ("changes", "part"),
     [
         ({"quantity": "acceleration"}, 'quantity "acceleration" is unknown'),
-        ({"quantity": "strain/force"}, 'quantity "strain/force" is unknown'),
+        ({"quantity": "stress/force"}, 'quantity "stress/force" is unknown'),
         ({"references": ("tip",)}, 'degree of freedom "tip" must be a node and a direction'),
         ({"responses": ("1:+Z", "2", "3:+Z")}, 'degree of freedom "2"'),
         ({"value": np.full((3, 430), np.nan + 0j)}, r"FRF 1:\+Z: sample 0 is not a finite number"),

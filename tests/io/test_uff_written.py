@@ -18,7 +18,8 @@ from clearance_mj.io.channels import Channel
 from clearance_mj.io.contents import FileContents
 from clearance_mj.io.uff import write_uff
 from clearance_mj.signals.ema import Modes
-from clearance_mj.signals.frf import FRF, join_references
+from clearance_mj.signals.frf import FRF
+from clearance_mj.signals.references import join_references
 from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure.geometry import Geometry
 from tests.fuzz import samples_uff

@@ -37,7 +37,7 @@ def test_efficiency_is_straight_over_logarithms_and_held_beyond_its_ends():
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"sensor": 9}, "plate.sensor 9 is no sensor's node; the rig has 1, 2, 3, 4, 5, 6, 7, 8"),
+        ({"sensor": 9}, "plate.sensor 9 is no accelerometer's node; the rig has 1, 2, 3, 4, 5, 6, 7, 8"),
         ({"area": 0}, "plate.area must be > 0, got 0"),
         ({"area": "0.1 m2"}, f"plate.area {NUMBER} '0.1 m2'"),
         ({"radiation_efficiency": -1}, "plate.radiation_efficiency[0] must be > 0, got -1"),

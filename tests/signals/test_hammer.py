@@ -141,7 +141,7 @@ def test_double_hits_and_clipped_hits_are_left_out():
     """A second pulse of 40 % after 41 ms; a hit of 160 N whose responses the converter cuts."""
     record = beam((*TIMES[:2], 5.57, 5.611, 8.21, 10.8), (60, 80, 55, 22, 70, 160), duration=13.3)
     limit = 1.02 * np.abs(record.acceleration[:, : round(10.5 * FS)]).max()
-    record = dataclasses.replace(record, acceleration=np.clip(record.acceleration, -limit, limit))
+    record = dataclasses.replace(record, channels=np.clip(record.acceleration, -limit, limit))
     test = hammer_frf(record)
     assert [fault.partition(",")[0] for fault in faults(test)] == ["", "", "double hit", "", "overload"]
     assert faults(test)[2] in ("double hit, 40% again 41 ms later", "double hit, 41% again 41 ms later")
@@ -176,7 +176,7 @@ def test_the_ends_of_the_record():
     assert "does not hold its block" in faults(test)[-1]
     modes_are_right(test.frf)
     cut = round(0.011 * FS)
-    late = dataclasses.replace(record, excitation=record.excitation[cut:], acceleration=record.acceleration[:, cut:])
+    late = dataclasses.replace(record, excitation=record.excitation[cut:], channels=record.acceleration[:, cut:])
     assert "does not hold its block" in faults(hammer_frf(late))[0]
 
 

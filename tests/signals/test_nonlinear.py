@@ -97,7 +97,7 @@ def test_noise_on_the_excitation_counts():
 def test_the_transient_is_dropped():
     """A decay in the first period alone: with it the scatter shows, without it nothing is left."""
     decay = np.pad(np.exp(-np.arange(SAMPLES) / 200), (0, 2 * SAMPLES))
-    records = [changed(record, acceleration=record.acceleration + decay) for record in realisations(filtered, 3)]
+    records = [changed(record, channels=record.channels + decay) for record in realisations(filtered, 3)]
     assert best_linear(records, PERIOD, drop=1).noise_variance.max() < 1e-20
     assert best_linear(records, PERIOD, drop=0).noise_variance.max() > 1e-6
 
@@ -113,7 +113,7 @@ def changed(record, **fields):
         (lambda r: r, {"period": 1.3}, "does not hold whole periods of 1.3 s"),
         (lambda r: r, {"drop": 2}, "3 periods less 2 dropped leave fewer than two"),
         (lambda r: [r[0], changed(r[1], band=(5.0, 90.0))], {}, "differ in sampling rate"),
-        (lambda r: [r[0], changed(r[1], acceleration=np.full_like(r[1].acceleration, np.nan))], {}, "not finite"),
+        (lambda r: [r[0], changed(r[1], channels=np.full_like(r[1].acceleration, np.nan))], {}, "not finite"),
         (lambda r: [changed(x, band=(5.0, 120.0)) for x in r], {}, "leaves out lines of its band"),
     ],
 )

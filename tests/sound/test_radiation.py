@@ -93,7 +93,7 @@ def test_an_offset_and_a_drift_are_taken_off():
     ("plate", "fs", "words"),
     [
         (None, FS, "has no plate; give it a [plate]"),
-        (Plate(sensor=9, area=1.0, distance=1.0), FS, "plate.sensor 9 is no sensor's node; the rig has 1, 2"),
+        (Plate(sensor=9, area=1.0, distance=1.0), FS, "plate.sensor 9 is no accelerometer's node; the rig has 1, 2"),
         (Plate(sensor=8, area=1.0, distance=1.0, lowest_frequency=50.0), 80.0, "must be below half of 80 Hz"),
     ],
 )

@@ -25,7 +25,7 @@ KEPT = 12  # draws that fit an assignment best
 
 @dataclass(frozen=True)
 class Place:
-    """Where a channel can be: at an accelerometer, a probe or the excitation of a rig."""
+    """Where a channel can be: at a sensor, a probe or the excitation of a rig."""
 
     label: str  #: degree of freedom, "3:+Z"
     quantity: str
@@ -66,9 +66,9 @@ class Search:
     def __init__(self, rig: Rig, signals: RawSignals, kind: str, band: tuple[float, float]) -> None:
         self.rig, self.signals, self.kind, self.band = rig, signals, kind, band
         driven = Place(rig.shaker.label(kind), "acceleration" if kind == "base" else "force")
-        accelerometers = (Place(label, "acceleration") for label in rig.sensor_labels)
+        sensors = (Place(sensor.label, sensor.quantity) for sensor in rig.sensors)
         probes = (Place(label, "displacement") for label in rig.probe_labels)
-        self.places = (*accelerometers, *probes, driven)
+        self.places = (*sensors, *probes, driven)
         self.frequency, self.cross_spectra = signals.cross_spectra(*band)
         self.drawn = draw_rigs(rig, band[1], DRAWS)
 

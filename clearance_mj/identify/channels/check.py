@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...core.errors import RecordError
+from ...core.quantities import QUANTITIES
 from ..records.checks import warn
 from ..records.prepared import EXCITATION, PreparedRecord
 from .assignment import Assignment, Search
@@ -46,7 +47,8 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
     if len(first.channels) <= len(first.rig.bushings) + 2 or any(r.faults for r in alike):
         return
     driven = "acceleration" if first.kind == "base" else "force"
-    quantities = {"accelerometer": "acceleration", "probe": "displacement", EXCITATION: driven}
+    quantities = {known.instrument: name for name, known in QUANTITIES.items()}
+    quantities |= {"probe": "displacement", EXCITATION: driven}
     signals = RawSignals(
         first.channels,
         tuple(quantities[name.split()[0]] for name in first.channels),

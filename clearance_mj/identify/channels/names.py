@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import re
 
+from ...core.quantities import QUANTITIES
+
 __all__ = ["agreement_of_name"]
 
 EXCITATION = ("base", "plate", "table", "shaker", "excit", "drive", "input", "ref", "stinger")
-WORDS = {
-    "displacement": ("probe", "disp", "gap", "eddy", "prox", "lvdt", "laser"),
-    "acceleration": ("acc", "vib"),
-    "force": ("force", "load"),
-}  # by what they say is measured, in lower case
 _NUMBER = re.compile(r"(?<![.\d])\d{1,9}(?![.\d])")
 
 
@@ -33,7 +30,7 @@ def agreement_of_name(name: str, label: str, quantity: str, excites: bool) -> in
     found = 0
     if numbers := _NUMBER.findall(lower):
         found += 1 if label.partition(":")[0] in numbers else -1
-    said = [known for known, words in WORDS.items() if any(word in lower for word in words)]
+    said = [known for known, has in QUANTITIES.items() if any(word in lower for word in has.words)]
     if said:
         found += 1 if quantity in said else -1
     if any(word in lower for word in EXCITATION):

@@ -20,7 +20,8 @@ NEAR = 1.35  # factor within which a gain is that of a unit
 SAID_WRONGLY = 4.0  # ln of the odds against a unit that files say being wrong, for all channels of one quantity
 ALSO = 1.5  # more, by the share of such channels
 NO_UNIT = 6.0  # ln of the odds against a gain that is that of no unit
-GUESSED = ("m/s2", "mm/s2", "g", "m/s", "mm/s", "m", "mm", "um", "cm", "N", "mN", "kN", "MN")
+GUESSED = ("m/s2", "mm/s2", "g", "m/s", "mm/s", "m", "mm", "um", "cm", "N", "mN", "kN", "MN", "m/m", "um/m", "rad",
+           "mrad", "deg")  # fmt: skip
 """Units that a channel is guessed to be in: with many more, some unit would be near to any gain"""
 UNUSUAL = {
     "m/s2": 0.0,
@@ -32,6 +33,7 @@ UNUSUAL = {
     "N": 0.0,
     "kN": 1.0,
     "mN": 3.0,
+    **dict.fromkeys(("m/s", "mm/s", "m/m", "um/m", "rad", "mrad", "deg"), 0.0),
     "MN": 4.0,
 }
 """ln of the odds against a unit where files say none"""

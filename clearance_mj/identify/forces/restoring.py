@@ -22,7 +22,7 @@ from ...io.dataset import Dataset, Record
 from ...linear import linear_model
 from ...rig import Rig
 from ..records.prepared import PreparedRecord, prepare, prepared
-from .unbalance import spun_spectra, unbalance_gains
+from .unbalance import spun_spectra
 
 __all__ = ["RestoringForce", "possible_forces", "restoring_force", "restoring_forces"]
 
@@ -122,7 +122,8 @@ def restoring_force(
     whirl: np.ndarray | float = 0.0  # of the points, under unbalance alone
     if record.turning is not None and rig.unbalances:
         turned = spun_spectra(record.turning, fs, flanks(n, fs), size)[inside]
-        spectrum = spectrum - np.einsum("fcu,fu->fc", unbalance_gains(model, rows, omega, spin)[:, present], turned)
+        shown = model.channel_gains(rows, record.kind, omega, -model.unbalance, spin)[:, present, :-1]
+        spectrum = spectrum - np.einsum("fcu,fu->fc", shown, turned)
         whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.unbalance.T, omega, spin), turned)
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)

@@ -21,7 +21,7 @@ from ...rig import Rig, Unbalance
 from ...signals.keyphasor import ShaftTurning
 from ..records.prepared import PreparedRecord
 
-__all__ = ["spun_spectra", "unbalance_gains", "with_slow_roll", "with_unbalance"]
+__all__ = ["spun_spectra", "with_slow_roll", "with_unbalance"]
 
 MODES = 16  # of each plane
 FAST = 0.5  # of the fastest: slower turning shows run-out and the errors of the model, more than an unbalance
@@ -52,30 +52,6 @@ def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int
     power = turning.speed**order * window
     spun = np.column_stack((power * np.cos(turning.angle), power * np.sin(turning.angle)))
     return np.asarray(scipy.fft.rfft(spun, size, axis=0))
-
-
-def unbalance_gains(
-    model: LinearModel, probes: np.ndarray, omega: np.ndarray, spin: float, of: np.ndarray | None = None
-) -> np.ndarray:
-    """Return what channels show (n_f, n_channels, 2) of the rig's unbalances per Ω² cos φ and Ω² sin φ.
-
-    Parameters
-    ----------
-    model : LinearModel
-        The structure.
-    probes : ndarray, shape (n_probes, n)
-        Displacements that probes read.
-    omega : ndarray, shape (n_f,)
-        Angular frequencies, rad/s.
-    spin : float
-        Ω, rad/s.
-    of : ndarray, shape (n, 2), optional
-        Forces on the modes in their place.
-    """
-    inputs = model.unbalance.T if of is None else of
-    found = model.responses(np.vstack((model.at_sensors, probes)), inputs, omega, spin)
-    found[:, : len(model.at_sensors)] *= -(omega[:, None, None] ** 2)
-    return np.concatenate((found, np.zeros((omega.size, 1, found.shape[2]))), axis=1)
 
 
 def with_unbalance(rig: Rig, records: Sequence[PreparedRecord], probes: Mapping[str, float]) -> Rig:
@@ -161,8 +137,8 @@ def _at_turns(
 
     def shown(unbalances: Sequence[Unbalance]) -> np.ndarray:
         forces = _forces(model, unbalances)
-        per_spun = [unbalance_gains(model, rows, at, spin, forces) for at, spin in each]
-        found = np.einsum("fcu,fu->fc", np.concatenate(per_spun), spun)
+        gains = [model.channel_gains(rows, record.kind, at, -forces.T, spin)[:, :, :-1] for at, spin in each]
+        found = np.einsum("fcu,fu->fc", np.concatenate(gains), spun)
         if record.slow_roll:
             found[:, -1 - len(rows) : -1] -= turned @ _in_slow_roll(model, rows, record.slow_roll, forces)
         return found

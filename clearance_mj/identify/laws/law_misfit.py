@@ -223,7 +223,8 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
 
 def _rows(test: Response, model: Response) -> list[int]:
     """Which of a model's sensors were recorded."""
-    return [model.responses.index(label) for label in test.responses]
+    known = [*zip(model.responses, model.quantities)]
+    return [known.index(one) for one in zip(test.responses, test.quantities)]
 
 
 def _is_of_hits(response: Response) -> bool:
@@ -241,9 +242,12 @@ def _stretches(name: str, test: Response, model: Response, edges: np.ndarray) ->
 
 
 def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.ndarray) -> Stretch:
-    measured = Response(test.fs, test.excitation[part], test.acceleration[:, part], kind=test.kind, band=_band(test))
+    measured = Response(
+        test.fs, test.excitation[part], test.channels[:, part], kind=test.kind, band=_band(test),
+        quantities=test.quantities,
+    )  # fmt: skip
     rows = _rows(test, model)
-    rest = dataclasses.replace(measured, acceleration=(test.acceleration - model.acceleration[rows])[:, part])
+    rest = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, rest))
     size = np.abs(frf.functions)
     missed = DB * np.abs(np.log(np.abs(frf.functions - difference.functions) / size))
@@ -267,7 +271,7 @@ def _decays(name: str, test: Response, model: Response) -> list[Decay]:
     for begin, end in itertools.pairwise([*first.tolist(), size.size]):
         if end - begin >= shortest:
             halves = np.array_split(np.arange(begin, end), 2)
-            signals = model.acceleration[rows], test.acceleration
+            signals = model.channels[rows], test.channels
             rms = [[np.std(signal[:, half], axis=1) for half in halves] for signal in signals]
             missed = np.full((len(model.responses), 2), np.nan)
             missed[rows] = DB * np.log(np.array(rms[0]) / np.array(rms[1])).T

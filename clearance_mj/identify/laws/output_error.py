@@ -236,24 +236,26 @@ class Sight:
         frf, squares = [np.empty(0)], [np.empty(0)]
         for piece, averages in self.pieces:
             signals = [response.displacement[:, piece]] if self.probes and response.displacement is not None else []
-            acceleration = response.acceleration[:, piece]
+            channels = response.channels[:, piece]
             if averages:
-                frf.append(np.abs(averages.frf(acceleration)).ravel())
+                frf.append(np.abs(averages.frf(channels)).ravel())
             else:
-                signals.append(acceleration)
+                signals.append(channels)
             squares += [np.einsum("ij,ij->i", signal, signal) / signal.shape[1] for signal in signals]
         return np.concatenate(frf), np.sqrt(np.concatenate(squares))
 
 
 def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
     """Return FRF magnitudes (dB), RMS values, the random errors of both, and bands of one piece of a response."""
-    excitation, acceleration = response.excitation[piece], response.acceleration[:, piece]
+    excitation, channels = response.excitation[piece], response.channels[:, piece]
     signals = [] if response.displacement is None else [response.displacement[:, piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)
     if _holds_hits(excitation):
-        signals.append(acceleration)
+        signals.append(channels)
     else:
-        part = Response(response.fs, excitation, acceleration, kind=response.kind, band=response.band)
+        part = Response(
+            response.fs, excitation, channels, kind=response.kind, band=response.band, quantities=response.quantities
+        )
         found = estimate_frf(part, resolution=RESOLUTION, window="hann")
         frf = np.abs(found.functions).ravel()
         frf_error = DB * random_error(found).ravel()

@@ -10,8 +10,10 @@ from functools import cached_property
 import numpy as np
 
 from ...core.errors import RecordError
+from ...core.quantities import QUANTITIES
 from ...io.dataset import Dataset, Record
 from ...rig import Rig
+from ...rig.sensing import clearance_of
 from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
 from ...signals.keyphasor import ShaftTurning
@@ -26,7 +28,7 @@ TURN_WIDTH, TURN_SPREAD = 1.5, 0.01  # Hz, and share of it, either side of each
 
 @dataclass(frozen=True, eq=False)
 class PreparedRecord:
-    """The samples of a record's accelerometers, then probes, then of its excitation, and what each channel is."""
+    """The samples of a record's sensors, then probes, then of its excitation, and what each channel is."""
 
     name: str  #: the record's
     rig: Rig  #: that it was measured on, or a hypothesis of it
@@ -62,8 +64,8 @@ class PreparedRecord:
 
     @property
     def _n_sensors(self) -> int:
-        """Accelerometers that were recorded: all of the rig, or none."""
-        return sum(name.startswith("accelerometer") for name in self.channels)
+        """Sensors that were recorded: all of the rig, or none."""
+        return sum(not name.startswith("probe") for name in self.channels) - 1
 
     def excitation(self) -> Excitation:
         """Return the measured excitation, to simulate with."""
@@ -82,6 +84,7 @@ class PreparedRecord:
             self.fs, self.signals[:, -1], self.signals[:, recorded].T, self.displacement,
             kind="force" if self.kind == "force" else "base", band=self.band,
             responses=tuple(self.rig.sensor_labels[i] for i in recorded), reference=self.reference,
+            quantities=tuple(self.rig.sensors[i].quantity for i in recorded),
         )  # fmt: skip
 
     def away_from_turns(self, frequency: np.ndarray) -> np.ndarray:
@@ -167,13 +170,20 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
         return record
     response = record.response()
     displacement = [] if response.displacement is None else [response.displacement]
-    sensors = record.rig.sensor_labels if response.responses else []
-    acceleration = np.zeros((len(sensors), record.size))
-    acceleration[[sensors.index(label) for label in response.responses]] = response.acceleration
-    channels = [f"accelerometer {label}" for label in sensors]
+    if forces := [s.label for s in record.rig.sensors if clearance_of(record.rig, s) is not None]:
+        raise RecordError(
+            f"identification finds the forces in clearances itself and uses none that is measured: leave sensor "
+            f"{forces[0]} out of the rig file"
+        )
+    sensors: list[tuple[str, str]] = [(s.label, s.quantity) for s in record.rig.sensors] if response.responses else []
+    recorded = [*zip(response.responses, response.quantities)]
+    readings = np.zeros((len(sensors), record.size))
+    readings[[sensors.index(one) for one in recorded]] = response.channels
+    names = [f"{QUANTITIES[quantity].instrument} {label}" for label, quantity in sensors]
+    channels = [*names]
     channels += [f"probe {label}" for label in record.rig.probe_labels] if displacement else []
-    signals = np.ascontiguousarray(np.vstack((acceleration, *displacement, response.excitation)).T)
-    absent = tuple(f"accelerometer {label}" for label in sensors if label not in response.responses)
+    signals = np.ascontiguousarray(np.vstack((readings, *displacement, response.excitation)).T)
+    absent = tuple(name for name, one in zip(names, sensors) if one not in recorded)
     return PreparedRecord(
         record.name, record.rig, record.tested_rig, record.fs, record.excitation_kind, response.band,
         response.reference, (*channels, EXCITATION), signals, bool(displacement), record.turning(), absent,

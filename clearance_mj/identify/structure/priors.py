@@ -265,7 +265,8 @@ def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:
         place = data["bushings"][j]["position"]
         if parse_place(place) and not is_rotation(place):
             yield ("bushings", j, "length")
-    yield from (("sensors", i, name) for i in range(len(data["sensors"])) for name in ("position", "gain"))
+    for i, sensor in enumerate(data["sensors"]):
+        yield from (("sensors", i, name) for name in ("position", "gain")[sensor.get("quantity") == "force" :])
     for i, sensor in enumerate(data["sensors"]):
         if along := sensor.get("direction"):
             # What is across its direction in the plane: a component of a vector that keeps its main one.

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from os import PathLike
 from typing import Any
 
-from ...core.checks import DIRECTIONS, QUANTITIES, naming
+from ...core.checks import DIRECTIONS, naming
 from ...core.errors import RecordError
 from ...core.files import replacing
 from ...rig import Rig

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ...core.checks import NOWHERE, QUANTITIES, UNKNOWN, check_dof, naming, require_finite
+from ...core.checks import NOWHERE, UNKNOWN, check_dof, naming, require_finite
 from ...core.errors import RecordError
-from ...signals.frf import FRF, join_references
+from ...core.quantities import QUANTITIES
+from ...signals.frf import FRF
+from ...signals.references import join_references
 from ...universal.dataset_58 import (  # fmt: skip
     COHERENCE,
     COMPLEX64,
@@ -19,7 +21,6 @@ from ...universal.dataset_58 import (  # fmt: skip
     FREQUENCY_RESPONSE,
     REAL64,
     TRANSMISSIBILITY,
-    UNIT_LABELS,
     UNSAID,
     Function,
     Header,
@@ -137,32 +138,35 @@ def even_lines(frequency: np.ndarray) -> dict[str, Any]:
 
 def _frf_blocks(frf: FRF) -> Iterator[bytes]:
     """FRFs to one reference, then their coherences."""
-    names = frf.quantity.split("/")
-    if len(names) != 2 or not set(names) <= {*QUANTITIES, UNKNOWN}:
-        raise RecordError(f'quantity "{frf.quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
     for label in (frf.reference, *frf.responses):
         check_dof(label)
     lines = even_lines(frf.frequency)
     plain = Header(kind=COHERENCE, reference=frf.reference, ordinate=REAL64, abscissa_type=FREQUENCY, **lines)
-    unit = frf.unit_label or "NONE"
-    if UNKNOWN not in names:
-        unit = "/".join(f"({label})" if "/" in label else label for label in map(UNIT_LABELS.__getitem__, names))
-    ratio = replace(
-        plain,
-        kind=FREQUENCY_RESPONSE,
-        ordinate=COMPLEX64,
-        numerator=QUANTITIES.get(names[0], 0),
-        denominator=QUANTITIES.get(names[1], 0),
-        unit=unit,
-        note=f"exponential window {frf.window_rate:.9g} 1/s" if frf.window_rate else "NONE",
-    )
+    note = f"exponential window {frf.window_rate:.9g} 1/s" if frf.window_rate else "NONE"
+    ratios = [
+        replace(plain, kind=FREQUENCY_RESPONSE, ordinate=COMPLEX64, note=note, **_of_ratio(quantity, frf.unit_label))
+        for quantity in frf.row_quantities
+    ]
     axis = () if plain.even else (frf.frequency,)
-    for what, header, rows in (("FRF", ratio, frf.value), ("coherence", plain, frf.coherence)):
-        for label, row in zip(frf.responses, () if rows is None else rows[:, 0]):
+    coherences = [plain] * len(ratios)
+    for what, headers, rows in (("FRF", ratios, frf.value), ("coherence", coherences, frf.coherence)):
+        for header, label, row in zip(headers, frf.responses, () if rows is None else rows[:, 0]):
             if what == "coherence" and np.isnan(row).all():
                 continue  # of a function whose coherence is not known
             require_finite(row, f"{what} {label}")
             parts = (row.real, row.imag) if np.iscomplexobj(row) else (row,)
             to = "" if frf.reference == NOWHERE else f" / {frf.reference}"
-            header = replace(header, name=f"{what} {label}{to}", response=label)
-            yield function_block(header, np.stack((*axis, *parts), axis=1).astype("<f8"))
+            own = replace(header, name=f"{what} {label}{to}", response=label)
+            yield function_block(own, np.stack((*axis, *parts), axis=1).astype("<f8"))
+
+
+def _of_ratio(quantity: str, label: str) -> dict[str, Any]:
+    """Return types and unit of a ratio of two quantities."""
+    names = quantity.split("/")
+    if len(names) != 2 or not set(names) <= {*QUANTITIES, UNKNOWN}:
+        raise RecordError(f'quantity "{quantity}" is unknown; needs two of {", ".join(QUANTITIES)} as a/b')
+    known = [QUANTITIES.get(name) for name in names]
+    units = [each.ascii_unit for each in known if each]
+    unit = "/".join(f"({unit})" if "/" in unit else unit for unit in units) if all(known) else label or "NONE"
+    above, below = (each.codes[0] if each else 0 for each in known)
+    return {"numerator": above, "denominator": below, "unit": unit}

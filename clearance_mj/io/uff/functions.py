@@ -8,13 +8,13 @@ from decimal import Decimal
 
 import numpy as np
 
-from ...core.checks import NAME_LIMIT, NOWHERE, QUANTITIES, UNKNOWN, even_rate, naming, simplest_rate
+from ...core.checks import NAME_LIMIT, NOWHERE, even_rate, naming, simplest_rate
 from ...core.errors import RecordError
+from ...core.quantities import QUANTITIES
 from ...universal.dataset_58 import (  # fmt: skip
     REAL32,
     TIME,
     TIME_FUNCTION,
-    UNIT_LABELS,
     UNSAID,
     Function,
     Header,
@@ -122,6 +122,7 @@ def channel_block(channel: Channel) -> bytes:
     """Return a channel in single precision; its time step has at most 8 digits."""
     if np.abs(channel.value).max() > np.finfo(np.float32).max:
         raise RecordError(f'channel "{channel.name}" exceeds single precision (3.4e38)')
+    known = QUANTITIES.get(channel.quantity)
     header = Header(
         name=channel.name,
         kind=TIME_FUNCTION,
@@ -132,8 +133,8 @@ def channel_block(channel: Channel) -> bytes:
         first=channel.start,
         step=_step_text(channel.fs),
         abscissa_type=TIME,
-        numerator=QUANTITIES.get(channel.quantity, 0),
-        unit=(channel.unit or "NONE") if channel.quantity == UNKNOWN else UNIT_LABELS[channel.quantity],
+        numerator=known.codes[0] if known else 0,
+        unit=known.ascii_unit if known else channel.unit or "NONE",
     )
     return function_block(header, channel.value.astype("<f4"))
 

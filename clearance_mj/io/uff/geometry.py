@@ -16,6 +16,7 @@ import numpy as np
 from ...core.checks import naming
 from ...core.errors import RecordError
 from ...rig import BASE_NODE, SHAKER_NODE, Rig
+from ...rig.sensing import sensor_points
 from ...structure.base import parse_place
 from ...structure.geometry import CoordinateSystem, Element, Geometry
 from ...universal.fields import Block, fields, read_integer, read_real, text_set
@@ -31,7 +32,7 @@ Node = tuple[int, int, int, list[float]]  # number, systems of definition and di
 
 def rig_geometry(rig: Rig) -> Geometry:
     """Return the nodes of a rig's records, and one line through those of each shaft, from the clamp of a cantilever."""
-    points = {s.node: s.position for s in rig.sensors}
+    points = {s.node: point for s, point in zip(rig.sensors, sensor_points(rig))}
     points |= {int(label.split(":")[0]): b.position for label, b in zip(rig.probe_labels, rig.bushings)} | points
     if rig.shaker.position is not None and rig.shaker.kind == "force":
         points[SHAKER_NODE] = rig.shaker.position

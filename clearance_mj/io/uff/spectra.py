@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...core.checks import NOWHERE, QUANTITIES, UNKNOWN, check_dof, naming, require_finite
+from ...core.checks import NOWHERE, UNKNOWN, check_dof, naming, require_finite
 from ...core.errors import RecordError
+from ...core.quantities import QUANTITIES
 from ...core.units import unit_factor
-from ...signals.frf import WORDS
 from ...signals.spectra import POWERS, RATIOS, Spectra
 from ...universal.dataset_58 import (  # fmt: skip
     COMPLEX64,
@@ -89,11 +89,12 @@ def _measure(function: Function, kind: str) -> Measure:
     """
     if kind in RATIOS:
         return Measure("ratio", "1", 1.0)
-    label, quantity = label_of(function.unit), quantity_of(function.numerator)
+    label = label_of(function.unit)
+    quantity = quantity_of(function.numerator, label)
     as_it_is = Measure(UNKNOWN, label, 1.0)
     if quantity == UNKNOWN or function.units != SI:
         return as_it_is
-    word = WORDS[quantity]
+    word = QUANTITIES[quantity].unit
     if kind not in POWERS:
         scale = _factor(label, quantity) if label else 1.0
         return as_it_is if scale is None else Measure(quantity, word, scale)
@@ -142,7 +143,7 @@ def spectra_blocks(spectra: Spectra) -> Iterator[bytes]:
             name=name,
             response=response,
             reference=reference,
-            numerator=QUANTITIES.get(quantity, 0),
+            numerator=QUANTITIES[quantity].codes[0] if quantity in QUANTITIES else 0,
             unit=plain or "NONE",
         )
         parts = (row.real, row.imag) if is_complex else (row,)

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from ...rig import Bushing, PointMass, Rig
+from ...rig.sensing import sensor_points
 from ...structure import Disc, Shaft, Spring
 from ..outline import outline, starts_clamped
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
@@ -160,7 +161,8 @@ class _SideView:
         y = self.level(i)
         box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
         row, previous = 0, -np.inf
-        on_shafts = ((*self.rig.linear.place(s.position), s.node) for s in self.rig.sensors)
+        points = zip(sensor_points(self.rig), self.rig.sensors)
+        on_shafts = ((*self.rig.linear.place(point), s.node) for point, s in points)
         places = [(x, node) for shaft, x, node in on_shafts if shaft == i]
         for x, node in sorted(places):
             row, previous = (row + 1) % 2 if x - previous < 0.035 * self.length else 0, x

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from ...rig import Bushing, Rig
+from ...rig.sensing import sensor_points
 from ...structure.base import dof_vector, parse_dof
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from .rig_motion import words_of_motion
@@ -52,7 +53,7 @@ def _text(dof: tuple[int | str, str]) -> str:
 def _slots(rig: Rig) -> dict[tuple[int | str, str], float]:
     """Degrees of freedom in use and their places along the box; each clearance has room of its own."""
     points = [p for b in rig.bushings for p in b.joined] + [m.position for m in rig.masses]
-    points += [p for p, _ in rig.shaker.forces] + [s.position for s in rig.sensors]
+    points += [p for p, _ in rig.shaker.forces] + sensor_points(rig)
     dofs = sorted(
         {_key(p) for p in points}, key=lambda dof: (*rig.linear.coordinates(_text(dof)), str(dof[0]).zfill(9), dof[1])
     )
@@ -109,8 +110,8 @@ def _clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float], to: 
 
 def _sensors_and_masses(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
     box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": COLOURS[0], "linewidth": 0.9}
-    for sensor in rig.sensors:
-        x = slots[_key(sensor.position)]
+    for sensor, point in zip(rig.sensors, sensor_points(rig)):
+        x = slots[_key(point)]
         ax.plot([x, x], [BOX, BOX + 0.2], color=COLOURS[0], linewidth=0.8)
         ax.text(x, BOX + 0.2, f"{sensor.node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
     for mass in rig.masses:

@@ -137,7 +137,7 @@ def snapped(gain: float, kind: str) -> float:
     size, sign = abs(gain), float(np.sign(gain))
     if abs(gain - 1) < UNIT_GAIN:
         return 1.0
-    known = [*UNITS[kind], *([1.0] if sign < 0 else [])]
+    known = [*UNITS.get(kind, ()), *([1.0] if sign < 0 else [])]
     near = [u for u in known if 1 / SNAP < size / u < SNAP]
     return sign * (near[0] if near else float(f"{size:.3g}"))
 
@@ -178,7 +178,7 @@ def _named(group: Sequence[int], names: Sequence[str]) -> str:
 
 def _read(read: float, kind: str) -> str:
     """In words, what is read over the true value."""
-    unit = [name for size, name in UNITS[kind].items() if np.isclose(size, abs(read))]
+    unit = [name for size, name in UNITS.get(kind, {}).items() if np.isclose(size, abs(read))]
     size = f"in {unit[0]} instead of SI units" if unit else f"{abs(read):.3g} times the true value"
     return " and ".join([size] * (abs(read) != 1.0) + ["with the wrong sign"] * (read < 0))
 

@@ -1,0 +1,52 @@
+"""What sensors read that a loop over time does not know: motions against the ground, and forces in clearances."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..rig import Rig
+from ..rig.sensing import base_shares, clearance_of
+
+__all__ = ["Completion"]
+
+
+class Completion:
+    """Adds to the columns of sensors what the base's own motion and the clearances' forces are of their readings.
+
+    The base begins at rest. With its acceleration a at the steps, its velocity and displacement are the running sums
+    (u₊ - u₋)/(2h) and u of u₊ - 2u + u₋ = h² a, the scheme of the modes.
+    """
+
+    def __init__(self, rig: Rig, kind: str, step: float) -> None:
+        self.step, self.state = step, np.zeros(2)  # velocity in the middle of the last step, displacement
+        orders = np.array([s.order for s in rig.sensors])
+        shares = base_shares(rig) * ((orders < 2) & (kind == "base"))
+        self.shares = np.array([shares * (orders == order) for order in (1, 0)])
+        n, each, sensors = len(rig.bushings), rig.n_coordinates, len(rig.sensors)
+        self.forces: list[tuple[int, int, float]] = []
+        """column of a sensor, that of a force, and the factor"""
+        for i, sensor in enumerate(rig.sensors):
+            if (j := clearance_of(rig, sensor)) is not None:
+                for d, share in enumerate(sensor.unit_direction[1:] if each == 2 else [1.0]):
+                    self.forces += [(i, sensors + each * (k * n + j) + d, sensor.gain * share) for k in (1, 2) if share]
+
+    @property
+    def base_moves(self) -> bool:
+        """Whether a sensor reads the base's own motion."""
+        return bool(self.shares.any())
+
+    def push(self, acceleration: np.ndarray) -> np.ndarray:
+        """Return velocity and displacement (n, 2) of the base at the next steps, of its acceleration (n,)."""
+        between = self.state[0] + self.step * np.cumsum(acceleration)
+        place = self.state[1] + self.step * np.cumsum(between)
+        found = between - self.step / 2 * acceleration, place - self.step * between
+        if acceleration.size:
+            self.state = np.array([between[-1], place[-1]])
+        return np.column_stack(found)
+
+    def add(self, columns: np.ndarray, base: np.ndarray | None) -> None:
+        """Complete what `Run.advance` returns (n, columns), in place, with the base's motion (n, 2) if it moves."""
+        for sensor, force, factor in self.forces:
+            columns[:, sensor] += factor * columns[:, force]
+        if base is not None:
+            columns[:, : self.shares.shape[1]] += base @ self.shares
