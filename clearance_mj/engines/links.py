@@ -53,9 +53,9 @@ class Links(Engine):
 
     def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
+        linear_model(rig).input(kind)  # refuses what cannot be excited so
         if rig.is_spatial:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
-        linear_model(rig).input(kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 

@@ -44,11 +44,7 @@ class Modal(Engine):
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
-        if rig.is_spatial:
-            stiffest = stiffest_contacts(rig, law)
-        else:
-            stiffest = law.largest([b.gap for b in rig.bushings])[0]
-        model = linear_model(rig, self.modes)
+        model, stiffest = linear_model(rig, self.modes), stiffest_contacts(rig, law)
         fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1).reshape(-1, model.n_coordinates)
         contact = np.sqrt(np.max(stiffest * np.max(moved, axis=1), initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
@@ -71,9 +67,10 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
     on_base = sensors.shaken * float(kind == "base")
     points, push = model.at_points, model.input(kind)
     light = points * inverse_mass
-    moved = light @ points.T, light @ push
-    read = sensors.accelerations, push, on_base
-    return Shaft(inverse_mass, flow, points, *read, kicked, *moved, sensors.readings, model.springs)
+    return Shaft(
+        inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, light @ push,
+        model.springs, sensors.readings,
+    )  # fmt: skip
 
 
 class ModalRun(Run):

@@ -33,8 +33,8 @@ class Shaft(NamedTuple):
     coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
     compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
     at_input: np.ndarray  # (3 n_bushings,) velocity of the points per unit impulse of the excitation
+    springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
     readings: np.ndarray = np.zeros((0, 2, 0, 1))  # (n_sensors, 2, n) as `round_scheme.RoundShaft` has them
-    springs: np.ndarray = np.zeros((0, 0, 1))  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
 
 
 class Motion(NamedTuple):
@@ -55,7 +55,7 @@ def advance(
     ``out``: (columns, n, lanes), filled from its row ``first`` on with what `Run.advance` returns, the forces of the
     bushings if there are columns for them.
     """
-    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, readings, springs = shaft
+    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, springs, readings = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
     grease_law, contact_law = greases.law, contacts.law

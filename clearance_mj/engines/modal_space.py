@@ -71,8 +71,8 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
         np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
         sensors.accelerations, _moving(sensors.accelerations), model.input(kind),
         sensors.shaken * float(kind == "base"),
-        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory),
-        sensors.readings, model.springs,
+        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory), model.springs,
+        sensors.readings,
     )  # fmt: skip
     return shaft, viscous
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of, round_records
-from ..linear import linear_model
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from .base import Engine, Run, diverged
@@ -36,7 +35,6 @@ class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: SpatialPlant):
-        linear_model(rig).input(kind)  # refuses what cannot be excited so
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)

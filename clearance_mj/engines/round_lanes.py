@@ -31,7 +31,7 @@ def _advance(
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
-        circulatory, readings, springs,
+        circulatory, springs, readings,
     ) = shaft  # fmt: skip
     q, v, q_before, turning = motion
     bushings, states, numbers = clearance

@@ -39,7 +39,7 @@ def advance_round(
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
-        circulatory, readings, springs,
+        circulatory, springs, readings,
     ) = shaft  # fmt: skip
     bushings, states, numbers = clearance
     turning, n, n_sensors, n_points = motion.turning, motion.q.size, at_sensors.shape[0], at_points.shape[0]

@@ -31,8 +31,8 @@ class RoundShaft(NamedTuple):
     unbalance: np.ndarray  # (2, n) force on the modes of Ω² cos φ and Ω² sin φ
     compliance: np.ndarray  # (3 n_bushings, 2, n, 2) per impulse at a point, velocities of all, an even number
     circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
-    readings: np.ndarray  # (n_sensors, 2, n) what others read per coordinate and velocity; (0, 2, n) without others
     springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
+    readings: np.ndarray  # (n_sensors, 2, n) what others read per coordinate and velocity; (0, 2, n) without others
 
 
 class RoundMotion(NamedTuple):

@@ -83,8 +83,8 @@ def _modal_motion(
 ) -> np.ndarray:
     """(n_t, n) modal coordinates from rest under steady and driving forces (n_t, n) and the unbalance of a spin."""
     spin, force = np.zeros(len(steady)), steady + driven
-    if seen is not None and seen.spin is not None:
-        spin, force = seen.spin, force + _unbalance(model, seen, step)
+    if seen is not None and seen.spin is not None and seen.angle is not None:
+        spin, force = seen.spin, force + _unbalance(model, seen.spin, seen.angle, step)
     change = np.diff(force, axis=0, append=force[-1:])
     n, scale = model.size, np.maximum(model.omega, 1.0)
     state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))
@@ -106,13 +106,9 @@ def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np
     return state
 
 
-def _unbalance(model: LinearModel, seen: Whirl, step: float) -> np.ndarray | float:
+def _unbalance(model: LinearModel, spin: np.ndarray, angle: np.ndarray, step: float) -> np.ndarray:
     """(n_t, n) force of the unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
-    if seen.spin is None or seen.angle is None or not model.unbalance.any():
-        return 0.0
-    rate = np.gradient(seen.spin, step)
-    cos, sin = np.cos(seen.angle), np.sin(seen.angle)
-    square = seen.spin**2
+    rate, square, cos, sin = np.gradient(spin, step), spin**2, np.cos(angle), np.sin(angle)
     return np.asarray(np.stack((square * cos + rate * sin, square * sin - rate * cos), axis=1) @ model.unbalance)
 
 

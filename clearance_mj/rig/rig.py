@@ -228,10 +228,9 @@ class Rig(Shown):
         forces = (*(self.shaker.forces if self.shaker.kind == "force" else ()), *more)
         pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
         springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
-        attached = self.attached
+        attached = self.attached.in_other_plane if across else self.attached
         if across:
-            masses, forces = (tuple((in_other_plane(p), f) for p, f in each) for each in (masses, forces))
-            attached = attached.in_other_plane
+            masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
         with computable(self.name, self.to_dict):
             return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
 
