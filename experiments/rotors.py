@@ -9,8 +9,8 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.files import replacing
 from clearance_mj.report.animation import write
+from clearance_mj.report.clip import space_clip
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.space_clip import space_clip
 from clearance_mj.report.whirl import draw_over_speed
 from clearance_mj.rig import Spin
 from clearance_mj.rotors import campbell, running_clearance, synchronous_rub, unbalance_response, whirl

@@ -33,8 +33,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
     from ..report.animation import check, write
-    from ..report.clip import clip
-    from ..report.space_clip import space_clip
+    from ..report.clip import clip, space_clip
 
     check(options.out, options.renderer)
     out_file(options.out, (options.out.suffix.lower(),), inputs(options), is_marked)

@@ -17,6 +17,7 @@ from ..clearance.law_files import law_schema
 from ..core.errors import ClearanceError, RigError
 from ..core.files import to_json, write_text
 from ..core.plain_numbers import get_number, numbers, path_of
+from ..core.quantities import QUANTITIES
 from ..core.units import si_value
 from ..core.validation import from_plain
 from ..io.dataset import dataset_schema
@@ -90,6 +91,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
         "with nodes 1, 2, ... or those of degrees of freedom (example: a quarter of the length, every bushing, the tip)"
     )
     option("--sensors", type=_point, nargs="+", metavar="POINT", help=words)
+    quantities = [name for name in QUANTITIES if name != "force"]
+    option("--reads", choices=quantities, default="acceleration", help="what the sensors read (default: %(default)s)")
     option("--force-at", type=_point, metavar="POINT", help="driven by a force, not by its base")
 
 
@@ -197,7 +200,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
             Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film, shape=shape)
             for x, (contact, film) in zip(clearances, made)
         ),
-        "sensors": tuple(Sensor(_node(x, i), x) for i, x in enumerate(points, 1)),
+        "sensors": tuple(Sensor(_node(x, i), x, quantity=options.reads) for i, x in enumerate(points, 1)),
         "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
     } | in_space

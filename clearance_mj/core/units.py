@@ -82,6 +82,8 @@ def quantity_of(label: str, among: Sequence[str] = (*QUANTITIES,)) -> tuple[str,
     Times and frequencies are no quantities that a channel measures. Capitals count: "G" and "M" are other units.
     """
     found = _meanings(label)
+    if _DIMENSIONS["frequency"] in found:
+        return None
     return next(((q, found[_DIMENSIONS[q]]) for q in among if _DIMENSIONS[q] in found), None)
 
 

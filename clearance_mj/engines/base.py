@@ -61,6 +61,7 @@ class Equations(NamedTuple):
     input: np.ndarray  # (n_inputs, n) b
     points: np.ndarray  # (3 n_bushings, n) P: displacement of the bushings' middles, then both ends of each
     speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
+    cross: np.ndarray = np.zeros((0, 0))  # (n, n) skew stiffness beside K: what it takes is lost
 
 
 MAX_COUNT = 2**53  # steps per sample, beyond which a double does not hold every integer

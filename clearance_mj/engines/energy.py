@@ -233,7 +233,7 @@ class _BalancedRun(Run):
 
     def _balance(self, excitation: np.ndarray, q: np.ndarray, impact: np.ndarray) -> None:
         """Add steps with coordinates q, of two steps before the first one on, and speeds of impact."""
-        mass, damping, stiffness, shape, points, seen = self.scheme
+        mass, damping, stiffness, shape, points, seen, cross = self.scheme
         h, m, n = self.step, len(excitation), len(self.walls)
         before, now, after = q[:-2], q[1:-1], q[2:]
         travel, velocity = (after - before) / 2, np.diff(q, axis=0) / h
@@ -246,6 +246,8 @@ class _BalancedRun(Run):
         self._log_impacts(x[:-1], of_bushings)
         *flows, in_grease, in_contact, _, _ = of_bushings
         work = np.sum(travel @ damping * travel, axis=1) / h
+        if cross.size:
+            work += np.sum(travel @ cross * now, axis=1)
         put_in = np.sum(in_columns(excitation) * (travel @ shape.T), axis=1)
         flow = np.column_stack((put_in, work, *flows))
         sums = self.total + np.cumsum(flow, axis=0)

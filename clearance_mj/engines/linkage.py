@@ -238,7 +238,7 @@ def cannot_be_linked(rig: Rig) -> str:
         return f"links moves along its planes alone, and {name} names {axis}; use {others}"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
-        ("oscillators", rig.oscillators), ("orders", rig.orders),
+        ("oscillators", rig.oscillators), ("bearings", rig.bearings), ("orders", rig.orders),
         ("torques", any(parse_place(point) is None for load in rig.loads for point in load.points)),
     ):  # fmt: skip
         if there:

@@ -55,9 +55,9 @@ class Links(Engine):
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
+        driven(linear_model(rig), kind)  # refuses what cannot be excited so
         if rig.is_spatial:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
-        driven(linear_model(rig), kind)  # refuses what cannot be excited so
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
 

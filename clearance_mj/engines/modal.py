@@ -46,11 +46,7 @@ class Modal(Engine):
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
-        if rig.is_spatial:
-            stiffest = stiffest_contacts(rig, law)
-        else:
-            stiffest = law.largest([b.gap for b in rig.bushings])[0]
-        model = linear_model(rig, self.modes)
+        model, stiffest = linear_model(rig, self.modes), stiffest_contacts(rig, law)
         fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1).reshape(-1, model.n_coordinates)
         contact = np.sqrt(np.max(stiffest * np.max(moved, axis=1), initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
@@ -76,7 +72,7 @@ def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> Shaft:
     at_input = np.array([light @ each for each in push])
     return Shaft(
         inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, at_input,
-        sensors.readings,
+        model.springs, sensors.readings,
     )  # fmt: skip
 
 
@@ -125,7 +121,7 @@ class ModalRun(Run):
             half_kick = self.step / 2 * shaft.inverse_mass[:, None] * shaft.coupling
             viscous = shaft.coupling @ np.linalg.inv(np.eye(det.size) - half_kick) * (self.step / vq)
         speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
-        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed)
+        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed, shaft.springs)
 
     def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
         """Return modal coordinates and impact speeds; see `Run.snapshot`."""

@@ -33,6 +33,7 @@ class Shaft(NamedTuple):
     coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
     compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
     at_input: np.ndarray  # (n_inputs, 3 n_bushings) velocity of the points per unit impulse of each input
+    springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
     readings: np.ndarray = np.zeros((0, 2, 0, 1))  # (n_sensors, 2, n) as `round_scheme.RoundShaft` has them
 
 
@@ -54,7 +55,7 @@ def advance(
     ``excitation``: (n, n_inputs). ``out``: (columns, n, lanes), filled from its row ``first`` on with what
     `Run.advance` returns, the forces of the bushings if there are columns for them.
     """
-    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, readings = shaft
+    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, springs, readings = shaft
     q, v, q_before = motion
     bushings, states, numbers = clearance
     grease_law, contact_law = greases.law, contacts.law
@@ -150,6 +151,11 @@ def advance(
         for m in range(n):
             store(total, m, load(shape, m, lanes) * a, lanes)
         _add_others(shape, n, excitation, i, 1.0, lanes, total, 0, 1)
+        if springs.size:
+            for m in range(n):
+                for r in range(n):
+                    pull = load(springs, m * n + r, lanes) * load(q, r, lanes)
+                    store(total, m, load(total, m, lanes) - pull, lanes)
         for p in range(n_points):
             if acts[p]:
                 push = load(force, p, lanes)

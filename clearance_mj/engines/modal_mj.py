@@ -47,6 +47,8 @@ class ModalMujoco(Engine):
         """``safety`` times the stability limit of the modes with every contact, film and dashpot at its hardest."""
         _check_planar(rig)
         ritz, mass, maps = linear_model(rig, self.modes), _mass(rig, self.modes), _plant(rig, self.modes).maps
+        if ritz.springs.size or np.any(ritz.coupling != ritz.coupling.T):
+            raise ClearanceError(f"rig {rig.name!r}: modal-mj knows symmetric stiffness and damping alone; use modal")
         inertia, joints = mass * np.eye(ritz.size), mass * ritz.omega**2
         step = stable_step(inertia, joints, maps.at_points, rig, law)
         if maps.viscous.size:  # explicit in the loop

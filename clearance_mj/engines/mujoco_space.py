@@ -12,14 +12,13 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of, round_records
-from ..linear import linear_model
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from .base import Engine, Run, diverged, in_columns
 from .linkage_space import SpatialLinkage
 from .links_plant import ChainMaps, SpatialPlant
-from .modal_space import compliance_of, driven
+from .modal_space import compliance_of
 from .mujoco_round import Foresight, RoundViews, advance_links
 from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
 from .plant import Statics, driving, hold, rest_in_mujoco
@@ -33,7 +32,6 @@ class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: SpatialPlant):
-        driven(linear_model(rig), kind)  # refuses what cannot be excited so
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)

@@ -60,6 +60,9 @@ def step_energies(
     if shaft.circulatory.size:
         for m in range(n):
             row[3] -= spin * travel[m] * dot(shaft.circulatory, m * n, motion.q, 0, n)
+    if shaft.springs.size:
+        for m in range(n):
+            row[3] -= travel[m] * dot(shaft.springs, m * n, motion.q, 0, n)
     at_bushings = 0.0
     for p in range(forces.acts.size):
         if forces.acts[p]:

@@ -31,7 +31,7 @@ def _advance(
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, order, orders,
-        compliance, circulatory, readings,
+        compliance, circulatory, springs, readings,
     ) = shaft  # fmt: skip
     q, v, q_before, turning = motion
     bushings, states, numbers = clearance
@@ -68,6 +68,9 @@ def _advance(
                 for r in range(n):
                     dragged += load(circulatory, m * n + r, lanes) * load(q, r, lanes)
                 now = now - load(turns, 0, lanes) * dragged
+            if springs.size:
+                for r in range(n):
+                    now = now - load(springs, m * n + r, lanes) * load(q, r, lanes)
             store(total, m, now, lanes)
             store(middle, m, load(v, m, lanes) + half * load(inverse_mass, m, lanes) * now, lanes)
         _at_points(at_points, spans, q, 0, n_points, lanes, x)

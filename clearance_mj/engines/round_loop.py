@@ -40,7 +40,7 @@ def advance_round(
     """
     (
         inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, order, orders,
-        compliance, circulatory, readings,
+        compliance, circulatory, springs, readings,
     ) = shaft  # fmt: skip
     bushings, states, numbers = clearance
     turning, n, n_sensors, n_points = motion.turning, motion.q.size, at_sensors.shape[0], at_points.shape[0]
@@ -90,6 +90,9 @@ def advance_round(
         if circulatory.size and spin != 0.0:
             for m in range(n):
                 total[m] -= spin * dot(circulatory, m * n, q, 0, n)
+        if springs.size:
+            for m in range(n):
+                total[m] -= dot(springs, m * n, q, 0, n)
         for m in range(size):
             kick = half * load(masses, m, FOUR) * load(total, m, FOUR)
             store(middle, m, load(v, m, FOUR) + kick, FOUR)

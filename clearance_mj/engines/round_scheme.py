@@ -33,6 +33,7 @@ class RoundShaft(NamedTuple):
     orders: np.ndarray  # (2 n_orders, n) force on the modes of cos k φ and sin k φ of each
     compliance: np.ndarray  # (3 n_bushings, 2, n, 2) per impulse at a point, velocities of all, an even number
     circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
+    springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
     readings: np.ndarray  # (n_sensors, 2, n) what others read per coordinate and velocity; (0, 2, n) without others
 
 

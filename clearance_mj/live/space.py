@@ -10,7 +10,7 @@ from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
 from ..linear import linear_model
 from ..model import Model
-from ..report.space_clip import space_clip
+from ..report.clip import space_clip
 from ..rig import Rig
 from ..rotors import turning_shaft, whirl
 from ..signals.response import Response

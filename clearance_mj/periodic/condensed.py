@@ -83,7 +83,7 @@ def in_gap(of: Model, modes: int) -> LinearModel:
     rig, (k, c) = of.rig, np.transpose([grease.small_motion() for grease in greases_of(of.rig, of.law)])
     model = linear_model(rig, modes).filled(k, c)
     values = np.abs(model.poles().value)
-    if values.min() < 1e-9 * values.max() or np.linalg.eigvalsh(model.stiff())[0] <= 0:
+    if values.min() < 1e-9 * values.max() or np.linalg.eigvalsh(model.stiff() + model.stiff().T)[0] <= 0:
         raise without_stiffness(rig)
     return model
 

@@ -45,7 +45,9 @@ class NonlinearMode(Follower):
 
     def __init__(self, system: Condensed, mode: int, harmonics: int, samples: int):
         model, laws = system.in_gap, system.laws
-        squares, self.vectors = np.linalg.eigh(system.in_gap.stiff())
+        if not np.allclose(model.stiff(), model.stiff().T):
+            raise ClearanceError(f"rig {system.rig.name!r}: a stiffness that is not symmetric has no nonlinear modes")
+        squares, self.vectors = np.linalg.eigh(model.stiff())
         self.system, self.harmonics, self.samples, self.mode = system, harmonics, samples, mode
         self.at_points = np.ascontiguousarray(model.at_points @ self.vectors)
         moved = np.abs(self.at_points[: len(system.rig.bushings), mode])

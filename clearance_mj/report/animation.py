@@ -20,9 +20,8 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from ..core.provenance import MARK
-from .clip import Clip
+from .clip import Clip, SpaceClip
 from .rendering import Stroke, View, render
-from .space_clip import SpaceClip
 from .space_stage import SpaceStage
 from .stage import CLAMP, DPI, HALF, MASS, PLATE, STEEL, WALL, Stage
 from .style import COLOURS

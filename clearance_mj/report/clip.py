@@ -1,4 +1,4 @@
-"""What an animation shows: the shape of a shaft that rattles in its bushings, out of a response."""
+"""What an animation shows: the shape of a shaft that rattles or whirls in its bushings, out of a response."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ import numpy as np
 
 from ..core.errors import ClearanceError
 from ..rig import Rig
+from ..rotors.whirling import whirl
 from ..signals.response import Response
 from ..structure import Shaft
 from .deflection import deflection
 from .outline import outline
 
-__all__ = ["AnyClip", "Clip", "clip", "cut", "require_shafts"]
+__all__ = ["AnyClip", "Clip", "SpaceClip", "clip", "space_clip"]
 
 POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
@@ -65,6 +66,14 @@ class Clip(AnyClip):
     force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards
 
 
+@dataclass(frozen=True, eq=False)
+class SpaceClip(AnyClip):
+    """What an animation in space shows."""
+
+    angle: np.ndarray  #: (n,) rad, of the shaft; 0 of one that does not turn
+    path: np.ndarray  #: (n_t, n_bushings, 2) m, place of the shaft's line in its bushings, from their middles
+
+
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
          exaggeration: float | None = None, rate: float = 20.0) -> Clip:  # fmt: skip
     """Cut a response from rest to what an animation shows: ``seconds`` from ``start`` (s), ``slow`` times slower.
@@ -72,15 +81,29 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
     shown of a rig and response, if what is asked for cannot.
     """
-    require_shafts(rig, "motion")
+    _require_shafts(rig, "motion")
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
     deflected, contact = partial(deflection, rig, response), np.asarray(response.contact_force).T
-    common, shown, trace = cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
+    common, shown, trace = _cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
     return Clip(**common, trace=contact[trace], force=contact[shown])
 
 
-def require_shafts(rig: Rig, command: str) -> None:
+def space_clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
+               exaggeration: float | None = None, rate: float = 20.0) -> SpaceClip:  # fmt: skip
+    """Cut a response of a spatial rig to what an animation shows; as `clip` does of a planar one, with its defaults."""
+    _require_shafts(rig, "orbits")
+    seen = whirl(rig, response)
+    deflected = partial(deflection, rig, response)
+    common, shown, trace = _cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
+    contact = np.asarray(response.contact_force).reshape(len(rig.bushings), 2, -1)
+    return SpaceClip(
+        **common, trace=np.hypot(*contact.transpose(1, 0, 2)).T[trace], path=seen.position.transpose(2, 0, 1)[trace],
+        angle=np.zeros(shown.size) if seen.angle is None else seen.angle[shown],
+    )  # fmt: skip
+
+
+def _require_shafts(rig: Rig, command: str) -> None:
     """Refuse a rig without shafts, of which a command draws the motion."""
     if not rig.linear.shafts:
         raise ClearanceError(
@@ -89,7 +112,7 @@ def require_shafts(rig: Rig, command: str) -> None:
         )
 
 
-def cut(
+def _cut(
     rig: Rig, response: Response, deflected: Callable[[list[float | str]], np.ndarray], start: float | None,
     seconds: float, slow: float, exaggeration: float | None, rate: float,
 ) -> tuple[dict[str, Any], np.ndarray, slice]:  # fmt: skip

@@ -84,8 +84,8 @@ def _modal_motion(
 ) -> np.ndarray:
     """(n_t, n) modal coordinates from rest under steady and driving forces (n_t, n) and the unbalance of a spin."""
     spin, force = np.zeros(len(steady)), steady + driven
-    if seen is not None and seen.spin is not None:
-        spin, force = seen.spin, force + _unbalance(model, seen, step)
+    if seen is not None and seen.spin is not None and seen.angle is not None:
+        spin, force = seen.spin, force + _unbalance(model, seen.spin, seen.angle, step)
     change = np.diff(force, axis=0, append=force[-1:])
     n, scale = model.size, np.maximum(model.omega, 1.0)
     state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))
@@ -107,17 +107,13 @@ def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np
     return state
 
 
-def _unbalance(model: LinearModel, seen: Whirl, step: float) -> np.ndarray | float:
+def _unbalance(model: LinearModel, spin: np.ndarray, angle: np.ndarray, step: float) -> np.ndarray:
     """(n_t, n) force of orders and unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
+    rate, square, cos, sin = np.gradient(spin, step), spin**2, np.cos(angle), np.sin(angle)
     orders = model.rig.orders
-    if seen.spin is None or seen.angle is None or not (orders or model.unbalance.any()):
-        return 0.0
-    rate = np.gradient(seen.spin, step)
-    cos, sin = np.cos(seen.angle), np.sin(seen.angle)
-    square = seen.spin**2
-    turns = [part(each.order * seen.angle) for each in orders for part in (np.cos, np.sin)]
+    turns = [part(each.order * angle) for each in orders for part in (np.cos, np.sin)]
     factors = np.stack((square * cos + rate * sin, square * sin - rate * cos, *turns), axis=1)
-    return factors @ np.vstack((model.unbalance, order_forces(orders, model.directed, model.size)))
+    return np.asarray(factors @ np.vstack((model.unbalance, order_forces(orders, model.directed, model.size))))
 
 
 def _blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:

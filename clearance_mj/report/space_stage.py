@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from .space_clip import SpaceClip
+from .clip import SpaceClip
 from .space_view import View
 from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy

@@ -117,7 +117,7 @@ class Sensor:
         if self.quantity != "force" and isinstance(self.position, str) and _CLEARANCE.fullmatch(self.position):
             raise ValueError(f'position "{self.position}" is a clearance, of which a sensor of quantity "force" reads')
         named = parse_direction(self.position)
-        if named and self.quantity == "angle" and not is_rotation(self.position):
+        if named and self.turns and not is_rotation(self.position):
             raise ValueError(f'position "{self.position}" is no rotation, such as "12:+RX", whose angle it could read')
         if named and self.direction is not None and self.quantity != "force":
             raise ValueError(f'direction stands beside the degree of freedom "{self.position}", which has its own')
@@ -128,6 +128,11 @@ class Sensor:
         return QUANTITIES[self.quantity].order
 
     @property
+    def turns(self) -> bool:
+        """Whether it reads a rotation."""
+        return QUANTITIES[self.quantity].motion == "angle"
+
+    @property
     def moves_with_base(self) -> bool:
         """Whether it reads nothing where all of the rig moves with its base."""
         against = self.relative_to or ("base" if self.order == 0 else "ground")
@@ -136,7 +141,7 @@ class Sensor:
     @property
     def unit_direction(self) -> np.ndarray:
         """(3,) unit vector along which it measures; zeros of a degree of freedom that is a rotation."""
-        if self.direction is None and self.quantity == "angle" and not parse_direction(self.position):
+        if self.direction is None and self.turns and not parse_direction(self.position):
             return np.array([0.0, 1.0, 0.0])
         return dof_vector(self.position) if self.direction is None else _unit(self.direction)
 
@@ -145,7 +150,7 @@ class Sensor:
         """Node and direction, the nearest of X, Y and Z, such as "7:+Z", or "7:+RY" of an angle."""
         if self.direction is None and parse_direction(self.position):
             return dof_label(self.node, self.position)
-        return _nearest(self.node, self.unit_direction, "R" if self.quantity == "angle" else "")
+        return _nearest(self.node, self.unit_direction, "R" if self.turns else "")
 
 
 @checked(RigError)

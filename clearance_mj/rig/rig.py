@@ -216,7 +216,7 @@ class Rig(Shown):
     def reduction(
         self, modes: int, grease: bool = False, structure: Structure | None = None,
         joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
-        across: bool = False,
+        across: bool = False, supports: tuple[tuple[float | str, float], ...] = (),
     ) -> Reduction:  # fmt: skip
         """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
@@ -231,6 +231,9 @@ class Rig(Shown):
         across : bool
             Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
+        supports
+            Springs from points to the base, N/m.
+
         Raises
         ------
         RigError
@@ -240,12 +243,11 @@ class Rig(Shown):
         forces = (*forced_points(self.inputs, self.loads), *more)
         pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
         springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
-        attached = self.attached
+        attached = self.attached.in_other_plane if across else self.attached
         if across:
-            masses, forces = (tuple((in_other_plane(p), f) for p, f in each) for each in (masses, forces))
-            attached = attached.in_other_plane
+            masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
         with computable(self.name, self.to_dict):
-            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, supports)
 
     __repr__ = Shown.__repr__
 

@@ -125,7 +125,7 @@ def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, 
             for along, share, held in (((0.0, 1.0, 0.0), y, support.in_other_plane), ((0.0, 0.0, 1.0), z, support)):
                 if share:
                     yield position, along, gain * share * held.translation, gain * share * held.translation_damping
-    elif sensor.quantity not in ("angle", "strain") or parse_direction(position):
+    elif not (sensor.turns or sensor.quantity == "strain") or parse_direction(position):
         yield position, (direction[0], direction[1], direction[2]), gain, 0.0
     else:
         name, x = parse_place(position) or ("", 0.0)

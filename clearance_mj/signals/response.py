@@ -243,9 +243,10 @@ class Response(Shown, ArrayData):
         labelled.require_kind(ds, "response")
         if not {ACCELERATION, "channels"} & {*ds}:
             raise RecordError('holds no "acceleration" and no "channels"')
+        excitation = labelled.values(ds, "excitation", *(["input"] if "input" in ds.dims else []), "time")
+        provenance = labelled.from_json(ds, "provenance")
         band, kinds = ds.attrs.get("band"), tuple(str(labelled.attribute(ds, "kind")).split())
         references = tuple(str(ds["excitation"].attrs.get("dof", "100:+Z")).split())
-        provenance = labelled.from_json(ds, "provenance")
         histories = {
             name: labelled.values(ds, name, COORDINATE if COORDINATE in ds[name].dims else rows, "time")
             for name, (rows, _) in (HISTORIES | {ACCELERATION: HISTORIES["channels"]}).items()
@@ -254,7 +255,7 @@ class Response(Shown, ArrayData):
         histories["channels"] = histories.pop(ACCELERATION if ACCELERATION in histories else "channels")
         return cls(
             fs=float(labelled.attribute(ds, "fs")),
-            excitation=labelled.values(ds, "excitation", *(["input"] if len(kinds) > 1 else []), "time"),
+            excitation=excitation,
             kind=common_kind(kinds),
             kinds=kinds,
             band=None if band is None else (float(band[0]), float(band[1])),

@@ -172,6 +172,7 @@ class Whole(NamedTuple):
     mass: np.ndarray
     stiffness: np.ndarray
     viscous: np.ndarray
+    cross: np.ndarray  # (n, n) skew part of the stiffness
     influence: np.ndarray  # (n, 3)
     rows: Rows
     turning: Callable[[], Turning] | None  # of one bending plane of a shaft, as of `Assembly`
@@ -182,6 +183,7 @@ class _Plane(NamedTuple):
 
     found: Modes
     damping: np.ndarray  # (n, n) of the modes
+    cross: np.ndarray  # (n, n) skew stiffness of the modes
     influence: np.ndarray  # (n, 3) of the modes
     rocking: np.ndarray | None  # (n,) of the modes
     rows: Rows
@@ -219,11 +221,12 @@ def whole(
     own = n + len(housed)  # where the oscillators begin, then the fixture's modes
     first = own + len(attached.oscillators)
     size = first + len(attached.fixture)
-    mass, stiffness, viscous = np.zeros((3, size, size))
+    mass, stiffness, viscous, cross = np.zeros((4, size, size))
     influence = np.zeros((size, 3))
     mass[:n, :n] = np.eye(n)
     stiffness[:n, :n] = np.diag(np.concatenate([plane.found.omega**2 for plane in planes]))
     viscous[:n, :n] = scipy.linalg.block_diag(*(plane.damping for plane in planes))
+    cross[:n, :n] = scipy.linalg.block_diag(*(plane.cross for plane in planes))
     influence[:n] = np.vstack([plane.share * plane.influence for plane in planes])
     for i, j in enumerate(housed, n):
         housing = attached.housings[j]
@@ -275,7 +278,7 @@ def whole(
         omega = 2 * np.pi * each.frequency
         stiffness += each.mass * omega**2 * np.outer(stretch, stretch)
         viscous += 2 * each.damping_ratio * omega * each.mass * np.outer(stretch, stretch)
-    return Whole(mass, stiffness, viscous, influence, rows, _turning(planes, size))
+    return Whole(mass, stiffness, viscous, cross, influence, rows, _turning(planes, size))
 
 
 def _turning(planes: Sequence[_Plane], size: int) -> Callable[[], Turning] | None:
@@ -344,7 +347,8 @@ def _plane(
     if linear.viscous is not None:
         damping = damping + shapes.T @ (linear.viscous @ shapes)
     turned = None if rocking is None else shapes.T @ rocking
-    return _Plane(found, damping, shapes.T @ influence, turned, rows, share, linear.turning)
+    cross = np.zeros_like(damping) if linear.cross is None else shapes.T @ (linear.cross @ shapes)
+    return _Plane(found, damping, cross, shapes.T @ influence, turned, rows, share, linear.turning)
 
 
 def _rocking(planes: Sequence[_Plane], structure: Structure, about: float) -> np.ndarray:

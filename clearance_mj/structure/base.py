@@ -55,9 +55,7 @@ _PLACE = re.compile(
     rf"({SHAFT_NAME}|(?=@[^:]+:))@([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)(?::([+-]?)(R?[XYZ]))?"
 )
 _CURVED_PLACE = re.compile(_PLACE.pattern.replace("R?[XYZ]", "[RK]?[XYZ]"))  # curvatures are of sensors alone
-_SWAPPED = {
-    "Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "KY": ("KZ", 1), "KZ": ("KY", 1),
-}  # fmt: skip
+_SWAPPED = {"Y": ("Z", 1), "Z": ("Y", 1), "RY": ("RZ", -1), "RZ": ("RY", -1), "KY": ("KZ", 1), "KZ": ("KY", 1)}
 
 
 def check_point(value: object) -> float | str:
@@ -197,7 +195,7 @@ class Assembly:
     mass: Any
     """(n, n) M: an array or a scipy.sparse matrix"""
     stiffness: Any
-    """(n, n) K: the same; singular for a structure that can move without bending"""
+    """(n, n) K: the same, symmetric; singular for a structure that can move without bending"""
     influence: np.ndarray
     """(n, 3) M R: inertia forces per unit acceleration of the base along X, Y and Z"""
     rows: Rows
@@ -207,7 +205,7 @@ class Assembly:
     ratios: tuple[float, ...] = ()
     """damping ratios of the modes, the last one for all that follow"""
     viscous: Any = None
-    """(n, n) further damping, N s/m"""
+    """(n, n) further damping, N s/m, perhaps not symmetric"""
     rocking: np.ndarray | None = None
     """(n,) inertia forces per unit angular acceleration of the base about x = 0; None where places are not known"""
     turning: Callable[[], Turning] | None = None
@@ -217,6 +215,8 @@ class Assembly:
     reduction: Literal["residual-flexibility", "craig-bampton"] = "residual-flexibility"
     """how many coordinates become few: free modes and static shapes under forces, or held modes and static shapes
     under displacements of the points"""
+    cross: Any = None
+    """(n, n) skew part of a stiffness that is not symmetric, N/m, beside K; None for none"""
 
 
 class Structure(ABC):

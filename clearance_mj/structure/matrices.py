@@ -19,7 +19,7 @@ from ..core.validation import NotNegative, Share, Text, checked
 from .base import Assembly, StructureOfFiles, register
 from .dofs import Dofs, dof_table, read_dofs
 from .files import FileName, absolute, content, embedded, is_embedded, opened
-from .matrix_checks import check_mass_and_stiffness, symmetric
+from .matrix_checks import check_mass_and_stiffness, parts_of
 from .matrix_files import VARIABLES, Matrix, as_matrix, read_matrix, read_model, write_model
 from .reduction import MAX_DENSE
 
@@ -82,6 +82,7 @@ class _Free(NamedTuple):
     mass: Matrix
     stiffness: Matrix
     damping: Matrix | None
+    cross: Matrix | None  # the skew part of the stiffness
     influence: np.ndarray
     dofs: Dofs  # of all rows, the fixed ones too
     columns: np.ndarray  # (n_all,) of each in the matrices above; -1 of a fixed one
@@ -106,9 +107,9 @@ class Matrices(StructureOfFiles):
     mass: Source | None = None
     """M: file .mtx, .npz, .npy or .mat, or rows of numbers"""
     stiffness: Source | None = None
-    """K: the same"""
+    """K: the same; it need not be symmetric, as that of seals and cross-coupled bearings is not"""
     damping: Source | None = None
-    """C: the same"""
+    """C: the same; its skew part may be gyroscopic"""
     dofs: Table | None = None
     """CSV file with the columns node, direction and, if known, x, y, z, or texts such as "12:Z", one for each row"""
     fixed: tuple[Text, ...] = ()
@@ -207,7 +208,9 @@ class Matrices(StructureOfFiles):
             return found
 
         damping = self.rayleigh, self.damping_ratios, free.damping
-        return Assembly(free.mass, free.stiffness, free.influence, rows, *damping, reduction=self.reduction)
+        return Assembly(
+            free.mass, free.stiffness, free.influence, rows, *damping, cross=free.cross, reduction=self.reduction
+        )
 
 
 def _named(name: str, function: Callable[[str], T], value: str) -> T:
@@ -253,7 +256,12 @@ def _free(structure: Matrices) -> _Free:
     length, kilogram, second = UNITS[structure.units]
     sign = dofs.signs * np.where(dofs.axes < 3, 1.0, length)  # displacements in m, rotations in rad
     per_time = {"mass": kilogram, "stiffness": kilogram / second**2, "damping": kilogram / second}
-    whole = {w: _scaled(symmetric(w, m, dofs), per_time[w], sign) for w, m in matrices.items()}
+    whole: dict[str, Matrix] = {}
+    for what, matrix in matrices.items():
+        symmetric, skew = parts_of(what, matrix, dofs)
+        if skew is not None and what == "stiffness":
+            whole["cross"] = _scaled(skew, per_time[what], sign)
+        whole[what] = _scaled(matrix if skew is not None and what == "damping" else symmetric, per_time[what], sign)
     dofs = Dofs(dofs.names, np.ones(len(sign)), None if dofs.places is None else dofs.places * length)
     keep = ~_fixed(structure.fixed, dofs)
     if not keep.any():
@@ -267,7 +275,8 @@ def _free(structure: Matrices) -> _Free:
         part = {what: m if isinstance(m, np.ndarray) else m.toarray() for what, m in part.items()}
     columns = np.where(keep, np.cumsum(keep) - 1, -1)
     total = float(masses.max()) or None
-    return _Free(part["mass"], part["stiffness"], part.get("damping"), inertia[keep], dofs, columns, total)
+    of_free = part["mass"], part["stiffness"], part.get("damping"), part.get("cross")
+    return _Free(*of_free, inertia[keep], dofs, columns, total)
 
 
 def _scaled(matrix: Matrix, factor: float, scale: np.ndarray) -> Matrix:

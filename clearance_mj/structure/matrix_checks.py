@@ -1,4 +1,4 @@
-"""What matrices of a structure must be: symmetric, of positive mass, of a stiffness that is not negative."""
+"""What matrices of a structure must be: a symmetric positive mass, a stiffness whose symmetric part is not negative."""
 
 from __future__ import annotations
 
@@ -9,28 +9,33 @@ from .dofs import Dofs
 from .large import symmetric_factors
 from .matrix_files import Matrix
 
-__all__ = ["check_mass_and_stiffness", "symmetric"]
+__all__ = ["check_mass_and_stiffness", "parts_of"]
 
 ASYMMETRY = 1e-6
 """Of the geometric mean of both diagonal terms: difference between the halves that rounding in a file leaves."""
 
 
-def symmetric(what: str, matrix: Matrix, dofs: Dofs) -> Matrix:
-    """Return the mean of a matrix and its transpose; a ValueError says where they differ by more than rounding."""
+def parts_of(what: str, matrix: Matrix, dofs: Dofs) -> tuple[Matrix, Matrix | None]:
+    """Return the symmetric and the skew part of a matrix, None for a skew one that rounding explains.
+
+    A ValueError says where a mass is not symmetric.
+    """
     difference = scipy.sparse.coo_array(matrix - matrix.T)
     size = np.sqrt(np.abs(matrix.diagonal()))
     floor = 1e-9 * size.max(initial=0.0)
     size = np.maximum(size, floor)
     share = np.abs(difference.data) / np.maximum(size[difference.row] * size[difference.col], 1e-300)
-    if share.size and share.max() > ASYMMETRY:
+    symmetric = (matrix + matrix.T) / 2
+    if not share.size or share.max() <= ASYMMETRY:
+        return symmetric, None
+    if what == "mass":
         worst = int(np.argmax(share))
         i, j = int(difference.row[worst]), int(difference.col[worst])
-        hint = "; gyroscopic terms are not part of a linear structure here" if what == "damping" else ""
         raise ValueError(
             f"{what} is not symmetric: {matrix[i, j]:g} between {dofs.names[i]} and {dofs.names[j]} (row {i + 1}, "
-            f"column {j + 1}), {matrix[j, i]:g} between {dofs.names[j]} and {dofs.names[i]}{hint}"
+            f"column {j + 1}), {matrix[j, i]:g} between {dofs.names[j]} and {dofs.names[i]}"
         )
-    return (matrix + matrix.T) / 2
+    return symmetric, (matrix - matrix.T) / 2
 
 
 def check_mass_and_stiffness(mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:

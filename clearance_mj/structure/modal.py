@@ -14,6 +14,7 @@ from .reduction import reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
 
+SKEW = 1e-9  # of the largest damping: skew parts that rounding explains
 COUPLING = 1e-12  # of the largest damping: damping between modes that rounding explains
 NOTHING = Attached()
 _Loads: TypeAlias = tuple[tuple[float | str, float], ...]  # points, each with a factor
@@ -29,6 +30,7 @@ class Reduction(NamedTuple):
     rows: Rows
     transform: np.ndarray  # (n_coordinates, n)
     turning: Callable[[], Turning] | None = None  # in the coordinates, as of `Assembly`
+    springs: np.ndarray = np.zeros((0, 0))  # skew part of the stiffness
 
 
 @functools.lru_cache(maxsize=16)  # a large structure's holds megabytes
@@ -40,23 +42,30 @@ def reduction(
     springs: tuple[float, ...],
     modes: int,
     attached: Attached = NOTHING,
+    supports: _Loads = (),
 ) -> Reduction:
-    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points."""
+    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points.
+
+    ``supports`` are springs from points to the base.
+    """
     if attached:
-        return _with_attached(structure, joined, masses, forces, springs, modes, attached)
-    points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces)]
+        return _with_attached(structure, joined, masses, forces, springs, modes, attached, supports)
+    points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces, *supports)]
     linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
     rows = linear.rows
     clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in joined]
-    loads = clearances + [factor * rows([point])[0] for point, factor in forces]
+    held_at = [rows([point])[0] for point, _ in supports]
+    loads = clearances + [factor * rows([point])[0] for point, factor in forces] + held_at
     held, influence = [], linear.influence.copy()
     for point, mass in masses:
         at = rows([point])[0]
         held.append((mass, at))
         influence += mass * np.outer(at, dof_vector(point))
-    found = reduced(linear, held, [*zip(springs, clearances)], loads, modes)
+    found = reduced(linear, held, [*zip(springs, clearances), *zip((k for _, k in supports), held_at)], loads, modes)
     transform = _upwards(structure, rows, found.shapes)
-    return Reduction(found.omega, *_damping(linear, found.omega, transform), influence, rows, transform, linear.turning)
+    cross = np.zeros((0, 0)) if linear.cross is None else transform.T @ (linear.cross @ transform)
+    damping = _damping(linear, found.omega, transform)
+    return Reduction(found.omega, *damping, influence, rows, transform, linear.turning, cross)
 
 
 def _with_attached(
@@ -67,18 +76,22 @@ def _with_attached(
     springs: tuple[float, ...],
     modes: int,
     attached: Attached,
+    supports: _Loads,
 ) -> Reduction:
     """The same of a structure and what it has beside it."""
-    loads = [tuple(zip(pair, (1.0, -1.0))) for pair in joined] + [((point, factor),) for point, factor in forces]
+    loads = [tuple(zip(pair, (1.0, -1.0))) for pair in joined]
+    loads += [((point, factor),) for point, factor in (*forces, *((point, 1.0) for point, _ in supports))]
     found = whole(structure, attached, masses, loads, modes)
     clearances = [np.array([1.0, -1.0])[: len(pair)] @ found.rows(pair) for pair in joined]
-    stiffness = found.stiffness + sum(k * np.outer(row, row) for k, row in zip(springs, clearances))
+    sprung = [*zip(springs, clearances), *((k, found.rows([point])[0]) for point, k in supports)]
+    stiffness = found.stiffness + sum(k * np.outer(row, row) for k, row in sprung)
     omega, shapes = vibration_modes(found.mass, stiffness)
     transform = _upwards(structure, found.rows, shapes)
-    viscous = transform.T @ found.viscous @ transform
+    viscous, cross = (transform.T @ matrix @ transform for matrix in (found.viscous, found.cross))
     return Reduction(
-        omega, *_coupled(viscous.diagonal(), viscous), found.influence, found.rows, transform, found.turning
-    )
+        omega, *_coupled(viscous.diagonal(), viscous), found.influence, found.rows, transform, found.turning,
+        cross if found.cross.any() else np.zeros((0, 0)),
+    )  # fmt: skip
 
 
 def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndarray:
@@ -103,5 +116,8 @@ def _damping(linear: Assembly, omega: np.ndarray, shapes: np.ndarray) -> tuple[n
 
 def _coupled(damping: np.ndarray, viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Damping of each mode, and what of a damping matrix couples them."""
+    skew, largest = (viscous - viscous.T) / 2, np.abs(viscous).max(initial=0.0)
     coupling = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
+    if np.any(np.abs(skew) > SKEW * largest):
+        coupling += skew
     return damping, coupling if np.any(np.abs(coupling) > COUPLING * damping.max(initial=0.0)) else np.zeros((0, 0))

@@ -90,7 +90,7 @@ def test_comments_hold_the_defaults(tmp_path):
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
         "bearable_depth", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
-        "moment", "phase", "plate", "shape", "wear",
+        "moment", "phase", "plate", "shape", "wear", "relative_to", "fibre",
     }  # fmt: skip
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
     assert all(line.split("# ")[-1].strip() for line in text.splitlines() if "=" in line)
@@ -338,3 +338,8 @@ def test_numbers_with_units(tmp_path):
 def test_millimetres_without_a_unit(tmp_path, refused, told, words):
     assert words in refused("new", "mine", *told, "--out", tmp_path / "rig.toml")
     assert not (tmp_path / "rig.toml").exists()
+
+
+def test_sensors_of_another_quantity(tmp_path):
+    rig = new(tmp_path, "gauges", "--reads", "strain")
+    assert {s.quantity for s in rig.sensors} == {"strain"}

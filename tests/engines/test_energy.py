@@ -46,7 +46,7 @@ def test_coordinates_satisfy_the_equations_of_the_steps(rig, engine, kind):
         q.append(run.snapshot()[0].copy())
     contact, grease = np.split(np.array(forces), 2, axis=1)
     assert np.max(np.abs(contact)) < 1e-6  # N; the shaft has stayed within its gaps
-    mass, damping, stiffness, shape, points, seen = run.equations()
+    mass, damping, stiffness, shape, points, seen, _ = run.equations()
     before, now, after = np.array(q[:-2]), np.array(q[1:-1]), np.array(q[2:])
     terms = [(after - 2 * now + before) @ mass / h**2, (after - before) @ damping / (2 * h), now @ stiffness]
     terms += [-drive[:, None] * shape, grease @ points[:2]]

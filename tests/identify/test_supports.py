@@ -50,6 +50,14 @@ def test_a_clamp_of_a_shaft_may_turn():
     assert natural_frequencies(prepared_rig(rig), 1) == pytest.approx(natural_frequencies(rig, 1), rel=0.02)
 
 
+def test_a_clamp_on_springs_still_holds_the_twist():
+    rig = stepped(Support(0.0, "clamped"))
+    twisting = rig.replace(sensors=(*rig.sensors, Sensor(9, "@0.6:RX", mass=1e-3)))  # kg m²
+    (support,) = prepared_rig(twisting).structure.supports
+    assert support.kind == "elastic" and support.holds_twist
+    assert prepared_rig(rig).structure.supports[0].twist is None
+
+
 def test_exact_supports_stay_pins():
     exact = Tolerance("structure.supports[1].translation", "0 %")
     rig = stepped(*PINS, tolerances=(exact,))

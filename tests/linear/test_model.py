@@ -12,7 +12,7 @@ from clearance_mj.rig import Spin
 from tests.conftest import ROOT
 
 PLANE = cm.Rig.load(ROOT / "models" / "table1_rig.toml")
-SPACE = PLANE.replace(motion="spatial")
+SPACE = PLANE.with_shape("round")
 TURNING = cm.Rig.load(ROOT / "data" / "turning_rig" / "rig.toml")
 OMEGA = 2 * np.pi * np.array([3.0, 40.0, 71.0, 200.0])
 FILLED = [3e3, 2e3], [4.0, 9.0]

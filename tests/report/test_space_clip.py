@@ -8,9 +8,9 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.animation import write
+from clearance_mj.report.clip import space_clip
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.space_clip import space_clip
 from clearance_mj.report.space_stage import SpaceStage
 from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support

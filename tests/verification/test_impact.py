@@ -120,7 +120,8 @@ class FreeMass:
     def _start_modal(self, law, position, speed):
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
         parts = np.ones((3, 1)), np.zeros((0, 1)), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros((0, 0))
-        shaft = Shaft(*(part[..., None] for part in (np.ones(1), flow, *parts, np.ones((3, 3)), np.zeros((1, 3)))))
+        more = np.ones((3, 3)), np.zeros((1, 3)), np.zeros((0, 0))
+        shaft = Shaft(*(part[..., None] for part in (np.ones(1), flow, *parts, *more)))
         motion = Motion(*np.array([[[position]], [[speed]], [[position]]]))
         clearance = clearance_records(self.rig, law, self.step)
 

@@ -23,20 +23,8 @@ NO_UNIT = 6.0  # ln of the odds against a gain that is that of no unit
 GUESSED = ("m/s2", "mm/s2", "g", "m/s", "mm/s", "m", "mm", "um", "cm", "N", "mN", "kN", "MN", "m/m", "um/m", "rad",
            "mrad", "deg")  # fmt: skip
 """Units that a channel is guessed to be in: with many more, some unit would be near to any gain"""
-UNUSUAL = {
-    "m/s2": 0.0,
-    "g": 0.0,
-    "mm/s2": 2.0,
-    "m": 0.0,
-    "mm": 0.0,
-    "um": 0.5,
-    "N": 0.0,
-    "kN": 1.0,
-    "mN": 3.0,
-    **dict.fromkeys(("m/s", "mm/s", "m/m", "um/m", "rad", "mrad", "deg"), 0.0),
-    "MN": 4.0,
-}
-"""ln of the odds against a unit where files say none"""
+UNUSUAL = {"mm/s2": 2.0, "um": 0.5, "kN": 1.0, "mN": 3.0, "MN": 4.0, "cm": math.inf}
+"""ln of the odds against a unit where files say none; inf: it is not guessed"""
 USUAL_MOTION, MOTION_SPREAD = 0.8, 0.5
 """RMS motion in a clearance over its gap, of benches that touch their walls, and the standard deviation of its
 logarithm; of drawn benches 0.3 to 1.6"""
@@ -103,9 +91,10 @@ def decide_units(
 
 def _candidates(quantity: str, said: bool) -> list[Unit]:
     """Units that a channel's numbers may have."""
-    units = {unit: factor for unit, factor in UNITS[quantity].items() if unit in GUESSED}
+    known = UNITS[quantity]
+    units = {unit: factor for unit, factor in known.items() if unit in GUESSED} or {next(iter(known)): 1.0}
     if not said:
-        return [Unit(factor, unit) for unit, factor in units.items() if unit in UNUSUAL]
+        return [Unit(factor, unit) for unit, factor in units.items() if UNUSUAL.get(unit) != math.inf]
     # Numbers in one unit that are read as if they were in another; SI units of a file are what is meant most often.
     first = next(iter(units))
     found = {_rounded(factor): Unit(factor, unit) for unit, factor in units.items()}

@@ -78,8 +78,7 @@ def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.nd
 
 def _unit_unbalances(model: LinearModel) -> np.ndarray:
     """(n, u) forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them."""
-    found = [model.moved([place])[0] for place, _ in places_of_unbalance(model.rig)]
-    return np.concatenate(found).T if found else np.zeros((model.size, 0))
+    return model.moved([place for place, _ in places_of_unbalance(model.rig)]).reshape(-1, model.size).T
 
 
 def spun(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
