@@ -269,6 +269,5 @@ def _plant(rig: Rig, links: int) -> Plant:
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
         readings=rows.sensor_rows.readings,
     )
-    matrices = whole.mass, whole.whole_stiffness, whole.free, np.zeros((0, 0))
-    statics = Statics(*matrices, maps.at_points, rows.moved)
+    statics = Statics(whole.mass, whole.whole_stiffness, whole.free, np.zeros((0, 0)), maps.at_points)
     return Plant(model, maps, rows, statics, whole.rayleigh[0], armature(whole))

@@ -70,7 +70,7 @@ class MujocoRun(Run):
         if plant.statics and (rig.gravity or rig.loads):
             self.model.opt.gravity[2] = self.driving.gravity[1]
             where = np.arange(self.model.nv), plant.statics, given.steady
-            self.rest = rest_in_mujoco(rig, law, self.model, self.data, *where)
+            self.rest = rest_in_mujoco(plant.rows, law, self.model, self.data, *where)
             self.rest.begin(self.clearance)
         model, data = self.model, self.data
         self.views = _Views(

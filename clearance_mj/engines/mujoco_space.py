@@ -49,8 +49,8 @@ class SpatialMujocoRun(Run):
         self.model.opt.gravity[1:] = self.lighter * self.driving.gravity
         whole, diagonal = self.whole, self.whole.diagonal
         matrices = diagonal(lambda p: p.mass), diagonal(lambda p: p.whole_stiffness), whole.free, whole.circulatory
-        where = self.maps.order, Statics(*matrices, rows.at_points, rows.moved), self.driving.steady
-        self.rest = rest_in_mujoco(rig, law, self.model, self.data, *where)
+        where = self.maps.order, Statics(*matrices, rows.at_points), self.driving.steady
+        self.rest = rest_in_mujoco(rows, law, self.model, self.data, *where)
         self.rest.begin(self.clearance)
         self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
         model, data = self.model, self.data

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -155,36 +155,28 @@ class Statics(NamedTuple):
     free: np.ndarray  # (nv, n) basis of the motions that supports allow
     circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
     at_points: np.ndarray  # (3 n_rows, nv) as of `RigRows`
-    moved: Callable[[Sequence[float | str]], np.ndarray]  # likewise
-
-    def modes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return frequencies (n,), 1/s, and coordinates (nv, n) per modal one, of all modes, of unit mass."""
-        mass, stiffness = (self.free.T @ matrix @ self.free for matrix in (self.mass, self.stiffness))
-        square, shapes = scipy.linalg.eigh(stiffness, mass)
-        rigid = square < RIGID * square[-1]
-        return np.sqrt(np.where(rigid, 0.0, np.abs(square))), self.free @ shapes
 
 
 def rest_in_mujoco(
-    rig: Rig, law: Law, model: mujoco.MjModel, data: mujoco.MjData, order: np.ndarray, statics: Statics,
+    rows: RigRows, law: Law, model: mujoco.MjModel, data: mujoco.MjData, order: np.ndarray, statics: Statics,
     steady: np.ndarray,
 ) -> Equilibrium:  # fmt: skip
     """Move the data to the static equilibrium, of MuJoCo's own geometry, under the model's gravity; return it.
 
-    ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments; ``steady``: (nv,) force of the loads.
+    It is found in all natural modes. ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments;
+    ``steady``: (nv,) force of the loads.
     """
-    omega, shapes = statics.modes()
-    turned = statics.circulatory
-    material = shapes.T @ turned @ shapes if turned.size else turned
+    mass, stiffness, free, turned, at_points = statics
+    square, shapes = scipy.linalg.eigh(free.T @ stiffness @ free, free.T @ mass @ free)
+    omega, shapes = np.sqrt(np.where(square < RIGID * square[-1], 0.0, np.abs(square))), free @ shapes
+    material, loaded = shapes.T @ turned @ shapes if turned.size else turned, rows.rig.gravity or rows.rig.loads
     for _ in range(REST_SWEEPS):
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
-        held = (data.qfrc_passive - data.qfrc_bias)[order] + steady + statics.stiffness @ data.qpos[order]
-        modes = ChainModes(
-            omega, material, shapes.T @ held, statics.at_points @ shapes, lambda points: statics.moved(points) @ shapes
-        )
-        rest = equilibrium_of(rig, law, modes)
-        if rig.gravity or rig.loads:
+        held = shapes.T @ ((data.qfrc_passive - data.qfrc_bias)[order] + steady + stiffness @ data.qpos[order])
+        modes = ChainModes(omega, material, held, at_points @ shapes, lambda points: rows.moved(points) @ shapes)
+        rest = equilibrium_of(rows.rig, law, modes)
+        if loaded:
             data.qpos[order] = shapes @ rest.coordinates
     return rest
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..rig import Rig
+from ..rig.loads import Order, order_forces
 from ..rig.points import probe_point
 from ..rig.sensing import SensorRows, sensor_rows
 from ..structure.base import Rows, parse_direction, parse_dof
@@ -196,12 +197,8 @@ class RigRows:
     @functools.cached_property
     def unbalance(self) -> np.ndarray:
         """(2, n) force of all unbalances on the coordinates per Ω² cos φ and Ω² sin φ, with φ the shaft's angle."""
-        found = np.zeros((2, self.size))
-        for each in self.rig.unbalances:
-            y, z = each.moment * self.moved([each.position])[0]
-            cos, sin = np.cos(each.phase), np.sin(each.phase)
-            found += np.array([cos * y + sin * z, cos * z - sin * y])
-        return found
+        once = [Order(each.position, 1.0, each.moment, phase=each.phase) for each in self.rig.unbalances]
+        return order_forces(once, self.directed, self.size).reshape(-1, 2, self.size).sum(axis=0)
 
 
 def _listed(points: Sequence[float | str] | np.ndarray) -> list[float | str]:
