@@ -75,7 +75,7 @@ def simulate(
     """
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
-    seconds = round(excitation.value.size / excitation.fs, 1)
+    seconds = round(excitation.value.shape[-1] / excitation.fs, 1)
     with tqdm(total=seconds, desc="simulating", unit="s", delay=DELAY, disable=not progress) as bar:
         return simulation.whole(lambda share: bar.update(round(share * seconds, 1) - bar.n))
 

@@ -121,6 +121,13 @@ class Response(Shown, ArrayData):
         return np.atleast_2d(self.excitation)
 
     @property
+    def only_input(self) -> np.ndarray:
+        """(n_t,) the excitation of one input; refuses several."""
+        if self.excitation.ndim > 1:
+            raise RecordError(f"the record has several inputs, {', '.join(self.references)}; needs one")
+        return self.excitation
+
+    @property
     def time(self) -> np.ndarray:
         """(n_t,) s"""
         return np.arange(self.excitation.shape[-1]) / self.fs

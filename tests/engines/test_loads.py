@@ -262,6 +262,8 @@ def test_frfs_of_two_inputs_at_once_are_told_apart(tmp_path):
     assert_allclose(frf.value, np.broadcast_to([[[2.0], [-3.0]], [[0.0], [1.0]]], frf.value.shape), atol=1e-9)
     with pytest.raises(RecordError, match='need estimator "H1"'):
         cm.estimate_frf(record, "H2")
+    with pytest.raises(RecordError, match=r"several inputs, 100:\+Z, 101:\+Z; needs one"):
+        _ = record.only_input
     again = Response.from_xarray(record.to_xarray())
     assert (again.references, again.kinds) == (record.references, record.kinds)
     assert_allclose(again.excitation, record.excitation)
