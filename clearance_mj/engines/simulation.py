@@ -131,10 +131,10 @@ class Simulation:
 
     @checks_kinds
     def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
-        if len(excitation.kinds) != len(rig.inputs):
+        if len(excitation.kinds) not in (1, len(rig.inputs)):
             raise ExcitationError(
                 f"rig {rig.name!r} has {len(rig.inputs)} inputs, the excitation {len(excitation.kinds)}; give one "
-                "signal for each (excitation.together)"
+                "signal for each (excitation.together), or one for the first alone"
             )
         for shaker, kind in zip(rig.inputs, excitation.kinds):
             if kind == "force" and shaker.position is None:

@@ -27,7 +27,7 @@ class Load:
 
     position: Point
     """m along the shaft, or a degree of freedom such as "12:+Z" """
-    name: Text = ""
+    name: Text = seldom(default="")
     """for people, and in messages"""
     force: Number | Direction | None = None
     """N: a number along the point's own direction, which is z on a shaft, or (x, y, z)"""

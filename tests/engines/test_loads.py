@@ -237,8 +237,12 @@ def test_what_acts_on_nothing_is_refused_in_one_line(change, message):
 
 
 def test_an_excitation_has_a_signal_for_each_input():
-    with pytest.raises(ExcitationError, match=r"has 2 inputs, the excitation 1; give one signal for each"):
-        cm.simulate(TABLE1.replace(shakers=(PUSHED,)), noise(1))
+    rig, three = TABLE1.replace(shakers=(PUSHED,)), cm.excitation.together(*map(noise, (1, 2, 3)))
+    with pytest.raises(ExcitationError, match=r"has 2 inputs, the excitation 3; give one signal for each"):
+        cm.simulate(rig, three)
+    alone, first = cm.simulate(TABLE1, noise(1), engine="modal"), cm.simulate(rig, noise(1), engine="modal")
+    assert first.references == ("100:+Z",)  # the other one rests
+    assert_allclose(first.displacement, alone.displacement, rtol=0, atol=1e-3 * np.abs(alone.displacement).max())
     with pytest.raises(ExcitationError, match=r"fs 1024.0: must be that of the first one, 2048 Hz"):
         cm.excitation.together(noise(1), cm.excitation.still(0.25, 1024.0))
 
