@@ -364,6 +364,8 @@ def estimate_frf_blocks(
     first = next(blocks, None)
     if first is None:
         raise RecordError("there is no block of a record")
+    if len({*first.kinds}) > 1:
+        raise RecordError("FRFs to a base and to a force at once have no quantity in common; drive them one by one")
     if first.kind not in QUANTITY:
         raise RecordError(f'kind "{first.kind}" of the excitation is unknown; use {", ".join(QUANTITY)}')
     if len(first.kinds) > 1 and estimator != "H1":

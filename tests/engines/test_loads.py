@@ -72,6 +72,13 @@ def test_a_base_moves_along_y_and_z_at_once():
     assert_allclose(both.displacement[1::2], along_z.displacement[1::2], rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("motion", ["planar", "spatial"])
+def test_energies_count_the_work_of_all_inputs(motion):
+    drive = cm.excitation.together(noise(1, rms=6.0), noise(2, "force"))
+    balance = cm.energy_balance(moving(motion, shakers=(PUSHED,)), drive, engine="modal")
+    assert balance.imbalance < 1e-4 and balance.input[-1] > 0
+
+
 def test_one_of_two_inputs_is_that_input_alone():
     rig = TABLE1.replace(shakers=(PUSHED,))
     both = cm.simulate(rig, cm.excitation.together(noise(1, rms=0.0), noise(2, "force")), engine="modal")
@@ -266,6 +273,8 @@ def test_frfs_of_two_inputs_at_once_are_told_apart(tmp_path):
     assert_allclose(frf.value, np.broadcast_to([[[2.0], [-3.0]], [[0.0], [1.0]]], frf.value.shape), atol=1e-9)
     with pytest.raises(RecordError, match='need estimator "H1"'):
         cm.estimate_frf(record, "H2")
+    with pytest.raises(RecordError, match="no quantity in common"):
+        cm.estimate_frf(dataclasses.replace(record, kinds=("base", "force")))
     with pytest.raises(RecordError, match=r"several inputs, 100:\+Z, 101:\+Z; needs one"):
         _ = record.only_input
     again = Response.from_xarray(record.to_xarray())
