@@ -17,10 +17,10 @@ from ..linear import LinearModel, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds, each_kind
 from ..rig.loads import order_forces
+from ..rig.sensing import read_of_inputs
 from ..signals.sampling import lowpass
 from .base import Engine, Run, diverged, in_columns
 from .equilibrium import static_equilibrium
-from .plant import read_of_inputs
 from .round_energies import OF_BUSHING, OF_END, OF_RIG
 from .round_lanes import advance_lanes
 from .round_loop import advance_round

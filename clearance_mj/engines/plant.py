@@ -17,7 +17,7 @@ from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig
 from ..rig.instruments import Kinds, each_kind
 from ..rig.loads import load_force
-from ..rig.sensing import base_shares
+from ..rig.sensing import read_of_inputs
 from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
@@ -29,7 +29,6 @@ __all__ = [
     "Statics",
     "driving",
     "hold",
-    "read_of_inputs",
     "rest_in_mujoco",
     "set_solver",
     "settling",
@@ -120,12 +119,6 @@ def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
             continue  # a spatial tendon
         row[model.jnt_dofadr[model.wrap_objid[wraps]]] = model.wrap_prm[wraps]
     return rows
-
-
-def read_of_inputs(rig: Rig, kinds: Kinds) -> np.ndarray:
-    """Return what accelerometers read (n_inputs, n_sensors) per unit of each input itself: of a moving base."""
-    of_order = np.array([s.order == 2 for s in rig.sensors])
-    return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(each_kind(kinds))])
 
 
 class Driving(NamedTuple):
