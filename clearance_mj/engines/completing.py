@@ -22,6 +22,8 @@ class Completion:
         orders = np.array([s.order for s in rig.sensors])
         shares = base_shares(rig) * ((orders < 2) & (kind == "base"))
         self.shares = np.array([shares * (orders == order) for order in (1, 0)])
+        self.base_moves = bool(shares.any())
+        """whether a sensor reads the base's own motion"""
         n, each, sensors = len(rig.bushings), rig.n_coordinates, len(rig.sensors)
         self.forces: list[tuple[int, int, float]] = []
         """column of a sensor, that of a force, and the factor"""
@@ -29,11 +31,6 @@ class Completion:
             if (j := clearance_of(rig, sensor)) is not None:
                 for d, share in enumerate(sensor.unit_direction[1:] if each == 2 else [1.0]):
                     self.forces += [(i, sensors + each * (k * n + j) + d, sensor.gain * share) for k in (1, 2) if share]
-
-    @property
-    def base_moves(self) -> bool:
-        """Whether a sensor reads the base's own motion."""
-        return bool(self.shares.any())
 
     def push(self, acceleration: np.ndarray) -> np.ndarray:
         """Return velocity and displacement (n, 2) of the base at the next steps, of its acceleration (n,)."""
