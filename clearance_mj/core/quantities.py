@@ -16,7 +16,9 @@ GRAVITY, INCH, FOOT, POUND = 9.80665, 0.0254, 0.3048, 0.45359237
 POUND_FORCE = POUND * GRAVITY
 Dimension: TypeAlias = tuple[int, int, int, int]
 """Exponents of m, kg, s and rad"""
-SensorQuantity: TypeAlias = Literal["acceleration", "velocity", "displacement", "angle", "strain", "force"]
+SensorQuantity: TypeAlias = Literal[
+    "acceleration", "velocity", "displacement", "angle", "angular velocity", "strain", "force"
+]
 """What a sensor of a rig may measure: the names in `QUANTITIES`"""
 
 
@@ -103,6 +105,10 @@ QUANTITIES: dict[str, Quantity] = {
         {"rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
          "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200},
         (0, 0, 0, 1), (8,), "angle", "inclinometer", ("angle", "tilt", "inclin"), 0, "angle", ("mrad", 1e3),
+    ),
+    "angular velocity": Quantity(
+        "rad/s", {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "mrad/s": 1e-3},
+        (0, 0, -1, 1), (11,), "rate", "gyroscope", ("gyro", "rate of turn"), 1, "angle",
     ),
 }  # fmt: skip
 """Quantities by their names. One with a code of another is told from it by the unit's label."""

@@ -240,7 +240,7 @@ def cannot_be_linked(rig: Rig) -> str:
         return f"links moves along its planes alone, and {name} names {axis}; use {others}"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
-        ("oscillators", rig.oscillators),
+        ("oscillators", rig.oscillators), ("bearings", rig.bearings),
     ):  # fmt: skip
         if there:
             return f"links knows no {what}; use {others}"

@@ -58,11 +58,10 @@ def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -
 
 
 @functools.lru_cache(maxsize=128)
-def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np.ndarray]:
-    """The linear part, and the viscous matrix of the kicks; (0, 0) where the modes' own damping is all."""
+def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, bool]:
+    """The linear part, and whether the kicks have all of the damping; else the modes have their own."""
     model = linear_model(rig, modes)
-    coupled = model.coupling.size > 0
-    viscous = model.viscous() if coupled else model.coupling
+    spin, coupled = rig.spin.speed if rig.spin else 0.0, model.coupling.size > 0 or bool(model.bearings)
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
     points = model.at_points.reshape(-1, 2, model.size)
     compliance, sensors = compliance_of(points, np.diag(inverse_mass)), model.sensor_rows
@@ -71,10 +70,10 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, np
         np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
         sensors.accelerations, _moving(sensors.accelerations), model.input(kind),
         sensors.shaken * float(kind == "base"),
-        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory), model.springs,
+        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory), model.springs_at(spin),
         sensors.readings,
     )  # fmt: skip
-    return shaft, viscous
+    return shaft, coupled
 
 
 def _moving(rows: np.ndarray) -> np.ndarray:
@@ -95,7 +94,7 @@ class SpatialRun(Run):
     def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, modes: int):
         self.engine, self.rig, self.step, self.steps = engine, rig, step, 0
         self.model = linear_model(rig, modes)
-        self.shaft, self.viscous = _shaft(rig, modes, kind, step)
+        self.shaft, self.coupled = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
         self.rest = static_equilibrium(rig, law, modes)
         self.rest.begin(self.clearance)
@@ -103,7 +102,9 @@ class SpatialRun(Run):
         leaving = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])  # after a kick that holds q where it is
         turning, self.drive = turning_of(rig)
         self.motion = RoundMotion(q, flow[2] * q + flow[3] * leaving, q.copy(), turning)
-        self.changes = bool(self.drive[0] or self.drive[2]) and self.model.gyroscopic.size > 0
+        self.changes = bool(self.drive[0] or self.drive[2]) and (
+            self.model.gyroscopic.size > 0 or bool(self.model.bearings)
+        )
         self.kicked: tuple[float, np.ndarray] | None = None
         self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
 
@@ -123,8 +124,11 @@ class SpatialRun(Run):
         for start in range(0, excitation.size, size):
             part = excitation[start : start + size]
             spin = self.motion.turning[SPIN] + self.drive[0] * part.size * self.step / 2
+            coupling, shaft = self.coupling(float(spin)), self.shaft
+            if self.changes and self.model.bearings:
+                shaft = shaft._replace(springs=self.model.springs_at(float(spin)))
             failed, bushing = advance_round(
-                self.steps, part, self.step, self.shaft, self.coupling(float(spin)), self.drive, self.motion,
+                self.steps, part, self.step, shaft, coupling, self.drive, self.motion,
                 self.clearance, out, start, works,
             )  # fmt: skip
             if failed >= 0:
@@ -149,9 +153,10 @@ class SpatialRun(Run):
     def coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""
         if self.kicked is None or self.kicked[0] != spin:
-            viscous = self.viscous
-            if self.model.gyroscopic.size and (spin or self.changes):
-                viscous = (viscous if viscous.size else 0.0) + spin * self.model.gyroscopic
+            model = self.model
+            viscous = np.diag(model.damping) + model.coupling_at(spin) if self.coupled else np.zeros((0, 0))
+            if model.gyroscopic.size and (spin or self.changes):
+                viscous = (viscous if viscous.size else 0.0) + spin * model.gyroscopic
             self.kicked = spin, kicked_damping(viscous, self.shaft.inverse_mass, self.step)
         return self.kicked[1]
 

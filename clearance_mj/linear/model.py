@@ -16,17 +16,18 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
-from ..rig import Rig
+from ..rig import Bearing, Rig
 from .poles import Poles
 from .rows import RigRows
 
-__all__ = ["LinearModel", "no_matrix"]
+__all__ = ["HeldBearing", "LinearModel", "no_matrix"]
 
 WORST_POLES = 1e10  # condition of the poles' vectors beyond which they are not used
 
@@ -34,6 +35,21 @@ WORST_POLES = 1e10  # condition of the poles' vectors beyond which they are not 
 def no_matrix() -> np.ndarray:
     """Return (0, 0): a part of a model that is not there."""
     return np.zeros((0, 0))
+
+
+class HeldBearing(NamedTuple):
+    """A bearing with the rows of its place. The modes are found with its largest stiffness along y and along z."""
+
+    bearing: Bearing
+    rows: np.ndarray  # (2, n) displacement along y and z
+
+    def springs(self, spin: float) -> np.ndarray:
+        """Return what it adds (n, n) to the modes' own stiffness at a spin, 1/s²."""
+        return self.rows.T @ (self.bearing.at(spin).stiffness - np.diag(self.bearing.stiffest)) @ self.rows
+
+    def damping(self, spin: float) -> np.ndarray:
+        """Return its damping (n, n) at a spin, 1/s."""
+        return self.rows.T @ self.bearing.at(spin).damping @ self.rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +70,8 @@ class LinearModel(RigRows):
     """(n, n) H, 1/s, of damping that turns with the shaft; (0, 0) of what does not turn"""
     springs: np.ndarray = field(default_factory=no_matrix)
     """(n, n) the rest of K, 1/s²; (0, 0) if there is none"""
+    bearings: tuple[HeldBearing, ...] = ()
+    """with coefficients between both directions, or over the spin: beside what the fields before have"""
     load: np.ndarray | float = 0.0
     """(n,) constant force on the modes beside gravity"""
 
@@ -122,6 +140,26 @@ class LinearModel(RigRows):
         springs, coupling = _sum((rows.T * k) @ rows, self.springs), _sum((rows.T * c) @ rows, self.coupling)
         return dataclasses.replace(self, springs=springs, coupling=coupling)
 
+    def springs_at(self, spin: float) -> np.ndarray:
+        """Return `springs` with what bearings add at a spin, (n, n) or (0, 0), 1/s².
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        return _sum(self.springs, *(bearing.springs(spin) for bearing in self.bearings))
+
+    def coupling_at(self, spin: float) -> np.ndarray:
+        """Return `coupling` with the damping of bearings at a spin, (n, n) or (0, 0), 1/s.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        return _sum(self.coupling, *(bearing.damping(spin) for bearing in self.bearings))
+
     def stiff(self, spin: float = 0.0) -> np.ndarray:
         """Return the stiffness K + Ω H (n, n) at a spin, 1/s².
 
@@ -130,7 +168,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return _sum(np.diag(self.omega**2), self.springs, spin * self.circulatory)
+        return _sum(np.diag(self.omega**2), self.springs_at(spin), spin * self.circulatory)
 
     def viscous(self, spin: float = 0.0) -> np.ndarray:
         """Return the damping C + Ω G (n, n) at a spin, 1/s.
@@ -140,7 +178,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return _sum(np.diag(self.damping), self.coupling, spin * self.gyroscopic)
+        return _sum(np.diag(self.damping), self.coupling_at(spin), spin * self.gyroscopic)
 
     def dynamic(self, omega: complex, spin: float = 0.0) -> np.ndarray:
         """Return the dynamic stiffness (n, n) of motions q e^(iωt), 1/s².
@@ -232,7 +270,7 @@ class LinearModel(RigRows):
 
     def _is_coupled(self, spin: float) -> bool:
         turns = spin and (self.gyroscopic.any() or self.circulatory.any())
-        return bool(self.coupling.size or self.springs.size or turns)
+        return bool(self.coupling.size or self.springs.size or self.bearings or turns)
 
     def displacement_gains(
         self, rows: np.ndarray, kind: str, omega: np.ndarray, at: np.ndarray | None = None, spin: float = 0.0
@@ -307,14 +345,14 @@ class LinearModel(RigRows):
                 f"rig {self.rig.name!r}: the structure can move without bending, so it has no static deflection; "
                 "add a support, or a spring to the base"
             )
-        if self.springs.size:
+        if self.springs.size or self.bearings:
             return np.asarray(self.shapes(points) @ np.linalg.solve(self.stiff(), loads.T))
         return (self.shapes(points) / self.omega**2) @ loads.T
 
 
 def _sum(*parts: np.ndarray) -> np.ndarray:
     """Sum of the matrices that are there."""
-    return functools.reduce(np.add, (part for part in parts if part.size))
+    return functools.reduce(np.add, [part for part in parts if part.size] or [no_matrix()])
 
 
 @functools.lru_cache(maxsize=64)  # of models, which are never equal to another one

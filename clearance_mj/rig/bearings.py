@@ -69,6 +69,23 @@ class Bearing:
         if not np.any(self.stiffness) and not np.any(self.damping):
             raise ValueError("holds nothing; give stiffness or damping, or a table of both")
 
+    @property
+    def stiffest(self) -> tuple[float, float]:
+        """Largest stiffness along y and along z, N/m, with which a shaft's modes are found; 0 where it is negative."""
+        yy, _, _, zz = np.max(self.stiffness, axis=0, initial=0.0)
+        return float(yy), float(zz)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it is a spring and a damper alike at every spin, without coupling."""
+        return len(self.stiffness) == len(self.damping) == 1 and not any(self.stiffness[0][1:3] + self.damping[0][1:3])
+
+    @property
+    def is_isotropic(self) -> bool:
+        """Whether it is the same in every direction across the shaft: a circle stays one in it."""
+        yy, yz, zy, zz = np.vstack((self.stiffness, self.damping)).T
+        return bool(np.array_equal(yy, zz) and np.array_equal(yz, -zy))
+
     def at(self, spin: float) -> Coefficients:
         """Return stiffness and damping at a spin.
 

@@ -204,7 +204,7 @@ class Rig(Shown):
     def reduction(
         self, modes: int, grease: bool = False, structure: Structure | None = None,
         joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
-        across: bool = False,
+        across: bool = False, supports: tuple[tuple[float | str, float], ...] = (),
     ) -> Reduction:  # fmt: skip
         """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
@@ -219,6 +219,9 @@ class Rig(Shown):
         across : bool
             Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
+        supports
+            Springs from points to the base, N/m.
+
         Raises
         ------
         RigError
@@ -232,7 +235,7 @@ class Rig(Shown):
         if across:
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
         with computable(self.name, self.to_dict):
-            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, supports)
 
     __repr__ = Shown.__repr__
 

@@ -288,7 +288,8 @@ def _circling(rig: Rig, friction: float, bushing: int, n_modes: int) -> tuple[Tu
         raise RigError(f"bushing {bushing} is not there: rig {rig.name!r} has {len(rig.bushings)}")
     shaft, where = turning_shaft(rig, n_modes), rig.bushings[bushing]
     model, n = shaft.model, shaft.model.size // 2
-    if model.size % 2 or not np.allclose(model.omega[:n], model.omega[n:], ALIKE, ALIKE * model.omega[0]):
+    alike = not model.size % 2 and np.allclose(model.omega[:n], model.omega[n:], ALIKE, ALIKE * model.omega[0])
+    if not alike or not all(bearing.is_isotropic for bearing in rig.bearings):
         raise RigError(f"rig {rig.name!r}: its supports differ in y and z, so that no motion is a circle")
     if where.offset:
         raise RigError(f"rig {rig.name!r}: bushings[{bushing}].offset is {where.offset:g} m; a circle needs its middle")

@@ -117,6 +117,11 @@ class TurningShaft:
         model = self.model
         if not model.omega.all():
             raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
+        if not all(held.bearing.is_constant for held in model.bearings):
+            raise RigError(
+                f"rig {self.rig.name!r}: its bearings couple both directions or change with the spin, so that critical "
+                "speeds are where its Campbell diagram meets the line of the spin"
+            )
         inverse, motion = scipy.linalg.eigh(np.eye(model.size) - 1j * model.gyroscopic, model.stiff())
         kept = np.flatnonzero(inverse > np.finfo(float).eps * inverse.max())[::-1]
         return Poles(1j / np.sqrt(inverse[kept]), motion[:, kept])

@@ -42,21 +42,26 @@ def reduction(
     springs: tuple[float, ...],
     modes: int,
     attached: Attached = NOTHING,
+    supports: _Loads = (),
 ) -> Reduction:
-    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points."""
+    """Reduce a structure with masses, and springs at its clearances, which join one point to the base or two points.
+
+    ``supports`` are springs from points to the base.
+    """
     if attached:
-        return _with_attached(structure, joined, masses, forces, springs, modes, attached)
-    points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces)]
+        return _with_attached(structure, joined, masses, forces, springs, modes, attached, supports)
+    points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces, *supports)]
     linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
     rows = linear.rows
     clearances = [rows(pair[:1])[0] - (rows(pair[1:])[0] if len(pair) > 1 else 0.0) for pair in joined]
-    loads = clearances + [factor * rows([point])[0] for point, factor in forces]
+    held_at = [rows([point])[0] for point, _ in supports]
+    loads = clearances + [factor * rows([point])[0] for point, factor in forces] + held_at
     held, influence = [], linear.influence.copy()
     for point, mass in masses:
         at = rows([point])[0]
         held.append((mass, at))
         influence += mass * np.outer(at, dof_vector(point))
-    found = reduced(linear, held, [*zip(springs, clearances)], loads, modes)
+    found = reduced(linear, held, [*zip(springs, clearances), *zip((k for _, k in supports), held_at)], loads, modes)
     transform = _upwards(structure, rows, found.shapes)
     cross = np.zeros((0, 0)) if linear.cross is None else transform.T @ (linear.cross @ transform)
     damping = _damping(linear, found.omega, transform)
@@ -71,12 +76,15 @@ def _with_attached(
     springs: tuple[float, ...],
     modes: int,
     attached: Attached,
+    supports: _Loads,
 ) -> Reduction:
     """The same of a structure and what it has beside it."""
-    loads = [tuple(zip(pair, (1.0, -1.0))) for pair in joined] + [((point, factor),) for point, factor in forces]
+    loads = [tuple(zip(pair, (1.0, -1.0))) for pair in joined]
+    loads += [((point, factor),) for point, factor in (*forces, *((point, 1.0) for point, _ in supports))]
     found = whole(structure, attached, masses, loads, modes)
     clearances = [np.array([1.0, -1.0])[: len(pair)] @ found.rows(pair) for pair in joined]
-    stiffness = found.stiffness + sum(k * np.outer(row, row) for k, row in zip(springs, clearances))
+    sprung = [*zip(springs, clearances), *((k, found.rows([point])[0]) for point, k in supports)]
+    stiffness = found.stiffness + sum(k * np.outer(row, row) for k, row in sprung)
     omega, shapes = vibration_modes(found.mass, stiffness)
     transform = _upwards(structure, found.rows, shapes)
     viscous, cross = (transform.T @ matrix @ transform for matrix in (found.viscous, found.cross))

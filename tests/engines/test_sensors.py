@@ -232,3 +232,15 @@ def test_a_twist_is_read_at_its_point() -> None:
     assert twisted.sensor_labels == ["1:+RX"]
     polar, shear = np.pi * 0.03**4 / 32, 210e9 / 2.6
     assert_allclose(gains_of(twisted, 1e-2).real, [0.5 / (shear * polar)], rtol=1e-6)
+
+
+@pytest.mark.parametrize("engine", ["modal", "links"])
+def test_an_angular_velocity_is_the_derivative_of_the_angle(engine: str) -> None:
+    """Of steady vibrations: iω θ, by the scheme's i sin(ωh)/h; about y as about every axis that is named."""
+    rig = TABLE1.replace(
+        bushings=(), sensors=(Sensor(1, X, quantity="angle"), Sensor(1, X, quantity="angular velocity")),
+        beam=dataclasses.replace(TABLE1.beam, rayleigh=(40.0, 0.0)),
+    )  # fmt: skip
+    assert rig.sensor_labels == ["1:+RY", "1:+RY"]
+    omega, _, (angle, rate), h = steady(rig, engine)
+    assert_allclose(rate, 1j * np.sin(omega * h) / h * angle, atol=1e-6 * np.abs(rate).max())

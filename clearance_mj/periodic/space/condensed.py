@@ -90,7 +90,8 @@ def round_condensed(
         drive[1] = levels[0] * (structure.unbalance[0] - 1j * structure.unbalance[1])
     elif levels:
         drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
-    if np.linalg.eigvalsh(structure.stiff() + structure.stiff().T)[0] <= 2e-12 * structure.omega.max() ** 2:
+    stiffness = structure.stiff(speed)
+    if np.linalg.eigvalsh(stiffness + stiffness.T)[0] <= 2e-12 * structure.omega.max() ** 2:
         raise without_stiffness(rig)
     of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]

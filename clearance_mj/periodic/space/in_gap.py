@@ -53,7 +53,7 @@ def _round_level_of_contact(solver: RoundSolver, omega: np.ndarray) -> np.ndarra
 def _round_resonances(solver: RoundSolver) -> np.ndarray:
     """Where det(K + Ω H - Ω² + i Ω (C + Ω G)) = 0: iΩ of an unbalance, whose frequency is that of the turning."""
     model = solver.system.driven.model
-    if solver.system.kind == UNBALANCE:
+    if solver.system.kind == UNBALANCE and not model.bearings:
         unit, none = np.eye(model.size), np.zeros((model.size, model.size))
         circulatory, gyroscopic = (m if m.size else none for m in (model.circulatory, model.gyroscopic))
         linear = np.block([[none, unit], [-model.stiff(), -circulatory - 1j * model.viscous()]])

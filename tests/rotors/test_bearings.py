@@ -1,0 +1,121 @@
+"""Shafts in bearings with coefficients between two directions: thresholds, tables over the spin, plain springs."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import clearance_mj as cm
+from clearance_mj.core.errors import ClearanceError, RigError
+from clearance_mj.rig import Bearing, Rig, Sensor, Shaker, Spin, Unbalance
+from clearance_mj.rotors import turning_shaft
+from clearance_mj.structure import Disc, Material, Section, Shaft, Support
+
+MASS, STIFFNESS, DAMPING = 3.0, 1e6, 1000.0  # kg of the disc, N/m and N s/m of each of two bearings
+BENDING = 48 * 2.1e11 * np.pi * 0.05**4 / 64  # N/m, of a shaft of 1 m in its middle
+OMEGA = np.sqrt(1 / (1 / (2 * STIFFNESS) + 1 / BENDING) / MASS)  # rad/s, of both in series
+
+
+def rotor(*bearings: Bearing, density: float = 7850.0, **changes: Any) -> Rig:
+    steel = Material(2.1e11, density)
+    shaft = Shaft((Section(1.0, (0.05, 0.05)),), (), (Disc(0.5, MASS, 0.01),), steel, theory="euler")
+    rig = Rig("rotor", None, (), (Sensor(1, 0.5),), structure=shaft, bearings=bearings, shaker=Shaker("force", 0.5))
+    return rig.replace(**changes)
+
+
+def of_seal(x: float, until: float) -> Bearing:
+    """Half of the fluid turns with the shaft: k_yz = -k_zy = c Ω/2, linear in the spin."""
+    speeds = np.linspace(0.0, until, 4)
+    rows = [(STIFFNESS, DAMPING * s / 2, -DAMPING * s / 2, STIFFNESS) for s in speeds]
+    return Bearing(x, rows, DAMPING, tuple(speeds.tolist()))  # type: ignore[arg-type]
+
+
+def constant(x: float, cross: float) -> Bearing:
+    return Bearing(x, [[STIFFNESS, cross], [-cross, STIFFNESS]], DAMPING)  # type: ignore[arg-type]
+
+
+def test_the_threshold_of_a_cross_coupled_bearing() -> None:
+    """A Jeffcott rotor whirls by itself where k_yz = c ω: in a seal where half of the fluid turns, at twice ω."""
+    shaft = turning_shaft(rotor(of_seal(0.0, 3 * OMEGA), of_seal(1.0, 3 * OMEGA), density=1e-3))
+    found = shaft.threshold(np.linspace(0.5, 2.9, 25) * OMEGA)
+    assert found is not None
+    assert_allclose(found, 2 * OMEGA, rtol=1e-4)
+    poles = shaft.poles(2.2 * OMEGA)
+    assert shaft.sense(poles.motion[:, [int(np.argmax(poles.value.real))]]) == pytest.approx([1.0], abs=1e-6)  # forward
+
+
+@pytest.mark.parametrize("share", [0.8, 1.2])
+def test_the_modal_engine_grows_and_decays_as_the_poles_do(share: float) -> None:
+    lowest = turning_shaft(rotor(constant(0.0, 0.0), constant(1.0, 0.0))).poles(100.0).value[0].imag
+    cross = share * DAMPING * lowest
+    rig = rotor(constant(0.0, cross), constant(1.0, cross), spin=Spin(100.0))
+    value = turning_shaft(rig).poles(100.0).value
+    slowest = value[np.argmax(value.real)]
+    assert np.sign(slowest.real) == np.sign(share - 1)
+    fs = 8192.0
+    found = cm.simulate(rig, _hit(fs), engine="modal").acceleration[0]
+    late = found[int(0.2 * fs) :]  # the other whirl has died out
+    peaks = np.flatnonzero((late[1:-1] > late[:-2]) & (late[1:-1] > late[2:])) + 1
+    slope = np.polyfit(peaks / fs, np.log(late[peaks]), 1)[0]
+    assert_allclose(slope, slowest.real, rtol=2e-2)
+
+
+def _hit(fs: float) -> cm.Excitation:
+    value = np.zeros(int(0.5 * fs))
+    value[10:30] = 10 * np.sin(np.pi * np.arange(20) / 20)
+    return cm.Excitation(value, fs, "force")
+
+
+def test_a_table_that_is_constant_is_the_constant() -> None:
+    row = (STIFFNESS, 3e4, -2e4, 2 * STIFFNESS)
+    of_table = Bearing(0.0, (row,) * 3, (np.diag([DAMPING, 2 * DAMPING]).ravel(),) * 3, (0.0, 150.0, 400.0))  # type: ignore[arg-type]
+    alone = Bearing(0.0, (row,), np.diag([DAMPING, 2 * DAMPING]).tolist())  # type: ignore[arg-type]
+    pushed = _hit(2048.0)
+    for spin in (Spin(120.0), Spin(100.0, 50.0, 120.0)):
+        rigs = [
+            rotor(b, dataclasses.replace(b, position=1.0), spin=spin, unbalances=(Unbalance(0.5, 1e-4),))
+            for b in (of_table, alone)
+        ]
+        values = [turning_shaft(rig).poles(130.0).value for rig in rigs]
+        assert_allclose(*values, rtol=1e-12)
+        motions = [cm.simulate(rig, pushed, engine="modal").acceleration for rig in rigs]
+        assert_allclose(*motions, rtol=0, atol=1e-12 * np.abs(motions[0]).max())
+
+
+def test_a_bearing_without_coupling_is_a_support_of_springs_and_dampers() -> None:
+    """The same shaft on supports, whose stiffness and damping in each direction are fields of their own."""
+    steel = Material(2.1e11, 7850.0)
+    sections, disc = (Section(0.8, (0.02, 0.02)),), Disc(0.3, 2.0, 0.004)
+    places = (0.05, 0.75)
+    supports = tuple(
+        Support(x, translation=2e6, translation_damping=50.0, translation_y=1e6, translation_damping_y=30.0)
+        for x in places
+    )
+    bearings = tuple(Bearing(x, [[1e6, 0.0], [0.0, 2e6]], [[30.0, 0.0], [0.0, 50.0]]) for x in places)  # type: ignore[arg-type]
+    on_supports = Rig("s", None, (), (Sensor(1, 0.4),), structure=Shaft(sections, supports, (disc,), steel))
+    in_bearings = Rig(
+        "b", None, (), (Sensor(1, 0.4),), structure=Shaft(sections, (), (disc,), steel), bearings=bearings
+    )
+    first, second = (turning_shaft(rig).poles(200.0).value[:6] for rig in (on_supports, in_bearings))
+    assert_allclose(second, first, rtol=1e-6)
+    assert_allclose(
+        turning_shaft(in_bearings).critical_speeds[:4], turning_shaft(on_supports).critical_speeds[:4], rtol=1e-6
+    )
+
+
+def test_what_bearings_do_not_allow_is_said_in_a_line() -> None:
+    seal = of_seal(0.0, 100.0)
+    with pytest.raises(
+        RigError, match=r"bearings\[0\].spin reaches from 0 to 100 rad/s, and the shaft turns at 200 rad"
+    ):
+        rotor(seal, spin=Spin(200.0))
+    with pytest.raises(RigError, match="critical speeds are where its Campbell diagram meets the line of the spin"):
+        _ = turning_shaft(rotor(seal, of_seal(1.0, 100.0))).critical_speeds
+    with pytest.raises(ClearanceError, match="links knows no bearings; use modal"):
+        cm.simulate(rotor(constant(0.0, 1.0)), _hit(2048.0), engine="links")
+    with pytest.raises(RigError, match=r"bearings\[0\].position 3 m lies outside"):
+        rotor(constant(3.0, 1.0))
