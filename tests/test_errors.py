@@ -75,7 +75,7 @@ IMPOSSIBLE = {
         lambda: align(frf(np.array([5.0, 6.0])), frf(np.array([5.0, 5.5, 6.0]))),
         "interpolation needs at least 4 lines, there are 3",
     ),
-    "quantity of no column": (lambda: frf_names(frf(quantity="strain/force")), 'quantity "strain/force" is unknown'),
+    "quantity of no column": (lambda: frf_names(frf(quantity="stress/force")), 'quantity "stress/force" is unknown'),
     "no channels": (lambda: require_one_time([]), "there is no channel"),
     "one instant": (lambda: even_rate(np.zeros(1), 1e-15), "needs two samples to tell its time step"),
     "csac of one": (lambda: csac(np.ones((1, 3)), np.ones((1, 3))), "needs at least 2, got 1"),

@@ -53,7 +53,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     share = None if response.contact_share is None else response.contact_share.tolist()
     for bushing, value in zip(model.rig.bushings, share or ()):
         print(f"clearance at {bushing.where}: beyond its gap, in contact, for {100 * value:.3g} % of the time")
-    rms = dict(zip(response.responses, response.acceleration.std(axis=1).tolist()))
+    accelerations = [label for label, of in zip(response.responses, response.quantities) if of == "acceleration"]
+    rms = dict(zip(accelerations, response.acceleration.std(axis=1).tolist()))
     used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
     return (
         {"out": str(options.out), "acceleration_rms": rms, "contact_share": share, "depth": depth.tolist()}

@@ -28,6 +28,8 @@ class Quantity:
 
     unit: str
     """SI unit as pages and figures show it, such as "m/s²" """
+    cf_unit: str
+    """the same as UDUNITS writes it, such as "m s-2" """
     units: dict[str, float]
     """units in SI units, the first is that of the written files"""
     dimension: Dimension
@@ -40,30 +42,17 @@ class Quantity:
     """what measures it, one word"""
     words: tuple[str, ...]
     """parts of names, in lower case, that loggers give such channels"""
+    in_figures: tuple[str, float]
+    """unit of figures, and how many of it are one SI unit"""
     order: int = 0
     """of the time derivative of what the sensor's row gives"""
     motion: str = ""
     """what it is a time derivative of; "" of a quantity that is converted into no other"""
-    shown: tuple[str, float] | None = None
-    """unit of figures, and how many of it are one SI unit; None: the SI unit"""
 
     @property
     def ascii_unit(self) -> str:
         """Unit without other characters, such as "m/s^2"."""
         return self.unit.replace("²", "^2")
-
-    @property
-    def cf_unit(self) -> str:
-        """Unit as UDUNITS writes it, such as "m s-2"; "1" of a ratio of like units."""
-        above, _, below = self.unit.partition("/")
-        if above == below:
-            return "1"
-        return f"{above} {below.rstrip('²')}-{2 if '²' in below else 1}" if below else above
-
-    @property
-    def in_figures(self) -> tuple[str, float]:
-        """Unit of figures, and how many of it are one SI unit."""
-        return self.shown or (self.unit, 1.0)
 
     @property
     def exponents(self) -> tuple[int, int]:
@@ -74,41 +63,41 @@ class Quantity:
 
 QUANTITIES: dict[str, Quantity] = {
     "displacement": Quantity(
-        "m",
+        "m", "m",
         {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2, "in": INCH, "mil": 1e-3 * INCH, "ft": FOOT, "dm": 0.1,
          "km": 1e3},
         (1, 0, 0, 0), (8,), "disp", "transducer", ("probe", "disp", "gap", "eddy", "prox", "lvdt", "laser"),
-        0, "displacement", ("mm", 1e3),
+        ("mm", 1e3), 0, "displacement",
     ),
     "velocity": Quantity(
-        "m/s", {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "in/s": INCH, "ft/s": FOOT, "mph": 0.44704},
-        (1, 0, -1, 0), (11,), "vel", "vibrometer", ("velo", "vibrometer", "ldv", "laser"),
-        1, "displacement", ("mm/s", 1e3),
+        "m/s", "m s-1", {"m/s": 1.0, "km/h": 1 / 3.6, "mm/s": 1e-3, "in/s": INCH, "ft/s": FOOT, "mph": 0.44704},
+        (1, 0, -1, 0), (11,), "vel", "vibrometer", ("velo", "vibrometer", "ldv", "laser"), ("mm/s", 1e3), 1,
+        "displacement",
     ),
     "acceleration": Quantity(
-        "m/s²",
+        "m/s²", "m s-2",
         {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY, "in/s2": INCH, "ft/s2": FOOT, "mg": 1e-3 * GRAVITY},
-        (1, 0, -2, 0), (12,), "acc", "accelerometer", ("acc", "vib"), 2, "displacement",
+        (1, 0, -2, 0), (12,), "acc", "accelerometer", ("acc", "vib"), ("m/s²", 1.0), 2, "displacement",
     ),
     "force": Quantity(
-        "N",
+        "N", "N",
         {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "uN": 1e-6, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE,
          "ozf": POUND_FORCE / 16, "lb": POUND_FORCE, "oz": POUND_FORCE / 16, "kgf": GRAVITY, "gf": 1e-3 * GRAVITY},
-        (1, 1, -2, 0), (13, 9), "force", "load-cell", ("force", "load"),
+        (1, 1, -2, 0), (13, 9), "force", "load-cell", ("force", "load"), ("N", 1.0),
     ),
     "strain": Quantity(
-        "m/m", {"m/m": 1.0, "um/m": 1e-6, "mm/m": 1e-3, "ustrain": 1e-6},
-        (0, 0, 0, 0), (3,), "strain", "gauge", ("strain", "gauge", "dms"), shown=("µm/m", 1e6),
+        "m/m", "1", {"m/m": 1.0, "um/m": 1e-6, "mm/m": 1e-3, "ustrain": 1e-6},
+        (0, 0, 0, 0), (3,), "strain", "gauge", ("strain", "gauge", "dms"), ("µm/m", 1e6),
     ),
     "angle": Quantity(
-        "rad",
+        "rad", "rad",
         {"rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "rev": 2 * math.pi, "mrad": 1e-3, "urad": 1e-6,
          "arcmin": math.pi / 10800, "arcsec": math.pi / 648000, "gon": math.pi / 200},
-        (0, 0, 0, 1), (8,), "angle", "inclinometer", ("angle", "tilt", "inclin"), 0, "angle", ("mrad", 1e3),
+        (0, 0, 0, 1), (8,), "angle", "inclinometer", ("angle", "tilt", "inclin"), ("mrad", 1e3), 0, "angle",
     ),
     "angular velocity": Quantity(
-        "rad/s", {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "mrad/s": 1e-3},
-        (0, 0, -1, 1), (11,), "rate", "gyroscope", ("gyro", "rate of turn"), 1, "angle",
+        "rad/s", "rad s-1", {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "mrad/s": 1e-3},
+        (0, 0, -1, 1), (11,), "rate", "gyroscope", ("gyro", "rate of turn"), ("rad/s", 1.0), 1, "angle",
     ),
 }  # fmt: skip
 """Quantities by their names. One with a code of another is told from it by the unit's label."""

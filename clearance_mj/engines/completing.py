@@ -23,8 +23,10 @@ class Completion:
         of_inputs = each_kind(kinds)
         self.step, self.state = step, np.zeros((2, len(of_inputs)))  # velocity in the last step's middle, displacement
         orders = np.array([s.order for s in rig.sensors])
-        shares = np.array([base_shares(rig, i) * (kind == "base") for i, kind in enumerate(of_inputs)])
+        shares = np.array([base_shares(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)])
         self.shares = np.concatenate([shares * (orders == order) for order in (1, 0)])
+        self.base_moves = bool(shares.any())
+        """whether a sensor reads the base's own motion"""
         n, each, sensors = len(rig.bushings), rig.n_coordinates, len(rig.sensors)
         self.forces: list[tuple[int, int, float]] = []
         """column of a sensor, that of a force, and the factor"""
@@ -32,11 +34,6 @@ class Completion:
             if (j := clearance_of(rig, sensor)) is not None:
                 for d, share in enumerate(sensor.unit_direction[1:] if each == 2 else [1.0]):
                     self.forces += [(i, sensors + each * (k * n + j) + d, sensor.gain * share) for k in (1, 2) if share]
-
-    @property
-    def base_moves(self) -> bool:
-        """Whether a sensor reads the base's own motion."""
-        return bool(self.shares.any())
 
     def push(self, acceleration: np.ndarray) -> np.ndarray:
         """Return velocities, then displacements of the base (n, 2 n_inputs) at the next steps, of its accelerations."""

@@ -33,7 +33,7 @@ class Shaft(NamedTuple):
     coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
     compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
     at_input: np.ndarray  # (n_inputs, 3 n_bushings) velocity of the points per unit impulse of each input
-    springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
+    springs: np.ndarray = np.zeros((0, 0, 1))  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
     readings: np.ndarray = np.zeros((0, 2, 0, 1))  # (n_sensors, 2, n) as `round_scheme.RoundShaft` has them
 
 

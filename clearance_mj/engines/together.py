@@ -124,9 +124,10 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     else:
         needed = forces or any(s.completion.forces for s in simulations)
         outputs = SideBySide(cast(list[ModalRun], runs)).whole(drive, *size, needed)
-    motion = decimate(first.completion.push(drive), size[0])[: size[1]]
+    moves = any(simulation.completion.base_moves for simulation in simulations)
+    motion = decimate(first.completion.push(drive), size[0])[: size[1]] if moves else None
     for simulation, output in zip(simulations, outputs):
-        simulation.completion.add(output.T, motion if simulation.completion.base_moves else None)
+        simulation.completion.add(output.T, motion)
     outputs.flags.writeable = False
     return (s.response(s.excitation.value.T, output.T) for s, output in zip(simulations, outputs))
 

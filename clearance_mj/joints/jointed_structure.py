@@ -250,7 +250,7 @@ class _Levels:
 
     def spectrum(self, response: Response) -> np.ndarray:
         """Return (n_sensors, n_lines) of the last period."""
-        return np.fft.rfft(response.acceleration[:, -self.size :])[:, self.lines]
+        return np.fft.rfft(response.channels[:, -self.size :])[:, self.lines]
 
     def solve(self, theta: np.ndarray, levels: int, decrease: float, steps: int) -> Solution:
         """Fit the lowest levels by bounded nonlinear least squares."""

@@ -17,7 +17,7 @@ from ..rig import Rig
 from ..rig.loads import Order, order_forces
 from ..rig.points import probe_point
 from ..rig.sensing import SensorRows, sensor_rows
-from ..structure.base import Rows, parse_direction, parse_dof
+from ..structure.base import Rows, in_other_plane, parse_direction, parse_dof
 
 __all__ = ["PlaneRows", "RigRows", "along_axis"]
 
@@ -109,9 +109,16 @@ class RigRows:
         """
         along, found = np.broadcast_to(direction, (len(points), 3)), np.empty((len(points), self.size))
         named = np.array([parse_direction(point) is not None for point in points], dtype=bool)
-        found[named] = self.shapes([point for point, has_name in zip(points, named) if has_name])
+        found[named] = self._along_own([point for point, has_name in zip(points, named) if has_name])
         others = self.moved([point for point, has_name in zip(points, named) if not has_name])
         found[~named] = np.einsum("pd,pdn->pn", along[~named, 1:], others)
+        return found
+
+    def _along_own(self, points: list[float | str]) -> np.ndarray:
+        """(n_points, n) of points that have directions, which may be X, or rotations: of shafts each in its plane."""
+        found, (y, z) = self.shapes(points), self.planes
+        if y is not None and y.span != z.span:
+            found[:, y.span] = y.rows([in_other_plane(point) for point in points]) @ y.transform
         return found
 
     def _relative(self, joined: Sequence[tuple[float | str, ...]], ends: bool = False) -> np.ndarray:

@@ -83,7 +83,7 @@ def frf_numbers(frf: FRF, prefix: str = "") -> Numbers:
 
 def spectrum(response: Response) -> Numbers:
     """Return the amplitudes of the accelerations' sines in the second half of a response, under a Hann window."""
-    half = response.acceleration[:, response.acceleration.shape[1] // 2 :]
+    half = response.channels[:, response.channels.shape[1] // 2 :]
     window = np.hanning(half.shape[1] + 1)[:-1]
     amplitude = np.abs(np.fft.rfft((half - half.mean(axis=1, keepdims=True)) * window)) * 2 / window.sum()
     frequency = np.fft.rfftfreq(half.shape[1], 1 / response.fs)

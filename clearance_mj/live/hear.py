@@ -38,8 +38,8 @@ def heard(shown: Shown, sensor: int) -> Numbers:
     response, plate = shown.response, shown.model.rig.plate
     if plate is not None:
         sound, unit, words = radiate(response, shown.model.rig), "Pa", f"the plate at sensor {plate.sensor}"
-    elif sensor < len(response.acceleration):
-        sound = Sound(response.acceleration[sensor] - response.acceleration[sensor].mean(), response.fs)
+    elif sensor < len(response.channels):
+        sound = Sound(response.channels[sensor] - response.channels[sensor].mean(), response.fs)
         unit, words = "m/s²", f"the acceleration {response.responses[sensor]}"
     else:
         raise ClearanceError(f"there is no sensor {sensor + 1} to hear")

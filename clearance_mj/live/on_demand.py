@@ -103,7 +103,7 @@ def steps(
     frequency = np.linspace(low, high, count)
     excitation = stepped(rig, values, [*frequency, *frequency[::-1]], hold)
     response = Simulation(rig, excitation, law, get_engine(str(values["engine"]))).whole(watch)
-    each = response.acceleration.reshape(len(rig.sensors), 2 * count, -1)
+    each = response.channels.reshape(len(rig.sensors), 2 * count, -1)
     steady = each[:, :, each.shape[2] // 2 :]
     at = excitation.description["frequency"]
     amplitude = np.stack([harmonic_amplitudes(steady[:, i], excitation.fs, f) for i, f in enumerate(at)], axis=1)
@@ -153,7 +153,7 @@ def sweep(
             failed = str(error)
             continue
         share[:, i] = [row["share"] for row in contact(shown).facts["clearances"]]
-        rms[:, i] = shown.response.acceleration.std(axis=1)
+        rms[:, i] = shown.response.channels.std(axis=1)
     return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
 
 

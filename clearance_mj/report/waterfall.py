@@ -43,7 +43,7 @@ def spectrum_waterfall(
     """
     curves = {}
     for level, response in responses.items():
-        steady = response.acceleration[:, response.time >= drop]
+        steady = response.channels[:, response.time >= drop]
         settings = {"nperseg": min(round(response.fs / RESOLUTION), steady.shape[1]), "scaling": "spectrum"}
         frequency, power = scipy.signal.welch(steady, response.fs, "hann", **settings)
         shown = frequency <= most

@@ -71,7 +71,8 @@ class SensorRows(NamedTuple):
             if order:
                 found[:, rows] *= (turning if order == 1 else -(omega[:, None] ** 2))[:, :, None]
             if shaken and (moved := rows[self.on_base[rows] != 0]).size:
-                found[:, moved, -1] += self.on_base[moved] * (turning ** (order - 2) if order < 2 else 1.0)
+                slow = np.divide(1.0, turning, out=np.zeros_like(turning), where=turning != 0)  # nothing known at 0 Hz
+                found[:, moved, -1] += self.on_base[moved] * slow ** (2 - order)
         return found
 
 

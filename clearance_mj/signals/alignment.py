@@ -123,6 +123,8 @@ def align(test: FRF, model: FRF) -> Alignment:
         If no reference or no response is common, the bands do not overlap, or a quantity cannot be converted.
     """
     notes: list[str] = []
+    if test.quantities or model.quantities:
+        raise RecordError('holds FRFs of several quantities; take those of one, such as of_quantity("velocity/force")')
     if (model.quantity, model.unit_label) != (test.quantity, test.unit_label):
         require_quantity(test)
         require_quantity(model)

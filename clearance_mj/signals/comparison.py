@@ -194,6 +194,8 @@ def compare(
     _require_same(test_frf, model_frf)
     per_mode = mode_table(test_frf, model_frf, (NO_MODES, NO_MODES, []), 0) if per_mode is None else per_mode
     test, model = test_frf.functions, model_frf.functions
+    if test_frf.quantities:  # shapes and levels across sensors in the units of each one's own RMS
+        test, model = (functions / _rms(np.abs(test))[:, None] for functions in (test, model))
     n_sensors, n_f = test.shape
     # What is 1 by definition says nothing.
     by_line = csac(test, model) if n_sensors > 1 else np.full(n_f, np.nan)
@@ -273,7 +275,7 @@ def _frame(data: dict[str, Any] | pd.DataFrame) -> pd.DataFrame:
 
 
 def _require_same(test_frf: FRF, model_frf: FRF) -> None:
-    if test_frf.quantity != model_frf.quantity:
+    if test_frf.row_quantities != model_frf.row_quantities:
         raise RecordError(f"the test's FRF is {test_frf.quantity}, the model's {model_frf.quantity}")
     if test_frf.labels != model_frf.labels:
         of_test, of_model = (", ".join(frf.labels) for frf in (test_frf, model_frf))

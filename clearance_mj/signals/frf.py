@@ -141,6 +141,23 @@ class FRF(Shown, ArrayData):
             return tuple(of_rows)
         return tuple(of_rows[i] for _, i in np.argwhere(self.measured.T))
 
+    def of_quantity(self, quantity: str) -> FRF:
+        """Take the functions of one quantity out of several.
+
+        Parameters
+        ----------
+        quantity : str
+            Such as "velocity/force"; refused if no response has it.
+        """
+        rows = [i for i, own in enumerate(self.row_quantities) if own == quantity]
+        if not rows:
+            raise RecordError(f"holds FRFs of {', '.join(dict.fromkeys(self.row_quantities))}; not {quantity}")
+        coherence = None if self.coherence is None else self.coherence[rows]
+        labels = tuple(self.responses[i] for i in rows)
+        return replace(
+            self, value=self.value[rows], coherence=coherence, responses=labels, quantity=quantity, quantities=()
+        )
+
     def within(self, band: Band) -> FRF:
         """Cut to the lines with lo <= f <= hi; refuses a band without a line.
 

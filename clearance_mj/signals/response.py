@@ -112,8 +112,7 @@ class Response(Shown, ArrayData):
     @functools.cached_property
     def acceleration(self) -> np.ndarray:
         """(n_accelerometers, n_t) the rows of the channels that are accelerations."""
-        rows = [name == ACCELERATION for name in self.quantities]
-        return self.channels if all(rows) else self.channels[rows]
+        return self._of(ACCELERATION)
 
     @property
     def inputs(self) -> np.ndarray:
@@ -166,7 +165,7 @@ class Response(Shown, ArrayData):
         facts = {
             "excitation": "; ".join(driven) + (f", {band[0]:g} to {band[1]:g} Hz" if band else ""),
             "responses": few(self.responses),
-            **{name: self._largest_of(name) for name in dict.fromkeys(self.quantities)},
+            **{name: _largest(self._of(name), *QUANTITIES[name].in_figures) for name in dict.fromkeys(self.quantities)},
             "in clearances": _largest(self.displacement, "mm", 1e3),
             "contact force": _largest(self.contact_force, "N"),
             "in contact": _in_contact(self.contact_share),
@@ -177,9 +176,10 @@ class Response(Shown, ArrayData):
         count = f"{len(self.channels)} sensors"
         return Overview(f"Response of {count}, {self.duration:g} s at {self.fs:g} Hz", facts)
 
-    def _largest_of(self, quantity: str) -> str:
+    def _of(self, quantity: str) -> np.ndarray:
+        """Rows of the channels of one quantity; the channels themselves where they have no other."""
         rows = [name == quantity for name in self.quantities]
-        return _largest(self.channels[rows], *QUANTITIES[quantity].in_figures)
+        return self.channels if all(rows) else self.channels[rows]
 
     def plot(self, sensors: Sequence[int] | None = None, time: tuple[float, float] | None = None) -> Figure:
         """Draw excitation and what sensors read over time; displacement and forces at bushings, and spin, where known.

@@ -43,7 +43,7 @@ class CaseResult:
 def record_digest(record: Record) -> str:
     """Return the digest of everything that a law or a case takes from a record."""
     response = record.response()
-    found = response.excitation, response.acceleration, response.displacement, response.spin
+    found = response.excitation, response.channels, response.displacement, response.spin
     arrays = [a for a in found if a is not None]
     samples = [hashlib.sha256(np.ascontiguousarray(a).tobytes()).hexdigest() for a in arrays]
     facts = (record.name, record.fs, record.excitation_kind, record.band, record.level, record.tested_rig.content())

@@ -100,7 +100,7 @@ class Observer:
         frf = estimate_frf(response, resolution=self.outputs.resolution, band=self.band)
         statistics = contact_statistics(response)
         results = {
-            "acceleration_rms": response.acceleration.std(axis=1),
+            "acceleration_rms": response.channels.std(axis=1),
             **{name: statistics[name] for name in ("displacement_rms", "contact_share")},
             **self._peaks(frf),
         }

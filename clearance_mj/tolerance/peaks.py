@@ -202,6 +202,10 @@ def peaks_of_record(
         raise ClearanceError(f'quantity "{quantity}" is unknown; use {", ".join(QUANTITIES)}')
     if not 0 < hours < np.inf:
         raise ClearanceError(f"hours {hours!r}: must be > 0")
+    if quantity == "acceleration" and (others := [s.label for s in rig.sensors if s.quantity != quantity]):
+        raise ClearanceError(
+            f"largest accelerations are of accelerometers: leave sensor {others[0]} out of the rig file"
+        )
     if limit is not None and not 0 <= limit < np.inf:
         raise ClearanceError(f"limit {limit!r}: must be >= 0 {QUANTITIES[quantity]}")
     parts = [np.concatenate(part, axis=1) for part in zip(*blocks)]

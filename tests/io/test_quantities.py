@@ -127,3 +127,16 @@ def test_a_figure_has_a_panel_for_each_quantity() -> None:
     assert [label for label in labels if label.startswith(("Strain", "Velocity", "Angle"))] == [
         "Velocity (mm/s)", "Strain (µm/m)", "Angle (mrad)",
     ]  # fmt: skip
+
+
+def test_one_quantity_out_of_several_and_comparisons_of_all() -> None:
+    frf = cm.estimate_frf(MANY, resolution=8.0, band=(16.0, 200.0), window="hann")
+    mobility = frf.of_quantity("velocity/force")
+    assert (mobility.quantity, mobility.quantities, mobility.unit) == ("velocity/force", (), "m/s/N")
+    assert_allclose(mobility.functions, frf.functions[[list(QUANTITIES).index("velocity")]])
+    with pytest.raises(cm.ClearanceError, match="not stress/force"):
+        frf.of_quantity("stress/force")
+    in_mm = dataclasses.replace(frf, value=frf.value * np.arange(1.0, 1 + len(QUANTITIES))[:, None, None])
+    same, scaled = cm.compare(frf, frf), cm.compare(in_mm, in_mm)  # no unit of one sensor outweighs the others
+    assert_allclose(scaled.csac, same.csac)
+    assert_allclose(same.per_sensor["rmse_db"], 0.0, atol=1e-12)

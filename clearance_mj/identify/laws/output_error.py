@@ -69,7 +69,7 @@ def before_contact(found: Sequence[Evidence], rig: Rig) -> list[Evidence]:
             touching = penetration(item.response.displacement, *walls.T[:, :, None]).any(axis=0)
             sample = int(np.argmax(touching)) if touching.any() else touching.size
             if sample >= PIECE * item.response.fs:
-                parts = ("excitation", "acceleration", "displacement")
+                parts = ("excitation", "channels", "displacement")
                 cut = {name: getattr(item.response, name)[..., :sample] for name in parts}
                 excitation = dataclasses.replace(item.excitation, value=item.excitation.value[:sample])
                 quiet.append(Evidence(excitation, dataclasses.replace(item.response, **cut)))
