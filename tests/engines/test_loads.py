@@ -79,6 +79,20 @@ def test_energies_count_the_work_of_all_inputs(motion):
     assert balance.imbalance < 1e-4 and balance.input[-1] > 0
 
 
+def test_sensors_read_the_velocity_of_a_base_along_both_axes():
+    """A vibrometer and a probe that stand on the ground see the base move: each input counts."""
+    sensors = tuple(
+        Sensor(1 + i, 0.3, quantity=q, direction=(0.0, 1.0, 1.0)) for i, q in enumerate(("velocity", "displacement"))
+    )
+    rig = moving("spatial", shakers=(Shaker(direction=(0.0, 1.0, 0.0)),), sensors=sensors)
+    parts = noise(1), noise(2)
+    silent = [dataclasses.replace(each, value=0 * each.value) for each in parts]
+    cases = parts, (parts[0], silent[1]), (silent[0], parts[1])
+    both, one, other = (cm.simulate(rig, cm.excitation.together(*each), OPEN, "modal").channels for each in cases)
+    assert_allclose(both, one + other, rtol=0, atol=1e-12 * np.abs(both).max())
+    assert np.ptp(one - other) > 0.01 * np.ptp(both)
+
+
 def test_one_of_two_inputs_is_that_input_alone():
     rig = TABLE1.replace(shakers=(PUSHED,))
     both = cm.simulate(rig, cm.excitation.together(noise(1, rms=0.0), noise(2, "force")), engine="modal")
