@@ -18,7 +18,7 @@ from ..core.overview import Overview, Shown, few
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
-from ..structure.base import StructureOfFiles, in_other_plane
+from ..structure.base import StructureOfFiles, along_axis, in_other_plane
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .bearing_tables import with_bearing_tables
@@ -204,7 +204,7 @@ class Rig(Shown):
     def reduction(
         self, modes: int, grease: bool = False, structure: Structure | None = None,
         joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
-        across: bool = False, supports: tuple[tuple[float | str, float], ...] = (),
+        across: bool = False,
     ) -> Reduction:  # fmt: skip
         """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
@@ -219,9 +219,6 @@ class Rig(Shown):
         across : bool
             Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
-        supports
-            Springs from points to the base, N/m.
-
         Raises
         ------
         RigError
@@ -234,8 +231,12 @@ class Rig(Shown):
         attached = self.attached.in_other_plane if across else self.attached
         if across:
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
+        axes = "YZ" if joined else "Y" if across else "Z"
+        held = tuple(
+            (along_axis(b.position, axis), b.stiffest["YZ".index(axis)]) for b in self.bearings for axis in axes
+        )
         with computable(self.name, self.to_dict):
-            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, supports)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, held)
 
     __repr__ = Shown.__repr__
 
