@@ -46,6 +46,7 @@ def lane_contacts(kinds: Sequence[Sequence[type[ContactModel]]], parts: Sequence
             start = record["table"]
             block[[LOWER, UPPER], lane] = record["lower"], record["upper"]
             block[PARAMETERS:, lane] = part.numbers[start : start + record["width"]]
+            block[IMPACT : IMPACT + 2, lane] = part.numbers[part.states[j]["impact"] :][:2]
         first[j], row = row, row + len(block)
         numbers.append(block)
     return LaneContacts(law, first, np.concatenate(numbers))

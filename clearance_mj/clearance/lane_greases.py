@@ -14,6 +14,7 @@ from numba.core.errors import NumbaError
 
 from ..core.jit import jit
 from .grease import GreaseModel
+from .kernel import Clearance
 from .lanes import load, register_law, rows, store
 from .pointers import address, call_law
 
@@ -32,8 +33,13 @@ class LaneGreases(NamedTuple):
     numbers: np.ndarray  # (rows, lanes)
 
 
-def lane_greases(models: Sequence[Sequence[GreaseModel]], offsets: np.ndarray) -> LaneGreases:
-    """Put together the greases (lanes, n_bushings) of bushings with offsets (lanes, n_bushings), m."""
+def lane_greases(
+    models: Sequence[Sequence[GreaseModel]], offsets: np.ndarray, parts: Sequence[Clearance] = ()
+) -> LaneGreases:
+    """Put together the greases (lanes, n_bushings) of bushings with offsets (lanes, n_bushings), m.
+
+    ``parts`` are the records of as many rigs, in whose states they begin; without, they begin at 0.
+    """
     lanes, n = offsets.shape
     law, first, states, numbers = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64), np.zeros(n, np.int64), []
     row = 0
@@ -46,6 +52,10 @@ def lane_greases(models: Sequence[Sequence[GreaseModel]], offsets: np.ndarray) -
             block[OFFSET], block[PRELOAD], block[PARAMETERS : PARAMETERS + len(parameters)] = (
                 offsets[:, j], rest, parameters
             )  # fmt: skip
+            for lane, (part, model) in enumerate(zip(parts, of_lanes)):
+                state = part.states[j]
+                block[DISPLACEMENT, lane] = state["displacement"]
+                block[PARAMETERS + len(parameters) :, lane] = part.numbers[state["grease"] :][: model.states()]
             first[j], states[j] = row, row + PARAMETERS + len(parameters)
             row += len(block)
             numbers.append(block)

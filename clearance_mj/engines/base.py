@@ -13,8 +13,9 @@ from ..clearance.law import Law
 from ..core.errors import ClearanceError, SimulationError
 from ..core.validation import Registered, register
 from ..rig import Rig
+from ..rig.instruments import Kinds
 
-__all__ = ["Engine", "Equations", "Run", "diverged", "get_engine", "location", "register", "step_factor"]
+__all__ = ["Engine", "Equations", "Run", "diverged", "get_engine", "in_columns", "location", "register", "step_factor"]
 
 
 class Run(ABC):
@@ -22,7 +23,7 @@ class Run(ABC):
 
     @abstractmethod
     def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block of the excitation, (n,) in m/s² or N, one sample per step.
+        """Simulate one block of the excitation, (n,) or (n, n_inputs) in m/s² or N, one sample per step.
 
         Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_bushings); and
         n_bushings columns more, 1 where an end of the bushing lies beyond its gap and 0 elsewhere, if the engine tells.
@@ -47,9 +48,9 @@ class Run(ABC):
 
 
 class Equations(NamedTuple):
-    """What an engine's scheme makes of M q̈ + C q̇ + K q = b a - Pᵀ f, from step to step and exactly.
+    """What an engine's scheme makes of M q̈ + C q̇ + K q = bᵀ a - Pᵀ f, from step to step and exactly.
 
-    M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f, with q₋, q, q₊ the coordinates before the last step,
+    M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = bᵀ a - Pᵀ f, with q₋, q, q₊ the coordinates before the last step,
     before this one and after it, a the excitation and f the forces of the bushings at q. The scheme's own M, C and K,
     for which this holds, differ from the shaft's by terms that vanish with the step.
     """
@@ -57,7 +58,7 @@ class Equations(NamedTuple):
     mass: np.ndarray  # (n, n) M
     damping: np.ndarray  # (n, n) C
     stiffness: np.ndarray  # (n, n) K
-    input: np.ndarray  # (n,) b
+    input: np.ndarray  # (n_inputs, n) b
     points: np.ndarray  # (3 n_bushings, n) P: displacement of the bushings' middles, then both ends of each
     speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
     cross: np.ndarray = np.zeros((0, 0))  # (n, n) skew stiffness beside K: what it takes is lost
@@ -86,7 +87,7 @@ class Engine(Registered, ABC):
         """
 
     @abstractmethod
-    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest.
 
         Parameters
@@ -95,8 +96,8 @@ class Engine(Registered, ABC):
             The rig.
         law : Law
             The clearance's law.
-        kind : str
-            Kind of the excitation, "base" or "force".
+        kind : str or tuple of str
+            Kind of the excitation, "base" or "force"; of several inputs, of each.
         step : float
             Time step, s.
         """
@@ -133,6 +134,11 @@ def get_engine(engine: str | Engine) -> Engine:
     if engine not in _ENGINES:
         raise ClearanceError(f'engine "{engine}" is unknown; known: {", ".join(sorted(_ENGINES))}')
     return _ENGINES[engine]()
+
+
+def in_columns(excitation: np.ndarray) -> np.ndarray:
+    """Return inputs (n,) or (n, n_inputs) as compiled loops take them: (n, n_inputs), row after row."""
+    return np.ascontiguousarray(excitation if excitation.ndim == 2 else excitation[:, None])
 
 
 def step_factor(fs: float, largest_step: float) -> int:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..rig import Rig
+from ..rig.instruments import Kinds, each_kind
 from ..rig.sensing import base_shares, clearance_of
+from .base import in_columns
 
 __all__ = ["Completion"]
 
@@ -17,11 +19,12 @@ class Completion:
     (u₊ - u₋)/(2h) and u of u₊ - 2u + u₋ = h² a, the scheme of the modes.
     """
 
-    def __init__(self, rig: Rig, kind: str, step: float) -> None:
-        self.step, self.state = step, np.zeros(2)  # velocity in the middle of the last step, displacement
+    def __init__(self, rig: Rig, kinds: Kinds, step: float) -> None:
+        of_inputs = each_kind(kinds)
+        self.step, self.state = step, np.zeros((2, len(of_inputs)))  # velocity in the last step's middle, displacement
         orders = np.array([s.order for s in rig.sensors])
-        shares = base_shares(rig) * ((orders < 2) & (kind == "base"))
-        self.shares = np.array([shares * (orders == order) for order in (1, 0)])
+        shares = np.array([base_shares(rig, i) * ((orders < 2) & (kind == "base")) for i, kind in enumerate(of_inputs)])
+        self.shares = np.concatenate([shares * (orders == order) for order in (1, 0)])
         self.base_moves = bool(shares.any())
         """whether a sensor reads the base's own motion"""
         n, each, sensors = len(rig.bushings), rig.n_coordinates, len(rig.sensors)
@@ -33,16 +36,17 @@ class Completion:
                     self.forces += [(i, sensors + each * (k * n + j) + d, sensor.gain * share) for k in (1, 2) if share]
 
     def push(self, acceleration: np.ndarray) -> np.ndarray:
-        """Return velocity and displacement (n, 2) of the base at the next steps, of its acceleration (n,)."""
-        between = self.state[0] + self.step * np.cumsum(acceleration)
-        place = self.state[1] + self.step * np.cumsum(between)
+        """Return velocities, then displacements of the base (n, 2 n_inputs) at the next steps, of its accelerations."""
+        acceleration = in_columns(acceleration)
+        between = self.state[0] + self.step * np.cumsum(acceleration, axis=0)
+        place = self.state[1] + self.step * np.cumsum(between, axis=0)
         found = between - self.step / 2 * acceleration, place - self.step * between
         if acceleration.size:
             self.state = np.array([between[-1], place[-1]])
         return np.column_stack(found)
 
     def add(self, columns: np.ndarray, base: np.ndarray | None) -> None:
-        """Complete what `Run.advance` returns (n, columns), in place, with the base's motion (n, 2) if it moves."""
+        """Complete what `Run.advance` returns (n, columns), in place, with what `push` returns if the base moves."""
         for sensor, force, factor in self.forces:
             columns[:, sensor] += factor * columns[:, force]
         if base is not None:

@@ -7,7 +7,7 @@ import numpy as np
 from ..clearance.lanes import load, spread, store
 from ..core.jit import jit
 
-__all__ = ["BLOCK_SAMPLES", "decimate", "padded_taps"]
+__all__ = ["BLOCK_SAMPLES", "decimate", "fill_before", "padded_taps"]
 
 DECIMATED = 4  # samples that are found together, from one pass over the steps
 BLOCK_SAMPLES = 64  # that are simulated between two decimations: their steps stay in the processor's cache
@@ -19,6 +19,14 @@ def padded_taps(taps: np.ndarray, factor: int) -> np.ndarray:
     padded = np.zeros(taps.size + 2 * (DECIMATED - 1) * factor)
     padded[(DECIMATED - 1) * factor : (DECIMATED - 1) * factor + taps.size] = taps
     return padded
+
+
+@jit(inline="always")
+def fill_before(before: np.ndarray, count: int, lanes: tuple[int, ...], steps: np.ndarray) -> None:
+    """Fill in what columns are before the first step, ``before`` (columns, lanes), as so many steps."""
+    for column in range(steps.shape[0]):
+        for i in range(count):
+            store(steps, column * steps.shape[1] + i, load(before, column, lanes), lanes)
 
 
 @jit(inline="always")

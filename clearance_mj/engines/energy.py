@@ -29,10 +29,11 @@ from tqdm import tqdm
 from ..clearance.kernel import clearance_records
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
+from ..core.errors import ClearanceError
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .base import Engine, Run, default_engine, get_engine
+from .base import Engine, Run, default_engine, get_engine, in_columns
 from .energy_loop import BushingEnergies, bushing_energies, follow_impacts
 from .energy_space import spatial_energies
 from .simulation import Simulation
@@ -192,12 +193,12 @@ def energy_balance(
     simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
     if rig.is_spatial:
         return EnergyBalance(**spatial_energies(simulation, Impact, progress))
-    factor, n = simulation.interpolator.factor, excitation.value.size
+    factor, n = simulation.interpolator.factor, excitation.value.shape[-1]
     steps = (n + simulation.interpolator.ahead) * factor
     with tqdm(total=steps, desc="energy", unit="step", disable=not progress) as bar:
         balanced = simulation.run = _BalancedRun(simulation.run, rig, law, simulation.step, factor, bar)
         output = np.concatenate([block for _, block in simulation.outputs([excitation])])
-    return balanced.result(simulation.response(excitation.value, output), excitation.fs, n)
+    return balanced.result(simulation.response(excitation.value.T, output), excitation.fs, n)
 
 
 class _BalancedRun(Run):
@@ -208,14 +209,18 @@ class _BalancedRun(Run):
         self.scheme, n = run.equations(), len(rig.bushings)
         self.clearance = clearance_records(rig, law, step)
         self.walls = np.array([b.walls for b in rig.bushings]).reshape(n, 2)
-        self.q, self.total = np.zeros((2, self.scheme.input.size)), np.zeros(2 + 4 * n)
+        if run.before() is not None:
+            raise ClearanceError(
+                f"rig {rig.name!r}: energies of planar rigs know no gravity and no loads yet; balance those in space"
+            )
+        self.q, self.total = np.zeros((2, len(self.scheme.mass))), np.zeros(2 + 4 * n)
         self.visits = np.zeros((2 * n, 6))
         self.rows: list[np.ndarray] = []
         self.impacts: list[Impact] = []
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
-        m = excitation.size
+        m = len(excitation)
         q, impact = np.concatenate((self.q, np.empty((m, self.q.shape[1])))), np.empty((m, len(self.visits)))
         outputs = [self.run.advance(excitation[:0])]
         for i in range(m):
@@ -229,7 +234,7 @@ class _BalancedRun(Run):
     def _balance(self, excitation: np.ndarray, q: np.ndarray, impact: np.ndarray) -> None:
         """Add steps with coordinates q, of two steps before the first one on, and speeds of impact."""
         mass, damping, stiffness, shape, points, seen, cross = self.scheme
-        h, m, n = self.step, excitation.size, len(self.walls)
+        h, m, n = self.step, len(excitation), len(self.walls)
         before, now, after = q[:-2], q[1:-1], q[2:]
         travel, velocity = (after - before) / 2, np.diff(q, axis=0) / h
         kinetic = np.sum(velocity @ mass * velocity, axis=1) / 2
@@ -243,7 +248,8 @@ class _BalancedRun(Run):
         work = np.sum(travel @ damping * travel, axis=1) / h
         if cross.size:
             work += np.sum(travel @ cross * now, axis=1)
-        flow = np.column_stack((excitation * (travel @ shape), work, *flows))
+        put_in = np.sum(in_columns(excitation) * (travel @ shape.T), axis=1)
+        flow = np.column_stack((put_in, work, *flows))
         sums = self.total + np.cumsum(flow, axis=0)
         self.total = self.total + flow.sum(axis=0)
         # A step's forces work from half a step before its time to half a step after; half of that is still to come.

@@ -66,7 +66,7 @@ def spatial_energies(simulation: Simulation, impact: Callable[..., Any], progres
     if not isinstance(simulation.run, SpatialRun):
         raise ClearanceError(f"the {simulation.engine.name} engine does not tell its energies in space; use modal")
     excitation, factor = simulation.excitation, simulation.interpolator.factor
-    size, n = excitation.value.size, len(simulation.rig.bushings)
+    size, n = excitation.value.shape[-1], len(simulation.rig.bushings)
     with tqdm(total=(size + simulation.interpolator.ahead) * factor, desc="energy", unit="step",
               disable=not progress) as bar:  # fmt: skip
         balanced = simulation.run = _BalancedRun(simulation.run, factor, bar)
@@ -80,7 +80,7 @@ def spatial_energies(simulation: Simulation, impact: Callable[..., Any], progres
     visits = (impact(*visit) for end in range(2 * n) for visit in _impacts(ends[:, end], end, simulation.step))
     impacts = tuple(each for each in visits if each.time + each.duration <= size / excitation.fs)
     return found | {
-        "response": simulation.response(excitation.value, output), "fs": excitation.fs, "impacts": impacts,
+        "response": simulation.response(excitation.value.T, output), "fs": excitation.fs, "impacts": impacts,
     }  # fmt: skip
 
 

@@ -1,14 +1,16 @@
-"""Where a structure in space rests before it vibrates: gravity, fillings and films, contact, friction."""
+"""Where a structure rests before it vibrates: gravity and loads, fillings and films, contact, friction."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.follower import SLOWEST_IMPACT
+from ..clearance.follower import SLOWEST_IMPACT, signed_penetration
 from ..clearance.grease import GreaseModel
+from ..clearance.kernel import Clearance, greases_of
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
 from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, at_offset, fillings_of
@@ -17,7 +19,7 @@ from ..core.kinds import checks_kinds
 from ..linear import LinearModel, linear_model
 from ..rig import Bushing, Rig
 
-__all__ = ["Equilibrium", "equilibrium_of", "static_equilibrium"]
+__all__ = ["ChainModes", "Equilibrium", "equilibrium_of", "rest_of", "static_equilibrium"]
 
 PATH = 64  # pieces of the way from the unloaded place on which hysteresis is followed
 SMALL = 1e-6  # of a gap: differences of which stiffnesses are made
@@ -26,23 +28,39 @@ ITERATIONS = 200
 SOFTENING = 10.0 ** -np.arange(8)  # of springs that hold what can move without bending, over weight per gap
 
 
+class ChainModes(NamedTuple):
+    """The modes of a MuJoCo model, of unit mass, as far as statics need them."""
+
+    omega: np.ndarray  # (n,) natural circular frequencies, 1/s
+    circulatory: np.ndarray  # (n, n) H; (0, 0) if there is none
+    weight: np.ndarray  # (n,) steady force on the modes
+    at_points: np.ndarray  # (3 n_rows, n) as of `LinearModel`
+    moved: Callable[[Sequence[float | str]], np.ndarray]  # as of `LinearModel`
+
+    def stiff(self, spin: float) -> np.ndarray:
+        """Return K + Ω H (n, n) at a spin, rad/s."""
+        return np.diag(self.omega**2) + (spin * self.circulatory if self.circulatory.size else 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """A rig at rest under its weight, turning or not. Made by `static_equilibrium`."""
+    """A rig at rest under its weight and loads, turning or not. Made by `static_equilibrium`."""
 
     rig: Rig
     """the rig"""
     displacement: np.ndarray
-    """(2 n_bushings,) y and z in the bushings' middles from the unloaded shaft, m; see `Rig.probe_labels`"""
+    """(2 n_bushings,) y and z in the bushings' middles from the unloaded shaft, m; see `Rig.probe_labels`. Of a planar
+    rig (n_bushings,), here and below"""
     contact_force: np.ndarray
     """(2 n_bushings,) of the bushings on the shaft, positive against positive displacement, N"""
     grease_force: np.ndarray
     """(2 n_bushings,) of fillings, same sign, N"""
     coordinates: np.ndarray
     """(n,) of the modes"""
-    model: LinearModel
-    """whose modes they are"""
+    model: LinearModel | ChainModes
+    """whose coordinates they are"""
     _fillings: tuple[_Filling, ...]
+    _contacts: tuple[_Contact, ...]
 
     def deflection(self, points: Sequence[float | str]) -> np.ndarray:
         """Return how far points have sagged from the unloaded shaft: y and z (n_points, 2), m.
@@ -56,77 +74,95 @@ class Equilibrium:
 
     def columns(self) -> np.ndarray:
         """Return what an engine's run returns of the bushings at rest: (7 n_bushings,), see `Run.advance`."""
-        touches = self.contact_force.reshape(-1, 2).any(axis=1).astype(float)
+        touches = self.contact_force.reshape(-1, self.rig.n_coordinates).any(axis=1).astype(float)
         return np.concatenate((self.displacement, self.contact_force, self.grease_force, touches))
 
-    def begin(self, clearance: RoundClearance) -> None:
+    def begin(self, clearance: RoundClearance | Clearance) -> None:
         """Let the records of compiled loops remember the rest.
 
         Parameters
         ----------
-        clearance : RoundClearance
+        clearance : RoundClearance or Clearance
             Of the rig, changed in place.
         """
-        n = len(self.rig.bushings)
-        at = (self.model.at_points @ self.coordinates).reshape(-1, 2)
+        n, size, numbers = len(self.rig.bushings), self.rig.n_coordinates, clearance.numbers
+        at = (self.model.at_points @ self.coordinates).reshape(-1, size)
         for j, filling in enumerate(self._fillings):
-            bushing, state = clearance.bushings[j], clearance.states[j]
-            state["y"], state["z"] = at[j]
+            state = clearance.states[j]
+            for name, value in zip(("y", "z") if size == 2 else ("displacement",), at[j]):
+                state[name] = value
             filling.moved(at[j])
-            clearance.numbers[state["grease"] : state["grease"] + bushing["states"]] = filling.states
+            numbers[state["grease"] : state["grease"] + len(filling.states)] = filling.states
             for end in range(2):
                 place = at[n + 2 * j + end]
-                r = place + filling.offset
-                e = float(np.hypot(*r))
-                if e > bushing["gap"]:
-                    memory = state["ends"] + END_MEMORY * end
-                    clearance.numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *(r / e)
-                    clearance.numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *place
+                depth, direction = self._contacts[2 * j + end].depth(place)
+                if depth <= 0:
+                    continue
+                if size == 1:
+                    numbers[state["impact"] + end] = SLOWEST_IMPACT * direction[0]
+                    continue
+                memory = state["ends"] + END_MEMORY * end
+                numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *direction
+                numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *place
 
 
 class _Filling:
     """What fills a bushing, moved slowly from the unloaded place."""
 
-    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float):
-        self.offset, self.model, self.spin = np.array([bushing.offset_y, bushing.offset]), model, spin
-        self.parameters, self.states = model.parameters(), [0.0] * model.round_states()
-        self.preload = np.array(at_offset(model, *self.offset)[:2])
+    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float, is_spatial: bool):
+        self.model, self.parameters = model, model.parameters()
+        self.law: Callable[..., None]
+        self.turned: tuple[float, ...]
+        if is_spatial:
+            self.law, self.turned = model.round_law, (spin,)
+            self.offset, self.states = np.array([bushing.offset_y, bushing.offset]), [0.0] * model.round_states()
+            self.preload = np.array(at_offset(model, *self.offset)[:2])
+        else:
+            self.law, self.turned = model.law, ()
+            self.offset, self.states = np.array([bushing.offset]), [0.0] * model.states()
+            self.preload = np.array([model.at_rest(bushing.offset)[0]])
 
     def moved(self, place: np.ndarray) -> np.ndarray:
-        """Return the force at a place (2,), m, above that at the offset; the states are those there."""
+        """Return the force at a place, m, (2,) or (1,), above that at the offset; the states are those there."""
         self.states = [0.0] * len(self.states)
         pieces = PATH if self.states and not self.model.is_linear() else 1
         out, step = [0.0] * 6, place / pieces
         for i in range(1, pieces + 1):
-            y, z = self.offset + i * step
-            self.model.round_law(self.parameters, self.states, y, z, step[0], step[1], self.spin, 1e6, out)
-        return np.array(out[:2]) - self.preload
+            self.law(self.parameters, self.states, *(self.offset + i * step), *step, *self.turned, 1e6, out)
+        return np.array(out[: place.size]) - self.preload
 
 
 class _Contact:
     """One end of a bushing, whose shaft lies or slides on it."""
 
-    def __init__(self, bushing: Bushing, parameters: np.ndarray, law: object, surface: float):
+    def __init__(self, bushing: Bushing, parameters: np.ndarray, law: Callable[..., None], surface: float):
         self.bushing, self.parameters, self.law = bushing, tuple(parameters), law
         sliding = np.sign(surface) * (bushing.friction.coefficient if bushing.friction else 0.0)
         self.friction, self.offset = float(sliding), np.array([bushing.offset_y, bushing.offset])
 
-    def moved(self, place: np.ndarray) -> np.ndarray:
-        """Return the force at a place (2,), m."""
+    def depth(self, place: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the depth at a place, m, (2,) or (1,), below 0 in the gap, and the direction in which it is deep."""
+        if place.size == 1:
+            g = signed_penetration(float(place[0]), *self.bushing.walls)
+            return abs(g), np.sign([g])
         r = place + self.offset
         e = float(np.hypot(*r))
-        depth = e - self.bushing.gap
+        return e - self.bushing.gap, r / (e or 1.0)
+
+    def moved(self, place: np.ndarray) -> np.ndarray:
+        """Return the force at a place, m, (2,) or (1,)."""
+        depth, n = self.depth(place)
         if depth <= 0:
-            return np.zeros(2)
+            return np.zeros(place.size)
         out = [0.0, 0.0]
-        self.law(self.parameters, depth, 0.0, SLOWEST_IMPACT, out)  # type: ignore[operator]
-        n = r / e
-        return np.asarray(out[0] / 2 * depth * (n + self.friction * np.array([-n[1], n[0]])))
+        self.law(self.parameters, depth, 0.0, SLOWEST_IMPACT, out)
+        across = self.friction * np.array([-n[1], n[0]]) if self.friction else 0.0
+        return np.asarray(out[0] / 2 * depth * (n + across))
 
 
 @checks_kinds
 def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: int = 8) -> Equilibrium:
-    """Find where a spatial rig rests under gravity: its sag, its place in the bushings, contact and films included.
+    """Find where a rig rests under gravity and loads: its sag, its place in the bushings, contact and films included.
 
     Fillings are followed on a straight way from the unloaded shaft. In a contact a shaft that does not turn was put
     down, without sliding; one that turns slides. Unbalance and excitation do not act.
@@ -134,7 +170,7 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
     Parameters
     ----------
     model : Model or Rig
-        One that moves in space.
+        What rests.
     law : Law, optional
         Contact and filling of a rig; without one, its datasheet values.
     n_modes : int
@@ -142,6 +178,8 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
 
     Raises
     ------
+    RigError
+        If nothing carries a load.
     SimulationError
         If no equilibrium is found: nothing holds the shaft, or friction and films leave it none.
     """
@@ -149,45 +187,55 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
     return equilibrium_of(rig, law, linear_model(rig, n_modes))
 
 
-def equilibrium_of(rig: Rig, law: Law, whole: LinearModel) -> Equilibrium:
+def rest_of(rig: Rig, law: Law, modes: int) -> Equilibrium | None:
+    """Return where a planar rig rests, or None where nothing loads it: it then rests at 0."""
+    return static_equilibrium(rig, law, modes) if rig.gravity or rig.loads else None
+
+
+def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equilibrium:
     """Find where a structure rests that stands for a rig's; see `static_equilibrium`."""
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
     q = _rest(rig, whole, [*fillings, *contacts], spin)
-    at = (whole.at_points @ q).reshape(-1, 2)
-    n = len(rig.bushings)
-    pushed = np.array([c.moved(r) for c, r in zip(contacts, at[n:])]).reshape(n, 2, 2).sum(axis=1)
-    held = np.array([f.moved(r) for f, r in zip(fillings, at)]).reshape(n, 2)
-    return Equilibrium(rig, at[:n].ravel(), pushed.ravel(), held.ravel(), q, whole, tuple(fillings))
+    n, size = len(rig.bushings), rig.n_coordinates
+    at = (whole.at_points @ q).reshape(-1, size)
+    pushed = np.array([c.moved(r) for c, r in zip(contacts, at[n:])]).reshape(n, 2, size).sum(axis=1)
+    held = np.array([f.moved(r) for f, r in zip(fillings, at)]).reshape(n, size)
+    return Equilibrium(rig, at[:n].ravel(), pushed.ravel(), held.ravel(), q, whole, tuple(fillings), tuple(contacts))
 
 
 def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Contact]]:
+    """Fillings of the bushings, and contacts of both ends of each."""
     table = law.table(len(rig.bushings))
     contacts = [
         _Contact(bushing, table.parameters[0, j], table.kinds[j].law, spin)
         for j, bushing in enumerate(rig.bushings)
         for _ in range(2)
     ]
-    return [_Filling(b, m, spin) for b, m in zip(rig.bushings, fillings_of(rig, law))], contacts
+    fillings = fillings_of(rig, law) if rig.is_spatial else greases_of(rig, law)
+    return [_Filling(b, m, spin, rig.is_spatial) for b, m in zip(rig.bushings, fillings)], contacts
 
 
-def _rest(rig: Rig, model: LinearModel, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
+def _rest(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
     """(n,) coordinates at which all forces are in equilibrium.
 
     What can move without bending is held by springs at first, which soften to nothing.
     """
     gap = min((b.gap for b in rig.bushings), default=1.0)
-    balance = _Balance(model, forces, spin, SMALL * gap)
-    q = np.zeros(model.size)
+    balance = _Balance(model, forces, rig, spin)
+    q = np.zeros(model.omega.size)
     if not model.omega.all():
         weight = float(np.linalg.norm(rig.gravity or 0.0))
+        if rig.loads:
+            weight += float(np.abs(balance.points @ model.weight).max(initial=0.0))
         for held in weight / gap * SOFTENING:
             q = balance.settled(q, held)[0]
     q, settled = balance.settled(q)
     if not settled:
         raise SimulationError(
-            f"rig {rig.name!r}: no static equilibrium under gravity {rig.gravity} m/s² at a spin of {spin:g} rad/s: "
-            "nothing holds the shaft, or films and friction leave it no place to rest"
+            f"rig {rig.name!r}: no static equilibrium under gravity {rig.gravity} m/s²"
+            f"{' and its loads' * bool(rig.loads)} at a spin of {spin:g} rad/s: nothing holds the shaft, or films and "
+            "friction leave it no place to rest"
         )
     return q
 
@@ -195,9 +243,10 @@ def _rest(rig: Rig, model: LinearModel, forces: Sequence[_Filling | _Contact], s
 class _Balance:
     """Forces on the modes at rest, and Newton's steps to where they are none, damped as Levenberg's."""
 
-    def __init__(self, model: LinearModel, forces: Sequence[_Filling | _Contact], spin: float, small: float):
-        self.forces, self.weight, self.small = forces, model.weight, small
-        self.points, self.stiffness = model.at_points.reshape(-1, 2, model.size), model.stiff(spin)
+    def __init__(self, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], rig: Rig, spin: float):
+        dims, small = rig.n_coordinates, SMALL * min((b.gap for b in rig.bushings), default=1.0)
+        self.forces, self.weight, self.steps = forces, model.weight, small * np.eye(dims)
+        self.points, self.stiffness = model.at_points.reshape(-1, dims, model.omega.size), model.stiff(spin)
         self.scale = 1 / np.sqrt(model.omega**2 + 1e-4 * np.mean(model.omega) ** 2 + 1.0)
 
     def off(self, q: np.ndarray, held: float) -> np.ndarray:
@@ -212,8 +261,8 @@ class _Balance:
         found = self.stiffness + held * np.eye(q.size)
         for force, at in zip(self.forces, self.points):
             here = at @ q
-            change = [force.moved(here + d) - force.moved(here - d) for d in self.small * np.eye(2)]
-            found += at.T @ (np.array(change).T / (2 * self.small)) @ at
+            change = [force.moved(here + d) - force.moved(here - d) for d in self.steps]
+            found += at.T @ (np.array(change).T / (2 * self.steps[0, 0])) @ at
         return found
 
     def settled(self, q: np.ndarray, held: float = 0.0) -> tuple[np.ndarray, bool]:

@@ -19,9 +19,8 @@ from ..core.errors import RigError
 from ..linear import PlaneRows, RigRows
 from ..rig import Rig
 from ..rig.dimensions import directed_points
-from ..rig.sensing import SensorRows
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import parse_direction, ratios_of_modes
+from ..structure.base import parse_direction, parse_place, ratios_of_modes
 from ..structure.reduction import vibration_modes
 from ..structure.shaft import OF_BENDING
 from ..structure.shafts import Spring
@@ -83,10 +82,9 @@ class Linkage:
         return found * (np.array(signs) * [sign for _, sign in named])[:, None]
 
     @functools.cached_property
-    def sensor_rows(self) -> SensorRows:
-        """What the sensors read of the coordinates and of the base."""
-        every = PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))
-        return RigRows(self.rig, 1, (None, every)).sensor_rows
+    def rows(self) -> RigRows:
+        """How the rig's points move per coordinate."""
+        return RigRows(self.rig, 1, (None, PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))))
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]
@@ -240,7 +238,8 @@ def cannot_be_linked(rig: Rig) -> str:
         return f"links moves along its planes alone, and {name} names {axis}; use {others}"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
-        ("oscillators", rig.oscillators), ("bearings", rig.bearings),
+        ("oscillators", rig.oscillators), ("bearings", rig.bearings), ("orders", rig.orders),
+        ("torques", any(parse_place(point) is None for load in rig.loads for point in load.points)),
     ):  # fmt: skip
         if there:
             return f"links knows no {what}; use {others}"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from ..linear import LinearModel, PlaneRows, RigRows
+from ..linear import PlaneRows, RigRows
 from ..linear.making import skew
 from ..rig import Rig
 from ..structure import Beam
@@ -21,9 +21,6 @@ from .chain import Chain
 from .linkage import Linkage, linkage
 
 __all__ = ["SpatialLinkage", "spatial_linkage"]
-
-RIGID = 1e-14
-"""Share of the largest stiffness per mass below which a mode has none: what rounding leaves of zero"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +71,6 @@ class SpatialLinkage:
             found[part, d] = np.concatenate([_weight(chain) for chain in plane.chains])
         return found
 
-    @property
-    def weight(self) -> np.ndarray:
-        """(nv,) force of gravity; that along x bends nothing in a linear shaft and is left out."""
-        return self.influence @ np.array((self.rig.gravity or (0.0, 0.0, 0.0))[1:])
-
     @functools.cached_property
     def gyroscopic(self) -> np.ndarray:
         """(nv, nv) G, skew, per rad/s of the spin; (0, 0) of a rig that does not turn."""
@@ -104,23 +96,6 @@ class SpatialLinkage:
         """(nv, nv) damping of joints and springs."""
         springs = self.diagonal(lambda plane: (plane.springs.rows.T * plane.springs.damping) @ plane.springs.rows)
         return np.diag(np.concatenate([plane.damping for plane in self.planes])) + springs
-
-    @functools.cached_property
-    def modes(self) -> tuple[LinearModel, np.ndarray]:
-        """All natural modes of the chains, in which statics are solved, and the coordinates (nv, n) of each."""
-        mass, stiffness = (
-            self.free.T @ self.diagonal(of) @ self.free for of in (lambda p: p.mass, lambda p: p.whole_stiffness)
-        )
-        square, shapes = scipy.linalg.eigh(stiffness, mass)
-        omega, shapes = np.sqrt(np.where(square < RIGID * square[-1], 0.0, np.abs(square))), self.free @ shapes
-        every = slice(0, omega.size)
-        y, z = (PlaneRows(p.deflection, shapes[s], every, p.lever) for p, s in zip(self.planes, self.spans))
-        viscous = shapes.T @ (self.dampers + self.diagonal(lambda plane: plane.viscous)) @ shapes
-        damping = viscous.diagonal()
-        influence = np.column_stack((np.zeros(omega.size), shapes.T @ self.influence))
-        g, h = (shapes.T @ m @ shapes if m.size else m for m in (self.gyroscopic, self.circulatory))
-        rest = viscous - np.diag(damping)
-        return LinearModel(self.rig, 2, (y, z), omega, damping, rest, influence, g, h), shapes
 
 
 @functools.lru_cache(maxsize=32)

@@ -20,14 +20,16 @@ from ..core.validation import Positive, Whole
 from ..linear import linear_model
 from ..physical import apply, set_inverse_inertia
 from ..rig import Bushing, Rig
+from ..rig.instruments import Kinds
 from .base import Engine, Run, register
 from .linkage import Linkage, linkage
 from .links_parts import add_fixed_tendon, add_spring, add_support, armature, finish_supports, set_inertia, visual
 from .links_plant import largest_spatial_step, spatial_plant
 from .links_space import build_spatial
+from .modal_space import driven
 from .mujoco_loop import MujocoRun
 from .mujoco_space import SpatialMujocoRun
-from .plant import ITERATIONS, NO_WALL, Maps, Plant, set_solver, soften, stable_step
+from .plant import ITERATIONS, NO_WALL, Maps, Plant, Statics, set_solver, soften, stable_step
 
 __all__ = ["Links", "build_links"]
 
@@ -51,9 +53,9 @@ class Links(Engine):
         whole, points = linkage(rig, self.links), _plant(rig, self.links).maps.at_points
         return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, armature(whole), *whole.beside)
 
-    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
-        linear_model(rig).input(kind)  # refuses what cannot be excited so
+        driven(linear_model(rig), kind)  # refuses what cannot be excited so
         if rig.is_spatial:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
@@ -258,15 +260,14 @@ def _plant(rig: Rig, links: int) -> Plant:
     pairs = {model.pair(i).name: i for i in range(model.npair)}  # MuJoCo sorts them
     limits = {model.tendon(i).name: i for i in range(model.ntendon)}
     touching = [[pairs.get(f"collar{end}_{side}", -1) for side in ("lower", "upper")] for end in ends]
-    sensors = whole.sensor_rows
+    rows = whole.rows
     maps = Maps(
         at_points=np.ascontiguousarray(np.vstack((whole.at_bushings, whole.at_ends))),
-        at_shaker=sum((factor * whole.deflection([p])[0] for p, factor in rig.shaker.forces), np.zeros(whole.size)),
         viscous=whole.viscous,
-        output=sensors.accelerations,
-        on_base=sensors.shaken,
+        output=rows.sensor_rows.accelerations,
         pairs=np.array(touching, int).reshape(-1, 2),
         limits=np.array([limits.get(f"clearance{end}", -1) for end in ends], dtype=int),
-        readings=sensors.readings,
+        readings=rows.sensor_rows.readings,
     )
-    return Plant(model, maps, float(rig.shaker.unit_direction[2]), whole.rayleigh[0], armature(whole))
+    statics = Statics(whole.mass, whole.whole_stiffness, whole.free, np.zeros((0, 0)), maps.at_points)
+    return Plant(model, maps, rows, statics, whole.rayleigh[0], armature(whole))

@@ -29,8 +29,6 @@ class ChainMaps(NamedTuple):
     spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
     at_points: np.ndarray  # (3 n_bushings, 2, nv) along y and z: the bushings' middles, then both ends of each
     at_sensors: np.ndarray  # (n_sensors, nv) of accelerometers; zeros of others
-    on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
-    push: np.ndarray  # (nv,) force of the shaker per N
     influence: np.ndarray  # (nv, 2) force of a unit gravity along y and z
     unbalance: np.ndarray  # (2, nv) force of Ω² cos φ and Ω² sin φ
     viscous: np.ndarray  # (nv, nv) damping that joints and springs do not have; (0, 0) where they have all
@@ -93,8 +91,6 @@ def spatial_plant(rig: Rig, links: int) -> SpatialPlant:
         spans=np.array([(part.start, part.stop) for part in whole.spans]),
         at_points=rows.at_points.reshape(-1, 2, whole.size),
         at_sensors=rows.sensor_rows.accelerations,
-        on_base=rows.sensor_rows.shaken,
-        push=rows.push() if rig.shaker.forces else np.zeros(whole.size),
         influence=whole.influence,
         unbalance=rows.unbalance,
         viscous=viscous if viscous.any() else np.zeros((0, 0)),

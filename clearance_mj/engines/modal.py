@@ -24,10 +24,12 @@ from ..clearance.law import Law
 from ..core.validation import Positive, Whole
 from ..linear import MAX_MODES, linear_model
 from ..rig import Rig
+from ..rig.instruments import Kinds
 from ..signals.sampling import lowpass
-from .base import Engine, Equations, Run, diverged, register
+from .base import Engine, Equations, Run, diverged, in_columns, register
+from .equilibrium import rest_of
 from .modal_loop import Motion, Shaft, advance, advance_whole
-from .modal_space import SpatialRun, kicked_damping, scheme, stiffest_contacts
+from .modal_space import SpatialRun, driven, kicked_damping, leaving, scheme, stiffest_contacts
 
 __all__ = ["Modal", "ModalRun", "SideBySide"]
 
@@ -50,7 +52,7 @@ class Modal(Engine):
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact))
 
-    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
         if rig.is_spatial:
             return SpatialRun(self, rig, law, kind, step, self.modes)
@@ -58,17 +60,18 @@ class Modal(Engine):
 
 
 @functools.lru_cache(maxsize=128)
-def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
+def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> Shaft:
     model = linear_model(rig, modes)
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
     viscous = model.viscous() if model.coupling.size else model.coupling
     kicked = kicked_damping(viscous, inverse_mass, step)
-    sensors = model.sensor_rows
-    on_base = sensors.shaken * float(kind == "base")
-    points, push = model.at_points, model.input(kind)
+    sensors, points, (push, on_base) = model.sensor_rows, model.at_points, driven(model, kind)
+    if model.weight.any():  # f₀ is one more input, whose signal is 1
+        push, on_base = np.vstack((push, model.weight)), np.vstack((on_base, np.zeros(len(rig.sensors))))
     light = points * inverse_mass
+    at_input = np.array([light @ each for each in push])
     return Shaft(
-        inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, light @ push,
+        inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, at_input,
         model.springs, sensors.readings,
     )  # fmt: skip
 
@@ -76,15 +79,28 @@ def _shaft(rig: Rig, modes: int, kind: str, step: float) -> Shaft:
 class ModalRun(Run):
     """A simulation by the modal engine."""
 
-    def __init__(self, engine: Modal, rig: Rig, law: Law, kind: str, step: float):
+    def __init__(self, engine: Modal, rig: Rig, law: Law, kind: Kinds, step: float):
         self.engine, self.rig, self.step = engine, rig, step
         self.shaft, self.clearance = _shaft(rig, engine.modes, kind, step), clearance_records(rig, law, step)
         self.greases, self.contacts = greases_of(rig, law), law.table(len(rig.bushings)).kinds
+        self.rest, model = rest_of(rig, law, engine.modes), linear_model(rig, engine.modes)
+        self.sensors = model.sensor_rows
+        q = np.zeros(len(self.shaft.inverse_mass))
+        if self.rest:
+            self.rest.begin(self.clearance)
+            q = self.rest.coordinates
+        self.motion = Motion(q, leaving(q, self.shaft.flow), q)
         self.alone = SideBySide([self])
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
         return self.alone.advance(excitation)[0]
+
+    def before(self) -> np.ndarray | None:
+        """Return the rest; see `Run.before`."""
+        if self.rest is None:
+            return None
+        return np.append(self.sensors.at_rest(self.rest.coordinates), self.rest.columns())
 
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""
@@ -119,19 +135,28 @@ class SideBySide(Run):
         self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))
         shaft = Shaft(*(np.ascontiguousarray(np.stack(part, axis=-1)) for part in zip(*(run.shaft for run in runs))))
         self.columns = len(shaft.at_sensors) + 4 * len(runs[0].rig.bushings)
-        self.motion = Motion(*np.zeros((3, *shaft.input.shape)))
+        self.motion = Motion(*(np.stack(part, axis=-1) for part in zip(*(run.motion for run in runs))))
         self.clearance = side_by_side([run.clearance for run in runs])
+        self.before_start = np.zeros((self.columns, len(runs)))
+        for lane, run in enumerate(runs):
+            self.before_start[:, lane] = 0.0 if (before := run.before()) is None else before
         offsets = np.array([[b.offset for b in run.rig.bushings] for run in runs])
-        greases = lane_greases([run.greases for run in runs], offsets)
+        greases = lane_greases([run.greases for run in runs], offsets, [run.clearance for run in runs])
         contacts = lane_contacts([run.contacts for run in runs], [run.clearance for run in runs])
         self.parts = self.lanes, shaft, self.motion, self.clearance, greases, contacts
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
-        out = np.empty((self.columns, excitation.size, len(self.lanes)))
-        self._go_on(*advance(self.steps, excitation, self.step, *self.parts, out, 0))
-        self.steps += excitation.size
+        out = np.empty((self.columns, len(excitation), len(self.lanes)))
+        self._go_on(*advance(self.steps, self.driving(excitation), self.step, *self.parts, out, 0))
+        self.steps += len(excitation)
         return out.T
+
+    def driving(self, excitation: np.ndarray) -> np.ndarray:
+        """Return inputs (n,) or (n, n_inputs) as the loop takes them: (n, n_inputs), with 1 for a constant load."""
+        columns = in_columns(excitation)
+        loads = len(self.runs[0].shaft.input) - columns.shape[1]
+        return np.hstack((columns, np.ones((len(columns), loads)))) if loads else columns
 
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
         """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
@@ -141,7 +166,8 @@ class SideBySide(Run):
         """
         left_out = 0 if forces else 3 * len(self.runs[0].rig.bushings)
         out = np.empty((len(self.lanes), self.columns - left_out, samples))
-        self._go_on(*advance_whole(excitation, factor, lowpass(factor), self.step, *self.parts, out))
+        drive, before = self.driving(excitation), self.before_start[: out.shape[1]]
+        self._go_on(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, before, out))
         return out
 
     def _go_on(self, failed: int, record: int) -> None:

@@ -15,7 +15,7 @@ from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetratio
 from ..clearance.lane_greases import LaneGreases, grease_in_lanes
 from ..clearance.lanes import all_below, larger, load, spread, store, where_above
 from ..core.jit import OPTIONS, jit
-from .decimating import BLOCK_SAMPLES, decimate, padded_taps
+from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
 from .lane_modes import move_modes, read_motion
 
 __all__ = ["Motion", "Shaft", "advance", "advance_whole"]
@@ -28,11 +28,11 @@ class Shaft(NamedTuple):
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
     at_points: np.ndarray  # (3 n_bushings, n) the bushings' middles (grease), then both ends of each (contact)
     at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
-    input: np.ndarray  # (n,) force on the modes per unit of excitation
-    base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself: of a shaken base, with which they move
+    input: np.ndarray  # (n_inputs, n) force on the modes per unit of each input
+    base: np.ndarray  # (n_inputs, n_sensors) what sensors read of an input itself: of a base, with which they move
     coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
     compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
-    at_input: np.ndarray  # (3 n_bushings,) velocity of the points per unit impulse of the excitation
+    at_input: np.ndarray  # (n_inputs, 3 n_bushings) velocity of the points per unit impulse of each input
     springs: np.ndarray = np.zeros((0, 0, 1))  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
     readings: np.ndarray = np.zeros((0, 2, 0, 1))  # (n_sensors, 2, n) as `round_scheme.RoundShaft` has them
 
@@ -50,10 +50,10 @@ def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
     clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Advance the state by ``excitation.size`` steps; return (step, record of the bushing) of a divergence, or -1, -1.
+    """Advance the state by all steps; return (step, record of the bushing) of a divergence, or -1, -1.
 
-    ``out``: (columns, n, lanes), filled from its row ``first`` on with what `Run.advance` returns, the forces of the
-    bushings if there are columns for them.
+    ``excitation``: (n, n_inputs). ``out``: (columns, n, lanes), filled from its row ``first`` on with what
+    `Run.advance` returns, the forces of the bushings if there are columns for them.
     """
     inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, springs, readings = shaft
     q, v, q_before = motion
@@ -76,8 +76,8 @@ def advance(
     total, acceleration, middle = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     acts = np.ones(n_points, np.bool_)
     half, nothing, one = 0.5 * h, spread(0.0, lanes), spread(1.0, lanes)
-    for i in range(excitation.size):
-        a = excitation[i]
+    for i in range(excitation.shape[0]):
+        a = excitation[i, 0]
         for j in range(n_bushings):  # its middle and both ends at once, so that less is loaded
             left = n_bushings + 2 * j
             middle_at, left_at, right_at, speed = nothing, nothing, nothing, half * a * load(at_input, j, lanes)
@@ -105,6 +105,7 @@ def advance(
                 for m in range(n):
                     speed += load(at_points, p * n + m, lanes) * load(v, m, lanes)
                 store(w, p, speed, lanes)
+        _add_others(at_input, n_points, excitation, i, half, lanes, w, 0, 1)
         for j in range(n_bushings):
             if grease_law[j]:
                 grease_in_lanes(greases, j, x, h, lanes, elastic, viscous)
@@ -149,6 +150,7 @@ def advance(
                 store(force, p, new, lanes)
         for m in range(n):
             store(total, m, load(shape, m, lanes) * a, lanes)
+        _add_others(shape, n, excitation, i, 1.0, lanes, total, 0, 1)
         if springs.size:
             for m in range(n):
                 for r in range(n):
@@ -173,6 +175,7 @@ def advance(
             store(out, s * size + row, value, lanes)
             store(out, second * size + row, value_2, lanes)
             store(out, third * size + row, value_3, lanes)
+        _add_others(base, n_sensors, excitation, i, 1.0, lanes, out, row, size)
         if readings.shape[0]:
             read_motion(h, lanes, readings, q, q_before, acceleration, middle, row, out)
         for j in range(n_bushings):
@@ -190,28 +193,44 @@ def advance(
     for lane in range(count):  # without bushings nothing else would stop it
         for m in range(n):
             if not abs(q[m, lane]) < np.inf:
-                return excitation.size, lane * max(n_bushings, 1)
+                return excitation.shape[0], lane * max(n_bushings, 1)
     return -1, -1
+
+
+@jit(inline="always")
+def _add_others(
+    rows: np.ndarray, count: int, excitation: np.ndarray, i: int, factor: float, lanes: tuple[int, ...],
+    out: np.ndarray, first: int, stride: int,
+) -> None:  # fmt: skip
+    """Add what all inputs but the first one do in a step, by their ``rows`` of so many numbers each."""
+    for r in range(1, excitation.shape[1]):
+        amount = factor * excitation[i, r]
+        for m in range(count):
+            place = first + m * stride
+            store(out, place, load(out, place, lanes) + amount * load(rows, r * count + m, lanes), lanes)
 
 
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft,
-    motion: Motion, clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray,
+    motion: Motion, clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, before: np.ndarray,
+    out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
 
-    ``taps`` are those of `lowpass`; ``out``: (lanes, columns, n) samples at the record's rate.
+    ``taps`` are those of `lowpass`, ``before`` (columns, lanes) what the columns are at rest; ``out``: (lanes, columns,
+    n) samples at the record's rate.
     """
     padded, (count, columns, last) = padded_taps(taps, factor), out.shape
     steps = np.zeros((columns, padded.size + (BLOCK_SAMPLES + 1) * factor, count))
     filled, done, samples = taps.size // 2, 0, 0
-    while samples < last and done < excitation.size:
+    fill_before(before, filled, lanes, steps)
+    while samples < last and done < excitation.shape[0]:
         part = excitation[done : done + BLOCK_SAMPLES * factor]
         failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, contacts, steps, filled)
         if failed >= 0:
             return done + failed, record
-        done, filled = done + part.size, filled + part.size
+        done, filled = done + part.shape[0], filled + part.shape[0]
         ready = decimate(steps, filled, padded, taps.size, factor, lanes, out, samples)
         samples, filled = samples + ready, filled - ready * factor
     return -1, -1

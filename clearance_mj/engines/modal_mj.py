@@ -18,10 +18,12 @@ from pydantic import Field
 from ..clearance.law import Law
 from ..core.errors import ClearanceError
 from ..core.validation import Positive, Whole
-from ..linear import MAX_MODES, linear_model
+from ..linear import MAX_MODES, PlaneRows, RigRows, linear_model
 from ..physical import apply, set_inverse_inertia
 from ..rig import Rig
+from ..rig.instruments import Kinds, each_kind
 from .base import Engine, Run, register
+from .modal_space import driven
 from .mujoco_loop import MujocoRun
 from .plant import NO_WALL, Maps, Plant, set_solver, soften, stable_step
 
@@ -60,10 +62,14 @@ class ModalMujoco(Engine):
             step = damped
         return self.safety * step
 
-    def start(self, rig: Rig, law: Law, kind: str, step: float) -> Run:
+    def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
-        linear_model(rig, self.modes).input(kind)  # refuses what cannot be excited so
-        return MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
+        if len(each_kind(kind)) > 1 or rig.gravity or rig.loads:
+            raise ClearanceError(f"rig {rig.name!r}: modal-mj knows one input and no loads; use links or modal")
+        driven(linear_model(rig, self.modes), kind)  # refuses what cannot be excited so
+        run = MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
+        run.driving.lift[0, 1] = -float(each_kind(kind)[0] == "base")  # the joints lean as the base moves
+        return run
 
 
 def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
@@ -110,16 +116,13 @@ def _plant(rig: Rig, modes: int) -> Plant:
     ritz, mass = linear_model(rig, modes), _mass(rig, modes)
     root = np.sqrt(mass)
     set_inverse_inertia(model)
-    at_shaker = root * ritz.input("force") if rig.shaker.forces else np.zeros(ritz.size)
+    rows, transform, span, _ = ritz.planes[1]
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))
     pairs = np.zeros((limits.size, 0), dtype=int)
     sensors = ritz.sensor_rows
-    maps = Maps(
-        root * ritz.at_points, at_shaker, viscous, root * sensors.accelerations, sensors.shaken, pairs, limits,
-        root * sensors.readings,
-    )  # fmt: skip
-    return Plant(model, maps)
+    maps = Maps(root * ritz.at_points, viscous, root * sensors.accelerations, pairs, limits, root * sensors.readings)
+    return Plant(model, maps, RigRows(rig, 1, (None, PlaneRows(rows, root * transform, span))))
 
 
 def _mass(rig: Rig, modes: int) -> float:

@@ -13,10 +13,13 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.round_kernel import round_records, rounds_side_by_side
-from ..linear import linear_model
+from ..linear import LinearModel, linear_model
 from ..rig import Rig
+from ..rig.instruments import Kinds, each_kind
+from ..rig.loads import order_forces
+from ..rig.sensing import read_of_inputs
 from ..signals.sampling import lowpass
-from .base import Engine, Run, diverged
+from .base import Engine, Run, diverged, in_columns
 from .equilibrium import static_equilibrium
 from .round_energies import OF_BUSHING, OF_END, OF_RIG
 from .round_lanes import advance_lanes
@@ -24,7 +27,16 @@ from .round_loop import advance_round
 from .round_scheme import SPIN, RoundMotion, RoundShaft
 from .turning import SPIN_STEPS, as_probes, turning_of
 
-__all__ = ["SpatialRun", "SpatialSideBySide", "compliance_of", "kicked_damping", "scheme", "stiffest_contacts"]
+__all__ = [
+    "SpatialRun",
+    "SpatialSideBySide",
+    "compliance_of",
+    "driven",
+    "kicked_damping",
+    "leaving",
+    "scheme",
+    "stiffest_contacts",
+]
 
 WORST_CONDITION = 1e15  # of the matrix of a kick's own damping, beyond which nothing is left of the velocities
 
@@ -57,21 +69,33 @@ def kicked_damping(viscous: np.ndarray, inverse_mass: np.ndarray, step: float) -
     return np.ascontiguousarray(np.linalg.solve(own, viscous))
 
 
+def leaving(q: np.ndarray, flow: np.ndarray) -> np.ndarray:
+    """Return the velocities (n,) of modes at rest at q before a kick that holds them there; see modal.py."""
+    speed = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])
+    return np.asarray(flow[2] * q + flow[3] * speed)
+
+
+def driven(model: LinearModel, kinds: Kinds) -> tuple[np.ndarray, np.ndarray]:
+    """Return forces (n_inputs, n) on the coordinates per unit of each input, and `read_of_inputs`."""
+    push = [model.input(kind, number) for number, kind in enumerate(each_kind(kinds))]
+    return np.array(push), read_of_inputs(model.rig, kinds)
+
+
 @functools.lru_cache(maxsize=128)
-def _shaft(rig: Rig, modes: int, kind: str, step: float) -> tuple[RoundShaft, bool]:
+def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[RoundShaft, bool]:
     """The linear part, and whether the kicks have all of the damping; else the modes have their own."""
     model = linear_model(rig, modes)
     spin, coupled = rig.spin.speed if rig.spin else 0.0, model.coupling.size > 0 or bool(model.bearings)
     flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if coupled else model.damping, step)
     points = model.at_points.reshape(-1, 2, model.size)
     compliance, sensors = compliance_of(points, np.diag(inverse_mass)), model.sensor_rows
+    push, on_base = driven(model, kind)
     shaft = RoundShaft(
         inverse_mass, np.ascontiguousarray(flow), points,
         np.array([(p.span.start, p.span.stop) for p in model.planes if p]),
-        sensors.accelerations, _moving(sensors.accelerations), model.input(kind),
-        sensors.shaken * float(kind == "base"),
-        model.weight, model.unbalance, compliance, np.ascontiguousarray(model.circulatory), model.springs_at(spin),
-        sensors.readings,
+        sensors.accelerations, _moving(sensors.accelerations), push, on_base, model.weight, model.unbalance,
+        np.array([each.order for each in rig.orders]), order_forces(rig.orders, model.directed, model.size), compliance,
+        np.ascontiguousarray(model.circulatory), model.springs_at(spin), sensors.readings,
     )  # fmt: skip
     return shaft, coupled
 
@@ -91,17 +115,16 @@ def compliance_of(points: np.ndarray, mobility: np.ndarray) -> np.ndarray:
 class SpatialRun(Run):
     """A simulation by the modal engine in space."""
 
-    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, modes: int):
+    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, modes: int):
         self.engine, self.rig, self.step, self.steps = engine, rig, step, 0
         self.model = linear_model(rig, modes)
         self.shaft, self.coupled = _shaft(rig, modes, kind, step)
         self.clearance = round_records(rig, law, step)
         self.rest = static_equilibrium(rig, law, modes)
         self.rest.begin(self.clearance)
-        q, flow = self.rest.coordinates.copy(), self.shaft.flow
-        leaving = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])  # after a kick that holds q where it is
+        q = self.rest.coordinates.copy()
         turning, self.drive = turning_of(rig)
-        self.motion = RoundMotion(q, flow[2] * q + flow[3] * leaving, q.copy(), turning)
+        self.motion = RoundMotion(q, leaving(q, self.shaft.flow), q.copy(), turning)
         self.changes = bool(self.drive[0] or self.drive[2]) and (
             self.model.gyroscopic.size > 0 or bool(self.model.bearings)
         )
@@ -115,15 +138,17 @@ class SpatialRun(Run):
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Simulate one block; return what `advance` does, and the energies (n, columns) of `round_energies`."""
         n = len(self.rig.bushings)
-        works = np.empty((excitation.size, len(OF_RIG) + n * (len(OF_BUSHING) + 2 * len(OF_END))))
+        works = np.empty((len(excitation), len(OF_RIG) + n * (len(OF_BUSHING) + 2 * len(OF_END))))
         return self._advance(excitation, works), works
 
     def _advance(self, excitation: np.ndarray, works: np.ndarray) -> np.ndarray:
-        out = np.empty((self.columns, excitation.size + 8))  # columns that are not a power of two apart share the cache
-        size = SPIN_STEPS if self.changes else max(excitation.size, 1)
-        for start in range(0, excitation.size, size):
+        count = len(excitation)
+        excitation = in_columns(excitation)
+        out = np.empty((self.columns, count + 8))  # columns that are not a power of two apart share the cache
+        size = SPIN_STEPS if self.changes else max(count, 1)
+        for start in range(0, count, size):
             part = excitation[start : start + size]
-            spin = self.motion.turning[SPIN] + self.drive[0] * part.size * self.step / 2
+            spin = self.motion.turning[SPIN] + self.drive[0] * len(part) * self.step / 2
             coupling, shaft = self.coupling(float(spin)), self.shaft
             if self.changes and self.model.bearings:
                 shaft = shaft._replace(springs=self.model.springs_at(float(spin)))
@@ -133,8 +158,8 @@ class SpatialRun(Run):
             )  # fmt: skip
             if failed >= 0:
                 raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
-            self.steps += part.size
-        return as_probes(self.rig, out[:, : excitation.size].T)
+            self.steps += len(part)
+        return as_probes(self.rig, out[:, :count].T)
 
     def before(self) -> np.ndarray:
         """Return the rest; see `Run.before`."""
@@ -148,7 +173,7 @@ class SpatialRun(Run):
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""
         shapes = self.shaft.at_points.shape, self.shaft.at_sensors.shape
-        return self.step, self.columns, shapes, self.shaft.spans.tobytes()
+        return self.step, self.columns, shapes, self.shaft.orders.shape, self.shaft.spans.tobytes()
 
     def coupling(self, spin: float) -> np.ndarray:
         """Return what couples the velocities of the modes at a spin, rad/s, in the middle of their own kick."""
@@ -183,8 +208,8 @@ class SpatialSideBySide:
         """Simulate a whole excitation; return (n_runs, columns, samples), decimated; as `modal.SideBySide.whole`."""
         first = self.runs[0]
         before = np.stack([run.at_rest() for run in self.runs], axis=-1)
-        out = np.empty((len(self.lanes), first.columns, samples))
-        failed, record = advance_lanes(excitation, factor, lowpass(factor), first.step, *self.parts, before, out)
+        out, drive = np.empty((len(self.lanes), first.columns, samples)), in_columns(excitation)
+        failed, record = advance_lanes(drive, factor, lowpass(factor), first.step, *self.parts, before, out)
         if failed >= 0:
             lane, bushing = divmod(record, max(len(first.rig.bushings), 1))
             raise diverged(self.runs[lane].rig, first.engine, failed * first.step, bushing)

@@ -19,9 +19,10 @@ from ..clearance.law import Law
 from ..core.jit import OPTIONS, jit
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
-from .base import Engine, Equations, Run, diverged
+from ..rig.instruments import Kinds
+from .base import Engine, Equations, Run, diverged, in_columns
 from .mujoco_step import check_warnings, contact_rows, mj_step, refuse_adhesion, warnings_counted
-from .plant import Maps, Plant, hold, tendon_rows
+from .plant import Driving, Maps, Plant, driving, hold, rest_in_mujoco, tendon_rows
 
 __all__ = ["MujocoRun"]
 
@@ -45,7 +46,7 @@ class _Views(NamedTuple):
 class MujocoRun(Run):
     """A MuJoCo simulation, with a model of its own."""
 
-    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: Plant):
+    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: Plant):
         n_bushings = len(rig.bushings)
         self.engine, self.rig, self.maps, self.step, self.steps = engine, rig, plant.maps, step, 0
         self.clearance = clearance_records(rig, law, step)
@@ -61,9 +62,16 @@ class MujocoRun(Run):
         self.heavier = 1 + step / 2 * plant.decay
         for field in ("body_mass", "body_subtreemass", "body_inertia"):
             getattr(self.model, field)[:] *= self.heavier
-        self.base = kind == "base"
+        given = driving(plant.rows, kind)
+        self.driving = given._replace(lift=given.lift / self.heavier, gravity=given.gravity / self.heavier)
         from_constraint = contact_rows(plant.maps.at_points[n_bushings:], hold(self.model))
-        self.data, self.gravity = mujoco.MjData(self.model), -plant.vertical / self.heavier
+        self.data = mujoco.MjData(self.model)
+        self.rest, self.sensors = None, plant.rows.sensor_rows
+        if plant.statics and (rig.gravity or rig.loads):
+            self.model.opt.gravity[2] = self.driving.gravity[1]
+            where = np.arange(self.model.nv), plant.statics, given.steady
+            self.rest = rest_in_mujoco(plant.rows, law, self.model, self.data, *where)
+            self.rest.begin(self.clearance)
         model, data = self.model, self.data
         self.views = _Views(
             model._address, data._address, model.opt.gravity, model.pair_solref, model.tendon_solref_lim, data.qpos,
@@ -72,16 +80,20 @@ class MujocoRun(Run):
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
-        out = np.empty((excitation.size, len(self.maps.output) + 4 * len(self.rig.bushings)))
-        models = self.base, self.gravity, self.views, self.maps, self.clearance
+        out = np.empty((len(excitation), len(self.maps.output) + 4 * len(self.rig.bushings)))
+        models = self.driving, self.views, self.maps, self.clearance
         with warnings_counted():
-            failed, bushing = _advance(self.steps, excitation, *models, SOLREF_PER_UNIT, out)
+            failed, bushing = _advance(self.steps, in_columns(excitation), *models, SOLREF_PER_UNIT, out)
         if failed >= 0:
             raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
         largest = int(np.argmax(np.abs(self.clearance.states["displacement"]))) if self.rig.bushings else 0
         check_warnings(self.rig, self.data, self.steps * self.step, largest)
-        self.steps += excitation.size
+        self.steps += len(excitation)
         return out
+
+    def before(self) -> np.ndarray | None:
+        """Return the rest; see `Run.before`."""
+        return None if self.rest is None else np.append(self.sensors.at_rest(self.data.qpos), self.rest.columns())
 
     def equations(self) -> Equations:
         """Return the equations of the steps; see `Run.equations`.
@@ -90,7 +102,7 @@ class MujocoRun(Run):
         disables it, and an explicit E. Reactions of rigid supports are left out, as they do no work.
         """
         model, nv = copy.copy(self.model), self.model.nv
-        model.opt.gravity[:] = 0, 0, self.gravity
+        model.opt.gravity[:] = 0, 0, 1
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         mass = np.zeros((nv, nv))
@@ -101,7 +113,10 @@ class MujocoRun(Run):
         if self.maps.viscous.size:
             explicit = explicit + self.maps.viscous
         mass += self.step / 2 * (implicit - explicit)
-        shape = -data.qfrc_bias if self.base else self.maps.at_shaker
+        lift, push, _, gravity, steady = self.driving
+        shape = push - np.outer(lift[:, 1], data.qfrc_bias)
+        if self.rest:
+            shape = np.vstack((shape, steady - gravity[1] * data.qfrc_bias))
         speed = np.outer((-1, 1, 0), np.ones(nv)) / self.step
         stiffness = np.diag(model.jnt_stiffness) + (rows.T * model.tendon_stiffness) @ rows
         return Equations(mass, implicit + explicit, stiffness, shape, self.maps.at_points, speed)
@@ -113,24 +128,23 @@ class MujocoRun(Run):
 
 @jit(**OPTIONS)
 def _advance(
-    steps: int, excitation: np.ndarray, base: bool, vertical: float, views: _Views, maps: Maps, clearance: Clearance,
+    steps: int, excitation: np.ndarray, driven: Driving, views: _Views, maps: Maps, clearance: Clearance,
     per_unit: float, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
-    """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or (-1, -1)."""
+    """Advance by the steps of the excitation (n, n_inputs); return (step, bushing) of a divergence, or (-1, -1)."""
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, acceleration, from_constraint = views
-    at_points, at_shaker, viscous, output, on_base, pairs, limits, readings = maps
+    at_points, viscous, output, pairs, limits, readings = maps
+    lift, pushed, on_base, weight, steady = driven
     bushings, states, numbers = clearance
-    nv, n_bushings, n_sensors = qvel.size, bushings.size, output.shape[0]
+    nv, n_bushings, n_sensors, n_inputs = qvel.size, bushings.size, output.shape[0], excitation.shape[1]
     (grease_force, push, touches), read = np.zeros((3, n_bushings)), np.zeros(n_sensors)
     distinct = from_constraint.shape[0] == n_bushings  # else the forces are those that the law asks for
-    for i in range(excitation.size):
-        a = excitation[i]
-        if base:
-            gravity[2] = vertical * a
-            applied[:] = 0.0
-        else:
+    for i in range(excitation.shape[0]):
+        gravity[2], applied[:] = weight[1], steady
+        for r in range(n_inputs):
+            gravity[2] += lift[r, 1] * excitation[i, r]
             for m in range(nv):
-                applied[m] = at_shaker[m] * a
+                applied[m] += pushed[r, m] * excitation[i, r]
         for m in range(viscous.shape[0]):
             total = 0.0
             for r in range(nv):
@@ -167,7 +181,9 @@ def _advance(
                 read[s] += readings[s, 0, m] * qpos[m] + 0.5 * readings[s, 1, m] * qvel[m]
         mj_step(model, data)
         for s in range(n_sensors):
-            value = on_base[s] * a if base else 0.0
+            value = 0.0
+            for r in range(n_inputs):
+                value += on_base[r, s] * excitation[i, r]
             for m in range(nv):
                 value += output[s, m] * acceleration[m]
             if not abs(value) < np.inf:  # without bushings nothing else would stop it

@@ -18,6 +18,7 @@ from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, round
 from ..core.jit import OPTIONS, inlined, jit
 from .links_plant import ChainMaps
 from .mujoco_step import mj_step
+from .plant import Driving
 from .round_points import fill, rub, speed_of
 from .round_scheme import ANGLE, SPIN, dot
 
@@ -52,39 +53,42 @@ class Foresight(NamedTuple):
 
 @jit(**OPTIONS)
 def advance_links(
-    steps: int, excitation: np.ndarray, h: float, base: np.ndarray, weight: np.ndarray, lighter: float,
-    views: RoundViews, maps: ChainMaps, foresight: Foresight, coupling: np.ndarray, drive: np.ndarray,
-    turning: np.ndarray, clearance: RoundClearance, per_unit: float, out: np.ndarray, first: int,
+    steps: int, excitation: np.ndarray, h: float, driven: Driving, lighter: float, views: RoundViews,
+    maps: ChainMaps, foresight: Foresight, coupling: np.ndarray, drive: np.ndarray, turning: np.ndarray,
+    clearance: RoundClearance, per_unit: float, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or -1, -1.
+    """Advance the state by all steps; return (step, bushing) of a divergence, or -1, -1.
 
-    ``base``: (2,) motion of the base along y and z per unit of excitation; zeros for a force.
-    ``weight``: (2,) gravity along y and z, m/s²; ``lighter``: what of it MuJoCo's heavier bodies get.
+    ``excitation``: (n, n_inputs). ``lighter``: what of gravity MuJoCo's heavier bodies get.
     ``coupling``: (nv, nv) gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none.
     ``drive``: rate of the spin, rad/s², time at which it ends, s, and 1/inertia of what friction slows down.
     ``out``: (n, columns), filled from row ``first`` on with what `Run.advance` returns.
     """
     model, data, gravity, softness, qpos, qvel, applied, constraint, qacc = views
-    order, spans, at_points, at_sensors, on_base, shaker, influence, unbalance, viscous = maps[:9]
-    circulatory, limits, readings = maps[9:]
+    order, spans, at_points, at_sensors, influence, unbalance, viscous, circulatory, limits, readings = maps
     needed, of_position, of_velocity, of_force, compliance, films, from_constraint = foresight
     bushings, states, numbers = clearance
+    lift, shaker, on_base, weight, steady = driven
     nv, n_sensors, n_points = order.size, at_sensors.shape[0], at_points.shape[0]
     n_bushings, half = n_points // 3, 0.5 * h
-    shaken = base[0] != 0.0 or base[1] != 0.0
     known = from_constraint.shape[0] == n_bushings
     q, v, middle, total, force, acceleration = np.zeros((6, nv))
     x, w, u, drawn = np.zeros((4, n_points + n_points % 2, 2))
     # Of each end: n along y and z, bristles in 4, normal force in 5, friction and its limit.
     ends, filling = np.zeros((n_points, 8)), np.zeros((n_bushings, 6))
     acts, touches = np.zeros(n_points, np.bool_), np.zeros(n_points, np.bool_)
-    for i in range(excitation.size):
-        a, spin, angle = excitation[i], turning[SPIN], turning[ANGLE]
+    for i in range(excitation.shape[0]):
+        spin, angle = turning[SPIN], turning[ANGLE]
         rate = drive[0] if (steps + i) * h < drive[1] else 0.0
         for m in range(nv):
             q[m], v[m] = qpos[order[m]], qvel[order[m]]
-            total[m] = 0.0 if shaken else shaker[m] * a
-        g_y, g_z = weight[0] - base[0] * a, weight[1] - base[1] * a
+            total[m] = steady[m]
+        g_y, g_z = weight[0], weight[1]
+        for r in range(excitation.shape[1]):
+            a = excitation[i, r]
+            g_y, g_z = g_y + lift[r, 0] * a, g_z + lift[r, 1] * a
+            for m in range(nv):
+                total[m] += shaker[r, m] * a
         gravity[1], gravity[2] = lighter * g_y, lighter * g_z
         if spin != 0.0 or rate != 0.0:
             cos, sin = np.cos(angle), np.sin(angle)
@@ -177,7 +181,9 @@ def advance_links(
             acceleration[m], force[m] = qacc[order[m]], constraint[order[m]]
         row = first + i
         for s in range(n_sensors):
-            value = dot(at_sensors, s * nv, acceleration, 0, nv) + (on_base[s] * a if shaken else 0.0)
+            value = dot(at_sensors, s * nv, acceleration, 0, nv)
+            for r in range(excitation.shape[1]):
+                value += on_base[r, s] * excitation[i, r]
             if not abs(value) < np.inf:  # without bushings nothing else would stop it
                 return i, 0
             out[row, s] = value

@@ -6,7 +6,6 @@ It begins where the chains rest under gravity, in MuJoCo's own geometry. See muj
 from __future__ import annotations
 
 import copy
-import dataclasses
 
 import mujoco
 import numpy as np
@@ -15,31 +14,29 @@ from ..clearance.law import Law
 from ..clearance.round_kernel import fillings_of, round_records
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
-from .base import Engine, Run, diverged
-from .equilibrium import Equilibrium, equilibrium_of
+from ..rig.instruments import Kinds
+from .base import Engine, Run, diverged, in_columns
 from .linkage_space import SpatialLinkage
 from .links_plant import ChainMaps, SpatialPlant
 from .modal_space import compliance_of
 from .mujoco_round import Foresight, RoundViews, advance_links
 from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
-from .plant import hold
+from .plant import Statics, driving, hold, rest_in_mujoco
 from .round_scheme import SPIN
 from .turning import SPIN_STEPS, as_probes, turning_of
 
 __all__ = ["SpatialMujocoRun"]
 
-REST_SWEEPS = 6  # each leaves of the error what the square of the shaft's slope is, some 1e-3
-
 
 class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
-    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: str, step: float, plant: SpatialPlant):
+    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: SpatialPlant):
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)
-        self.weight = np.array((rig.gravity or (0.0, 0.0, 0.0))[1:])
-        self.base = rig.shaker.unit_direction[1:] * float(kind == "base")
+        rows = plant.whole.rows
+        self.driving = driving(rows, kind)
         self.model, inertia = _heavier(plant, step)
         self.lighter = 1 / (1 + step / 2 * plant.whole.planes[1].rayleigh[0])
         self.maps = _before_dampers(plant, inertia, step)
@@ -49,7 +46,11 @@ class SpatialMujocoRun(Run):
         self.changes = bool(self.drive[0] or self.drive[2]) and self.whole.gyroscopic.size > 0
         self.kicked: tuple[float, np.ndarray] | None = None
         self.data = mujoco.MjData(self.model)
-        self.rest = self._rest(law)
+        self.model.opt.gravity[1:] = self.lighter * self.driving.gravity
+        whole, diagonal = self.whole, self.whole.diagonal
+        matrices = diagonal(lambda p: p.mass), diagonal(lambda p: p.whole_stiffness), whole.free, whole.circulatory
+        where = self.maps.order, Statics(*matrices, rows.at_points), self.driving.steady
+        self.rest = rest_in_mujoco(rows, law, self.model, self.data, *where)
         self.rest.begin(self.clearance)
         self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
         model, data = self.model, self.data
@@ -60,22 +61,22 @@ class SpatialMujocoRun(Run):
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
-        out = np.empty((excitation.size, self.columns))
-        size = SPIN_STEPS if self.changes else max(excitation.size, 1)
-        for start in range(0, excitation.size, size):
+        out = np.empty((len(excitation), self.columns))
+        excitation = in_columns(excitation)
+        size = SPIN_STEPS if self.changes else max(len(out), 1)
+        for start in range(0, len(out), size):
             part = excitation[start : start + size]
-            spin = self.turning[SPIN] + self.drive[0] * part.size * self.step / 2
+            spin = self.turning[SPIN] + self.drive[0] * len(part) * self.step / 2
             with warnings_counted():
                 failed, bushing = advance_links(
-                    self.steps, part, self.step, self.base, self.weight, self.lighter, self.views, self.maps,
-                    self.foresight, self._coupling(float(spin)), self.drive, self.turning, self.clearance,
-                    SOLREF_PER_UNIT, out, start,
+                    self.steps, part, self.step, self.driving, self.lighter, self.views, self.maps, self.foresight,
+                    self._coupling(float(spin)), self.drive, self.turning, self.clearance, SOLREF_PER_UNIT, out, start,
                 )  # fmt: skip
             if failed >= 0:
                 raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
             moved = np.hypot(self.clearance.states["y"], self.clearance.states["z"])
             check_warnings(self.rig, self.data, self.steps * self.step, int(np.argmax(moved)) if moved.size else 0)
-            self.steps += part.size
+            self.steps += len(part)
         return as_probes(self.rig, out)
 
     def before(self) -> np.ndarray:
@@ -95,26 +96,6 @@ class SpatialMujocoRun(Run):
                 moments = np.ascontiguousarray(np.linalg.solve(own, moments))
             self.kicked = spin, moments
         return self.kicked[1]
-
-    def _rest(self, law: Law) -> Equilibrium:
-        """Move the data to the static equilibrium, of MuJoCo's own geometry, and return it."""
-        whole, model, data, order = self.whole, self.model, self.data, self.maps.order
-        modes, shapes = whole.modes
-        rest = equilibrium_of(self.rig, law, modes)
-        if not self.weight.any():
-            return rest
-        model.opt.gravity[1:] = self.lighter * self.weight
-        linear = whole.diagonal(lambda plane: plane.whole_stiffness)
-        for _ in range(REST_SWEEPS):
-            q = shapes @ rest.coordinates
-            data.qpos[order] = q
-            mujoco.mj_fwdPosition(model, data)
-            mujoco.mj_fwdVelocity(model, data)
-            own = (data.qfrc_passive - data.qfrc_bias)[order]
-            load = shapes.T @ (own - whole.weight + linear @ q)
-            rest = equilibrium_of(self.rig, law, dataclasses.replace(modes, load=load))
-        data.qpos[order] = shapes @ rest.coordinates
-        return rest
 
 
 def _heavier(plant: SpatialPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:

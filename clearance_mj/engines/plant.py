@@ -12,15 +12,24 @@ import scipy.linalg
 
 from ..clearance.kernel import greases_of
 from ..clearance.law import Law
+from ..linear import RigRows
 from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig
+from ..rig.instruments import Kinds, each_kind
+from ..rig.loads import load_force
+from ..rig.sensing import read_of_inputs
+from .equilibrium import ChainModes, Equilibrium, equilibrium_of
 
 __all__ = [
     "ARMATURE",
     "ITERATIONS",
+    "Driving",
     "Maps",
     "Plant",
+    "Statics",
+    "driving",
     "hold",
+    "rest_in_mujoco",
     "set_solver",
     "settling",
     "soften",
@@ -46,6 +55,8 @@ gives is small, and at the frequency ω too large by (ωh)²/3.
 """
 
 ITERATIONS = 3  # Sweeps of the solver, of which the first is nearly exact.
+REST_SWEEPS = 7  # for a rest in MuJoCo's geometry: each leaves of the error what the square of the slope is, some 1e-3
+RIGID = 1e-14  # of the largest stiffness per mass: below, a mode has none, what rounding leaves of zero
 NO_WALL = 1e3  # m, limit of a tendon where a bushing has no wall
 RIGID_INVERSE_INERTIA = 1e-8  # 1/kg, written over MuJoCo's for rigid supports, whose softness is 1e-4 of it
 SETTLING_STEPS = 10.0  # steps, time constant of what rounding leaves of a rigid support's motion
@@ -110,14 +121,65 @@ def tendon_rows(model: mujoco.MjModel) -> np.ndarray:
     return rows
 
 
+class Driving(NamedTuple):
+    """What drives a MuJoCo model from outside."""
+
+    lift: np.ndarray  # (n_inputs, 2) gravity along y and z that stands for each unit of a moving base; 0 of a force
+    push: np.ndarray  # (n_inputs, nv) force on the coordinates per N of each; 0 of a base
+    on_base: np.ndarray  # (n_inputs, n_sensors) as of `read_of_inputs`
+    gravity: np.ndarray  # (2,) m/s² along y and z
+    steady: np.ndarray  # (nv,) force of the rig's loads on the coordinates
+
+
+def driving(rows: RigRows, kinds: Kinds) -> Driving:
+    """Return what drives a model whose coordinates move the rig's points by rows."""
+    rig, kinds = rows.rig, each_kind(kinds)
+    push = [rows.push(i) if kind == "force" else np.zeros(rows.size) for i, kind in enumerate(kinds)]
+    lift = [-shaker.unit_direction[1:] * float(kind == "base") for shaker, kind in zip(rig.inputs, kinds)]
+    steady, gravity = load_force(rig.name, rig.loads, rows.directed, rows.size), (rig.gravity or (0.0, 0.0, 0.0))[1:]
+    return Driving(np.array(lift), np.array(push), read_of_inputs(rig, kinds), np.array(gravity), steady)
+
+
+class Statics(NamedTuple):
+    """Linear matrices of a model at rest."""
+
+    mass: np.ndarray  # (nv, nv)
+    stiffness: np.ndarray  # (nv, nv)
+    free: np.ndarray  # (nv, n) basis of the motions that supports allow
+    circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
+    at_points: np.ndarray  # (3 n_rows, nv) as of `RigRows`
+
+
+def rest_in_mujoco(
+    rows: RigRows, law: Law, model: mujoco.MjModel, data: mujoco.MjData, order: np.ndarray, statics: Statics,
+    steady: np.ndarray,
+) -> Equilibrium:  # fmt: skip
+    """Move the data to the static equilibrium, of MuJoCo's own geometry, under the model's gravity; return it.
+
+    It is found in all natural modes. ``order``: (nv,) MuJoCo's number of each coordinate of all other arguments;
+    ``steady``: (nv,) force of the loads.
+    """
+    mass, stiffness, free, turned, at_points = statics
+    square, shapes = scipy.linalg.eigh(free.T @ stiffness @ free, free.T @ mass @ free)
+    omega, shapes = np.sqrt(np.where(square < RIGID * square[-1], 0.0, np.abs(square))), free @ shapes
+    material, loaded = shapes.T @ turned @ shapes if turned.size else turned, rows.rig.gravity or rows.rig.loads
+    for _ in range(REST_SWEEPS):
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        held = shapes.T @ ((data.qfrc_passive - data.qfrc_bias)[order] + steady + stiffness @ data.qpos[order])
+        modes = ChainModes(omega, material, held, at_points @ shapes, lambda points: rows.moved(points) @ shapes)
+        rest = equilibrium_of(rows.rig, law, modes)
+        if loaded:
+            data.qpos[order] = shapes @ rest.coordinates
+    return rest
+
+
 class Maps(NamedTuple):
     """Linear maps between a MuJoCo model's coordinates and the rig's points."""
 
     at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
-    at_shaker: np.ndarray  # (nv,) displacement of the shaker's point per coordinate; zeros for a shaken base
     viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
     output: np.ndarray  # (n_sensors, nv) acceleration of accelerometers, relative to the base, per coordinate's
-    on_base: np.ndarray  # (n_sensors,) what they read per unit acceleration of the base itself
     pairs: np.ndarray  # (2 n_bushings, n) pairs of geoms that touch at each bushing end; -1 for none
     limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap at each bushing end; -1 for none
     readings: np.ndarray = np.zeros((0, 2, 0))  # as `links_plant.ChainMaps` has them
@@ -129,7 +191,8 @@ class Plant:
 
     model: mujoco.MjModel  # compiled, not to be changed
     maps: Maps  # between its coordinates and the rig's points
-    vertical: float = 1.0  # share of the base's motion that is along Z, in which gravity acts
+    rows: RigRows  # how the rig's points move per coordinate
+    statics: Statics | None = None  # None where it knows no loads
     decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
     armature: float | np.ndarray = ARMATURE  # of joints, (nv,): inertia over stiffness times the step squared
 

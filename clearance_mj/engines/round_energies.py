@@ -28,14 +28,15 @@ OF_END = ("depth", "push", "loss", "n_y", "n_z")
 
 @jit
 def step_energies(
-    row: np.ndarray, a: float, cos: float, sin: float, spin: float, h: float, shaft: RoundShaft, motion: RoundMotion,
-    total: np.ndarray, travel: np.ndarray, bushings: np.ndarray, states: np.ndarray, numbers: np.ndarray,
-    forces: RoundForces,
+    row: np.ndarray, inputs: np.ndarray, cos: float, sin: float, others: np.ndarray, spin: float, h: float,
+    shaft: RoundShaft, motion: RoundMotion, total: np.ndarray, travel: np.ndarray, bushings: np.ndarray,
+    states: np.ndarray, numbers: np.ndarray, forces: RoundForces,
 ) -> None:  # fmt: skip
     """Fill a row with the energies of `OF_RIG`, then those of each bushing, then of each end.
 
-    ``total`` is the whole force on the modes, which have not moved yet; ``travel`` is overwritten. Contacts and
-    fillings have moved already; what they were before is what `keep_step` kept.
+    ``others`` are the factors of all inputs but the first one, then of the orders, whose work counts with that of the
+    unbalance. ``total`` is the whole force on the modes, which have not moved yet; ``travel`` is overwritten. Contacts
+    and fillings have moved already; what they were before is what `keep_step` kept.
     """
     n, n_bushings = travel.size, bushings.size
     kinetic = strain = work = lost = 0.0
@@ -50,9 +51,12 @@ def step_energies(
         lost += (1.0 - det) / kick * travel[m] * travel[m]
         work += total[m] * travel[m]
     row[:] = 0.0
-    row[0] = a * dot(shaft.input, 0, travel, 0, n)
+    for r in range(inputs.size):
+        row[0] += inputs[r] * dot(shaft.input, r * n, travel, 0, n)
     row[1] = dot(shaft.weight, 0, travel, 0, n)
     row[2] = cos * dot(shaft.unbalance, 0, travel, 0, n) + sin * dot(shaft.unbalance, n, travel, 0, n)
+    for r in range(shaft.orders.shape[0]):
+        row[2] += others[inputs.size - 1 + r] * dot(shaft.orders, r * n, travel, 0, n)
     if shaft.circulatory.size:
         for m in range(n):
             row[3] -= spin * travel[m] * dot(shaft.circulatory, m * n, motion.q, 0, n)

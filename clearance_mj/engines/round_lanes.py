@@ -12,7 +12,7 @@ import numpy as np
 from ..clearance.lanes import load, spread, store
 from ..clearance.round_kernel import RoundClearance
 from ..core.jit import OPTIONS, inlined, jit
-from .decimating import BLOCK_SAMPLES, decimate, padded_taps
+from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
 from .lane_modes import move_modes, read_motion
 from .round_loop import interact, touch
 from .round_scheme import ANGLE, SPIN, RoundMotion, RoundShaft
@@ -30,8 +30,8 @@ def _advance(
     ``out``: (columns, n, lanes); ``drive``: (lanes, 3); the compliance has the lanes first.
     """
     (
-        inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
-        circulatory, springs, readings,
+        inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, order, orders,
+        compliance, circulatory, springs, readings,
     ) = shaft  # fmt: skip
     q, v, q_before, turning = motion
     bushings, states, numbers = clearance
@@ -40,21 +40,29 @@ def _advance(
     x, w, force = np.zeros((2 * n_points, count)), np.zeros((2 * n_points, count)), np.zeros((2 * n_points, count))
     total, middle, acceleration = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
     turns, torque = np.zeros((3, count)), np.zeros(count)  # spin, and what the unbalance is multiplied by
+    follows = np.zeros((orders.shape[0], count))  # what the orders are multiplied by
     # What one lane says to the functions that it shares with the loop of one case.
     x_one, w_one, force_one = np.zeros((3, n_points + n_points % 2, 2))
     ends, filling = np.zeros((n_points, 8)), np.zeros((n_bushings, 6))
     acts, any_acts = np.ones((count, n_points), np.bool_), np.ones(n_points, np.bool_)
-    for i in range(excitation.size):
-        a, time = excitation[i], (steps + i) * h
+    for i in range(excitation.shape[0]):
+        a, time = excitation[i, 0], (steps + i) * h
         for lane in range(count):
             spin, rate = turning[lane, SPIN], drive[lane, 0] if time < drive[lane, 1] else 0.0
             turns[0, lane], turns[1, lane], turns[2, lane] = spin, 0.0, 0.0
             if spin != 0.0 or rate != 0.0:
                 c, s = np.cos(turning[lane, ANGLE]), np.sin(turning[lane, ANGLE])
                 turns[1, lane], turns[2, lane] = spin * spin * c + rate * s, spin * spin * s - rate * c
+            for k in range(order.shape[0]):
+                phase = order[k, lane] * turning[lane, ANGLE]
+                follows[2 * k, lane], follows[2 * k + 1, lane] = np.cos(phase), np.sin(phase)
         for m in range(n):
             now = load(shape, m, lanes) * a + load(weight, m, lanes) + load(turns, 1, lanes) * load(unbalance, m, lanes)
             now += load(turns, 2, lanes) * load(unbalance, n + m, lanes)
+            for r in range(1, excitation.shape[1]):
+                now += load(shape, r * n + m, lanes) * excitation[i, r]
+            for r in range(orders.shape[0]):
+                now += load(follows, r, lanes) * load(orders, r * n + m, lanes)
             if circulatory.size:
                 dragged = nothing
                 for r in range(n):
@@ -101,6 +109,8 @@ def _advance(
         move_modes(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
         for s in range(n_sensors):
             value = load(base, s, lanes) * a
+            for r in range(1, excitation.shape[1]):
+                value += load(base, r * n_sensors + s, lanes) * excitation[i, r]
             for m in range(of_sensors[s, 0], of_sensors[s, 1]):
                 value += load(at_sensors, s * n + m, lanes) * load(acceleration, m, lanes)
             store(out, s * size + first + i, value, lanes)
@@ -126,7 +136,7 @@ def _advance(
     for lane in range(count):  # without bushings nothing else would stop it
         for m in range(n):
             if not abs(q[m, lane]) < np.inf:
-                return excitation.size, lane * max(n_bushings, 1)
+                return excitation.shape[0], lane * max(n_bushings, 1)
     return -1, -1
 
 
@@ -158,15 +168,13 @@ def advance_lanes(
     padded, (count, columns, last) = padded_taps(taps, factor), out.shape
     steps = np.zeros((columns, padded.size + (BLOCK_SAMPLES + 1) * factor, count))
     filled, done, samples = taps.size // 2, 0, 0
-    for column in range(columns):
-        for i in range(filled):
-            store(steps, column * steps.shape[1] + i, load(before, column, lanes), lanes)
-    while samples < last and done < excitation.size:
+    fill_before(before, filled, lanes, steps)
+    while samples < last and done < excitation.shape[0]:
         part = excitation[done : done + BLOCK_SAMPLES * factor]
         failed, record = _advance(done, part, h, lanes, shaft, coupling, drive, motion, clearance, steps, filled)
         if failed >= 0:
             return done + failed, record
-        done, filled = done + part.size, filled + part.size
+        done, filled = done + part.shape[0], filled + part.shape[0]
         ready = decimate(steps, filled, padded, taps.size, factor, lanes, out, samples)
         samples, filled = samples + ready, filled - ready * factor
     return -1, -1

@@ -30,22 +30,26 @@ def advance_round(
     steps: int, excitation: np.ndarray, h: float, shaft: RoundShaft, coupling: np.ndarray, drive: np.ndarray,
     motion: RoundMotion, clearance: RoundClearance, out: np.ndarray, first: int, works: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
-    """Advance the state by ``excitation.size`` steps; return (step, bushing) of a divergence, or -1, -1.
+    """Advance the state by all steps; return (step, bushing) of a divergence, or -1, -1.
 
+    ``excitation``: (n, n_inputs).
     ``coupling``: (n, n) damping and gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none.
     ``drive``: rate of the spin, rad/s², time at which it ends, s, and 1/inertia of what friction slows down.
     ``out``: (columns, n), filled from column ``first`` on with what `Run.advance` returns.
     ``works``: (n, columns) for the energies of `round_energies.py`, filled from row ``first`` on; (0, 0) for none.
     """
     (
-        inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, compliance,
-        circulatory, springs, readings,
+        inverse_mass, flow, at_points, spans, at_sensors, of_sensors, shape, base, weight, unbalance, order, orders,
+        compliance, circulatory, springs, readings,
     ) = shaft  # fmt: skip
     bushings, states, numbers = clearance
     turning, n, n_sensors, n_points = motion.turning, motion.q.size, at_sensors.shape[0], at_points.shape[0]
     n_bushings, half, size, even = n_points // 3, 0.5 * h, (n + 3) // 4, n_points + n_points % 2
-    pushes, state = np.zeros((4, n)), np.zeros((3, n))
-    pushes[0], pushes[1], pushes[2:] = shape, weight, unbalance
+    n_inputs, n_orders = shape.shape[0], order.size
+    pushes, state = np.zeros((3 + n_inputs + 2 * n_orders, n)), np.zeros((3, n))
+    pushes[0], pushes[1], pushes[2:4] = shape[0], weight, unbalance
+    pushes[4 : 3 + n_inputs], pushes[3 + n_inputs :] = shape[1:], orders
+    others = np.zeros(n_inputs - 1 + 2 * n_orders)  # what acts beside the first four
     state[0], state[1], state[2] = motion.q, motion.v, motion.q_before
     masses, flows, given = (
         _modes_by_fours(inverse_mass.reshape((1, n)))[0],
@@ -64,8 +68,8 @@ def advance_round(
     x, w, force = np.zeros((even, 2)), np.zeros((even, 2)), np.zeros((even, 2))
     of_plane, read, ends = np.zeros(4 * len(points[0])), np.zeros(4 * len(sensors)), np.zeros((n_points, 8))
     filling, acts = np.zeros((n_bushings, 6)), np.ones(n_points, np.bool_)
-    for i in range(excitation.size):
-        a, spin, angle = excitation[i], turning[SPIN], turning[ANGLE]
+    for i in range(excitation.shape[0]):
+        a, spin, angle = excitation[i, 0], turning[SPIN], turning[ANGLE]
         rate = drive[0] if (steps + i) * h < drive[1] else 0.0
         cos, sin = 0.0, 0.0
         if spin != 0.0 or rate != 0.0:
@@ -75,6 +79,14 @@ def advance_round(
             now = load(given, m, FOUR) * a + load(given, size + m, FOUR)
             now += load(given, 2 * size + m, FOUR) * cos + load(given, 3 * size + m, FOUR) * sin
             store(total, m, now, FOUR)
+        for r in range(1, n_inputs):
+            others[r - 1] = excitation[i, r]
+        for k in range(n_orders):
+            others[n_inputs - 1 + 2 * k] = np.cos(order[k] * angle)
+            others[n_inputs + 2 * k] = np.sin(order[k] * angle)
+        for r in range(others.size):
+            for m in range(size):
+                store(total, m, load(total, m, FOUR) + load(given, (4 + r) * size + m, FOUR) * others[r], FOUR)
         if circulatory.size and spin != 0.0:
             for m in range(n):
                 total[m] -= spin * dot(circulatory, m * n, q, 0, n)
@@ -114,14 +126,14 @@ def advance_round(
         if works.size:
             drawn = RoundForces(x, force, ends, filling, acts)
             step_energies(
-                works[first + i], a, cos, sin, spin, h, shaft, own, total[:n], middle[:n], bushings, states, numbers,
-                drawn,
+                works[first + i], excitation[i], cos, sin, others, spin, h, shaft, own, total[:n], middle[:n], bushings,
+                states, numbers, drawn,
             )  # fmt: skip
         move_modes(h, FOUR, masses, flows, uncoupled, moving[0], moving[1], moving[2], room[0], room[1], room[2])
         change = h * (rate - drive[2] * torque)
         turning[SPIN], turning[ANGLE] = spin + change, angle + h * (spin + 0.5 * change)
         _times(sensors, low, high, acceleration, read)
-        _report(a, first + i, n_sensors, read, base, x, force, acts, out)
+        _report(excitation[i], first + i, n_sensors, read, base, x, force, acts, out)
         if readings.shape[0]:
             read_motion(h, ONE, readings, q, q_before[:n], acceleration, middle, first + i, out)
         if out.shape[0] > n_sensors + 7 * n_bushings:
@@ -129,7 +141,7 @@ def advance_round(
     motion.q[:], motion.v[:], motion.q_before[:] = q[:n], v[:n], q_before[:n]
     for m in range(n):  # without bushings nothing else would stop it
         if not abs(q[m]) < np.inf:
-            return excitation.size, 0
+            return excitation.shape[0], 0
     return -1, -1
 
 
@@ -242,13 +254,15 @@ def _push_off(
 
 @inlined
 def _report(
-    a: float, row: int, n_sensors: int, read: np.ndarray, base: np.ndarray, x: np.ndarray, force: np.ndarray,
+    inputs: np.ndarray, row: int, n_sensors: int, read: np.ndarray, base: np.ndarray, x: np.ndarray, force: np.ndarray,
     acts: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill in what `Run.advance` returns of a step."""
     n_bushings = acts.size // 3
     for s in range(n_sensors):
-        out[s, row] = base[s] * a + read[s]
+        out[s, row] = base[0, s] * inputs[0] + read[s]
+        for r in range(1, inputs.size):
+            out[s, row] += base[r, s] * inputs[r]
     for j in range(n_bushings):
         left, right = n_bushings + 2 * j, n_bushings + 2 * j + 1
         for d in range(2):

@@ -25,10 +25,12 @@ class RoundShaft(NamedTuple):
     spans: np.ndarray  # (2, 2) first coordinate that moves along y and z, and the one after the last
     at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
     of_sensors: np.ndarray  # (n_sensors, 2) first coordinate that moves each, and the one after the last
-    input: np.ndarray  # (n,) force on the modes per unit of excitation
-    base: np.ndarray  # (n_sensors,) what sensors read of the excitation itself
-    weight: np.ndarray  # (n,) force of gravity on the modes
+    input: np.ndarray  # (n_inputs, n) force on the modes per unit of each input
+    base: np.ndarray  # (n_inputs, n_sensors) what sensors read of an input itself
+    weight: np.ndarray  # (n,) constant force on the modes, of gravity and loads
     unbalance: np.ndarray  # (2, n) force on the modes of Ω² cos φ and Ω² sin φ
+    order: np.ndarray  # (n_orders,) k, of what follows the shaft's angle
+    orders: np.ndarray  # (2 n_orders, n) force on the modes of cos k φ and sin k φ of each
     compliance: np.ndarray  # (3 n_bushings, 2, n, 2) per impulse at a point, velocities of all, an even number
     circulatory: np.ndarray  # (n, n) H; (0, 0) where nothing of the damping turns
     springs: np.ndarray  # (n, n) stiffness that is not of the modes; (0, 0) where there is none

@@ -75,7 +75,7 @@ def simulate(
     """
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
-    seconds = round(excitation.value.size / excitation.fs, 1)
+    seconds = round(excitation.value.shape[-1] / excitation.fs, 1)
     with tqdm(total=seconds, desc="simulating", unit="s", delay=DELAY, disable=not progress) as bar:
         return simulation.whole(lambda share: bar.update(round(share * seconds, 1) - bar.n))
 
@@ -131,22 +131,28 @@ class Simulation:
 
     @checks_kinds
     def __init__(self, rig: Rig, excitation: Excitation, law: Law, engine: Engine):
-        if excitation.kind == "force" and rig.shaker.position is None:
-            raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
-        if refusal := rig.linear.refusal(excitation.kind):
-            raise ExcitationError(f"rig {rig.name!r}: {refusal}")
+        if len(excitation.kinds) not in (1, len(rig.inputs)):
+            raise ExcitationError(
+                f"rig {rig.name!r} has {len(rig.inputs)} inputs, the excitation {len(excitation.kinds)}; give one "
+                "signal for each (excitation.together), or one for the first alone"
+            )
+        for shaker, kind in zip(rig.inputs, excitation.kinds):
+            if kind == "force" and shaker.position is None:
+                raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
+            if refusal := rig.linear.refusal(kind):
+                raise ExcitationError(f"rig {rig.name!r}: {refusal}")
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
         self.columns = len(rig.sensors) + sum(count for _, count in _blocks_of(rig))
         with computable(rig.name, rig.to_dict):
             factor = _affordable(rig, law, engine, excitation.fs)
             self.step = 1 / (excitation.fs * factor)
-            self.run = engine.start(rig, law, excitation.kind, self.step)
-        self.completion = Completion(rig, excitation.kind, self.step)
+            self.run = engine.start(rig, law, excitation.kinds, self.step)
+        self.completion = Completion(rig, excitation.kinds, self.step)
         rest = self.run.before()
         if rest is not None:
             self.completion.add(rest[None], None)
         past = 0.0 if rest is None else rest
-        self.interpolator = Interpolator(factor)
+        self.interpolator = Interpolator(factor, *excitation.value.shape[:-1])
         self.decimator = Decimator(self.columns, factor, past)
         of_probes = (b.probe_delay for b in rig.bushings for _ in range(rig.n_coordinates))
         late = [*(s.delay for s in rig.sensors), *of_probes]
@@ -168,19 +174,20 @@ class Simulation:
 
     def whole(self, watch: Callable[[float], object] = lambda share: None) -> Response:
         """Return the response to the whole excitation; ``watch`` hears after every block which share is done."""
-        output, done = np.empty((self.excitation.value.size, self.columns)), 0
+        output, done = np.empty((self.excitation.value.shape[-1], self.columns)), 0
         for _, block in self.outputs([self.excitation]):
             output[done : done + len(block)] = block
             done += len(block)
             watch(done / len(output))
-        return self.response(self.excitation.value, output)
+        return self.response(self.excitation.value.T, output)
 
     def outputs(self, excitations: Iterable[Excitation]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield excitation and outputs, (n,) and (n, columns), of consecutive samples at the record's rate."""
-        waiting, steps, count = np.empty(0), 0, self.block * self.interpolator.factor
+        """Yield excitation, (n,) or (n, n_inputs), and outputs (n, columns) of consecutive samples."""
+        waiting, steps = np.empty((0, *self.excitation.value.shape[:-1])), 0
+        count = self.block * self.interpolator.factor
         for excitation in self._blocks(excitations):
-            waiting, fast = np.append(waiting, excitation), self.interpolator.push(excitation)
-            for start in range(0, fast.size, count):
+            waiting, fast = np.concatenate((waiting, excitation)), self.interpolator.push(excitation)
+            for start in range(0, len(fast), count):
                 outputs = self.run.advance(fast[start : start + count])
                 if not np.isfinite(outputs).all():
                     failed = steps + np.argmin(np.isfinite(outputs).all(axis=1))
@@ -198,18 +205,18 @@ class Simulation:
     def _blocks(self, excitations: Iterable[Excitation]) -> Iterator[np.ndarray]:
         """Blocks of the excitation, then zeros: the filters of the last samples look ahead."""
         for piece in excitations:
-            if (piece.fs, piece.kind) != (self.excitation.fs, self.excitation.kind):
+            if (piece.fs, piece.kinds) != (self.excitation.fs, self.excitation.kinds):
                 raise ExcitationError(
                     f"a piece of the excitation is {piece.kind} at {piece.fs:g} Hz, the first one "
                     f"{self.excitation.kind} at {self.excitation.fs:g} Hz"
                 )
-            for start in range(0, piece.value.size, INTERPOLATED):
-                yield piece.value[start : start + INTERPOLATED]
+            for start in range(0, piece.value.shape[-1], INTERPOLATED):
+                yield piece.value.T[start : start + INTERPOLATED]
         late = self.late.ahead // self.interpolator.factor if self.late else 0
-        yield np.zeros(2 * self.interpolator.ahead + late)
+        yield np.zeros((2 * self.interpolator.ahead + late, *self.excitation.value.shape[:-1]))
 
     def response(self, excitation: np.ndarray, output: np.ndarray) -> Response:
-        """Return the response of samples of the excitation, (n,), and what `Run.advance` returns, at their rate.
+        """Return the response of samples of the excitation, (n,) or (n, n_inputs), and what `Run.advance` returns.
 
         The columns of forces and contact may be missing: then it has no provenance either.
         """
@@ -223,11 +230,13 @@ class Simulation:
         share = None
         if whole and touches is not None and not np.isnan(touches).any():
             share = np.clip(touches.mean(axis=1), 0.0, 1.0)
-        kind = self.excitation.kind
+        kinds = self.excitation.kinds
+        references = tuple(each.label(kind) for each, kind in zip(self.rig.inputs, kinds))
         return Response(
-            self.excitation.fs, excitation, channels, **{name: parts[name] for name in known}, kind=kind,
-            band=self.excitation.band, responses=tuple(self.rig.sensor_labels), reference=self.rig.shaker.label(kind),
-            provenance=self.provenance if whole else {}, contact_share=share,
+            self.excitation.fs, excitation.T, channels, **{name: parts[name] for name in known},
+            kind=self.excitation.kind, kinds=kinds, band=self.excitation.band, responses=tuple(self.rig.sensor_labels),
+            reference=references[0], references=references, provenance=self.provenance if whole else {},
+            contact_share=share,
             spin=spin[0] if whole and spin is not None else None,
             quantities=tuple(sensor.quantity for sensor in self.rig.sensors),
         )  # fmt: skip

@@ -108,8 +108,9 @@ def simulate_and_keep(
 
 def _drive(excitation: Excitation, factor: int) -> np.ndarray:
     """An excitation at the steps, with zeros for as long as the last sample's filter looks ahead."""
-    interpolator = Interpolator(factor)
-    return interpolator.push(np.append(excitation.value, np.zeros(2 * interpolator.ahead)))
+    value = excitation.value.T
+    interpolator = Interpolator(factor, *value.shape[1:])
+    return interpolator.push(np.concatenate((value, np.zeros((2 * interpolator.ahead, *value.shape[1:])))))
 
 
 def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: bool) -> Iterator[Response]:
@@ -117,7 +118,7 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     lanes = next(count for count in LANES if count >= len(simulations))
     first, runs = simulations[0], [_run(simulation) for simulation in simulations]
     runs += runs[-1:] * (lanes - len(runs))
-    size = first.interpolator.factor, first.excitation.value.size
+    size = first.interpolator.factor, first.excitation.value.shape[-1]
     if first.rig.is_spatial:
         outputs = SpatialSideBySide(cast(list[SpatialRun], runs)).whole(drive, *size)
     else:
@@ -128,7 +129,7 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     for simulation, output in zip(simulations, outputs):
         simulation.completion.add(output.T, motion)
     outputs.flags.writeable = False
-    return (s.response(s.excitation.value, output.T) for s, output in zip(simulations, outputs))
+    return (s.response(s.excitation.value.T, output.T) for s, output in zip(simulations, outputs))
 
 
 def _run(simulation: Simulation) -> ModalRun | SpatialRun:

@@ -292,8 +292,9 @@ def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:
 
     Contact and grease forces are not among them, see `force_channels`: nothing measures them.
     """
-    quantity = {"base": "acceleration", "force": "force"}[response.kind]
-    columns = [("excitation", response.reference, quantity, response.excitation)]
+    inputs = zip(response.references, response.kinds, response.inputs)
+    columns = [(f"excitation {dof}" * bool(i) or "excitation", dof, {"base": "acceleration"}.get(k, k), value)
+               for i, (dof, k, value) in enumerate(inputs)]  # fmt: skip
     labels = response.responses or tuple(f"{i + 1}:+Z" for i in range(len(response.channels)))
     rows = zip(labels, response.quantities, response.channels)
     columns += [(f"{quantity} {dof}", dof, quantity, value) for dof, quantity, value in rows]

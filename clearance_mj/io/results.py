@@ -173,13 +173,13 @@ def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Re
     if first is None:
         raise RecordError(f"{path}: there is no block to write")
     with replacing(path) as temporary:
-        written, done = first.to_xarray(), first.excitation.size
+        written, done = first.to_xarray(), first.excitation.shape[-1]
         written.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=["time"])
         yield first
         with h5py.File(temporary, "a") as file:
             names = [str(name) for name, variable in written.variables.items() if "time" in variable.dims]
             for block in blocks:
-                size = block.excitation.size
+                size = block.excitation.shape[-1]
                 for name in names:
                     value = (done + np.arange(size)) / block.fs if name == "time" else getattr(block, name)
                     file[name].resize(done + size, axis=value.ndim - 1)

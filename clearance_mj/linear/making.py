@@ -16,6 +16,7 @@ import scipy.linalg
 
 from ..rig import Rig
 from ..rig.extremes import computable
+from ..rig.loads import load_force
 from ..structure import Shaft, Structure
 from ..structure.base import Turning, along_axis
 from ..structure.modal import Reduction
@@ -88,6 +89,8 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
         found[0].springs,
     )  # fmt: skip
+    if rig.loads:
+        model = dataclasses.replace(model, load=load_force(rig.name, rig.loads, model.directed, model.size))
     if not rig.bearings:
         return model
     rows = model.moved([bearing.position for bearing in rig.bearings])

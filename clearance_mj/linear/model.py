@@ -85,13 +85,15 @@ class LinearModel(RigRows):
         """(n,) constant force on the modes: gravity and `load`."""
         return self.influence @ np.array(self.rig.gravity or (0.0, 0.0, 0.0)) + self.load
 
-    def input(self, kind: str) -> np.ndarray:
+    def input(self, kind: str, number: int = 0) -> np.ndarray:
         """Return the force (n,) on the modes per unit of excitation: N per m/s² of the base, or per N of the shaker.
 
         Parameters
         ----------
         kind : str
             Kind of excitation: "base", "force", or "spin" of a shaft that turns alone: as the base.
+        number : int
+            Which of `Rig.inputs`.
 
         Raises
         ------
@@ -102,13 +104,13 @@ class LinearModel(RigRows):
         if refusal := self.rig.linear.refusal(kind):
             raise RigError(f"rig {self.rig.name!r}: {refusal}")
         if kind != "base":
-            return self.push()
-        force = -self.participation
+            return self.push(number)
+        along = self.rig.inputs[number].unit_direction
+        force = -(self.influence @ along)
         if not force.any():
-            along = tuple(self.rig.shaker.unit_direction.tolist())
             raise RigError(
-                f"rig {self.rig.name!r}: the base moves along {along}, which moves no mass of the structure; "
-                "give another shaker.direction"
+                f"rig {self.rig.name!r}: the base moves along {tuple(along.tolist())}, which moves no mass of the "
+                "structure; give another shaker.direction"
             )
         return force
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..rig import Rig
+from ..rig.loads import Order, order_forces
 from ..rig.points import probe_point
 from ..rig.sensing import SensorRows, sensor_rows
 from ..structure.base import Rows, along_axis, in_other_plane, parse_direction
@@ -186,22 +187,25 @@ class RigRows:
         """(n_sensors,) the same of the base."""
         return self.sensor_rows.on_base
 
-    def push(self) -> np.ndarray:
-        """Return the force (n,) of the shaker on the coordinates per N."""
-        points, factors = self.rig.shaker.pushed()
+    def push(self, number: int = 0) -> np.ndarray:
+        """Return the force (n,) of an input of the rig on the coordinates per N.
+
+        Parameters
+        ----------
+        number : int
+            Which of `Rig.inputs`.
+        """
+        shaker = self.rig.inputs[number]
+        points, factors = shaker.pushed()
         if self.n_coordinates == 1:  # a slot's shaft moves along z alone
             return np.asarray(factors @ self.shapes(points))
-        return np.asarray(factors @ self.directed(points, self.rig.shaker.unit_direction))
+        return np.asarray(factors @ self.directed(points, shaker.unit_direction))
 
     @functools.cached_property
     def unbalance(self) -> np.ndarray:
         """(2, n) force of all unbalances on the coordinates per Ω² cos φ and Ω² sin φ, with φ the shaft's angle."""
-        found = np.zeros((2, self.size))
-        for each in self.rig.unbalances:
-            y, z = each.moment * self.moved([each.position])[0]
-            cos, sin = np.cos(each.phase), np.sin(each.phase)
-            found += np.array([cos * y + sin * z, cos * z - sin * y])
-        return found
+        once = [Order(each.position, 1.0, each.moment, phase=each.phase) for each in self.rig.unbalances]
+        return order_forces(once, self.directed, self.size).reshape(-1, 2, self.size).sum(axis=0)
 
 
 def _listed(points: Sequence[float | str] | np.ndarray) -> list[float | str]:

@@ -120,6 +120,10 @@ def require_periodic(model: Model, kind: str) -> None:
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
+    if (rig.loads or rig.gravity) and not rig.is_spatial:
+        raise RigError(f"rig {rig.name!r}: harmonic balance of slots knows no constant load yet; simulate it")
+    if rig.orders:
+        raise RigError(f"rig {rig.name!r}: harmonic balance knows no orders of the spin yet; simulate them")
 
 
 def condensed(

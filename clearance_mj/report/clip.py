@@ -178,5 +178,5 @@ def _window(response: Response, start: float | None, seconds: float) -> tuple[in
             f"start {start:g} s: with {seconds:g} s shown of {response.duration:g} s it must be in 0 to "
             f"{response.duration - seconds:g} s"
         )
-    last = response.excitation.size - 1
+    last = response.excitation.shape[-1] - 1
     return min(round(start * response.fs), last - 1), min(round((start + seconds) * response.fs), last)

@@ -22,6 +22,7 @@ from ..core.errors import RecordError
 from ..core.jit import jit
 from ..linear import LinearModel, linear_model
 from ..rig import Rig
+from ..rig.loads import order_forces
 from ..rotors.whirling import Whirl, whirl
 from ..signals.response import Response
 
@@ -69,7 +70,7 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
         moved = (seen.position.transpose(2, 0, 1) - offset).reshape(len(moved), -1)
     middles = model.at_bushings
     steady = model.weight - grease.T @ middles - contact.T @ model.ends_by_row.mean(axis=1)
-    driven = np.outer(response.excitation, model.input(response.kind))
+    driven = response.inputs.T @ [model.input(kind, i) for i, kind in enumerate(response.kinds)]
     motion = _modal_motion(model, steady, driven, seen, 1 / response.fs)
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
     shapes = model.moved(x).reshape(-1, model.size) if rig.is_spatial else model.shapes(x)
@@ -107,9 +108,12 @@ def _advance(flow: np.ndarray, driven: np.ndarray, state: np.ndarray, motion: np
 
 
 def _unbalance(model: LinearModel, spin: np.ndarray, angle: np.ndarray, step: float) -> np.ndarray:
-    """(n_t, n) force of the unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
+    """(n_t, n) force of orders and unbalance on the modes: Ω² along the angle, and across it where the spin changes."""
     rate, square, cos, sin = np.gradient(spin, step), spin**2, np.cos(angle), np.sin(angle)
-    return np.asarray(np.stack((square * cos + rate * sin, square * sin - rate * cos), axis=1) @ model.unbalance)
+    orders = model.rig.orders
+    turns = [part(each.order * angle) for each in orders for part in (np.cos, np.sin)]
+    factors = np.stack((square * cos + rate * sin, square * sin - rate * cos, *turns), axis=1)
+    return np.asarray(factors @ np.vstack((model.unbalance, order_forces(orders, model.directed, model.size))))
 
 
 def _blocks(spin: np.ndarray) -> Iterator[tuple[int, int]]:

@@ -8,6 +8,7 @@ from ..structure import Beam
 from .bearings import Bearing
 from .clearance import Bushing, Contact, Friction, Grease, OilFilm
 from .instruments import BASE_NODE, KEYPHASOR_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
+from .loads import Load, Order
 from .plate import Plate
 from .rig import PointMass, Rig, rig_schema
 from .spinning import Spin, Unbalance
@@ -25,7 +26,9 @@ __all__ = [
     "Contact",
     "Friction",
     "Grease",
+    "Load",
     "OilFilm",
+    "Order",
     "Plate",
     "PointMass",
     "Rig",

@@ -15,6 +15,7 @@ from ..structure.base import parse_direction, parse_dof, parse_place
 from .bearings import Bearing
 from .clearance import Bushing
 from .instruments import Sensor, Shaker
+from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
 __all__ = [
@@ -79,7 +80,15 @@ class InSpace(Protocol):
         """Names of the clearances."""
 
     @property
-    def shaker(self) -> Shaker:
+    def loads(self) -> tuple[Load, ...]:
+        """Constant loads."""
+
+    @property
+    def orders(self) -> tuple[Order, ...]:
+        """Orders of the spin."""
+
+    @property
+    def inputs(self) -> tuple[Shaker, ...]:
         """Excitation."""
 
     @property
@@ -121,8 +130,11 @@ def acts_across(rig: InSpace) -> list[str]:
     rig : Rig
         The rig.
     """
-    found = [name for name in ("spin", "unbalances", "bearings") if getattr(rig, name)]
-    found += ["gravity"] if rig.gravity and (rig.gravity[1] or not rig.bushings) else []
+    found = [name for name in ("spin", "unbalances", "bearings", "orders") if getattr(rig, name)]
+    found += ["gravity"] if rig.gravity and (rig.gravity[1] or (rig.linear.shafts and not rig.bushings)) else []
+    if rig.linear.shafts:
+        forces = [each.force for each in rig.loads]
+        found += [f"loads[{i}].force" for i, force in enumerate(forces) if isinstance(force, tuple) and force[1]]
     found += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
     return found + [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
 
@@ -137,16 +149,18 @@ def named_points(rig: InSpace) -> dict[str, float | str]:
     """
     points = {
         f"{kind}[{i}].position": item.position
-        for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances", "bearings")
+        for kind in ("masses", "bushings", "sensors", "oscillators", "unbalances", "bearings", "loads", "orders")
         for i, item in enumerate(getattr(rig, kind))
         if getattr(item, "quantity", "") != "force"
     }
     for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
         points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}
     points |= {f"bushings[{i}].to": b.to for i, b in enumerate(rig.bushings) if b.to is not None}
-    if rig.shaker.position is not None:
-        points["shaker.position"] = rig.shaker.position
-    return points | {f"shaker.also[{i}].position": force.position for i, force in enumerate(rig.shaker.also or ())}
+    for number, shaker in enumerate(rig.inputs):
+        name = f"shakers[{number - 1}]" if number else "shaker"
+        paths = ["position", *(f"also[{i}].position" for i in range(len(shaker.forces) - 1))]
+        points |= {f"{name}.{path}": point for path, (point, _) in zip(paths, shaker.forces)}
+    return points
 
 
 def directed_points(rig: InSpace) -> dict[str, str]:
@@ -174,16 +188,15 @@ def check_motion(rig: InSpace) -> None:
         if not b.is_round and (b.in_space_only or rig.is_spatial):
             name = f"bushings[{i}].{b.in_space_only[0]}" if b.in_space_only else across[0] if across else "a round one"
             raise ValueError(f'{name} needs shape = "round", and bushings[{i}] is a {b.of_stops}, along one coordinate')
+    if rig.gravity is not None and not any(rig.gravity):
+        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
     if not rig.is_spatial:
-        if rig.gravity:
-            raise ValueError("gravity needs round bushings: a rig that moves along z alone has it in its offsets")
         if rig.attached.planes and "RX" in directed_points(rig).values():
             raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
         return
-    if rig.gravity is not None and not any(rig.gravity):
-        raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
-    if rig.unbalances and rig.spin is None:
-        raise ValueError("unbalances act on a shaft that turns; give [spin] with its speed")
+    for acting in ("unbalances", "orders"):
+        if getattr(rig, acting) and rig.spin is None:
+            raise ValueError(f"{acting} act on a shaft that turns; give [spin] with its speed")
     if rig.attached.fixture or rig.attached.planes:
         raise ValueError("a rig that moves along y and z knows no fixture and no planes; leave them out")
     if rig.attached and not rig.linear.shafts:
@@ -208,7 +221,7 @@ def check_motion(rig: InSpace) -> None:
         if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
     for name, axis in directed_points(rig).items():
-        if name.startswith(("bushings", "unbalances", "bearings")):
+        if name.startswith(("bushings", "unbalances", "bearings", "orders")):
             raise ValueError(f"{name} names {axis}, but it moves along y and z: give the position alone")
     if rig.spin:
         _check_spin(rig)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..structure.base import AXES, POINT_SCHEMA, check_point, dof_vector, is_rot
 
 __all__ = [
     "BASE_NODE", "KEYPHASOR", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Direction",
-    "Sensor", "Shaker", "dof_label",
+    "Kinds", "Sensor", "Shaker", "check_inputs", "dof_label", "each_kind",
 ]  # fmt: skip
 
 BASE_NODE = 100
@@ -37,6 +38,8 @@ def dof_label(node: int, point: float | str) -> str:
     return f"{node}:{'-' if sign < 0 else '+'}{axis}"
 
 
+Kinds: TypeAlias = str | tuple[str, ...]
+"""Kind of the first input alone, "base" or "force", or of each of several"""
 Direction: TypeAlias = tuple[Number, Number, Number]
 """Of a sensor, or of what excites: (x, y, z) of any length"""
 
@@ -181,6 +184,8 @@ class Shaker:
     """further points at which the force acts at the same time"""
     delay: Number = seldom(default=0.0)
     """s, by which the excitation's channel is late"""
+    node: Annotated[Whole, Field(ge=1, le=999_999_999)] | None = seldom(default=None)
+    """of its channel in records; None: 100 of the base, 200 of a force"""
 
     def __post_init__(self) -> None:
         if self.kind == "force" and self.position is None:
@@ -223,7 +228,27 @@ class Shaker:
             Kind of the excitation, "base" or "force".
         """
         if kind == "base":
-            return _nearest(BASE_NODE, self.unit_direction)
+            return _nearest(self.node or BASE_NODE, self.unit_direction)
         if self.direction is not None and parse_direction(self.position or 0.0) is None:
-            return _nearest(SHAKER_NODE, self.unit_direction)
-        return dof_label(SHAKER_NODE, 0.0 if self.position is None else self.position)
+            return _nearest(self.node or SHAKER_NODE, self.unit_direction)
+        return dof_label(self.node or SHAKER_NODE, 0.0 if self.position is None else self.position)
+
+
+def each_kind(kinds: Kinds) -> tuple[str, ...]:
+    """Return the kind of each input."""
+    return (kinds,) if isinstance(kinds, str) else kinds
+
+
+def check_inputs(inputs: Sequence[Shaker], nodes: Sequence[int]) -> None:
+    """Refuse inputs that records could not tell apart from each other, or from sensors at nodes."""
+    taken: set[str] = set()
+    for i, shaker in enumerate(inputs):
+        where = f"shakers[{i - 1}]" if i else "shaker"
+        label = shaker.label(shaker.kind)
+        if label.replace("-", "+") in taken:
+            raise ValueError(f"{where} is at {label} as another input; give it a node of its own")
+        if shaker.node in nodes:
+            raise ValueError(f"{where}.node {shaker.node} is a sensor's; give another one")
+        if shaker.delay != inputs[0].delay:
+            raise ValueError(f"{where}.delay {shaker.delay:g} s: all inputs are as late as the first one")
+        taken.add(label.replace("-", "+"))

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
+
+from ..core.errors import RigError
+from ..core.overview import few
 from ..structure import Beam, Structure
+from ..structure.base import StructureOfFiles
 from .clearance import Bushing
+from .instruments import Shaker
 
-__all__ = ["bushing_rows", "structure_in_words"]
+__all__ = ["bushing_rows", "frequencies_in_words", "inputs_in_words", "structure_in_words"]
+
+SHOWN_FREQUENCIES = 4  # that a rig shows of itself in print
 
 
 def structure_in_words(structure: Structure) -> str:
@@ -17,6 +26,24 @@ def structure_in_words(structure: Structure) -> str:
     if not shafts:
         return str(getattr(structure, "kind", type(structure).__name__))
     return f"{kind}, {structure.span[1] - structure.span[0]:.4g} m"
+
+
+def inputs_in_words(inputs: Sequence[Shaker]) -> str:
+    """Return what excites a rig, and where."""
+    words = {"base": "base acceleration", "force": "force"}
+    return "; ".join(f"{words[each.kind]}, {each.label(each.kind)}" for each in inputs)
+
+
+def frequencies_in_words(rig: Any) -> str:
+    """Return the lowest natural frequencies of a `Rig`, where they are found at once: matrices may be large."""
+    if isinstance(rig.linear, StructureOfFiles):
+        return ""
+    try:
+        with np.errstate(all="ignore"):
+            omega = rig.reduction(16 + SHOWN_FREQUENCIES, grease=True).omega[:SHOWN_FREQUENCIES]
+    except RigError:
+        return ""
+    return f"{few([f'{w / (2 * np.pi):.4g}' for w in omega])} Hz in the gaps"
 
 
 def bushing_rows(labels: Sequence[str], bushings: Sequence[Bushing]) -> list[tuple[str, ...]]:

@@ -18,7 +18,7 @@ from ..core.overview import Overview, Shown, few
 from ..core.validation import Text, checked, from_plain, json_schema, read_plain, seldom, to_plain
 from ..structure import AnyStructure, Beam, Spring, Structure
 from ..structure.attached import Attached, FixtureMode, Oscillator, Planes, PointMass
-from ..structure.base import StructureOfFiles, along_axis, in_other_plane
+from ..structure.base import in_other_plane
 from ..structure.files import is_embedded
 from ..structure.modal import Reduction, reduction
 from .bearing_tables import with_bearing_tables
@@ -29,9 +29,10 @@ from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
-from .instruments import Sensor, Shaker
+from .instruments import Sensor, Shaker, check_inputs
 from .labels import clearance_labels, probe_labels
-from .overview import bushing_rows, structure_in_words
+from .loads import Load, Order, check_points, forced_points
+from .overview import bushing_rows, frequencies_in_words, inputs_in_words, structure_in_words
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
 from .points import joined_points
@@ -42,9 +43,6 @@ from .spinning import Spin, Unbalance
 from .tolerance import Tolerance
 
 __all__ = ["PointMass", "Rig", "rig_schema"]
-
-DRIVEN = {"base": "base acceleration", "force": "force"}
-SHOWN_FREQUENCIES = 4  # natural frequencies that a rig shows of itself in print
 
 
 @checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
@@ -86,15 +84,21 @@ class Rig(Shown):
     examples: tuple[Text, ...] = seldom(default=())
     """paths of numbers that nobody gave, such as "beam.length"; results say so until their names are deleted here"""
     gravity: Gravity | None = seldom(default=None)
-    """m/s² (x, y, z), in space: it rests under its weight before it vibrates; None: offsets hold what weight does"""
+    """m/s² (x, y, z): it rests under its weight before it vibrates; None: offsets hold what weight does"""
+    loads: tuple[Load, ...] = seldom(default=())
+    """forces and torques that never change, under which it rests before it vibrates"""
     spin: Spin | None = seldom(default=None)
     """of a shaft in space"""
     unbalances: tuple[Unbalance, ...] = seldom(default=())
     """of a shaft that turns"""
+    orders: tuple[Order, ...] = seldom(default=())
+    """forces and torques that follow the angle of a shaft that turns"""
     bearings: tuple[Bearing, ...] = seldom(default=())
     """of a shaft in space, with coefficients between both directions that may depend on the spin"""
     plate: Plate | None = seldom(default=None)
     """what radiates sound, see docs/sound.md"""
+    shakers: tuple[Shaker, ...] = seldom(default=())
+    """that excite it at the same time as ``shaker``; of a file without [shaker], the first one is that"""
 
     def __post_init__(self) -> None:
         if (self.beam is None) == (self.structure is None):
@@ -104,7 +108,10 @@ class Rig(Shown):
             )
         for name, point in named_points(self).items():
             self._check(name, point)
+        check_points("loads", self.loads, self._check)
+        check_points("orders", self.orders, self._check)
         check_sensors(self)
+        check_inputs(self.inputs, [sensor.node for sensor in self.sensors])
         if self.plate:
             check_plate(self.plate, self.sensors)
         for i, spring in enumerate(self.springs):
@@ -128,6 +135,11 @@ class Rig(Shown):
     def linear(self) -> Structure:
         """The linear structure: ``beam`` or ``structure``."""
         return self.beam or self.structure  # type: ignore[return-value]
+
+    @property
+    def inputs(self) -> tuple[Shaker, ...]:
+        """All that excites it: ``shaker``, then ``shakers``."""
+        return (self.shaker, *self.shakers)
 
     @property
     def point_masses(self) -> tuple[PointMass, ...]:
@@ -225,16 +237,14 @@ class Rig(Shown):
             If its mass is not positive or its stiffness negative.
         """
         masses = tuple((m.position, m.mass) for m in self.point_masses)
-        forces = (*(self.shaker.forces if self.shaker.kind == "force" else ()), *more)
+        forces = (*forced_points(self.inputs, self.loads), *more)
         pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
         springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
         attached = self.attached.in_other_plane if across else self.attached
         if across:
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
         axes = "YZ" if joined else "Y" if across else "Z"
-        held = tuple(
-            (along_axis(b.position, axis), b.stiffest["YZ".index(axis)]) for b in self.bearings for axis in axes
-        )
+        held = tuple(spring for bearing in self.bearings for spring in bearing.held(axes))
         with computable(self.name, self.to_dict):
             return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, held)
 
@@ -245,25 +255,14 @@ class Rig(Shown):
         facts = {
             "structure": structure_in_words(self.linear),
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
-            "natural frequencies": self._frequencies_in_words(),
+            "natural frequencies": frequencies_in_words(self),
             "motion": motion_in_words(self) if self.is_spatial else "",
-            "shaker": f"{DRIVEN[self.shaker.kind]}, {self.shaker.label(self.shaker.kind)}",
+            "shaker": inputs_in_words(self.inputs),
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
         }
         rows = bushing_rows(self.probe_labels[:: self.n_coordinates], self.bushings)
         return Overview(f"Rig “{self.name}”", facts, rows)
-
-    def _frequencies_in_words(self) -> str:
-        """The lowest natural frequencies, where they are found at once: matrices may be large."""
-        if isinstance(self.linear, StructureOfFiles):
-            return ""
-        try:
-            with np.errstate(all="ignore"):
-                omega = self.reduction(16 + SHOWN_FREQUENCIES, grease=True).omega[:SHOWN_FREQUENCIES]
-        except RigError:
-            return ""
-        return f"{few([f'{w / (2 * np.pi):.4g}' for w in omega])} Hz in the gaps"
 
     def replace(self, **changes: Any) -> Rig:
         """Return a copy with other values; it is checked again.
@@ -345,6 +344,8 @@ class Rig(Shown):
             If it has unknown or missing keys or impossible values.
         """
         if isinstance(data, dict):
+            if isinstance(shakers := data.get("shakers"), list) and shakers and "shaker" not in data:
+                data = {**data, "shaker": shakers[0], "shakers": shakers[1:]}
 
             def named(name: str) -> str:
                 return name if is_embedded(name) else str(Path(folder) / name)

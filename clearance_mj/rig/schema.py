@@ -7,11 +7,14 @@ from typing import Any
 __all__ = ["BEAM_OR_STRUCTURE", "OF_BEARINGS", "OF_OLDER_FILES"]
 
 _ON_BEAM = {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": "^@"}]}
+_OF_SHAKER = {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}}
+_POSITIONED = ("masses", "sensors", "oscillators", "loads", "orders")
 _POINTS_ON_BEAM: dict[str, Any] = {
     "properties": {
-        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in ("masses", "sensors", "oscillators")},
+        **{kind: {"items": {"properties": {"position": _ON_BEAM}}} for kind in _POSITIONED},
         "bushings": {"items": {"properties": {"position": _ON_BEAM, "to": _ON_BEAM}}},
-        "shaker": {"properties": {"position": _ON_BEAM, "also": {"items": {"properties": {"position": _ON_BEAM}}}}},
+        "shaker": _OF_SHAKER,
+        "shakers": {"items": _OF_SHAKER},
         "structure": False,
     }
 }

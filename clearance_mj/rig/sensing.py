@@ -11,11 +11,11 @@ from ..core.quantities import QUANTITIES
 from ..structure import Support
 from ..structure.base import AXES, parse_direction, parse_place
 from .dimensions import InSpace
-from .instruments import Sensor
+from .instruments import Kinds, Sensor, each_kind
 
 __all__ = [
-    "SensorRows", "accelerated", "base_shares", "check_sensors", "clearance_of", "sensing_points", "sensor_points",
-    "sensor_rows",
+    "SensorRows", "accelerated", "base_shares", "check_sensors", "clearance_of", "read_of_inputs", "sensing_points",
+    "sensor_points", "sensor_rows",
 ]  # fmt: skip
 
 NEAR = 1e-9  # of a shaft's length, within which places are one
@@ -35,11 +35,6 @@ class SensorRows(NamedTuple):
     def accelerations(self) -> np.ndarray:
         """(n_sensors, n) rows of accelerometers per acceleration, zeros of others."""
         return np.where(self.order[:, None] == 2, self.rows, 0.0)
-
-    @property
-    def shaken(self) -> np.ndarray:
-        """(n_sensors,) what accelerometers read per acceleration of the base, zeros of others."""
-        return np.where(self.order == 2, self.on_base, 0.0)
 
     @property
     def readings(self) -> np.ndarray:
@@ -107,10 +102,16 @@ def sensor_rows(
     return SensorRows(rows, rates, np.array([s.order for s in rig.sensors]), base_shares(rig))
 
 
-def base_shares(rig: InSpace) -> np.ndarray:
-    """Return what the sensors read (n_sensors,) of the displacement of the base along the shaker's direction."""
-    along = rig.shaker.unit_direction
+def base_shares(rig: InSpace, number: int = 0) -> np.ndarray:
+    """Return what the sensors read (n_sensors,) of the displacement of the base along the direction of an input."""
+    along = rig.inputs[number].unit_direction
     return np.array([0.0 if s.moves_with_base else s.gain * (s.unit_direction @ along) for s in rig.sensors])
+
+
+def read_of_inputs(rig: InSpace, kinds: Kinds) -> np.ndarray:
+    """Return what accelerometers read (n_inputs, n_sensors) per unit of each input itself: of a moving base."""
+    of_order = np.array([s.order == 2 for s in rig.sensors])
+    return np.array([base_shares(rig, i) * (of_order & (kind == "base")) for i, kind in enumerate(each_kind(kinds))])
 
 
 def sensing_points(rig: InSpace, sensor: Sensor) -> Iterator[tuple[float | str, Vector, float, float]]:

@@ -26,7 +26,7 @@ from .psd import PSD, psd_noise
 
 __all__ = [
     "Excitation", "burst_random", "from_psd", "from_psd_blocks", "hammer", "level_ramp", "multisine", "random",
-    "random_blocks", "stepped_sine", "still", "sweep",
+    "random_blocks", "stepped_sine", "still", "sweep", "together",
 ]  # fmt: skip
 
 BAND: Band = (5.0, 220.0)
@@ -48,6 +48,31 @@ def still(duration: float, fs: float, kind: str = "base") -> Excitation:
     return Excitation(
         np.zeros(sample_count(duration, fs)), fs, kind, None, {"generator": "still", "duration": duration}
     )
+
+
+def together(*excitations: Excitation) -> Excitation:
+    """Put excitations of single inputs into one of all of them at once.
+
+    Parameters
+    ----------
+    *excitations : Excitation
+        One for each of `Rig.inputs`, each of its own kind; shorter ones end with zeros.
+
+    Raises
+    ------
+    ExcitationError
+        If there is none, one has several inputs, or they differ in rate.
+    """
+    require(excitations, "excitations", excitations, "give one for each input of the rig")
+    for each in excitations:
+        require(each.value.ndim == 1, "inputs", len(each.kinds), "must be one of each excitation that is put together")
+        require(each.fs == excitations[0].fs, "fs", each.fs, f"must be that of the first one, {excitations[0].fs:g} Hz")
+    size, bands = max(each.value.size for each in excitations), [each.band for each in excitations if each.band]
+    band = (min(low for low, _ in bands), max(high for _, high in bands)) if len(bands) == len(excitations) else None
+    value = np.array([np.pad(each.value, (0, size - each.value.size)) for each in excitations])
+    parts = [dict(each.description) for each in excitations]
+    description = {"generator": "together", "excitations": parts}
+    return Excitation(value, excitations[0].fs, "mixed", band, description, tuple(each.kind for each in excitations))
 
 
 def random(

@@ -16,70 +16,84 @@ from .excitation_checks import Band
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Excitation", "described"]
+__all__ = ["EXCITATION_UNITS", "Excitation", "common_kind", "described"]
+
+EXCITATION_UNITS = {"base": "m s-2", "force": "N", "mixed": ""}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Excitation(Shown, ArrayData):
-    """A sampled excitation.
+    """A sampled excitation, of one input or of several at once.
 
     Raises
     ------
     ExcitationError
-        If it is not one finite row of samples, or is sampled below twice its band.
+        If it is not finite rows of samples with a kind for each, or is sampled below twice its band.
     """
 
     value: np.ndarray
-    """(n_t,) base acceleration in m/s² (kind "base") or force at the shaker in N (kind "force")"""
+    """(n_t,) base acceleration in m/s² (kind "base") or force at the shaker in N (kind "force"); of several inputs
+    (n_inputs, n_t), in the order of `Rig.inputs`"""
     fs: float
     """samples per second"""
     kind: str = "base"
-    """ "base" or "force" """
+    """ "base" or "force"; "mixed" of inputs of both kinds"""
     band: tuple[float, float] | None = None
     """Hz"""
     description: dict[str, Any] = field(default_factory=dict)
     """generator, its parameters and seed; plain data"""
+    kinds: tuple[str, ...] = ()
+    """kind of each of several inputs"""
 
     def __post_init__(self) -> None:
         value = read_only(self.value)
-        if value.ndim != 1 or not value.size:
-            raise ExcitationError(f"an excitation is one row of samples, got shape {value.shape}")
-        if not np.all(np.isfinite(value)):
-            raise ExcitationError(f"sample {int(np.argmin(np.isfinite(value)))} of the excitation is not finite")
+        if value.ndim not in ((1, 2) if self.kinds else (1,)) or not value.size:
+            raise ExcitationError(f"an excitation is one row of samples, got shape {value.shape}; rows have kinds")
+        finite = np.isfinite(np.atleast_2d(value)).all(axis=0)
+        if not finite.all():
+            raise ExcitationError(f"sample {int(np.argmin(finite))} of the excitation is not finite")
         if not 0 < self.fs < np.inf:
             raise ExcitationError(f"fs must be > 0 Hz, got {self.fs!r}")
-        if self.kind not in ("base", "force"):
-            raise ExcitationError(f'kind "{self.kind}" is unknown; use "base" (m/s²) or "force" (N)')
+        kinds = (self.kind,) if value.ndim == 1 else tuple(self.kinds)
+        for kind in kinds:
+            if kind not in ("base", "force"):
+                raise ExcitationError(f'kind "{kind}" is unknown; use "base" (m/s²) or "force" (N)')
+        if value.ndim == 2 and len(kinds) != len(value):
+            raise ExcitationError(f"{len(kinds)} kinds for an excitation of {len(value)} inputs; give one for each")
         if self.band is not None and not 0 <= self.band[0] < self.band[1]:
             raise ExcitationError(f"band {self.band} must be two increasing frequencies in Hz")
         if self.band is not None and self.fs < 2 * self.band[1]:
             raise ExcitationError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
-        self._set(value=value)
+        self._set(value=value, kinds=kinds, kind=common_kind(kinds))
 
     @property
     def time(self) -> np.ndarray:
         """(n_t,) s"""
-        return np.arange(self.value.size) / self.fs
+        return np.arange(self.value.shape[-1]) / self.fs
 
     def _overview(self) -> Overview:
+        units = ["m/s²" if kind == "base" else "N" for kind in self.kinds]
         of = {name: value for name, value in self.description.items() if isinstance(value, str | int | float)}
         facts = {
-            "level": f"{np.sqrt(np.mean(self.value**2)):.4g} {'m/s²' if self.kind == 'base' else 'N'} RMS, "
-            f"at most {np.abs(self.value).max():.4g}",
+            "level": "; ".join(
+                f"{np.sqrt(np.mean(row**2)):.4g} {unit} RMS, at most {np.abs(row).max():.4g}"
+                for row, unit in zip(np.atleast_2d(self.value), units)
+            ),
             "band": f"{self.band[0]:g} to {self.band[1]:g} Hz" if self.band else "",
             "from": ", ".join(f"{name} {value}" for name, value in of.items()),
         }
-        what = "base acceleration" if self.kind == "base" else "force"
-        return Overview(f"Excitation, {what}, {self.value.size / self.fs:g} s at {self.fs:g} Hz", facts)
+        what = " and ".join("base acceleration" if kind == "base" else "force" for kind in self.kinds)
+        return Overview(f"Excitation, {what}, {self.value.shape[-1] / self.fs:g} s at {self.fs:g} Hz", facts)
 
     def to_xarray(self) -> xr.Dataset:
-        """Return ``value`` (time,) with units; the description (plain data) as JSON in an attribute."""
-        units = "m s-2" if self.kind == "base" else "N"
-        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": self.kind}
+        """Return ``value`` (time,), or (input, time), with units; the description as JSON in an attribute."""
+        units = EXCITATION_UNITS[self.kind]
+        attributes: dict[str, Any] = {"fs": float(self.fs), "kind": " ".join(self.kinds)}
         attributes["description"] = labelled.plain_json(self.description, "description")
         if self.band is not None:
             attributes["band"] = np.array(self.band, dtype=float)
-        return labelled.dataset("excitation", {"value": ("time", self.value, units)}, {"time": self.time}, attributes)
+        dims = ("input", "time")[-self.value.ndim :]
+        return labelled.dataset("excitation", {"value": (dims, self.value, units)}, {"time": self.time}, attributes)
 
     @classmethod
     def from_xarray(cls, ds: xr.Dataset) -> Excitation:
@@ -91,14 +105,20 @@ class Excitation(Shown, ArrayData):
             The dataset.
         """
         labelled.require_kind(ds, "excitation")
-        band = ds.attrs.get("band")
+        band, kinds = ds.attrs.get("band"), tuple(str(labelled.attribute(ds, "kind")).split())
         return cls(
-            labelled.values(ds, "value", "time"),
+            labelled.values(ds, "value", *(["input"] if len(kinds) > 1 else []), "time"),
             float(labelled.attribute(ds, "fs")),
-            str(labelled.attribute(ds, "kind")),
+            common_kind(kinds),
             None if band is None else (float(band[0]), float(band[1])),
             labelled.from_json(ds, "description"),
+            kinds,
         )
+
+
+def common_kind(kinds: tuple[str, ...]) -> str:
+    """Return the kind of all inputs, or "mixed" where they differ."""
+    return kinds[0] if len(set(kinds)) == 1 else "mixed"
 
 
 def described(

@@ -342,7 +342,7 @@ def estimate_frf(
     Bendat and Piersol, Random Data, 4th ed., 2010, chapters 6, 9 and 11; Hv: Rocklin, Crowley and Vold,
     A comparison of H1, H2, and Hv frequency response functions, IMAC 3, 1985.
     """
-    if window is None and is_impulsive(resp.excitation, resp.fs):
+    if window is None and resp.excitation.ndim == 1 and is_impulsive(resp.excitation, resp.fs):
         blocks, words = hit_blocks(resp, resolution)
         note(f"the excitation {resp.reference}", words)
         if blocks:
@@ -381,8 +381,12 @@ def estimate_frf_blocks(
     first = next(blocks, None)
     if first is None:
         raise RecordError("there is no block of a record")
+    if len({*first.kinds}) > 1:
+        raise RecordError("FRFs to a base and to a force at once have no quantity in common; drive them one by one")
     if first.kind not in QUANTITY:
         raise RecordError(f'kind "{first.kind}" of the excitation is unknown; use {", ".join(QUANTITY)}')
+    if len(first.kinds) > 1 and estimator != "H1":
+        raise RecordError(f'several inputs at once, {", ".join(first.references)}, need estimator "H1"')
     spectra = Welch(first.fs, resolution, overlap, band or first.band, window)
     spectra.push(first)
     for block in blocks:
@@ -390,6 +394,6 @@ def estimate_frf_blocks(
     value, coherence = spectra.estimate(ESTIMATORS[estimator])
     below = QUANTITY[first.kind].partition("/")[2]
     return FRF(
-        spectra.frequency, value, coherence, first.responses, (first.reference,), QUANTITY[first.kind],
+        spectra.frequency, value, coherence, first.responses, first.references, QUANTITY[first.kind],
         averages=spectra.independent_averages(), quantities=tuple(f"{name}/{below}" for name in first.quantities),
     )  # fmt: skip

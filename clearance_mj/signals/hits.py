@@ -134,7 +134,7 @@ def find_hits(
     """
     if len({record.fs for record in records}) > 1:
         raise RecordError(f"records are sampled at {', '.join(f'{r.fs:g}' for r in records)} Hz; needs one rate")
-    found = [_pulses(record.excitation, record.fs, trigger) for record in records]
+    found = [_pulses(record.only_input, record.fs, trigger) for record in records]
     if length is None:
         after = np.concatenate([np.diff(p.at[p.hit], append=p.push.size) for p in found])
         before = np.concatenate([np.diff(p.at[p.hit], prepend=-np.inf) for p in found])[:, None]

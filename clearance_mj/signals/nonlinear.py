@@ -121,7 +121,7 @@ def periods(response: Response, period: float, drop: int = 1) -> np.ndarray:
         If the record does not hold whole periods, fewer than two are left, or samples are not finite.
     """
     samples = round(period * response.fs)
-    signals = np.vstack((response.excitation, response.channels))
+    signals = np.vstack((response.only_input, response.channels))
     if samples < 2 or abs(samples - period * response.fs) > 1e-6 or signals.shape[1] % samples:
         raise RecordError(f"a record of {response.duration:g} s does not hold whole periods of {period!r} s")
     count = signals.shape[1] // samples

@@ -15,6 +15,7 @@ from ..core.overview import Overview, Shown, few, span
 from ..core.quantities import QUANTITIES
 from . import labelled
 from .arrays import ArrayData, read_only, rows_of
+from .excitation_data import EXCITATION_UNITS, common_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Response"]
 
-EXCITATION_UNITS = {"base": "m s-2", "force": "N"}
 HISTORIES = {
     "channels": ("response", ""),
     "displacement": ("bushing", "m"),
@@ -48,7 +48,7 @@ class Response(Shown, ArrayData):
     fs: float
     """samples per second"""
     excitation: np.ndarray
-    """(n_t,) base acceleration in m/s² or shaker force in N, see ``kind``"""
+    """(n_t,) base acceleration in m/s² or shaker force in N, see ``kind``; of several inputs (n_inputs, n_t)"""
     channels: np.ndarray
     """(n_sensors, n_t) what the sensors read, each in the SI unit of its own quantity, such as m/s²"""
     displacement: np.ndarray | None = None
@@ -59,13 +59,13 @@ class Response(Shown, ArrayData):
     grease_force: np.ndarray | None = None
     """(n_bushings, n_t) same sign, N"""
     kind: str = "base"
-    """"base" or "force": what the excitation is"""
+    """"base" or "force": what the excitation is; "mixed" of inputs of both kinds"""
     band: tuple[float, float] | None = None
     """Hz, band of the excitation where known"""
     responses: tuple[str, ...] = ()
     """degree of freedom of each row of the channels, such as "3:+Z" """
     reference: str = "100:+Z"
-    """degree of freedom of the excitation"""
+    """degree of freedom of the excitation; of several inputs the first one's"""
     provenance: dict[str, Any] = field(default_factory=dict)
     """inputs that made it: rig, law, engine, excitation, seed, versions; plain data"""
     contact_share: np.ndarray | None = None
@@ -75,18 +75,31 @@ class Response(Shown, ArrayData):
     """(n_t,) rad/s, of a shaft that turns"""
     quantities: tuple[str, ...] = ()
     """quantity of each row of the channels; all are "acceleration" if left out"""
+    references: tuple[str, ...] = ()
+    """degree of freedom of each of several inputs"""
+    kinds: tuple[str, ...] = ()
+    """kind of each of several inputs"""
 
     def __post_init__(self) -> None:
         quantities = tuple(self.quantities) or (ACCELERATION,) * len(self.channels)
         if len(quantities) != len(self.channels) or not {*quantities} <= QUANTITIES.keys():
             raise RecordError(f"{len(self.channels)} channels need as many quantities of {', '.join(QUANTITIES)}")
         self._set(excitation=read_only(self.excitation), quantities=quantities)
+        if self.excitation.ndim == 1:
+            self._set(references=(self.reference,), kinds=(self.kind,))
+        elif not len(self.references) == len(self.kinds) == len(self.excitation):
+            raise RecordError(
+                f"an excitation of {len(self.excitation)} inputs needs as many references and kinds, got "
+                f"{len(self.references)} and {len(self.kinds)}"
+            )
+        else:
+            self._set(reference=self.references[0], kind=common_kind(self.kinds))
         for name, (rows, _) in HISTORIES.items():
             value = getattr(self, name)
             if value is None:
                 continue
             value = read_only(value)
-            if value.ndim != 2 or value.shape[1:] != self.excitation.shape:
+            if value.ndim != 2 or value.shape[1:] != self.excitation.shape[-1:]:
                 raise RecordError(
                     f"{name} must be (n_{rows}s, n_t) with n_t samples of excitation, got {value.shape} and "
                     f"{self.excitation.shape}"
@@ -102,14 +115,26 @@ class Response(Shown, ArrayData):
         return self._of(ACCELERATION)
 
     @property
+    def inputs(self) -> np.ndarray:
+        """(n_inputs, n_t) the excitation of one input or several."""
+        return np.atleast_2d(self.excitation)
+
+    @property
+    def only_input(self) -> np.ndarray:
+        """(n_t,) the excitation of one input; refuses several."""
+        if self.excitation.ndim > 1:
+            raise RecordError(f"the record has several inputs, {', '.join(self.references)}; needs one")
+        return self.excitation
+
+    @property
     def time(self) -> np.ndarray:
         """(n_t,) s"""
-        return np.arange(self.excitation.size) / self.fs
+        return np.arange(self.excitation.shape[-1]) / self.fs
 
     @property
     def duration(self) -> float:
         """S"""
-        return self.excitation.size / self.fs
+        return self.excitation.shape[-1] / self.fs
 
     def at(self, responses: Sequence[str]) -> Response:
         """Return the response at some of the sensors alone.
@@ -134,10 +159,11 @@ class Response(Shown, ArrayData):
         return share is not None and moved is not None and len(moved) == 2 * share.size > 0
 
     def _overview(self) -> Overview:
-        (what, unit), band = ("base acceleration", "m/s²") if self.kind == "base" else ("force", "N"), self.band
+        band, words = self.band, {"base": ("base acceleration", "m/s²"), "force": ("force", "N")}
+        inputs = zip([words.get(kind, words["force"]) for kind in self.kinds], self.references, self.inputs)
+        driven = [f"{what} at {dof}, {np.std(value):.4g} {unit} RMS" for (what, unit), dof, value in inputs]
         facts = {
-            "excitation": f"{what} at {self.reference}, {np.std(self.excitation):.4g} {unit} RMS"
-            + (f", {band[0]:g} to {band[1]:g} Hz" if band else ""),
+            "excitation": "; ".join(driven) + (f", {band[0]:g} to {band[1]:g} Hz" if band else ""),
             "responses": few(self.responses),
             **{name: _largest(self._of(name), *QUANTITIES[name].in_figures) for name in dict.fromkeys(self.quantities)},
             "in clearances": _largest(self.displacement, "mm", 1e3),
@@ -178,14 +204,15 @@ class Response(Shown, ArrayData):
     def to_xarray(self) -> xr.Dataset:
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.
 
-        ``excitation`` (time,), ``acceleration`` (response, time), or ``channels`` with the quantity of each where they
-        are not all accelerations, and of ``displacement``, ``contact_force`` and
+        ``excitation`` (time,), of several inputs (input, time), ``acceleration`` (response, time), or ``channels`` with
+        the quantity of each where they are not all accelerations, and of ``displacement``, ``contact_force`` and
         ``grease_force`` (bushing, time; coordinate, time of round clearances), ``contact_share`` (bushing,) and
         ``spin`` (time,) what the response has.
         """
-        if self.kind not in EXCITATION_UNITS:
-            raise RecordError(f'kind "{self.kind}" is unknown; use {" or ".join(EXCITATION_UNITS)}')
-        variables: dict[str, Any] = {"excitation": ("time", self.excitation, EXCITATION_UNITS[self.kind])}
+        if unknown := set(self.kinds) - {"base", "force"}:
+            raise RecordError(f'kind "{unknown.pop()}" is unknown; use base or force')
+        dims = ("input", "time")[-self.excitation.ndim :]
+        variables: dict[str, Any] = {"excitation": (dims, self.excitation, EXCITATION_UNITS[self.kind])}
         n_shares = None if self.contact_share is None else len(self.contact_share)
         for name, (rows, units) in HISTORIES.items():
             value = getattr(self, name)
@@ -197,14 +224,14 @@ class Response(Shown, ArrayData):
         variables["spin"] = ("time", self.spin, "rad s-1")
         attributes = {
             "fs": float(self.fs),
-            "kind": self.kind,
+            "kind": " ".join(self.kinds),
             "provenance": labelled.plain_json(self.provenance, "provenance"),
         }
         if self.band is not None:
             attributes["band"] = np.array(self.band, dtype=float)
         coordinates = {"time": self.time, "response": self.responses}
         found = labelled.dataset("response", variables, coordinates, attributes)
-        found["excitation"].attrs["dof"] = self.reference
+        found["excitation"].attrs["dof"] = " ".join(self.references)
         if "channels" in found:
             of_rows = {"quantity": ("response", list(self.quantities))}
             of_rows["units"] = ("response", [QUANTITIES[name].cf_unit for name in self.quantities])
@@ -223,8 +250,10 @@ class Response(Shown, ArrayData):
         labelled.require_kind(ds, "response")
         if not {ACCELERATION, "channels"} & {*ds}:
             raise RecordError('holds no "acceleration" and no "channels"')
-        band = ds.attrs.get("band")
+        excitation = labelled.values(ds, "excitation", *(["input"] if "input" in ds.dims else []), "time")
         provenance = labelled.from_json(ds, "provenance")
+        band, kinds = ds.attrs.get("band"), tuple(str(labelled.attribute(ds, "kind")).split())
+        references = tuple(str(ds["excitation"].attrs.get("dof", "100:+Z")).split())
         histories = {
             name: labelled.values(ds, name, COORDINATE if COORDINATE in ds[name].dims else rows, "time")
             for name, (rows, _) in (HISTORIES | {ACCELERATION: HISTORIES["channels"]}).items()
@@ -233,11 +262,13 @@ class Response(Shown, ArrayData):
         histories["channels"] = histories.pop(ACCELERATION if ACCELERATION in histories else "channels")
         return cls(
             fs=float(labelled.attribute(ds, "fs")),
-            excitation=labelled.values(ds, "excitation", "time"),
-            kind=str(labelled.attribute(ds, "kind")),
+            excitation=excitation,
+            kind=common_kind(kinds),
+            kinds=kinds,
             band=None if band is None else (float(band[0]), float(band[1])),
             responses=labelled.labels(ds, "response") if "response" in ds.coords else (),
-            reference=str(ds["excitation"].attrs.get("dof", "100:+Z")),
+            reference=references[0],
+            references=references,
             provenance=provenance,
             contact_share=labelled.values(ds, "contact_share", "bushing") if "contact_share" in ds else None,
             spin=labelled.values(ds, "spin", "time") if "spin" in ds else None,

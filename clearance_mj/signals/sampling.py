@@ -42,28 +42,32 @@ def interpolate(value: np.ndarray, factor: int) -> np.ndarray:
 
 
 class Interpolator:
-    """Interpolate a stream of blocks, so that memory does not grow with the record; blocks do not change the sums."""
+    """Interpolate a stream of blocks, so that memory does not grow with the record; blocks do not change the sums.
 
-    def __init__(self, factor: int) -> None:
+    Blocks are (n,), or (n, inputs) of several ``inputs``.
+    """
+
+    def __init__(self, factor: int, inputs: int | None = None) -> None:
         self.factor = factor
         self.taps = factor * lowpass(factor)
         self.ahead = self.taps.size // 2 // factor
         """input samples that an output waits for"""
-        self._held = np.zeros(self.ahead)  # what the next outputs' filter reaches back to
+        self._each = () if inputs is None else (inputs,)
+        self._held = np.zeros((self.ahead, *self._each))  # what the next outputs' filter reaches back to
 
     def push(self, block: np.ndarray) -> np.ndarray:
         """Take the next samples (n,) and return the fast ones (m * factor,) that are complete."""
         held = np.concatenate((self._held, block))
-        count = max(0, held.size - 2 * self.ahead)
+        count = max(0, len(held) - 2 * self.ahead)
         self._held = held[count:]
         if not count:
-            return np.empty(0)
+            return np.empty((0, *self._each))
         first = 2 * self.ahead * self.factor
-        return scipy.signal.upfirdn(self.taps, held, up=self.factor)[first : first + count * self.factor]
+        return scipy.signal.upfirdn(self.taps, held, up=self.factor, axis=0)[first : first + count * self.factor]
 
     def flush(self) -> np.ndarray:
         """Return the samples that still wait for input, as if zeros came after them."""
-        return self.push(np.zeros(self.ahead))
+        return self.push(np.zeros((self.ahead, *self._each)))
 
 
 class Decimator:

@@ -48,7 +48,7 @@ def sine_steps(response: Response) -> SineSteps:
         The record, of which frequencies from 6 Hz on are found.
     """
     size = round(WINDOW * response.fs)
-    found = [_sine(response.excitation[i : i + size], response.fs) for i in _starts(response, size)]
+    found = [_sine(response.only_input[i : i + size], response.fs) for i in _starts(response, size)]
     ends = [
         k for k in range(1, len(found))
         if _one_step(found[k - 1], found[k]) and not (k + 1 < len(found) and _one_step(found[k], found[k + 1]))
@@ -90,7 +90,7 @@ def is_stepped_sine(signal: np.ndarray, fs: float) -> bool:
 
 
 def _starts(response: Response, size: int) -> range:
-    return range(0, response.excitation.size - size + 1, size)
+    return range(0, response.only_input.size - size + 1, size)
 
 
 def _one_step(a: tuple[float, float], b: tuple[float, float]) -> bool:

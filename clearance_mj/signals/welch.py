@@ -64,11 +64,11 @@ class Welch:
 
     def push(self, block: Response) -> None:
         """Add every segment that a block completes."""
-        excitation = block.excitation
+        excitation, n_inputs = block.excitation, len(block.inputs)
         signals = np.vstack((excitation, block.channels))
         finite = np.isfinite(signals).all(axis=1)
         if not finite.all():
-            bad = int(np.argmin(finite))
+            bad = max(int(np.argmin(finite)) - n_inputs + 1, 0)
             raise RecordError(
                 f"{f'{block.quantities[bad - 1]} row {bad - 1}' if bad else 'the excitation'} is not finite"
             )
@@ -78,9 +78,11 @@ class Welch:
         if self.sums is None and held.shape[1] >= self.length:
             self._prepare()
         while held.shape[1] >= self.length:
-            x, *y = scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines]
-            y = np.reshape(y, (-1, x.size))
-            found = x.real**2 + x.imag**2, y.real**2 + y.imag**2, y * x.conj()
+            x, y = np.split(scipy.fft.rfft(held[:, : self.length] * self.window)[:, self.lines], [n_inputs])
+            own, across = x.real**2 + x.imag**2, y[:, None] * x.conj()
+            if n_inputs > 1:
+                own = x[:, None] * x.conj()
+            found = own.squeeze(), y.real**2 + y.imag**2, across[:, 0] if n_inputs == 1 else across
             self.sums = found if self.sums is None else tuple(map(np.add, self.sums, found))
             self.averages += 1
             held = held[:, self.hop :]
@@ -111,6 +113,10 @@ class Welch:
         if low == high:
             raise RecordError(f"the excitation is constant at {low:g}: no FRF can be estimated")
         sxx, syy, syx = self.sums
+        if sxx.ndim == 3:
+            if self.averages < len(sxx):
+                raise RecordError(f"{self.averages} segments do not tell {len(sxx)} inputs apart; take more")
+            return np.einsum("ojf,fjk->okf", syx, np.linalg.pinv(sxx.transpose(2, 0, 1), hermitian=True)), None
         with np.errstate(divide="ignore", invalid="ignore"):
             coherence = np.abs(syx) ** 2 / (sxx * syy) if self.averages > 1 else None
             return estimator(sxx, syy, syx), coherence

@@ -29,7 +29,7 @@ def contact_statistics(response: Response) -> dict[str, Any]:
         raise RecordError("only a simulated response has contact forces")
     share, rows = response.contact_share, len(response.displacement)
     bushings = rows if share is None else len(share)
-    shape = bushings, rows // max(bushings, 1), response.excitation.size
+    shape = bushings, rows // max(bushings, 1), response.excitation.shape[-1]
     moved, force = (each.reshape(shape) for each in (response.displacement, response.contact_force))
     return {
         "displacement_rms": np.sqrt(moved.var(axis=2).sum(axis=1)).tolist(),

@@ -136,7 +136,7 @@ def linear_frequencies(rig: Rig, law: Law, n: int) -> np.ndarray:
 
 def _lines(rig: Rig, excitation: Excitation, resolution: float, band: tuple[float, float]) -> np.ndarray:
     """Lines of the FRFs, from a response of zeros; refuses what no FRF can be estimated from."""
-    still = np.zeros((len(rig.sensors), excitation.value.size))
+    still = np.zeros((len(rig.sensors), excitation.value.shape[-1]))
     response = Response(excitation.fs, excitation.value, still, kind=excitation.kind)
     with np.errstate(divide="ignore", invalid="ignore"):  # zero responses have no coherence
         return estimate_frf(response, resolution=resolution, band=band).frequency

@@ -112,7 +112,7 @@ def march(
     watches, waiting = [_Watch(simulation) for simulation in simulations], round(settling * first.fs)
     count = STEPS * interpolator.factor
     for piece in itertools.chain([first], pieces, [None]):
-        fast = interpolator.flush() if piece is None else interpolator.push(piece.value)
+        fast = interpolator.flush() if piece is None else interpolator.push(piece.value.T)
         for start in range(0, fast.size, count):
             outputs = advance(fast[start : start + count])
             blocks = [watch.see(output) for watch, output in zip(watches, outputs)]

@@ -37,6 +37,8 @@ class Marched(Operation):
     """settings of the modal engine, by which it is marched"""
 
     def __post_init__(self) -> None:
+        if len(self.excitation.kinds) > 1:
+            raise ExcitationError("wear over hours is marched under one input; give an excitation of one")
         duration = self.excitation.value.size / self.excitation.fs
         if self.settle is not None and not 0 <= self.settle < duration:
             raise ExcitationError(f"settle must be from 0 s up to the excitation's {duration:g} s, got {self.settle!r}")

@@ -96,7 +96,9 @@ class _InPlane(Marching):
         run = ModalRun(engine, model.rig, model.law, kind, step)
         self.motion, self.parts, self.scheme = run.alone.motion, run.alone.parts, run.equations()
         self.room = np.empty((run.alone.columns, 1, 1))
-        self.clearance = clearance_records(model.rig, model.law, step)
+        self.clearance, self.driving = clearance_records(model.rig, model.law, step), run.alone.driving
+        if run.rest:
+            run.rest.begin(self.clearance)
         if state is not None:
             self.motion.q[:, 0], self.motion.v[:, 0], self.motion.q_before[:, 0] = state[:3]
 
@@ -109,7 +111,9 @@ class _InPlane(Marching):
         size, n, scheme, motion = excitation.size, len(self.rig.bushings), self.scheme, self.motion
         q, impact = np.empty((size + 2, len(motion.q))), np.empty((size, 2 * n))
         q[0], q[1] = motion.q_before[:, 0], motion.q[:, 0]
-        self._went(march_planar(self.steps, excitation, self.step, *self.parts, self.room, q[2:], impact), size)
+        self._went(
+            march_planar(self.steps, self.driving(excitation), self.step, *self.parts, self.room, q[2:], impact), size
+        )
         x = q @ scheme.points.T
         seen = (q[:-2] * scheme.speed[0] + q[1:-1] * scheme.speed[1] + q[2:] * scheme.speed[2]) @ scheme.points.T
         found = BushingEnergies(*np.zeros((6, size, n)), *np.zeros((2, size, 2 * n)))
@@ -144,7 +148,7 @@ class _InSpace(Marching):
         q[0], q[1] = run.motion.q_before, run.motion.q
         works = np.empty((size, len(OF_RIG) + n * (len(OF_BUSHING) + 2 * len(OF_END))))
         failed = march_round(
-            self.steps, excitation, self.step, run.shaft, self.coupling, run.drive, run.motion, run.clearance,
+            self.steps, excitation[:, None], self.step, run.shaft, self.coupling, run.drive, run.motion, run.clearance,
             self.room, works, q[2:], spin,
         )  # fmt: skip
         self._went(failed, size)

@@ -33,10 +33,7 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
         ),
         (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
         (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
-        (
-            text("gravity = [0.0, 0.0, -9.81]\n"),
-            "gravity needs round bushings: a rig that moves along z alone has it in its",
-        ),
+        (text("gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
         (text("", SPIN), 'spin needs shape = "round", and bushings[0] is a slot, along one coordinate'),
         (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction needs shape = "round"'),
         (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs shape = "round"'),

@@ -32,6 +32,7 @@ from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
 from clearance_mj.engines.modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, set_solver
+from clearance_mj.linear import PlaneRows, RigRows
 from clearance_mj.rig import Bushing, Contact, Grease
 
 from ..conftest import TABLE1
@@ -118,8 +119,9 @@ class FreeMass:
 
     def _start_modal(self, law, position, speed):
         flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
-        parts = np.ones((3, 1)), np.zeros((0, 1)), np.zeros(1), np.zeros(0), np.zeros((0, 0))
-        shaft = Shaft(*(part[..., None] for part in (np.ones(1), flow, *parts, np.ones((3, 3)), np.zeros(3))))
+        parts = np.ones((3, 1)), np.zeros((0, 1)), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros((0, 0))
+        more = np.ones((3, 3)), np.zeros((1, 3)), np.zeros((0, 0))
+        shaft = Shaft(*(part[..., None] for part in (np.ones(1), flow, *parts, *more)))
         motion = Motion(*np.array([[[position]], [[speed]], [[position]]]))
         clearance = clearance_records(self.rig, law, self.step)
 
@@ -128,7 +130,7 @@ class FreeMass:
 
         def simulate(n):
             out, parts = np.full((4, n, 1), np.nan), (shaft, motion, clearance, greases, contacts)
-            assert advance(0, np.zeros(n), self.step, (0,), *parts, out, 0) == (-1, -1)
+            assert advance(0, np.zeros((n, 1)), self.step, (0,), *parts, out, 0) == (-1, -1)
             return out[:, :, 0].T
 
         self.simulate = simulate
@@ -144,10 +146,11 @@ class FreeMass:
         physical.tendon_limit(spec, ["a", "b"], 1.0, 0.0)  # the loop writes those of the law
         model = spec.compile()
         physical.set_inverse_inertia(model)
-        nowhere = np.zeros((0, 0)), np.zeros((0, 1)), np.zeros(0)
-        maps = Maps(np.ones((3, 1)), np.zeros(1), *nowhere, np.zeros((2, 0), int), np.arange(2))
-        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps)
-        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "force", self.step, plant)
+        maps = Maps(np.ones((3, 1)), np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((2, 0), int), np.arange(2))
+        along = PlaneRows(lambda points: np.ones((len(points), 1)), np.ones((1, 1)), slice(0, 1))
+        rows = RigRows(self.rig, 1, (None, along))
+        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps, rows=rows)
+        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "base", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed
         self.simulate = lambda n: run.advance(np.zeros(n))
 

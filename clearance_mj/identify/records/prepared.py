@@ -204,6 +204,11 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
         If there is no record to identify from, or a file cannot be read.
     """
     found = tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
+    if loaded := next((r.rig for r in found if not r.rig.is_spatial and (r.rig.gravity or r.rig.loads)), None):
+        raise RecordError(
+            f"rig {loaded.name!r}: identification of slots knows no gravity and no loads yet; leave them out, and give "
+            "the offsets at which they hold the shaft"
+        )
     driven = tuple(record for record in without_run_out(found) if record.kind != "spin")
     if not driven:
         raise RecordError("no record to identify is driven by its base or a force: turning alone tells no structure")
