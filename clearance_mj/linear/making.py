@@ -18,10 +18,10 @@ from ..rig import Rig
 from ..rig.extremes import computable
 from ..rig.loads import load_force
 from ..structure import Shaft, Structure
-from ..structure.base import Turning
+from ..structure.base import Turning, along_axis
 from ..structure.modal import Reduction
 from .model import HeldBearing, LinearModel, no_matrix
-from .rows import PlaneRows, along_axis
+from .rows import PlaneRows
 
 __all__ = ["MAX_MODES", "linear_model", "skew"]
 
@@ -59,18 +59,14 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
         damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
         of_planes: tuple[Structure, Structure] = (shaft.in_other_plane, shaft)
-        found = [
-            rig.reduction(n_modes, grease, s, more=damped, across=y, supports=_held(rig, "YZ"[not y]))
-            for y, s in zip((True, False), of_planes)
-        ]
+        found = [rig.reduction(n_modes, grease, s, more=damped, across=y) for y, s in zip((True, False), of_planes)]
     elif not rig.is_spatial:
         found = [rig.reduction(n_modes, grease)]
     elif across is not None:
-        sides = (True, across), (False, rig.linear)
-        found = [rig.reduction(n_modes, grease, s, across=y, supports=_held(rig, "YZ"[not y])) for y, s in sides]
+        found = [rig.reduction(n_modes, grease, s, across=y) for y, s in ((True, across), (False, rig.linear))]
     else:
         joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
-        found = [rig.reduction(n_modes, grease, joined=joined, supports=_held(rig, "YZ"))]
+        found = [rig.reduction(n_modes, grease, joined=joined)]
     ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
     moves = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
     y = moves[0] if len(moves) == 2 or across is None else None
@@ -99,11 +95,6 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         return model
     rows = model.moved([bearing.position for bearing in rig.bearings])
     return dataclasses.replace(model, bearings=tuple(map(HeldBearing, rig.bearings, rows)))
-
-
-def _held(rig: Rig, axes: str) -> tuple[tuple[float | str, float], ...]:
-    """Springs of the bearings along some axes, in which modes are found; see `HeldBearing`."""
-    return tuple((along_axis(b.position, axis), b.stiffest["YZ".index(axis)]) for b in rig.bearings for axis in axes)
 
 
 def _turning_shaft(rig: Rig) -> Shaft:

@@ -17,9 +17,9 @@ from ..rig import Rig
 from ..rig.loads import Order, order_forces
 from ..rig.points import probe_point
 from ..rig.sensing import SensorRows, sensor_rows
-from ..structure.base import Rows, in_other_plane, parse_direction, parse_dof
+from ..structure.base import Rows, along_axis, in_other_plane, parse_direction
 
-__all__ = ["PlaneRows", "RigRows", "along_axis"]
+__all__ = ["PlaneRows", "RigRows"]
 
 
 class PlaneRows(NamedTuple):
@@ -210,9 +210,3 @@ class RigRows:
 
 def _listed(points: Sequence[float | str] | np.ndarray) -> list[float | str]:
     return points.tolist() if isinstance(points, np.ndarray) else list(points)
-
-
-def along_axis(point: float | str, axis: str) -> float | str:
-    """Return the degree of freedom along an axis of a node of which a point names another one; else the point."""
-    dof = parse_dof(point)
-    return point if dof is None else f"{dof[0]}:{axis}"

@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from ..core.errors import RigError
 from ..core.validation import Number, Text, checked, seldom
 from ..structure import Point
+from ..structure.base import along_axis
 
 __all__ = ["Bearing", "Coefficients"]
 
@@ -74,6 +75,16 @@ class Bearing:
         """Largest stiffness along y and along z, N/m, with which a shaft's modes are found; 0 where it is negative."""
         yy, _, _, zz = np.max(self.stiffness, axis=0, initial=0.0)
         return float(yy), float(zz)
+
+    def held(self, axes: str) -> tuple[tuple[float | str, float], ...]:
+        """Return points and stiffnesses, N/m, of springs of `stiffest` to the base.
+
+        Parameters
+        ----------
+        axes : str
+            "Y", "Z" or "YZ".
+        """
+        return tuple((along_axis(self.position, axis), self.stiffest["YZ".index(axis)]) for axis in axes)
 
     @property
     def is_constant(self) -> bool:

@@ -216,7 +216,7 @@ class Rig(Shown):
     def reduction(
         self, modes: int, grease: bool = False, structure: Structure | None = None,
         joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
-        across: bool = False, supports: tuple[tuple[float | str, float], ...] = (),
+        across: bool = False,
     ) -> Reduction:  # fmt: skip
         """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
@@ -231,9 +231,6 @@ class Rig(Shown):
         across : bool
             Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
 
-        supports
-            Springs from points to the base, N/m.
-
         Raises
         ------
         RigError
@@ -246,8 +243,10 @@ class Rig(Shown):
         attached = self.attached.in_other_plane if across else self.attached
         if across:
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
+        axes = "YZ" if joined else "Y" if across else "Z"
+        held = tuple(spring for bearing in self.bearings for spring in bearing.held(axes))
         with computable(self.name, self.to_dict):
-            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, supports)
+            return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, held)
 
     __repr__ = Shown.__repr__
 

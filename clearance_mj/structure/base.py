@@ -37,6 +37,7 @@ __all__ = [
     "Structure",
     "StructureOfFiles",
     "Turning",
+    "along_axis",
     "check_point",
     "dof_vector",
     "in_other_plane",
@@ -148,6 +149,12 @@ def in_other_plane(point: float | str) -> float | str:
         return point
     axis, sign = _SWAPPED.get(direction[0], ("X", 1))
     return f"{place[0]}@{place[1]!r}:{'-' if sign * direction[1] < 0 else ''}{axis}"
+
+
+def along_axis(point: float | str, axis: str) -> float | str:
+    """Return the degree of freedom along an axis of a node of which a point names another one; else the point."""
+    dof = parse_dof(point)
+    return point if dof is None else f"{dof[0]}:{axis}"
 
 
 def dof_vector(point: float | str) -> np.ndarray:
