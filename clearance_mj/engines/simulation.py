@@ -238,7 +238,7 @@ class Simulation:
             reference=references[0], references=references, provenance=self.provenance if whole else {},
             contact_share=share,
             spin=spin[0] if whole and spin is not None else None,
-            quantities=tuple(sensor.quantity for sensor in self.rig.sensors),
+            quantities=tuple(sensor.quantity for sensor in self.rig.sensors), coordinates=tuple(self.rig.probe_labels),
         )  # fmt: skip
 
 

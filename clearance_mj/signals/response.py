@@ -25,12 +25,12 @@ __all__ = ["Response"]
 
 HISTORIES = {
     "channels": ("response", ""),
-    "displacement": ("bushing", "m"),
-    "contact_force": ("bushing", "N"),
-    "grease_force": ("bushing", "N"),
+    "displacement": ("coordinate", "m"),
+    "contact_force": ("coordinate", "N"),
+    "grease_force": ("coordinate", "N"),
 }  # Dimension beside time, and unit
 ACCELERATION = "acceleration"  # also the variable of channels that are nothing else
-COORDINATE = "coordinate"  # the dimension in the place of bushings where each has two rows
+OLDER = {"coordinate": "bushing"}  # dimension of files of before, where each clearance had one row
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,12 +52,11 @@ class Response(Shown, ArrayData):
     channels: np.ndarray
     """(n_sensors, n_t) what the sensors read, each in the SI unit of its own quantity, such as m/s²"""
     displacement: np.ndarray | None = None
-    """(n_bushings, n_t) relative to the bushing, m; of round clearances (2 n_bushings, n_t), y and z of each, also of
-    the forces; see `Rig.probe_labels`"""
+    """(n_coordinates, n_t) relative to the bushing, m: a row of each slot or stop, y and z of each round clearance"""
     contact_force: np.ndarray | None = None
-    """(n_bushings, n_t) force of the bushing on the shaft's motion, positive against positive displacement, N"""
+    """(n_coordinates, n_t) force of the bushing on the shaft's motion, positive against positive displacement, N"""
     grease_force: np.ndarray | None = None
-    """(n_bushings, n_t) same sign, N"""
+    """(n_coordinates, n_t) same sign, N"""
     kind: str = "base"
     """"base" or "force": what the excitation is; "mixed" of inputs of both kinds"""
     band: tuple[float, float] | None = None
@@ -79,6 +78,8 @@ class Response(Shown, ArrayData):
     """degree of freedom of each of several inputs"""
     kinds: tuple[str, ...] = ()
     """kind of each of several inputs"""
+    coordinates: tuple[str, ...] = ()
+    """degree of freedom of each row of displacement and forces, such as "6:+Z", see `Rig.probe_labels`"""
 
     def __post_init__(self) -> None:
         quantities = tuple(self.quantities) or (ACCELERATION,) * len(self.channels)
@@ -206,18 +207,13 @@ class Response(Shown, ArrayData):
 
         ``excitation`` (time,), of several inputs (input, time), ``acceleration`` (response, time), or ``channels`` with
         the quantity of each where they are not all accelerations, and of ``displacement``, ``contact_force`` and
-        ``grease_force`` (bushing, time; coordinate, time of round clearances), ``contact_share`` (bushing,) and
-        ``spin`` (time,) what the response has.
+        ``grease_force`` (coordinate, time), ``contact_share`` (bushing,) and ``spin`` (time,) what the response has.
         """
         if unknown := set(self.kinds) - {"base", "force"}:
             raise RecordError(f'kind "{unknown.pop()}" is unknown; use base or force')
         dims = ("input", "time")[-self.excitation.ndim :]
         variables: dict[str, Any] = {"excitation": (dims, self.excitation, EXCITATION_UNITS[self.kind])}
-        n_shares = None if self.contact_share is None else len(self.contact_share)
-        for name, (rows, units) in HISTORIES.items():
-            value = getattr(self, name)
-            round_ones = rows == "bushing" and value is not None and n_shares not in (None, len(value))
-            variables[name] = (COORDINATE if round_ones else rows, "time"), value, units
+        variables |= {name: ((rows, "time"), getattr(self, name), units) for name, (rows, units) in HISTORIES.items()}
         if {*self.quantities} == {ACCELERATION}:
             variables[ACCELERATION] = (*variables.pop("channels")[:2], QUANTITIES[ACCELERATION].cf_unit)
         variables["contact_share"] = ("bushing", self.contact_share, "1")
@@ -229,7 +225,7 @@ class Response(Shown, ArrayData):
         }
         if self.band is not None:
             attributes["band"] = np.array(self.band, dtype=float)
-        coordinates = {"time": self.time, "response": self.responses}
+        coordinates = {"time": self.time, "response": self.responses, "coordinate": self.coordinates}
         found = labelled.dataset("response", variables, coordinates, attributes)
         found["excitation"].attrs["dof"] = " ".join(self.references)
         if "channels" in found:
@@ -255,7 +251,7 @@ class Response(Shown, ArrayData):
         band, kinds = ds.attrs.get("band"), tuple(str(labelled.attribute(ds, "kind")).split())
         references = tuple(str(ds["excitation"].attrs.get("dof", "100:+Z")).split())
         histories = {
-            name: labelled.values(ds, name, COORDINATE if COORDINATE in ds[name].dims else rows, "time")
+            name: labelled.values(ds, name, rows if rows in ds[name].dims else OLDER.get(rows, rows), "time")
             for name, (rows, _) in (HISTORIES | {ACCELERATION: HISTORIES["channels"]}).items()
             if name in ds
         }
@@ -273,6 +269,7 @@ class Response(Shown, ArrayData):
             contact_share=labelled.values(ds, "contact_share", "bushing") if "contact_share" in ds else None,
             spin=labelled.values(ds, "spin", "time") if "spin" in ds else None,
             quantities=labelled.labels(ds, "quantity") if "quantity" in ds.coords else (),
+            coordinates=labelled.labels(ds, "coordinate") if "coordinate" in ds.coords else (),
             **histories,
         )
 

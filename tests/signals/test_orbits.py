@@ -1,8 +1,11 @@
 """Orbits turn by turn and the ellipses in them: of motions that are known in closed form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import clearance_mj as cm
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import Response, orbits_by_turn, shaft_angle
 
@@ -116,4 +119,22 @@ def test_a_response_in_space_names_its_rows_and_keeps_its_spin():
     shown = axes["Spin (rev/min)"].get_lines()[0].get_ydata()
     np.testing.assert_allclose(shown[[0, -1]], [95.493, 190.986], rtol=1e-4)
     plane = Response(FS, np.zeros(100), np.zeros((1, 100)), rows[:2], contact_share=np.zeros(2))
-    assert not plane.is_round and plane.to_xarray()["displacement"].dims == ("bushing", "time")
+    assert not plane.is_round and plane.to_xarray()["displacement"].dims == ("coordinate", "time")
+
+
+def test_rows_of_clearances_have_the_labels_of_their_probes_and_older_files_load():
+    """Slots have one row, round clearances two; files of before call the dimension of slots "bushing"."""
+    rig = cm.Rig.load(Path(__file__).parents[2] / "models" / "table1_rig.toml")
+    for shape, labels in ((None, ("6:+Z", "7:+Z")), ("round", ("6:+Y", "6:+Z", "7:+Y", "7:+Z"))):
+        found = cm.simulate(rig.with_shape(shape), cm.excitation.random(0.1, 2048.0, seed=0), engine="modal")
+        data = found.to_xarray()
+        assert found.coordinates == labels == tuple(data["contact_force"]["coordinate"].values)
+        assert Response.from_xarray(data) == found
+    before = Response.from_xarray(found.to_xarray().drop_vars("coordinate"))
+    assert before.coordinates == () and np.array_equal(before.displacement, found.displacement)
+    plane = cm.simulate(rig, cm.excitation.random(0.1, 2048.0, seed=0), engine="modal")
+    older = plane.to_xarray().drop_vars("coordinate")
+    shares = older["contact_share"].rename(bushing="share")
+    older = older.drop_vars("contact_share").rename(coordinate="bushing")
+    older["contact_share"] = shares.rename(share="bushing")
+    assert np.array_equal(Response.from_xarray(older).contact_force, plane.contact_force)
