@@ -135,8 +135,14 @@ def acts_across(rig: InSpace) -> list[str]:
     if rig.linear.shafts:
         forces = [each.force for each in rig.loads]
         found += [f"loads[{i}].force" for i, force in enumerate(forces) if isinstance(force, tuple) and force[1]]
+        found += [f"{n}.direction" for n, s in _inputs(rig) if s.kind == "force" and s.direction and s.direction[1]]
     found += [f"sensors[{i}].direction" for i, sensor in enumerate(rig.sensors) if sensor.direction is not None]
     return found + [name for name, axis in directed_points(rig).items() if axis in ("Y", "RZ")]
+
+
+def _inputs(rig: InSpace) -> list[tuple[str, Shaker]]:
+    """What excites a rig, by its path in the rig file."""
+    return [(f"shakers[{i - 1}]" if i else "shaker", shaker) for i, shaker in enumerate(rig.inputs)]
 
 
 def named_points(rig: InSpace) -> dict[str, float | str]:
@@ -156,8 +162,7 @@ def named_points(rig: InSpace) -> dict[str, float | str]:
     for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
         points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}
     points |= {f"bushings[{i}].to": b.to for i, b in enumerate(rig.bushings) if b.to is not None}
-    for number, shaker in enumerate(rig.inputs):
-        name = f"shakers[{number - 1}]" if number else "shaker"
+    for name, shaker in _inputs(rig):
         paths = ["position", *(f"also[{i}].position" for i in range(len(shaker.forces) - 1))]
         points |= {f"{name}.{path}": point for path, (point, _) in zip(paths, shaker.forces)}
     return points

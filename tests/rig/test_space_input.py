@@ -41,6 +41,12 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
             text('motion = "sideways"\n'),
             'motion "sideways" is unknown; leave it out, and give round bushings shape = "round"',
         ),
+        (
+            text("")
+            .replace("[shaker]", "[shaker]\nposition = 0.5\ndirection = [0.0, 1.0, 0.0]")
+            .replace('kind = "base"', 'kind = "force"'),
+            'shaker.direction needs shape = "round", and bushings[0] is a slot',
+        ),
         (text("", of_bushing='shape = "round"'), 'a round one needs shape = "round", and bushings[1] is a slot'),
         (text("", of_bushing='shape = "stop"'), 'bushings[0].shape "stop" stands beside stops "both", which is a slot'),
         (text("", of_bushing='shape = "oval"'), 'bushings[0].shape "oval" is unknown; use slot, stop or round'),
