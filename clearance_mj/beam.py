@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -13,11 +14,18 @@ from .core.kinds import checks_kinds
 from .linear import linear_model
 from .rig import Rig
 from .rig.sensing import read_of_inputs
+from .structure.modal import Reduction
 
 if TYPE_CHECKING:
     import control
 
 __all__ = ["linear_frf", "mode_shapes", "natural_frequencies", "state_space"]
+
+
+@functools.lru_cache(maxsize=128)
+def _in_gap(rig: Rig, modes: int) -> Reduction:
+    """The structure with the fillings' stiffness, of shafts as they move along z."""
+    return rig.reduction(modes, grease=True)
 
 
 @checks_kinds
@@ -36,7 +44,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     ndarray, shape (n,)
         Hz; fewer where the structure has fewer modes.
     """
-    return rig.reduction(n + 16, grease=True).omega[:n] / (2 * np.pi)
+    return _in_gap(rig, n + 16).omega[:n] / (2 * np.pi)
 
 
 @checks_kinds
@@ -57,7 +65,7 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
     ndarray, shape (n_x, n)
         1/sqrt(kg).
     """
-    found, points = rig.reduction(n + 16, grease=True), x.tolist() if isinstance(x, np.ndarray) else list(x)
+    found, points = _in_gap(rig, n + 16), x.tolist() if isinstance(x, np.ndarray) else list(x)
     return np.asarray(found.rows(points) @ found.transform)[:, :n]
 
 

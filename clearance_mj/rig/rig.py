@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -172,7 +173,7 @@ class Rig(Shown):
         """
         return probe_labels(self.bushings, self.sensors)
 
-    @property
+    @functools.cached_property
     def is_spatial(self) -> bool:
         """Whether points move along y and z: clearances are round, or something acts across z."""
         return any(b.is_round for b in self.bushings) or bool(acts_across(self))

@@ -66,13 +66,16 @@ class SensorRows(NamedTuple):
         found, turning = displacements(np.vstack((self.rows, probes))), 1j * omega[:, None]
         if self.rates.any():
             found[:, : self.order.size] += turning[:, :, None] * displacements(self.rates)
-        for order in set(self.order.tolist()):
-            rows = np.flatnonzero(self.order == order)
+        orders = set(self.order.tolist())
+        for order in orders:
+            rows = slice(self.order.size) if len(orders) == 1 else np.flatnonzero(self.order == order)
             if order:
                 found[:, rows] *= (turning if order == 1 else -(omega[:, None] ** 2))[:, :, None]
-            if shaken and (moved := rows[self.on_base[rows] != 0]).size:
+            if shaken and order == 2:
+                found[:, rows, -1] += self.on_base[rows]
+            elif shaken:
                 slow = np.divide(1.0, turning, out=np.zeros_like(turning), where=turning != 0)  # nothing known at 0 Hz
-                found[:, moved, -1] += self.on_base[moved] * slow ** (2 - order)
+                found[:, rows, -1] += self.on_base[rows] * slow ** (2 - order)
         return found
 
 

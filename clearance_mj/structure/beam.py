@@ -205,9 +205,11 @@ def _shape(x: ArrayLike, n: int, length: float, order: int) -> np.ndarray:
     difference = 2 * (np.sin(root) - np.cos(root) - decay) / (1 - decay**2 + 2 * np.sin(root) * decay)
     sigma = 1 - difference * decay  # 1 - σ = difference e^(-λ)
     hyperbolic = (difference * np.exp(bx - root) + (-1) ** order * (1 + sigma) * np.exp(-bx)) / 2
-    cosine = np.cos(bx) - sigma * np.sin(bx)
-    rest = (-cosine, np.sin(bx) + sigma * np.cos(bx), cosine)[order]
-    return np.asarray((root / length) ** order * (hyperbolic + rest))
+    cos, sin = np.cos(bx), np.sin(bx)
+    if order == 1:
+        return np.asarray(root / length * (hyperbolic + (sin + sigma * cos)))
+    found = hyperbolic + (order - 1) * (cos - sigma * sin)
+    return np.asarray((root / length) ** 2 * found if order else found)
 
 
 def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike, order: int = 0) -> np.ndarray:
@@ -216,9 +218,12 @@ def static_deflection(beam: Beam, x: ArrayLike, a: ArrayLike, order: int = 0) ->
     Of order 1 its slope, rad/N, of order 2 its curvature, 1/(m N).
     """
     x, a = np.asarray(x, dtype=float)[:, None], np.asarray(a, dtype=float)[None]
-    near, far = np.minimum(x, a), np.maximum(x, a)
-    shapes = near**2 * (3 * far - near), near * (2 * a - near), np.maximum(a - x, 0)
-    return np.asarray(shapes[order] / ((6, 2, 1)[order] * beam.bending_stiffness))
+    if order == 2:
+        return np.asarray(np.maximum(a - x, 0) / beam.bending_stiffness)
+    near = np.minimum(x, a)
+    if order == 1:
+        return np.asarray(near * (2 * a - near) / (2 * beam.bending_stiffness))
+    return np.asarray(near**2 * (3 * np.maximum(x, a) - near) / (6 * beam.bending_stiffness))
 
 
 def _functions(beam: Beam, modes: int, forces: np.ndarray, x: np.ndarray, order: int) -> np.ndarray:

@@ -182,8 +182,10 @@ class Shaft(Structure):
     def _turning(self, mesh: Mesh, size: int) -> Turning:
         """What couples the planes of the shaft where it turns: bending, not the coordinates of twist behind it."""
         discs = [math.sqrt(disc.about_axis) * mesh.motion(disc.position)[1] for disc in self.discs]
-        of_bending = np.vstack((mesh.polar(), *discs)), mesh.strain
-        return Turning(*(np.pad(part, ((0, 0), (0, size - part.shape[1]))) for part in of_bending))
+        polar, strain = np.vstack((mesh.polar(), *discs)), mesh.strain
+        if twist := size - len(mesh.mass):
+            polar, strain = (np.pad(part, ((0, 0), (0, twist))) for part in (polar, strain))
+        return Turning(polar, strain)
 
     def _of_twist(self, mesh: TorsionMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Mass, stiffness and damping of twist, with discs and supports."""
@@ -331,6 +333,8 @@ def rows_at(
     torsion : TorsionMesh, optional
         Twist, whose coordinates follow.
     """
+    if torsion is None and not any(isinstance(point, str) for point in points):
+        return bending(np.array(points, dtype=float), 0)
     x, axes = _positions(points), [parse_direction(point) or ("Z", 1) for point in points]
     found = np.zeros((len(points), n + (0 if torsion is None else len(torsion.mass))))
     for axis in {axis for axis, _ in axes}:
