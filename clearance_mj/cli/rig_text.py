@@ -9,13 +9,13 @@ from typing import Any
 import tomli_w
 
 from ..core.validation import descriptions
-from ..rig import AppliedForce, Bushing, Load, Order, PointMass, Rig, Shaker, Tolerance, Unbalance
+from ..rig import AppliedForce, Bearing, Bushing, Load, Order, PointMass, Rig, Shaker, Tolerance, Unbalance
 from ..structure import Disc, Spring, Structure, Support
 
 MAY_BE_ADDED = {
     "bushings": Bushing, "masses": PointMass, "also": AppliedForce, "supports": Support, "discs": Disc,
-    "springs": Spring, "tolerances": Tolerance, "unbalances": Unbalance, "loads": Load, "orders": Order,
-    "shakers": Shaker,
+    "springs": Spring, "tolerances": Tolerance, "unbalances": Unbalance, "bearings": Bearing, "loads": Load,
+    "orders": Order, "shakers": Shaker,
 }  # fmt: skip
 """what empty lists may hold"""
 TAPERED = ("diameter", "inner_diameter", "width", "height")

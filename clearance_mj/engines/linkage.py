@@ -20,7 +20,7 @@ from ..linear import PlaneRows, RigRows
 from ..rig import Rig
 from ..rig.dimensions import directed_points
 from ..structure import Beam, Shaft, Shafts
-from ..structure.base import parse_direction, parse_place, ratios_of_modes
+from ..structure.base import parse_direction, ratios_of_modes
 from ..structure.reduction import vibration_modes
 from ..structure.shaft import OF_BENDING
 from ..structure.shafts import Spring
@@ -239,7 +239,7 @@ def cannot_be_linked(rig: Rig) -> str:
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators), ("bearings", rig.bearings), ("orders", rig.orders),
-        ("torques", any(parse_place(point) is None for load in rig.loads for point in load.points)),
+        ("torques", any(load.torque for load in rig.loads)),
     ):  # fmt: skip
         if there:
             return f"links knows no {what}; use {others}"

@@ -204,4 +204,4 @@ def _check_place(rig: InSpace, sensor: Sensor) -> None:
         if parse_place(sensor.position) is None or parse_direction(sensor.position) or not rig.linear.shafts:
             raise ValueError(f'"{sensor.position}" has no fibres: a strain gauge needs a shaft')
         if sensor.fibre and sensor.fibre > (deepest := _half_depth(rig, sensor)) * (1 + NEAR):
-            raise ValueError(f"has fibre {sensor.fibre:g} m outside the shaft, whose half depth there is {deepest:g} m")
+            raise ValueError(f"lies in a shaft of half depth {deepest:g} m; fibre {sensor.fibre:g} m is outside of it")

@@ -354,3 +354,12 @@ force = 0.5
 def test_modal_settings_do_not_change_a_rest():
     rest = [static_equilibrium(held("planar", 0.77, 0.1), n_modes=n).deflection([0.77])[0, 1] for n in (3, 12)]
     assert_allclose(*rest, rtol=1e-10)
+
+
+def test_a_torque_is_simulated_by_modes_where_no_engine_is_named():
+    """Chains of links do not twist, so that the default engine is the modal one."""
+    rig = TABLE1.replace(loads=(Load(0.5, torque=5.0),))
+    found = cm.simulate(rig, cm.excitation.random(0.05, 2048.0, seed=0))
+    assert found.provenance["engine"] == "modal"
+    with pytest.raises(ClearanceError, match="links knows no torques; use modal"):
+        cm.simulate(rig, cm.excitation.random(0.05, 2048.0, seed=0), engine="links")

@@ -47,7 +47,7 @@ def test_a_probe_on_the_shaft_is_not_that_of_the_clearance() -> None:
 @pytest.mark.parametrize(
     ("sensor", "part"),
     [
-        ({"quantity": "strain", "fibre": 0.5}, "sensors[0].position has fibre 0.5 m outside the shaft"),
+        ({"quantity": "strain", "fibre": 0.5}, "in a shaft of half depth 0.0043083 m; fibre 0.5 m is outside of it"),
         ({"quantity": "force"}, "sensors[0].position \"0.3\" has neither a clearance nor an elastic support, whose "
          'force it could read; give the name of a clearance ("bushings[0]", "bushings[1]")'),
         ({"quantity": "force", "position": "bushings[7]"}, 'sensors[0].position "bushings[7]" has neither'),
