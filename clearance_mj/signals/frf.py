@@ -220,8 +220,10 @@ class FRF(Shown, ArrayData):
         above, _, below = quantity.partition("/")
         if UNKNOWN in (above, below):
             return self.unit_label or "unknown unit"
-        names = (QUANTITIES[name].unit if name in QUANTITIES else name for name in (above, below))
-        return "1" if above == below else "/".join(names)
+        numerator, divisor = (QUANTITIES[name].unit if name in QUANTITIES else name for name in (above, below))
+        if "/" in divisor:
+            numerator, divisor = (f"({unit})" if "/" in unit else unit for unit in (numerator, divisor))
+        return "1" if above == below else f"{numerator}/{divisor}"
 
     def plot(self, rows: Sequence[int] | None = None, **others: FRF) -> Figure:
         """Draw magnitude, phase and coherence of every function, alone or over those of other FRFs.
