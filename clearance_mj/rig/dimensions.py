@@ -20,7 +20,7 @@ from .spinning import Spin, Unbalance
 
 __all__ = [
     "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points", "planar",
-    "shaft_radius", "with_shapes",
+    "shaft_radius", "with_motion", "with_shapes",
 ]  # fmt: skip
 
 ENDS = "position", "to"  # of a spring
@@ -120,6 +120,22 @@ def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
     if motion == "spatial" and isinstance(bushings, list | tuple):
         found["bushings"] = [{"shape": "round", **each} if isinstance(each, dict) else each for each in bushings]
     return found
+
+
+def with_motion(rig: InSpace, data: dict[str, Any]) -> dict[str, Any]:
+    """Return plain data of a rig as older files have them, so that digests of these stay: in space with ``motion``.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    data : dict
+        Its plain data.
+    """
+    if not rig.is_spatial or not all(b.is_round for b in rig.bushings):
+        return data
+    bushings = [{name: value for name, value in each.items() if name != "shape"} for each in data["bushings"]]
+    return data | {"bushings": bushings, "motion": "spatial"}
 
 
 def acts_across(rig: InSpace) -> list[str]:

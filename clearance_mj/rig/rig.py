@@ -25,7 +25,7 @@ from ..structure.modal import Reduction, reduction
 from .bearing_tables import with_bearing_tables
 from .bearings import Bearing
 from .clearance import Bushing
-from .dimensions import Gravity, acts_across, check_motion, motion_in_words, named_points, with_shapes
+from .dimensions import Gravity, acts_across, check_motion, motion_in_words, named_points, with_motion, with_shapes
 from .examples import check_paths
 from .extremes import computable
 from .files import digest, with_files
@@ -360,7 +360,7 @@ class Rig(Shown):
 
     def content(self) -> dict[str, Any]:
         """Return plain data that two rigs share if they are the same, for caches: `to_dict` with digests of files."""
-        return with_files(self.to_dict(), digest)
+        return with_motion(self, with_files(self.to_dict(), digest))
 
     def copied(self, folder: str | Path) -> Rig:
         """Return the same rig, its structure read from copies of its files.

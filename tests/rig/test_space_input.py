@@ -148,6 +148,13 @@ def test_a_file_holds_all_of_it(tmp_path: Path) -> None:
     assert "turns at 47.75 to 477.5 rev/min" in repr(rig)
 
 
+def test_digests_of_older_files_stay() -> None:
+    """What caches and records are known by is what the file said: in space with `motion`, in the plane without."""
+    older = {"motion": "spatial"} | Rig.load(TABLE1).to_dict()
+    assert Rig.from_dict(older).content() == older
+    assert Rig.load(TABLE1).content() == Rig.load(TABLE1).to_dict()
+
+
 def test_a_planar_file_says_nothing_of_space(tmp_path: Path) -> None:
     rig = Rig.load(TABLE1)
     rig.save(tmp_path / "rig.toml")
