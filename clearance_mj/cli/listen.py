@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
-from .options import add_psd, add_simulation, excitation, in_si, length, levels, load_model, psd_of, settings
+from .command import command, settings, write_results
+from .options import add_psd, add_simulation, excitation, in_si, length, levels, load_model, psd_of
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model

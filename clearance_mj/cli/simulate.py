@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .command import command, inputs, out_file, provenance, say
-from .options import add_plugin, add_simulation, excitation, level, load_model, warn_of_depths
+from .command import command, inputs, out_file, provenance, say, warn_of_depths
+from .options import add_plugin, add_simulation, excitation, level, load_model
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
