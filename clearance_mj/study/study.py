@@ -16,6 +16,7 @@ from ..engines import default_engine, get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
 from ..identify.records.in_test import in_test
 from ..io.dataset import Dataset, Record
+from ..signals.compared_modes import common_modes
 from ..signals.comparison import Comparison, compare, compare_modes
 from ..signals.frf import FRF, estimate_frf
 from ..signals.stepped_sines import SineSteps, sine_steps
@@ -23,11 +24,10 @@ from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band
 from . import stored
 from .bands import law_band, model_content, models_of
-from .case import Case, of_one_input, require_comparable
+from .case import Case, LevelModes, of_one_input, require_comparable
 from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
 from .laws import StudiedLaws
-from .level_modes import LevelModes
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
 from .rows import Summaries, agreement_rows, level_summaries, scatter_rows
 from .whirl_in_test import PlacedWhirl
@@ -190,8 +190,9 @@ class Study:
         """By level: the modes that all its records show well, which are compared, and why others are not."""
         found = {}
         for level in self.levels:
-            records = self.records(level)
-            found[level] = LevelModes.of([r.name for r in records], [self.test(r) for r in records], N_MODES)
+            names = [record.name for record in self.records(level)]
+            modes, left_out = common_modes([self.test(record) for record in self.records(level)], names, N_MODES)
+            found[level] = LevelModes(dict(zip(names, modes)), tuple(left_out))
         return found
 
     def _compared(self, record: Record, model: FRF) -> Comparison:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,24 +17,10 @@ from .orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
 from .study import Study
 from .whirl_in_test import PlacedWhirl, measured_whirl, run_out_of, simulated_whirl, slow_roll_of, without_run_out
 
-__all__ = ["Turning", "TurningCase"]
+__all__ = ["Turning"]
 
 REPEAT = ("repeat", "rig")
 """law and engine of rows that compare a repeat of a test with the test"""
-
-
-@dataclass(frozen=True, eq=False)
-class TurningCase:
-    """One law on one engine, turning as the shaft did in a record."""
-
-    law: str
-    """name"""
-    engine: str
-    """name"""
-    record: Record
-    """validation record of kind "spin" """
-    placed: PlacedWhirl
-    """the model's motion"""
 
 
 class Turning:
@@ -94,7 +79,7 @@ class Turning:
             )
         return self._tests[record.name]
 
-    def case(self, law: str, record: Record) -> TurningCase:
+    def placed(self, law: str, record: Record) -> PlacedWhirl:
         """Return the motion of a law less that of its own slow turning, as of the test.
 
         Parameters
@@ -108,7 +93,7 @@ class Turning:
         if self.slow_roll:
             slow = run_out_of(self._simulated(law, self.slow_roll).motion)
             placed = dataclasses.replace(placed, motion=without_run_out(placed.motion, slow))
-        return TurningCase(law, self.engine, record, placed)
+        return placed
 
     def _simulated(self, law: str, record: Record) -> PlacedWhirl:
         study, key = self.study, (law, self.engine, record.name)
@@ -119,9 +104,9 @@ class Turning:
     def orbit_rows(self) -> list[dict[str, Any]]:
         """Return a row per record, bushing and law of `compare_orbits`, with the repeat's beside the laws'."""
         rows = []
-        for head, j, gap, test, model, case in self._pairs(self.speeds):
+        for head, j, gap, test, model, placed in self._pairs(self.speeds):
             found = compare_orbits(test, model)
-            share = np.nan if case is None else case.placed.contact_share[j]
+            share = np.nan if placed is None else placed.contact_share[j]
             rows.append(head | found | {"middle_over_gap": found["middle_m"] / gap, "contact_share": share})
         return rows
 
@@ -131,10 +116,10 @@ class Turning:
         The onset of contact of the test is where its motion reaches the wall that the law has.
         """
         rows = []
-        for head, j, gap, test, model, case in self._pairs(self.run_ups):
+        for head, j, gap, test, model, placed in self._pairs(self.run_ups):
             onset = {"onset_test_rpm": np.nan, "onset_model_rpm": np.nan}
-            if case is not None:
-                rest = case.placed.rest[j]
+            if placed is not None:
+                rest = placed.rest[j]
                 onset = {"onset_test_rpm": onset_of_contact(test, rest, gap)}
                 onset["onset_model_rpm"] = onset_of_contact(model, rest, gap)
             rows.append(head | compare_run_ups(test, model) | onset)
@@ -142,8 +127,8 @@ class Turning:
 
     def _pairs(
         self, groups: dict[Condition, tuple[Record, ...]]
-    ) -> Iterator[tuple[dict[str, Any], int, float, Orbits, Orbits, TurningCase | None]]:
-        """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's case."""
+    ) -> Iterator[tuple[dict[str, Any], int, float, Orbits, Orbits, PlacedWhirl | None]]:
+        """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's motion."""
         for condition, records in groups.items():
             for j, bushing in enumerate(self.study.dataset.rig.bushings):
 
@@ -156,7 +141,7 @@ class Turning:
                     yield head(records[0], *REPEAT), j, bushing.gap, first, again, None
                 for law in self.study.methods:
                     for record in records:
-                        case = self.case(law, record)
-                        motion = case.placed.motion
+                        placed = self.placed(law, record)
+                        motion = placed.motion
                         test, model = self.test(record).orbits(j), motion.orbits(j)
-                        yield head(record, law, self.engine), j, motion.rig.bushings[j].gap, test, model, case
+                        yield head(record, law, self.engine), j, motion.rig.bushings[j].gap, test, model, placed

@@ -63,7 +63,7 @@ def _in_clearance(
     reach = 0.0
     places = {}
     for law in turning.study.methods:
-        placed = turning.case(law, record).placed
+        placed = turning.placed(law, record)
         gap = placed.motion.rig.bushings[bushing].gap
         places[looks.colour(law)] = complex(*placed.rest[bushing])
         ax.plot(*_yz(gap * AROUND), color=looks.colour(law), lw=0.8, ls="--")
@@ -100,7 +100,7 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
         jumps = np.abs(np.diff(phase, prepend=phase[:1])) > 180
         below.plot(rpm, np.ma.masked_array(phase, jumps), **look)
         if law:
-            placed = turning.case(law, records[0]).placed
+            placed = turning.placed(law, records[0])
             gap = placed.motion.rig.bushings[bushing].gap
             onset = onset_of_contact(orbits, placed.rest[bushing], gap)
             if np.isfinite(onset):
@@ -123,7 +123,7 @@ def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Dra
     """Draw full spectra over speed in a bushing, the test's above those of the best law."""
     best, looks = turning.study.best_law, Looks(turning.study)
     motions: dict[str, Whirl] = {looks.test: turning.test(records[0])}
-    motions[f"law “{best}”"] = turning.case(best, records[0]).placed.motion
+    motions[f"law “{best}”"] = turning.placed(best, records[0]).motion
     found = {name: motion.cascade(bushing, finest(motion, RESOLUTION)) for name, motion in motions.items()}
     caption = (
         f"Full spectra over speed in bushing {bushing + 1}, {looks.test} record {records[0].name} and the best law. "
@@ -143,7 +143,7 @@ def _shown(
     found += [(again, {"color": REPEAT, "lw": 1.3, "label": SECOND}, "") for again in tests[1:]]
     found.append((tests[0], {"color": TEST, "lw": 0.9, "label": "test"}, ""))
     for law in turning.study.methods:
-        motion = turning.case(law, records[0]).placed.motion
+        motion = turning.placed(law, records[0]).motion
         look = looks.line(law, turning.engine) | {"linestyle": "-"}
         found.append((motion.orbits(bushing), look, law))
     return [(o.last(last) if last else o, look, law) for o, look, law in found]
