@@ -16,7 +16,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..core.errors import ClearanceError
 from .figures import Numbers
-from .session import Session, Watch
+from .session import Session, Shown, Watch
 from .wire import Cancel, Export, Follow, Hear, Message, Set, Step, Sweep, Window, packed, parsed
 
 __all__ = ["Client", "Host"]
@@ -189,13 +189,16 @@ class Client(WebSocketHandler):
             numbers = on_demand.sweep(session, values, wanted.name, low, high, wanted.count, watch)
         return packed(wanted.type, numbers)
 
+    def _last_shown(self) -> Shown:
+        if self.session.shown is None:
+            raise ClearanceError("nothing is shown yet")
+        return self.session.shown
+
     async def _export(self, record: str) -> None:
         from .export import exported
 
         def work() -> bytes:
-            shown = self.session.shown
-            if shown is None:
-                raise ClearanceError("nothing is shown yet")
+            shown = self._last_shown()
             test = self.session.record_frf(record, float(shown.values["resolution"])) if record else None
             return packed("export", Numbers()) + exported(shown, test, self.page.inputs)
 
@@ -205,9 +208,6 @@ class Client(WebSocketHandler):
         from .hear import heard
 
         def work() -> bytes:
-            shown = self.session.shown
-            if shown is None:
-                raise ClearanceError("nothing is shown yet")
-            return packed("hear", heard(shown, wanted.sensor), slot=wanted.slot)
+            return packed("hear", heard(self._last_shown(), wanted.sensor), slot=wanted.slot)
 
         self._send(await self._answer(self.page.quick, work, of="hear"))
