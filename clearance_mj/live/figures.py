@@ -13,7 +13,7 @@ from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
 from ..linear import linear_model
 from ..model import Model
-from ..report.clip import Clip, SpaceClip, clip, space_clip
+from ..report.clip import Clip, clip
 from ..rig import Rig
 from ..rotors import turning_shaft, whirl
 from ..signals.frf import FRF
@@ -176,10 +176,8 @@ def shaft(rig: Rig, response: Response) -> Numbers:
 
     In space they are seen from the side (z) and, below, from above (y).
     """
-    cut = {"seconds": min(SHOWN, response.duration / 2), "slow": SLOW, "rate": PICTURES}
-    seen: Clip | SpaceClip
     try:
-        seen = space_clip(rig, response, **cut) if rig.is_spatial else clip(rig, response, **cut)
+        seen = clip(rig, response, seconds=min(SHOWN, response.duration / 2), slow=SLOW, rate=PICTURES)
     except ClearanceError as error:
         return Numbers({"shaft": str(error)})
     spots = [[*rig.linear.place(b.position), b.length] for b in rig.bushings]

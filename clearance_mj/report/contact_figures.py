@@ -12,13 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves
 from ..clearance.law import TimeLaw
 from ..identify.laws.contact_over_time import ContactParameters
 from ..signals.wavelet import Ridge, Scalogram
-from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, colour_bar, tidy
+from .style import COLOURS, FONT, REPEAT, TEST, canvas, colour_bar, tidy
 
 __all__ = ["contact_over_amplitude", "contact_over_time", "scalograms"]
 
@@ -113,8 +112,8 @@ def contact_over_amplitude(
 
 
 def _sheet(title: str, height: float) -> Figure:
-    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    figure = Figure(figsize=(WIDTH, height + 0.5), facecolor="white", layout=layout)
+    figure = canvas(height + 0.5)
+    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06)
     if title:
         figure.suptitle(title, fontsize=FONT + 1)
     return figure

@@ -30,8 +30,8 @@ AROUND = np.exp(2j * np.pi * np.linspace(0, 1, 361))
 def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
     """Draw the orbits in a bushing at every speed: in the clearance on the left, about their middles on the right."""
     looks, speeds = Looks(turning.study), turning.speeds
-    n, handles = len(speeds), Looks(turning.study).key("test", SECOND if _repeated(turning) else "", engines=False)
-    figure = sheet(3.1 * n, handles)
+    n, repeated = len(speeds), any(len(records) > 1 for records in speeds.values())
+    figure = sheet(3.1 * n, looks.key("test", SECOND if repeated else "", engines=False))
     axes = figure.subplots(n, 2, squeeze=False, gridspec_kw={"hspace": 0.32, "wspace": 0.2})
     names = iter(letters(2 * n))
     for (condition, records), (left, right) in zip(speeds.items(), axes):
@@ -42,9 +42,10 @@ def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
             right.plot(*_yz(path - path.mean()), **look)
             mark = path.reshape(len(orbits.time), -1)[:, 0] - path.mean()
             right.plot(*_yz(mark), color=look["color"], marker="o", ms=2.5, ls="", mew=0)
-        reach = max(np.abs(_path(o) - _path(o).mean()).max() for o, _, _ in shown)
+        reach = 1.1 * MICRO * max(np.abs(_path(o) - _path(o).mean()).max() for o, _, _ in shown)
+        right.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
         words = spin_words(condition.spin)
-        _square(right, 1.1 * MICRO * reach, f"{next(names)} {words}, in the clearance", left)
+        tidy(left, f"{next(names)} {words}, in the clearance", "z (µm)", "y (µm)")
         tidy(right, f"{next(names)} {words}, about the middle", "z (µm)", "y (µm)")
     caption = (
         f"Orbits in bushing {bushing + 1}, {looks.test} and laws, the last {LAST} turns without the probes’ run-out. "
@@ -74,16 +75,8 @@ def _in_clearance(
         ax.plot(*_yz(path), **look)
         reach = max(reach, float(np.abs(path).max()))
     ax.plot(0, 0, "+", color=REPEAT, ms=5, mew=0.7)
-    ax.set_xlim(-1.06 * MICRO * reach, 1.06 * MICRO * reach)
-    ax.set_ylim(-1.06 * MICRO * reach, 1.06 * MICRO * reach)
-
-
-def _square(right: Axes, reach: float, title: str, left: Axes) -> None:
-    right.set_xlim(-reach, reach)
-    right.set_ylim(-reach, reach)
-    for ax in (left, right):
-        ax.set_aspect("equal")
-    tidy(left, title, "z (µm)", "y (µm)")
+    limits = -1.06 * MICRO * reach, 1.06 * MICRO * reach
+    ax.set(xlim=limits, ylim=limits, aspect="equal")
 
 
 def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Drawing:
@@ -105,8 +98,7 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
             onset = onset_of_contact(orbits, placed.rest[bushing], gap)
             if np.isfinite(onset):
                 above.axvline(onset, color=look["color"], lw=0.8, ls=":")
-    below.set_ylim(-190, 190)
-    below.set_yticks([-180, 0, 180])
+    below.set(ylim=(-190, 190), yticks=(-180, 0, 180))
     tidy(above, f"(a) forward, bushing {bushing + 1}", "1X forward (µm)")
     tidy(middle, "(b) backward", "1X backward (µm)")
     tidy(below, "(c) phase of the forward one", "Phase (°)", "Spin (rev/min)")
@@ -116,7 +108,7 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
         "(1X), turn by turn, without the probes’ run-out. Dotted: where a law’s shaft begins to touch its bushing."
     )
     alt = f"1X amplitude and phase over speed in bushing {bushing + 1}: test and laws {looks.laws}."
-    return Drawing(f"run_up_bushing_{bushing + 1}{_end(records)}", figure, caption, alt, bushing == 0)
+    return Drawing(f"run_up_bushing_{bushing + 1}_{records[0].name}", figure, caption, alt, bushing == 0)
 
 
 def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Drawing:
@@ -130,7 +122,8 @@ def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Dra
         "Dashed: the spin (1X), dotted: twice the spin."
     )
     alt = f"Full spectra over spin in bushing {bushing + 1}, test and law {best}."
-    return Drawing(f"cascade_bushing_{bushing + 1}{_end(records)}", cascade_figure(found), caption, alt, sharp=False)
+    name = f"cascade_bushing_{bushing + 1}_{records[0].name}"
+    return Drawing(name, cascade_figure(found), caption, alt, sharp=False)
 
 
 def _shown(
@@ -156,11 +149,3 @@ def _path(orbits: Orbits) -> np.ndarray:
 
 def _yz(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return MICRO * path.real, MICRO * path.imag
-
-
-def _repeated(turning: Turning) -> bool:
-    return any(len(records) > 1 for records in turning.speeds.values())
-
-
-def _end(records: tuple[Record, ...]) -> str:
-    return f"_{records[0].name}"
