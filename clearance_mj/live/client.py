@@ -138,17 +138,12 @@ class Client(WebSocketHandler):
         self.busy = False
 
     def _shown(self, wanted: Set) -> bytes:
-        session, last_report = self.session, time.monotonic()
+        session = self.session
 
-        def watch(share: float) -> None:
-            nonlocal last_report
-            now = time.monotonic()
-            if self.over or (self.waiting is not None and now - self.began > PATIENCE):
-                raise Superseded
-            if now - last_report > 2 * REPORT_INTERVAL:
-                last_report = now
-                self._tell("progress", of="set", share=share)
+        def ended() -> bool:
+            return self.over or (self.waiting is not None and time.monotonic() - self.began > PATIENCE)
 
+        watch = self._watch("set", ended, 2 * REPORT_INTERVAL, time.monotonic())
         values = session.setting(wanted.values)
         numbers = session.show(values, watch)
         if wanted.record:
@@ -159,17 +154,21 @@ class Client(WebSocketHandler):
         """Send from another thread."""
         self.loop.call_soon_threadsafe(self._send, packed(kind, Numbers(facts)))
 
-    async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
-        last_report = 0.0
+    def _watch(self, of: str, ended: Callable[[], bool], every: float = REPORT_INTERVAL, last: float = 0.0) -> Watch:
+        """What hears of a computation's progress: it tells the page now and then, and stops what nobody waits for."""
 
         def watch(share: float) -> None:
-            nonlocal last_report
-            if stop.is_set():
+            nonlocal last
+            if ended():
                 raise Superseded
-            if time.monotonic() - last_report > REPORT_INTERVAL:
-                last_report = time.monotonic()
-                self._tell("progress", of=wanted.type, share=share)
+            if time.monotonic() - last > every:
+                last = time.monotonic()
+                self._tell("progress", of=of, share=share)
 
+        return watch
+
+    async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
+        watch = self._watch(wanted.type, stop.is_set)
         answer = await self._answer(self.page.long, lambda: self._found(wanted, watch), of=wanted.type)
         if not stop.is_set():
             self.stop = None

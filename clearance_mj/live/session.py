@@ -24,7 +24,7 @@ from .controls import NONE, RECORD, built, checked_values, controls
 from .excite import excited, record_named
 from .figures import Numbers
 
-__all__ = ["Session", "Shown", "Watch", "contact"]
+__all__ = ["Session", "Shown", "Watch"]
 
 Watch = Callable[[float], None]  # hears which share is done, 0 to 1; what it raises ends the computation
 SEGMENTED = ("burst random", "multisine", "impacts")
@@ -39,6 +39,11 @@ class Shown:
     model: Model  #: with these values
     response: Response  #: of the simulation
     frf: FRF | None  #: estimated from it; None under a single sine or nothing
+
+    @property
+    def seen(self) -> Response:
+        """The response with displacements as they are drawn: in space from the middles of the bushings."""
+        return figures.places(self.model.rig, self.response)
 
 
 class Session:
@@ -116,8 +121,8 @@ class Session:
         rig, response = shown.model.rig, shown.response
         numbers = Numbers({"values": shown.values, "kind": response.kind, "duration": response.duration})
         numbers.add(figures.spectrum(response) if shown.frf is None else figures.frf_numbers(shown.frf))
-        numbers.add(figures.history(figures.places(rig, response)))
-        numbers.add(contact(shown))
+        numbers.add(figures.history(shown.seen))
+        numbers.add(figures.motion(rig, shown.seen))
         numbers.add(figures.shaft(rig, response))
         self.shown, step, natural = shown, response.provenance["step"], figures.frequencies_in_gap(shown.model)
         numbers.facts |= {"natural": natural, "step": step, "seconds": time.perf_counter() - began}
@@ -131,9 +136,7 @@ class Session:
         first, last : float
             First and last moment, s.
         """
-        if self.shown is None:
-            return Numbers()
-        return figures.history(figures.places(self.shown.model.rig, self.shown.response), first, last)
+        return Numbers() if self.shown is None else figures.history(self.shown.seen, first, last)
 
     def overlay(self, name: str, resolution: float) -> Numbers:
         """Return the FRFs of a record of the dataset, and how near those of the last simulation are to them.
@@ -189,18 +192,6 @@ class Session:
             "records": [r.name for r in self.dataset.records] if self.dataset else [],
             "record_prefix": RECORD,
         }
-
-
-def contact(shown: Shown) -> Numbers:
-    """Return how each clearance is touched, and its motion about the strongest contact.
-
-    Parameters
-    ----------
-    shown : Shown
-        What a setting gave.
-    """
-    rig = shown.model.rig
-    return figures.motion(rig, figures.places(rig, shown.response))
 
 
 def _frf(response: Response, values: Mapping[str, Value]) -> FRF | None:
