@@ -240,17 +240,15 @@ class Study:
         def compute() -> stored.CaseResult:
             response = simulate(model, record.excitation(), None, engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
-            return stored.CaseResult(
-                frf, self._compared(record, frf), contact_statistics(response), response.provenance
-            )
+            return frf, self._compared(record, frf), contact_statistics(response)
 
-        engine_used = get_engine(engine)
-        settings = dataclasses.asdict(engine_used)
-        inputs = [*model_content(model), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
-        inputs += [self.level_modes[record.level or 0.0].of_record[record.name].frequency.tolist()]
-        inputs += code_outside(engine_used, *models_of(model.law))
+        used = get_engine(engine)
+        modes = self.level_modes[record.level or 0.0].of_record[record.name]
+        inputs = [*model_content(model), engine, dataclasses.asdict(used), RESOLUTION, N_MODES]
+        inputs += [stored.record_digest(record), modes.frequency.tolist()]
+        inputs += code_outside(used, *models_of(model.law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
-        return Case(name, engine, record, found.frf, found.comparison, found.statistics)
+        return Case(name, engine, record, *found)
 
     @functools.cached_property
     def repeatability(self) -> dict[float, Comparison]:

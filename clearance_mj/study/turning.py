@@ -74,9 +74,8 @@ class Turning:
             whole, turning = measured_whirl(record), record.turning()
             assert turning is not None
             moved = whole if self.run_out is None else without_run_out(whole, self.run_out)
-            self._tests[record.name] = moved.between(
-                turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs
-            )
+            first, last = turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs
+            self._tests[record.name] = moved.between(first, last)
         return self._tests[record.name]
 
     def placed(self, law: str, record: Record) -> PlacedWhirl:
@@ -117,11 +116,8 @@ class Turning:
         """
         rows = []
         for head, j, gap, test, model, placed in self._pairs(self.run_ups):
-            onset = {"onset_test_rpm": np.nan, "onset_model_rpm": np.nan}
-            if placed is not None:
-                rest = placed.rest[j]
-                onset = {"onset_test_rpm": onset_of_contact(test, rest, gap)}
-                onset["onset_model_rpm"] = onset_of_contact(model, rest, gap)
+            both = {"onset_test_rpm": test, "onset_model_rpm": model}
+            onset = {k: onset_of_contact(o, placed.rest[j], gap) if placed else np.nan for k, o in both.items()}
             rows.append(head | compare_run_ups(test, model) | onset)
         return rows
 
@@ -131,17 +127,15 @@ class Turning:
         """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's motion."""
         for condition, records in groups.items():
             for j, bushing in enumerate(self.study.dataset.rig.bushings):
-
-                def head(record: Record, law: str, engine: str, at: int = j, speed: float = condition.speed) -> dict:
-                    return {"record": record.name, "spin_rpm": speed, "bushing": at + 1, "law": law, "engine": engine}
-
+                head = {"record": records[0].name, "spin_rpm": condition.speed, "bushing": j + 1}
                 first = self.test(records[0]).orbits(j)
                 for other in records[1:2]:
                     again = self.test(other).orbits(j)
-                    yield head(records[0], *REPEAT), j, bushing.gap, first, again, None
+                    yield head | dict(zip(("law", "engine"), REPEAT)), j, bushing.gap, first, again, None
                 for law in self.study.methods:
                     for record in records:
                         placed = self.placed(law, record)
                         motion = placed.motion
                         test, model = self.test(record).orbits(j), motion.orbits(j)
-                        yield head(record, law, self.engine), j, motion.rig.bushings[j].gap, test, model, placed
+                        of_law = head | {"record": record.name, "law": law, "engine": self.engine}
+                        yield of_law, j, motion.rig.bushings[j].gap, test, model, placed
