@@ -74,11 +74,6 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
     sections = [section for section in written if section.body]
     writer.close()
     title = f"Clearance study of rig “{study.dataset.rig.name}”"
-    write_text(
-        Path(folder) / "report.html", html.page(title, sections, _source(study) + html.examples(study.dataset.rig))
-    )
-
-
-def _source(study: Study) -> str:
-    """Where the records come from, in plain sight."""
-    return html.render("source.html.j2", study=study, source=study.dataset.source)
+    source = html.render("source.html.j2", study=study, source=study.dataset.source)
+    page = html.page(title, sections, source + html.examples(study.dataset.rig))
+    write_text(Path(folder) / "report.html", page)

@@ -39,15 +39,14 @@ def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge],
         _draw_plane(figure, left, plane)
         _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
         left.set_ylim(plane.frequency[0], plane.frequency[-1])
-        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)")
+        time = "Time (s)" if j == len(planes) - 1 else ""
+        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)", time)
         left.grid(False)
         _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
         right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
-        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)")
+        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)", time)
         right.set_ylim(bottom=0)
     axes[0, 1].legend(fontsize=FONT - 1, frameon=False, loc="best")
-    for ax in axes[-1]:
-        ax.set_xlabel("Time (s)", fontsize=FONT)
     return figure
 
 

@@ -9,25 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ...core.drawing import key, of_curves
+from ...core.drawing import COLOURS, FONT, REPEAT, TEST, decibel, key, of_curves, phase, tidy
 from ...signals.frf_error import random_db, why_unknown
 from ...study import Study
-from ..style import (
-    COLOURS,
-    FONT,
-    REPEAT,
-    TEST,
-    Drawing,
-    at_bushings,
-    decibel,
-    finite,
-    frequency_axis,
-    letters,
-    phase,
-    sensor_title,
-    sheet,
-    tidy,
-)
+from ..style import Drawing, at_bushings, finite, frequency_axis, letters, sensor_title, sheet
 from ..waterfall import STEP, draw_levels
 from .looks import Looks
 
