@@ -9,7 +9,7 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.files import replacing
 from clearance_mj.report.animation import write
-from clearance_mj.report.clip import space_clip
+from clearance_mj.report.clip import clip
 from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.whirl import draw_over_speed
 from clearance_mj.rig import Spin
@@ -64,7 +64,7 @@ def seen(rig):
         "waterfall": waterfall.figure,
         "bode": bode.figure,
     }
-    return drawn, space_clip(rig, response, start=6.2, seconds=0.1, slow=50.0)
+    return drawn, clip(rig, response, start=6.2, seconds=0.1, slow=50.0)
 
 
 def main():
@@ -77,11 +77,11 @@ def main():
         "campbell": campbell(overhung(), np.linspace(0.0, 2000.0, 81), n=4).plot(),
         "rub": synchronous_rub(between_supports(), speeds, 0.5, 6e-5, friction=0.02).plot(),
     }
-    figures, clip = seen(Rig.load(ROOT / "models" / "rotor.toml"))
+    figures, shown = seen(Rig.load(ROOT / "models" / "rotor.toml"))
     for name, figure in (drawn | figures).items():
         with replacing(given.out / f"rotor_{name}.png") as temporary:
             figure.savefig(temporary, format="png", dpi=110)
-    write(clip, given.out / "rotor_whirl.gif")
+    write(shown, given.out / "rotor_whirl.gif")
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.provenance import is_marked
     from ..report.animation import check, write
-    from ..report.clip import clip, space_clip
+    from ..report.clip import clip
 
     check(options.out, options.renderer)
     out_file(options.out, (options.out.suffix.lower(),), inputs(options), is_marked)
@@ -42,8 +42,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     response = model.simulate(excitation(options, kind, options.rms(kind)), options.engine)
     cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
     in_space = model.rig.is_spatial
-    cut_out = space_clip if in_space else clip
-    shown = cut_out(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
+    shown = clip(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
     comment = json.dumps(provenance(options))
     reason = write(shown, options.out, options.renderer, not options.quiet, comment)
     if reason:

@@ -6,8 +6,8 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, results_of, write_results
-from .options import PERIODIC, add_periodic, add_plugin, length, listed, load_model, periodic_settings, settings
+from .command import command, results_of, settings, write_results
+from .options import PERIODIC, add_periodic, add_plugin, length, listed, load_model, periodic_settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..periodic import Backbone

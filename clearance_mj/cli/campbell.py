@@ -7,8 +7,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, results_of, write_results
-from .options import add_plugin, add_rig, add_speeds, load_model, settings, speeds
+from .command import command, results_of, settings, write_results
+from .options import add_plugin, add_rig, add_speeds, load_model, speeds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     import numpy as np

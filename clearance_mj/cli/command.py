@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from ..core.errors import ClearanceError
 
 if TYPE_CHECKING:  # the command line starts without the library
+    from ..model import Model
     from ..report.style import Drawing
 
 __all__ = [
     "COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "results_of", "say",
-    "spelled", "write_results",
+    "settings", "spelled", "warn_of_depths", "write_results",
 ]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
@@ -147,9 +148,30 @@ def write_results(
     return result | {"out": str(options.out)}
 
 
+def settings(model: Model) -> dict[str, Any]:
+    """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
+    from ..core.cache import code
+    from ..version import __version__
+
+    return {"version": __version__, "code": code()} | model.to_dict()
+
+
 def say(words: str, kind: str = "note") -> None:
     """Tell the user something beside the results."""
     print(f"clearance-mj: {kind}: {words}", file=sys.stderr)
+
+
+def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:
+    """Say where walls are pressed too deep, from the largest penetrations (n_bushings,), m, or contact forces, N.
+
+    Of a force the depth is that of both ends at the largest stiffness: it is at least so deep.
+    """
+    from ..rig.depths import depth_words
+
+    if quantity == "contact_force":
+        largest = largest / model.law.largest([bushing.gap for bushing in model.rig.bushings])[0]
+    for words in depth_words(model.rig, largest) if quantity != "acceleration" else ():
+        say(words, "warning")
 
 
 def spelled(*words: object) -> str:
@@ -157,21 +179,19 @@ def spelled(*words: object) -> str:
     return shlex.join(["clearance-mj", *map(str, words)])
 
 
-def out_folder(folder: Path | None, option: str = "--out") -> None:
-    """Refuse a file that was given by an option where results need a folder."""
+def out_folder(folder: Path | None) -> None:
+    """Refuse a file that was given by ``--out`` where results need a folder."""
     if folder and folder.is_file():
-        raise ClearanceError(f"{option} {folder} is a file; give a folder")
+        raise ClearanceError(f"--out {folder} is a file; give a folder")
 
 
-def out_file(
-    path: Path, suffixes: Sequence[str], read: Sequence[Path], ours: Callable[[Path], bool], option: str = "--out"
-) -> None:
+def out_file(path: Path, suffixes: Sequence[str], read: Sequence[Path], ours: Callable[[Path], bool]) -> None:
     """Refuse a file to write that has another suffix, is ``read`` too, or is there already and not ``ours``."""
     if path.suffix.lower() not in suffixes:
-        raise ClearanceError(f"{option} {path}: give a name that ends in {' or '.join(suffixes)}")
+        raise ClearanceError(f"--out {path}: give a name that ends in {' or '.join(suffixes)}")
     if not path.exists():
         return
     if any(other.exists() and path.samefile(other) for other in read):
-        raise ClearanceError(f"{option} {path} is read by this command; give another name")
+        raise ClearanceError(f"--out {path} is read by this command; give another name")
     if path.is_file() and not ours(path):
-        raise ClearanceError(f"{option} {path} is there and does not say that clearance-mj wrote it; give another name")
+        raise ClearanceError(f"--out {path} is there and does not say that clearance-mj wrote it; give another name")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -143,15 +143,14 @@ def _print(result: dict[str, Any]) -> None:
     low, high = result["band"]
     print(f"{result['quantity']} to {result['reference']}, {result['lines']} lines from {low:g} to {high:g} Hz")
     sensors = result["per_sensor"]
-    means = [result[name] for name in ("rmse_db", "mre", "frac", "csac_per_sensor", "csf_per_sensor")]
     beside = [name for name in BESIDE if math.isfinite(result[name])]
+    means = [result[name] for name in ("rmse_db", "mre", "frac", "csac_per_sensor", "csf_per_sensor", *beside)]
     width = max(map(len, (*sensors["sensor"], "sensor"))) + 2
-    print(f"{'sensor':{width}s}" + "".join(f"{name:>10s}" for name in MEASURES) + _columns(beside))
-    for i, label in enumerate(sensors["sensor"]):
-        cells = "".join(f"{_number(sensors[name][i]):>10s}" for name in MEASURES)
-        print(f"{label:{width}s}{cells}" + _columns([_number(sensors[name][i]) for name in beside]))
-    print(f"{'mean':{width}s}" + "".join(f"{_number(value):>10s}" for value in means)
-          + _columns([_number(result[name]) for name in beside]))  # fmt: skip
+    shown, widths = (*MEASURES, *beside), [10] * len(MEASURES) + [16] * len(beside)
+    lines = [("sensor", *shown)]
+    lines += [(label, *(_number(sensors[name][i]) for name in shown)) for i, label in enumerate(sensors["sensor"])]
+    for label, *cells in (*lines, ("mean", *map(_number, means))):
+        print(f"{label:{width}s}" + "".join(f"{cell:>{wide}s}" for cell, wide in zip(cells, widths)))
     print(f"RMSE {_number(result['rmse_db'])} dB; {result['beside']}")
     print(f"CSAC {_number(result['csac'])}, CSF {_number(result['csf'])} over the responses, mean of the lines")
     modes = result["per_mode"]
@@ -162,10 +161,6 @@ def _print(result: dict[str, Any]) -> None:
         print(f"figure: {path}")
     if "report" in result:
         print(f"report: {result['report']}")
-
-
-def _columns(values: Sequence[str]) -> str:
-    return "".join(f"{value:>16s}" for value in values)
 
 
 def _mode(row: dict[str, Any]) -> str:

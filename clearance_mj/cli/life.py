@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, results_of, write_results
-from .options import add_kind, add_plugin, add_rig, by_bushing, hertz, level, load_model, seconds, settings
+from .command import command, results_of, settings, write_results
+from .options import add_kind, add_plugin, add_rig, by_bushing, hertz, level, load_model, seconds
 
 if TYPE_CHECKING:
     from ..model import Model

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
-from .options import add_psd, add_simulation, excitation, in_si, length, levels, load_model, psd_of, settings
+from .command import command, settings, write_results
+from .options import add_psd, add_simulation, excitation, in_si, length, levels, load_model, psd_of
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -56,7 +55,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.axes import level_axis
-    from ..sound import has_mosqito
+    from ..sound import has_mosqito, heard, radiate
 
     if options.method != "none" and not has_mosqito():
         raise ClearanceError(
@@ -64,14 +63,18 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         )
     models = _models(options)
     plates = {name: _plate(options, model, models["A"]) for name, model in models.items()}
-    heard = {name: _responses(options, name, model) for name, model in models.items()}
-    sounds = {name: _sounds(models[name], plates[name], each, bool(options.record)) for name, each in heard.items()}
-    files = _write_wavs(options, models, plates, heard, sounds)
+    responses = {name: _responses(options, name, model) for name, model in models.items()}
+    sound_of = radiate if options.record else heard  # of a simulation without its start
+    sounds = {
+        name: [sound_of(response, models[name].rig, plates[name]) for _, response in each]
+        for name, each in responses.items()
+    }
+    files = _write_wavs(options, models, plates, responses, sounds)
     result: dict[str, Any] = {"designs": {name: settings(model) for name, model in models.items()}, "files": files}
     if options.method != "none":
         shaker = models["A"].rig.shaker
         unit = level_axis((psd_of(options, shaker.kind) or shaker).kind).unit
-        levels = {name: [level for level, _ in each] for name, each in heard.items()}
+        levels = {name: [level for level, _ in each] for name, each in responses.items()}
         result["loudness"] = _loudness(options, unit, levels, sounds)
     return write_results(options, "loudness", result | {"method": options.method, "field": options.field})
 
@@ -140,13 +143,6 @@ def _measured(path: Path, model: Model) -> Response:
 
     found = read(path)
     return found if isinstance(found, Response) else read_record(path, model.rig, "validate").response()
-
-
-def _sounds(model: Model, plate: Plate, responses: Sequence[tuple[float, Response]], measured: bool) -> list[Sound]:
-    """What each response radiates; of a simulation without its start."""
-    from ..sound import heard, radiate
-
-    return [(radiate if measured else heard)(response, model.rig, plate) for _, response in responses]
 
 
 def _write_wavs(

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
-from .options import add_simulation, excitation, levels, load_model, seconds, settings
+from .command import command, settings, write_results
+from .options import add_simulation, excitation, levels, load_model, seconds
 
 
 def _options(parser: argparse.ArgumentParser) -> None:

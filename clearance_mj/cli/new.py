@@ -185,7 +185,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
         length = options.length
         first, *places, last = [f"rod@{s * length:g}" if kind == "shafts" else s * length for s in (0.25, 0.55, 0.8, 1)]
         clearances = options.bushings or places
-        points = options.sensors or _sorted([first, *clearances, *([] if kind == "shaft" else [last])])
+        points = options.sensors or sorted({first, *clearances, *([] if kind == "shaft" else [last])}, key=_position)
     grease = Grease(*options.grease) if options.oil is None else Grease(0.0)  # oil is in its place
     friction = None if options.friction is None else Friction(options.friction)
     to = {x: x.replace("rod@", "tube@") if kind == "shafts" and isinstance(x, str) else None for x in clearances}
@@ -271,11 +271,6 @@ def _node(point: float | str, number: int) -> int:
     """That of a degree of freedom; of other points and of places with names the number of the sensor."""
     dof = parse_dof(point)
     return dof[0] if dof and isinstance(dof[0], int) else number
-
-
-def _sorted(points: Sequence[float | str]) -> list[float | str]:
-    """Each once, along the shaft."""
-    return sorted(set(points), key=_position)
 
 
 def _position(point: float | str) -> float:

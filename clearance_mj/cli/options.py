@@ -55,12 +55,6 @@ def add_columns(parser: argparse.ArgumentParser, name: str = "--column", of: str
     parser.add_argument(name, action="append", default=[], metavar="HEADER=CHANNEL", help=words)
 
 
-def add_units(parser: argparse.ArgumentParser) -> None:
-    """Add the option that says the units of a universal file."""
-    words = 'units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"'
-    parser.add_argument("--units", metavar="UNITS", help=words)
-
-
 def add_rate(parser: argparse.ArgumentParser) -> None:
     """Add the options that say the sampling rate of files, and another to which their records are brought."""
     parser.add_argument("--fs", type=hertz, help="samples per second of what has no times, or uneven ones of this rate")
@@ -71,14 +65,16 @@ def add_rate(parser: argparse.ArgumentParser) -> None:
 def add_records(parser: argparse.ArgumentParser) -> None:
     """Add the options that say what the channels of records are, see `reading`."""
     add_columns(parser)
-    add_map(parser)
+    words = "map of the files' channels (TOML), as clearance-mj map writes it"
+    parser.add_argument("--map", type=Path, metavar="MAP", help=words)
     add_rate(parser)
 
 
 def add_files(parser: argparse.ArgumentParser) -> None:
     """Add the options with which files of any format are read, see `reading`."""
     add_records(parser)
-    add_units(parser)
+    words = 'units of a universal file, whatever its data set 164 says: SI, or length and force, such as "mm,N"'
+    parser.add_argument("--units", metavar="UNITS", help=words)
     add_plugin(parser, "a file format")
 
 
@@ -100,13 +96,6 @@ def parse_columns(pairs: Sequence[str], option: str = "--column") -> dict[str, s
             raise ClearanceError(f'{option} "{pair}": needs HEADER=CHANNEL, such as "Accel 1=acc:1 [g]"')
         found[header.strip()] = channel.strip()
     return found
-
-
-def add_map(parser: argparse.ArgumentParser) -> None:
-    """Add the option that names a map of channels."""
-    parser.add_argument(
-        "--map", type=Path, metavar="MAP", help="map of the files' channels (TOML), as clearance-mj map writes it"
-    )
 
 
 def add_rig(parser: argparse.ArgumentParser) -> None:
@@ -146,19 +135,6 @@ def load_model(options: argparse.Namespace) -> Model:
     return model
 
 
-def warn_of_depths(model: Model, largest: Any, quantity: str = "penetration") -> None:
-    """Say where walls are pressed too deep, from the largest penetrations (n_bushings,), m, or contact forces, N.
-
-    Of a force the depth is that of both ends at the largest stiffness: it is at least so deep.
-    """
-    from ..rig.depths import depth_words
-
-    if quantity == "contact_force":
-        largest = largest / model.law.largest([bushing.gap for bushing in model.rig.bushings])[0]
-    for words in depth_words(model.rig, largest) if quantity != "acceleration" else ():
-        say(words, "warning")
-
-
 def by_bushing(texts: Sequence[str], option: str) -> str | dict[str, str]:
     """Return the one value of an option that may be repeated, or the values by the bushings that they are given for."""
     parts = [text.rpartition("=") for text in texts]
@@ -194,6 +170,14 @@ def add_periodic(parser: argparse.ArgumentParser, harmonics: int | None = 21) ->
     option("--modes", type=int, default=8, help="of the rig's Ritz basis (default: %(default)s)")
 
 
+def add_forced(parser: argparse.ArgumentParser, harmonics: int | None = 21) -> None:
+    """Add the options of `add_periodic`, and the one that says what excites a vibration: unbalance too."""
+    add_periodic(parser, harmonics)
+    words = "what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
+    words += "frequencies are turns in a second and levels factors of the rig's unbalances"
+    parser.add_argument("--kind", choices=("base", "force", "unbalance"), help=words)
+
+
 def periodic_settings(options: argparse.Namespace) -> dict[str, Any]:
     """Return the options of `add_periodic` that say how vibrations are found, as arguments of `periodic`."""
     return {f"n_{name}": getattr(options, name) for name in PERIODIC}
@@ -204,13 +188,6 @@ def add_kind(parser: argparse.ArgumentParser, *more: str, default: str = "as the
     parser.add_argument("--kind", choices=("base", "force", *more), help=f"what excites (default: {default})")
 
 
-def add_periodic_kind(parser: argparse.ArgumentParser) -> None:
-    """Add the option that says what excites a vibration that is periodic: unbalance too."""
-    words = "what excites (default: unbalance of a rig that has some, else as the rig's shaker); under unbalance "
-    words += "frequencies are turns in a second and levels factors of the rig's unbalances"
-    parser.add_argument("--kind", choices=("base", "force", "unbalance"), help=words)
-
-
 def print_parameters(estimates: Estimates, width: int, head: str) -> None:
     """Print each parameter before and now; ``head`` names the columns behind those of its name and of before."""
     from ..identify.structure.priors import parameter_words
@@ -219,14 +196,6 @@ def print_parameters(estimates: Estimates, width: int, head: str) -> None:
     for row in estimates.beside_priors():
         words = "{before:11.5g} {value:11.5g} ± {std:.2g} {unit} ({posterior_over_prior:.2f})".format(**row)
         print(f"{parameter_words(row['name']):{width}s} {words}")
-
-
-def settings(model: Model) -> dict[str, Any]:
-    """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
-    from ..core.cache import code
-    from ..version import __version__
-
-    return {"version": __version__, "code": code()} | model.to_dict()
 
 
 def numbers(text: str, quantity: str = "") -> tuple[float, ...]:

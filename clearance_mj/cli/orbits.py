@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, write_results
-from .options import add_plugin, add_simulation, excitation, hertz, level, load_model, seconds, settings
+from .command import command, settings, write_results
+from .options import add_plugin, add_simulation, excitation, hertz, level, load_model, seconds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig

@@ -6,8 +6,8 @@ import argparse
 from typing import Any
 
 from ..core.errors import ClearanceError
-from .command import command, results_of, write_results
-from .options import add_plugin, add_psd, add_rig, level, load_model, psd_of, seconds, settings, warn_of_depths
+from .command import command, results_of, settings, warn_of_depths, write_results
+from .options import add_plugin, add_psd, add_rig, level, load_model, psd_of, seconds
 
 
 def _options(parser: argparse.ArgumentParser) -> None:

@@ -95,11 +95,8 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
 
 def _print(found: Placement, out: Path) -> None:
     for label, share, growth in zip(found.labels, found.contribution, found.std_growth.max(axis=1)):
-        cost = (
-            f"standard deviations grow up to {growth:.2f} times"
-            if growth < np.inf
-            else "a mode is no longer identifiable"
-        )
+        grown = f"standard deviations grow up to {growth:.2f} times"
+        cost = grown if growth < np.inf else "a mode is no longer identifiable"
         print(f"{label:9} carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}")
     print(f"determinant {found.determinant:.4g}, trace {found.trace:.4g}, condition {found.condition:.3g}, "
           f"largest MAC between modes {found.worst_mac:.3f}")  # fmt: skip

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, provenance
+from .command import command, provenance, settings, warn_of_depths
 from .options import (
     GRID,
+    add_forced,
     add_grid,
-    add_periodic,
-    add_periodic_kind,
     add_plugin,
     add_psd,
     grid,
@@ -23,8 +22,6 @@ from .options import (
     periodic_settings,
     psd_of,
     seconds,
-    settings,
-    warn_of_depths,
 )
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
@@ -37,8 +34,7 @@ MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tigh
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    add_periodic(parser, None)
-    add_periodic_kind(parser)
+    add_forced(parser, None)
     option(
         "--scatter", metavar="FILE", help="file (TOML) of what scatters, or \"posterior\" of an identified model "
         "(default: the rig file's tolerances)",

@@ -5,26 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .command import command, results_of, write_results
-from .options import (
-    PERIODIC,
-    add_grid,
-    add_periodic,
-    add_periodic_kind,
-    add_plugin,
-    grid,
-    lengths,
-    load_model,
-    periodic_settings,
-    settings,
-    warn_of_depths,
-)  # fmt: skip
+from .command import command, results_of, settings, warn_of_depths, write_results
+from .options import PERIODIC, add_forced, add_grid, add_plugin, grid, lengths, load_model, periodic_settings
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    add_periodic(parser)
-    add_periodic_kind(parser)
+    add_forced(parser)
     add_grid(parser)
     option("--gaps", type=lengths, metavar="M,...", help="of all bushings, m or such as 0.1mm,5mil; list or range")
     words = "map contacts a standard deviation softer and stiffer too, as the rig file's tolerance of them says"

@@ -7,19 +7,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, results_of, say, write_results
-from .options import (
-    add_periodic,
-    add_periodic_kind,
-    add_plugin,
-    frequencies,
-    levels,
-    listed,
-    load_model,
-    periodic_settings,
-    settings,
-    warn_of_depths,
-)
+from .command import command, results_of, say, settings, warn_of_depths, write_results
+from .options import add_forced, add_plugin, frequencies, levels, listed, load_model, periodic_settings
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model
@@ -33,8 +22,7 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
 
 def _options(parser: argparse.ArgumentParser) -> None:
     option = parser.add_argument
-    add_periodic(parser)
-    add_periodic_kind(parser)
+    add_forced(parser)
     over = parser.add_mutually_exclusive_group(required=True)
     words = "amplitudes of a sine, m/s² of the base or N, or factors of the unbalances: a list, such as 0.1g,1g, or "
     words += "a range FROM:TO:COUNT; follows over frequency"

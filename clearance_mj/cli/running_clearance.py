@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
 from .campbell import RPM, add_over_speed, over_speed
-from .command import command, results_of, write_results
-from .options import seconds, settings
+from .command import command, results_of, settings, write_results
+from .options import seconds
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..model import Model

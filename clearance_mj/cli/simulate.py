@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .command import command, inputs, out_file, provenance, say
-from .options import add_plugin, add_simulation, excitation, level, load_model, warn_of_depths
+from .command import command, inputs, out_file, provenance, say, warn_of_depths
+from .options import add_plugin, add_simulation, excitation, level, load_model
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..rig import Rig
@@ -56,11 +56,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     accelerations = [label for label, of in zip(response.responses, response.quantities) if of == "acceleration"]
     rms = dict(zip(accelerations, response.acceleration.std(axis=1).tolist()))
     used = {name: response.provenance[name] for name in ("bending_theory", "truncation") if name in response.provenance}
-    return (
-        {"out": str(options.out), "acceleration_rms": rms, "contact_share": share, "depth": depth.tolist()}
-        | used
-        | more
-    )
+    found = {"out": str(options.out), "acceleration_rms": rms, "contact_share": share, "depth": depth.tolist()}
+    return found | used | more
 
 
 def _warn_of_truncation(rig: Rig) -> None:

@@ -13,14 +13,10 @@ from .options import add_plugin
 
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
-    parser.add_argument(
-        "--engines", help="comma-separated; modal-mj too (default: links,modal); modal alone where links cannot"
-    )
-    parser.add_argument(
-        "--methods",
-        help=f"comma-separated, of {', '.join(LAWS)} "
-        "(default: those of nominal,constant,amplitude,bench that the records allow)",
-    )  # fmt: skip
+    words = "comma-separated; modal-mj too (default: links,modal); modal alone where links cannot"
+    parser.add_argument("--engines", help=words)
+    usual = "(default: those of nominal,constant,amplitude,bench that the records allow)"
+    parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} {usual}")
     add_plugin(parser, "a method, an engine, a contact, a grease or a section of the report")
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 

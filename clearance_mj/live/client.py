@@ -16,7 +16,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..core.errors import ClearanceError
 from .figures import Numbers
-from .session import Session, Watch
+from .session import Session, Shown, Watch
 from .wire import Cancel, Export, Follow, Hear, Message, Set, Step, Sweep, Window, packed, parsed
 
 __all__ = ["Client", "Host"]
@@ -138,17 +138,12 @@ class Client(WebSocketHandler):
         self.busy = False
 
     def _shown(self, wanted: Set) -> bytes:
-        session, last_report = self.session, time.monotonic()
+        session = self.session
 
-        def watch(share: float) -> None:
-            nonlocal last_report
-            now = time.monotonic()
-            if self.over or (self.waiting is not None and now - self.began > PATIENCE):
-                raise Superseded
-            if now - last_report > 2 * REPORT_INTERVAL:
-                last_report = now
-                self._tell("progress", of="set", share=share)
+        def ended() -> bool:
+            return self.over or (self.waiting is not None and time.monotonic() - self.began > PATIENCE)
 
+        watch = self._watch("set", ended, 2 * REPORT_INTERVAL, time.monotonic())
         values = session.setting(wanted.values)
         numbers = session.show(values, watch)
         if wanted.record:
@@ -159,17 +154,21 @@ class Client(WebSocketHandler):
         """Send from another thread."""
         self.loop.call_soon_threadsafe(self._send, packed(kind, Numbers(facts)))
 
-    async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
-        last_report = 0.0
+    def _watch(self, of: str, ended: Callable[[], bool], every: float = REPORT_INTERVAL, last: float = 0.0) -> Watch:
+        """What hears of a computation's progress: it tells the page now and then, and stops what nobody waits for."""
 
         def watch(share: float) -> None:
-            nonlocal last_report
-            if stop.is_set():
+            nonlocal last
+            if ended():
                 raise Superseded
-            if time.monotonic() - last_report > REPORT_INTERVAL:
-                last_report = time.monotonic()
-                self._tell("progress", of=wanted.type, share=share)
+            if time.monotonic() - last > every:
+                last = time.monotonic()
+                self._tell("progress", of=of, share=share)
 
+        return watch
+
+    async def _long(self, wanted: Follow | Step | Sweep, stop: threading.Event) -> None:
+        watch = self._watch(wanted.type, stop.is_set)
         answer = await self._answer(self.page.long, lambda: self._found(wanted, watch), of=wanted.type)
         if not stop.is_set():
             self.stop = None
@@ -189,13 +188,16 @@ class Client(WebSocketHandler):
             numbers = on_demand.sweep(session, values, wanted.name, low, high, wanted.count, watch)
         return packed(wanted.type, numbers)
 
+    def _last_shown(self) -> Shown:
+        if self.session.shown is None:
+            raise ClearanceError("nothing is shown yet")
+        return self.session.shown
+
     async def _export(self, record: str) -> None:
         from .export import exported
 
         def work() -> bytes:
-            shown = self.session.shown
-            if shown is None:
-                raise ClearanceError("nothing is shown yet")
+            shown = self._last_shown()
             test = self.session.record_frf(record, float(shown.values["resolution"])) if record else None
             return packed("export", Numbers()) + exported(shown, test, self.page.inputs)
 
@@ -205,9 +207,6 @@ class Client(WebSocketHandler):
         from .hear import heard
 
         def work() -> bytes:
-            shown = self.session.shown
-            if shown is None:
-                raise ClearanceError("nothing is shown yet")
-            return packed("hear", heard(shown, wanted.sensor), slot=wanted.slot)
+            return packed("hear", heard(self._last_shown(), wanted.sensor), slot=wanted.slot)
 
         self._send(await self._answer(self.page.quick, work, of="hear"))

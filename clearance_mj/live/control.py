@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 __all__ = ["Control", "Value"]
 
 Value = float | str
+SPAN = 10.0  # ratio of a slider's ends to the identified value
 
 
 @dataclass(frozen=True)
@@ -24,3 +26,8 @@ class Control:
     log: bool = False  #: the slider moves the logarithm
     whole: bool = False  #: takes whole numbers only
     choices: tuple[str, ...] = ()  #: of a choice; empty: a number
+
+    @classmethod
+    def about(cls, name: str, group: str, label: str, value: float, unit: str, scale: float = 1.0) -> Self:
+        """Return a slider over a decade each way from a value above 0."""
+        return cls(name, group, label, value, unit, scale, value / SPAN, value * SPAN, log=True)

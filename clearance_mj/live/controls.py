@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..clearance import ConstantLaw, ContactLaw, Law
@@ -19,7 +19,6 @@ from .controls_in_space import motion_changes, of_motion, of_round, round_change
 __all__ = ["NONE", "RECORD", "Control", "Value", "built", "checked_values", "controls"]
 
 RECORD = "record: "  # before the name of a record whose measured excitation drives the rig
-SPAN = 10.0  # ratio of a slider's ends to the identified value
 MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
 LARGEST_NUMBER = 1e300  # of any number
 BAND = (5.0, 220.0)  # Hz, of noise without records that say theirs
@@ -67,7 +66,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
 def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:
     group, name = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]"
     gap = bushing.gap
-    yield Control(f"{name}.gap", group, "Gap", gap, "µm", 1e6, gap / SPAN, gap * SPAN, log=True)
+    yield Control.about(f"{name}.gap", group, "Gap", gap, "µm", 1e6)
     yield Control(f"{name}.offset", group, "Offset at rest", bushing.offset, "µm", 1e6, -gap, gap)
     yield from of_round(rig, i)
     for field, value in _contact(law, i, len(rig.bushings)).items():
@@ -88,7 +87,7 @@ def _number(name: str, group: str, of: str, field: str, value: float, units: Map
     if field in ("exponent", "static_ratio"):
         return Control(name, group, label, value, unit, scale, 1.0, max(4.0, value))
     if value > 0:
-        return Control(name, group, label, value, unit, scale, value / SPAN, value * SPAN, log=True)
+        return Control.about(name, group, label, value, unit, scale)
     reach = 100.0 if "stiffness" not in field else 1e5
     return Control(name, group, label, value, unit, scale, value - reach if value < 0 else 0.0, value + reach)
 
@@ -191,8 +190,7 @@ def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] 
 
 def _changed(model: Any, values: Mapping[str, Value], prefix: str) -> Any:
     new: dict[str, Any] = {}
-    scaled: Callable[[tuple[float, ...], float], tuple[float, ...]] = lambda v, by: tuple(by * x for x in v)  # noqa: E731
     for name in _numbers(model):
         value, before = float(values[prefix + name]), getattr(model, name)
-        new[name] = scaled(before, value) if isinstance(before, tuple) else value
+        new[name] = tuple(value * x for x in before) if isinstance(before, tuple) else value
     return dataclasses.replace(model, **new)

@@ -20,7 +20,6 @@ RPM = 30 / math.pi
 EARTH = 9.80665  # m/s²
 FASTEST = 1000.0  # rad/s, to which the slider of a rig without a spin reaches
 DOWN = (0.0, 0.0, -1.0)
-RATIO = 10.0  # of a slider's ends to its middle
 MOST_FRICTION = 0.5
 
 
@@ -38,14 +37,10 @@ def of_motion(rig: Rig) -> Iterator[Control]:
         if ends:
             yield Control("spin.until", GROUP, "Spin at the end", float(spin.until or 0.0), "rev/min", RPM, 0.0, most)
         if spin.rate:
-            rate = abs(spin.rate)
-            yield Control("spin.rate", GROUP, "Rate of the spin", rate, "rad/s²", 1.0, rate / RATIO, rate * RATIO, True)
+            yield Control.about("spin.rate", GROUP, "Rate of the spin", abs(spin.rate), "rad/s²")
     for i, each in enumerate(rig.unbalances):
-        moment = each.moment
         label = f"Unbalance{f' {i + 1}' if len(rig.unbalances) > 1 else ''}"
-        yield Control(
-            f"unbalances[{i}].moment", GROUP, label, moment, "g mm", 1e6, moment / RATIO, moment * RATIO, log=True
-        )
+        yield Control.about(f"unbalances[{i}].moment", GROUP, label, each.moment, "g mm", 1e6)
 
 
 def motion_changes(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
@@ -88,10 +83,7 @@ def of_round(rig: Rig, i: int) -> Iterator[Control]:
         most = max(MOST_FRICTION, friction)
         yield Control(f"{name}.friction", group, "Friction coefficient", friction, "", 1.0, 0.0, most)
     if film := bushing.film:
-        middle = film.viscosity
-        yield Control(
-            f"{name}.viscosity", group, "Oil: viscosity", middle, "mPa s", 1e3, middle / RATIO, middle * RATIO, log=True
-        )
+        yield Control.about(f"{name}.viscosity", group, "Oil: viscosity", film.viscosity, "mPa s", 1e3)
 
 
 def round_changes(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,16 +11,18 @@ import numpy as np
 from ..beam import natural_frequencies
 from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
+from ..linear import linear_model
 from ..model import Model
-from ..report.clip import clip
+from ..report.clip import Clip, clip
 from ..rig import Rig
+from ..rotors import turning_shaft, whirl
 from ..signals.frf import FRF
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
 
 __all__ = [
-    "MODES", "PICTURES", "SHOWN", "SLOW", "Numbers", "about_strongest", "frequencies_in_gap", "frf_numbers", "history",
-    "motion", "orbits", "shaft", "spectrum", "thinned",
+    "Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "names", "orbits", "places", "shaft",
+    "spectrum", "thinned",
 ]  # fmt: skip
 
 POINTS = 1600  # of a history over time: what a screen has across
@@ -28,6 +31,8 @@ SHOWN, SLOW, PICTURES = 0.2, 40.0, 20.0
 """s of the shaft's motion that are shown, how many times slower, and pictures per second"""
 MODES = 6  # natural frequencies that are shown
 HIGHEST = 250.0  # Hz, of a spectrum
+TOUCH, LEAST = 0.01, 1e-3
+"""share of a clearance's highest force, and N, above both of which it touches: the anti-alias filter rings around it"""
 
 
 @dataclass
@@ -100,30 +105,54 @@ def history(response: Response, first: float = 0.0, last: float = np.inf) -> Num
     return Numbers({}, {"time": (places + shown.start) / response.fs, "displacement": x})
 
 
+def names(rig: Rig) -> list[str]:
+    """Return the names of the rows of displacements of a rig in space: y and z of each clearance."""
+    return [f"clearance {i + 1}, {b.where}, {axis}" for i, b in enumerate(rig.bushings) for axis in "yz"]
+
+
+def places(rig: Rig, response: Response) -> Response:
+    """Return the response with displacements as they are drawn: in space from the middles of the bushings."""
+    if not (rig.is_spatial and rig.bushings):
+        return response
+    return dataclasses.replace(response, displacement=whirl(rig, response).position.reshape(2 * len(rig.bushings), -1))
+
+
 def motion(rig: Rig, response: Response) -> Numbers:
-    """How each clearance is touched, in words and numbers, and its phase portrait about the strongest contact."""
+    """How each clearance is touched, and its motion about the strongest contact, out of `places`."""
     x, force = response.displacement, response.contact_force
     if x is None or force is None or not len(x):
         return Numbers({"clearances": []})
-    found = contact_statistics(response)
-    touch = np.abs(force) > np.maximum(0.01 * np.abs(force).max(axis=1, keepdims=True), 1e-3)
-    rows = []
-    for i, bushing in enumerate(rig.bushings):
-        walls = sum(bool((touch[i] & (sign * force[i] > 0)).any()) for sign in (1, -1))
-        rows.append(
-            {
-                "where": bushing.where, "share": found["contact_share"][i], "rms": found["displacement_rms"][i],
-                "peak": found["displacement_peak"][i], "force": found["contact_peak"][i],
-                "impacts": float(np.count_nonzero(np.diff(touch[i].astype(int)) > 0) / response.duration),
-                "rattle": ("free", "touches one wall", "rattles")[walls],
-                "walls": list(bushing.walls),
-            }
-        )  # fmt: skip
-    part = about_strongest(response, np.abs(force))
-    return Numbers({"clearances": rows}, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
+    found, pushed = contact_statistics(response), force.reshape(len(rig.bushings), -1, force.shape[1])
+    size = np.linalg.norm(pushed, axis=1)
+    touch = size > np.maximum(TOUCH * size.max(axis=1, keepdims=True), LEAST)
+    rows = [
+        {
+            "where": bushing.where, "share": found["contact_share"][i], "rms": found["displacement_rms"][i],
+            "peak": found["displacement_peak"][i], "force": found["contact_peak"][i],
+            "impacts": float(np.count_nonzero(np.diff(touch[i].astype(int)) > 0) / response.duration),
+            "rattle": _rattle(pushed[i][:, touch[i]]), "walls": list(bushing.walls),
+        }
+        for i, bushing in enumerate(rig.bushings)
+    ]  # fmt: skip
+    facts: dict[str, Any] = {"clearances": rows}
+    if rig.is_spatial:
+        facts |= {"walls": [[-b.gap, b.gap] for b in rig.bushings for _ in "yz"], "round": True}
+    part = _about_strongest(response, size)
+    return Numbers(facts, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
 
 
-def about_strongest(response: Response, force: np.ndarray) -> slice:
+def _rattle(force: np.ndarray) -> str:
+    """What contact forces (1 or 2, n) say: those of a shaft that leans on one side of a circle fit into a half."""
+    if not force.size:
+        return "free"
+    if len(force) == 1:
+        return "touches one wall" if np.ptp(np.sign(force)) == 0 else "rattles"
+    turned = np.sort(np.arctan2(*force[::-1]))
+    widest = np.diff(np.append(turned, turned[0] + 2 * np.pi)).max()
+    return "touches one side" if widest > np.pi else "rattles"
+
+
+def _about_strongest(response: Response, force: np.ndarray) -> slice:
     """Return the samples of a second about the largest of forces (n_clearances, n_t)."""
     strongest, size = int(np.argmax(force.max(axis=0))), force.shape[1]
     count = min(int(PORTRAIT * response.fs), size)
@@ -132,7 +161,9 @@ def about_strongest(response: Response, force: np.ndarray) -> slice:
 
 
 def orbits(rig: Rig) -> list[tuple[int, int]]:
-    """Return pairs of clearances between the same two nodes in two directions: an orbit has both displacements."""
+    """Return pairs of displacements that make an orbit: of clearances between the same two nodes in two directions."""
+    if rig.is_spatial:
+        return [(2 * i, 2 * i + 1) for i in range(len(rig.bushings))]
     nodes = [tuple(p.rpartition(":")[0] if isinstance(p, str) else "" for p in b.joined) for b in rig.bushings]
     return [
         (i, j) for j, node in enumerate(nodes) for i in range(j)
@@ -141,17 +172,40 @@ def orbits(rig: Rig) -> list[tuple[int, int]]:
 
 
 def shaft(rig: Rig, response: Response) -> Numbers:
-    """The shafts' deflection about the strongest contact, a picture after the other; why there is none, if so."""
+    """The shafts' deflection about the strongest contact, a picture after the other; why there is none, if so.
+
+    In space they are seen from the side (z) and, below, from above (y).
+    """
     try:
         seen = clip(rig, response, seconds=min(SHOWN, response.duration / 2), slow=SLOW, rate=PICTURES)
     except ClearanceError as error:
         return Numbers({"shaft": str(error)})
-    places = [[*rig.linear.place(b.position), b.length] for b in rig.bushings]
-    facts = {"slow": seen.slow, "rate": seen.rate, "places": places, "starts": float(seen.time[0])}
-    arrays = {"position": seen.position, "number": seen.shaft.astype(float), "lift": seen.lift, "pressed": seen.force}
+    spots = [[*rig.linear.place(b.position), b.length] for b in rig.bushings]
+    facts: dict[str, Any] = {"slow": seen.slow, "rate": seen.rate, "places": spots, "starts": float(seen.time[0])}
+    arrays = {"position": seen.position, "number": seen.shaft.astype(float), "lift": seen.lift}
+    if isinstance(seen, Clip):
+        return Numbers({"shaft": facts}, arrays | {"pressed": seen.force})
+    n, offsets = len(rig.linear.shafts), [(b.gap, b.offset) for b in rig.bushings]
+    offsets += [(b.gap, b.offset_y) for b in rig.bushings]
+    facts |= {
+        "places": [*spots, *([lane + n, x, length] for lane, x, length in spots)],
+        "walls": [[-gap - offset, gap - offset] for gap, offset in offsets],
+        "views": "Above: from the side, z upwards; below: from above, y upwards. ",
+    }  # fmt: skip
+    at = np.rint(seen.time * response.fs).astype(int)
+    pushed = np.asarray(response.contact_force).reshape(len(rig.bushings), 2, -1)[..., at]
+    arrays = {
+        "position": np.tile(seen.position, 2), "number": np.concatenate((seen.shaft, seen.shaft + n)).astype(float),
+        "lift": seen.lift[:, ::-1].reshape(at.size, -1), "pressed": np.concatenate((pushed[:, 1], pushed[:, 0])).T,
+    }  # fmt: skip
     return Numbers({"shaft": facts}, arrays)
 
 
 def frequencies_in_gap(model: Model) -> list[float]:
-    """Return the natural frequencies, Hz, of small motions in the gaps, on the law's filling."""
-    return natural_frequencies(rig_in_gap(model.rig, model.law), MODES).tolist()
+    """Return the natural frequencies, Hz, of small motions in the gaps, at the spin of the start if the shaft turns."""
+    rig = rig_in_gap(model.rig, model.law)
+    if not rig.is_spatial:
+        return natural_frequencies(rig, MODES).tolist()
+    spin = rig.spin
+    found = turning_shaft(rig).poles(spin.speed).value.imag if spin else linear_model(rig, grease=True).omega
+    return (np.sort(found)[:MODES] / (2 * np.pi)).tolist()

@@ -17,8 +17,8 @@ from ..study.periodic import from_both_ends
 from .control import Value
 from .controls import built
 from .excite import stepped
-from .figures import Numbers
-from .session import Session, Watch, contact
+from .figures import Numbers, motion
+from .session import Session, Watch
 
 __all__ = ["branch", "steps", "sweep"]
 
@@ -152,7 +152,7 @@ def sweep(
         except ClearanceError as error:
             failed = str(error)
             continue
-        share[:, i] = [row["share"] for row in contact(shown).facts["clearances"]]
+        share[:, i] = [row["share"] for row in motion(shown.model.rig, shown.seen).facts["clearances"]]
         rms[:, i] = shown.response.channels.std(axis=1)
     return Numbers({"name": name, "failed": failed, "log": log}, {"at": at, "share": share, "rms": rms})
 

@@ -30,15 +30,10 @@ __all__ = ["Page", "serve"]
 
 HOST = "127.0.0.1"
 KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
-OWN, VENDORED = "live/page", "report/vendor"
-FILES = {
-    "": (OWN, "index.html"),
-    "live.js": (OWN, "live.js"),
-    "charts.js": (OWN, "charts.js"),
-    "live.css": (OWN, "live.css"),
-    "uPlot.iife.min.js": (VENDORED, "uPlot.iife.min.js"),
-    "uPlot.min.css": (VENDORED, "uPlot.min.css"),
-}  # of the page, by their paths below the token: folder in the package, and name
+FILES = {"": ("live/page", "index.html")}
+"""of the page, by their paths below the token: folder in the package, and name"""
+FILES |= {name: ("live/page", name) for name in ("live.js", "charts.js", "live.css")}
+FILES |= {name: ("report/vendor", name) for name in ("uPlot.iife.min.js", "uPlot.min.css")}
 
 
 class Page:

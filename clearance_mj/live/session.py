@@ -18,13 +18,13 @@ from ..report.style import sensor_title
 from ..signals.correlation import csac, rmse_db
 from ..signals.frf import FRF, estimate_frf
 from ..signals.response import Response
-from . import figures, space
+from . import figures
 from .control import Control, Value
 from .controls import NONE, RECORD, built, checked_values, controls
 from .excite import excited, record_named
 from .figures import Numbers
 
-__all__ = ["Session", "Shown", "Watch", "contact"]
+__all__ = ["Session", "Shown", "Watch"]
 
 Watch = Callable[[float], None]  # hears which share is done, 0 to 1; what it raises ends the computation
 SEGMENTED = ("burst random", "multisine", "impacts")
@@ -39,6 +39,11 @@ class Shown:
     model: Model  #: with these values
     response: Response  #: of the simulation
     frf: FRF | None  #: estimated from it; None under a single sine or nothing
+
+    @property
+    def seen(self) -> Response:
+        """The response with displacements as they are drawn: in space from the middles of the bushings."""
+        return figures.places(self.model.rig, self.response)
 
 
 class Session:
@@ -116,11 +121,10 @@ class Session:
         rig, response = shown.model.rig, shown.response
         numbers = Numbers({"values": shown.values, "kind": response.kind, "duration": response.duration})
         numbers.add(figures.spectrum(response) if shown.frf is None else figures.frf_numbers(shown.frf))
-        numbers.add(figures.history(_seen(shown)))
-        numbers.add(contact(shown))
-        numbers.add((space.shafts if rig.is_spatial else figures.shaft)(rig, response))
-        natural = (space.frequencies if rig.is_spatial else figures.frequencies_in_gap)(shown.model)
-        self.shown, step = shown, response.provenance["step"]
+        numbers.add(figures.history(shown.seen))
+        numbers.add(figures.motion(rig, shown.seen))
+        numbers.add(figures.shaft(rig, response))
+        self.shown, step, natural = shown, response.provenance["step"], figures.frequencies_in_gap(shown.model)
         numbers.facts |= {"natural": natural, "step": step, "seconds": time.perf_counter() - began}
         return numbers
 
@@ -132,7 +136,7 @@ class Session:
         first, last : float
             First and last moment, s.
         """
-        return Numbers() if self.shown is None else figures.history(_seen(self.shown), first, last)
+        return Numbers() if self.shown is None else figures.history(self.shown.seen, first, last)
 
     def overlay(self, name: str, resolution: float) -> Numbers:
         """Return the FRFs of a record of the dataset, and how near those of the last simulation are to them.
@@ -183,28 +187,11 @@ class Session:
             "controls": [vars(control) for control in self.controls.values()],
             "sensors": [sensor_title(self.rig, i) for i in range(len(self.rig.sensors))],
             "clearances": [f"clearance {i + 1}, {b.where}" for i, b in enumerate(self.rig.bushings)],
-            "rows": space.names(self.rig) if self.rig.is_spatial else None,
-            "orbits": (space.pairs if self.rig.is_spatial else figures.orbits)(self.rig),
+            "rows": figures.names(self.rig) if self.rig.is_spatial else None,
+            "orbits": figures.orbits(self.rig),
             "records": [r.name for r in self.dataset.records] if self.dataset else [],
             "record_prefix": RECORD,
         }
-
-
-def _seen(shown: Shown) -> Response:
-    """The response with displacements as they are drawn: in space from the middles of the bushings."""
-    return space.places(shown.model.rig, shown.response) if shown.model.rig.is_spatial else shown.response
-
-
-def contact(shown: Shown) -> Numbers:
-    """Return how each clearance is touched, and its motion about the strongest contact.
-
-    Parameters
-    ----------
-    shown : Shown
-        What a setting gave.
-    """
-    rig = shown.model.rig
-    return space.motion(rig, _seen(shown)) if rig.is_spatial else figures.motion(rig, shown.response)
 
 
 def _frf(response: Response, values: Mapping[str, Value]) -> FRF | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.files import write_text
 from ..core.output_folder import output_folder
 from ..io.dataset import Dataset
 from ..study import Study, write_results
@@ -72,13 +71,6 @@ def write_report(study: Study, folder: str | Path, progress: bool = False) -> No
     writer = ReportWriter(Path(folder), progress)
     written = [html.Section(name, found.title, found.write(study, writer)) for name, found in registered_sections()]
     sections = [section for section in written if section.body]
-    writer.close()
     title = f"Clearance study of rig “{study.dataset.rig.name}”"
-    write_text(
-        Path(folder) / "report.html", html.page(title, sections, _source(study) + html.examples(study.dataset.rig))
-    )
-
-
-def _source(study: Study) -> str:
-    """Where the records come from, in plain sight."""
-    return html.render("source.html.j2", study=study, source=study.dataset.source)
+    source = html.render("source.html.j2", study=study, source=study.dataset.source)
+    writer.page(title, sections, source + html.examples(study.dataset.rig), "report.html")

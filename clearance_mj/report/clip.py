@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +16,7 @@ from ..structure import Shaft
 from .deflection import deflection
 from .outline import outline
 
-__all__ = ["AnyClip", "Clip", "SpaceClip", "clip", "space_clip"]
+__all__ = ["AnyClip", "Clip", "SpaceClip", "clip"]
 
 POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
@@ -75,62 +73,42 @@ class SpaceClip(AnyClip):
 
 
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
-         exaggeration: float | None = None, rate: float = 20.0) -> Clip:  # fmt: skip
+         exaggeration: float | None = None, rate: float = 20.0) -> Clip | SpaceClip:  # fmt: skip
     """Cut a response from rest to what an animation shows: ``seconds`` from ``start`` (s), ``slow`` times slower.
 
     Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
     shown of a rig and response, if what is asked for cannot.
     """
-    _require_shafts(rig, "motion")
+    shafts = rig.linear.shafts
+    if not shafts:
+        raise ClearanceError(
+            f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj "
+            f"{'orbits' if rig.is_spatial else 'motion'} draws the motion at the clearances"
+        )
+    seen = whirl(rig, response) if rig.is_spatial else None
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
-    deflected, contact = partial(deflection, rig, response), np.asarray(response.contact_force).T
-    common, shown, trace = _cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
-    return Clip(**common, trace=contact[trace], force=contact[shown])
-
-
-def space_clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
-               exaggeration: float | None = None, rate: float = 20.0) -> SpaceClip:  # fmt: skip
-    """Cut a response of a spatial rig to what an animation shows; as `clip` does of a planar one, with its defaults."""
-    _require_shafts(rig, "orbits")
-    seen = whirl(rig, response)
-    deflected = partial(deflection, rig, response)
-    common, shown, trace = _cut(rig, response, deflected, start, seconds, slow, exaggeration, rate)
-    contact = np.asarray(response.contact_force).reshape(len(rig.bushings), 2, -1)
-    return SpaceClip(
-        **common, trace=np.hypot(*contact.transpose(1, 0, 2)).T[trace], path=seen.position.transpose(2, 0, 1)[trace],
-        angle=np.zeros(shown.size) if seen.angle is None else seen.angle[shown],
-    )  # fmt: skip
-
-
-def _require_shafts(rig: Rig, command: str) -> None:
-    """Refuse a rig without shafts, of which a command draws the motion."""
-    if not rig.linear.shafts:
-        raise ClearanceError(
-            f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj {command} draws "
-            "the motion at the clearances"
-        )
-
-
-def _cut(
-    rig: Rig, response: Response, deflected: Callable[[list[float | str]], np.ndarray], start: float | None,
-    seconds: float, slow: float, exaggeration: float | None, rate: float,
-) -> tuple[dict[str, Any], np.ndarray, slice]:  # fmt: skip
-    """Return what every clip has but the trace, the samples of its pictures, and those from the first to the last."""
-    count, shafts = _count_pictures(seconds, slow, rate), rig.linear.shafts
-    lines = [_line(shaft) for shaft in shafts]
-    lift = deflected([f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()])
+    count, lines = _count_pictures(seconds, slow, rate), [_line(shaft) for shaft in shafts]
+    points = [f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()]
+    lift = deflection(rig, response, points)
     first, last = _window(response, start, seconds)
     shown, trace = np.linspace(first, last, count).round().astype(int), slice(first, last + 1)
-    sizes = np.abs(lift[trace]) if lift.ndim == 2 else np.hypot(*lift[trace].transpose(1, 0, 2))
+    sizes = np.abs(lift[trace]) if seen is None else np.hypot(*lift[trace].transpose(1, 0, 2))
     left, right = rig.linear.span
     largest = float(max(sizes.max(), max(b.gap for b in rig.bushings)))
-    common = {
+    common: dict[str, Any] = {
         "rig": rig, "time": response.time[shown], "position": np.concatenate(lines), "lift": lift[shown],
         "shaft": np.repeat(np.arange(len(shafts)), [line.size for line in lines]), "trace_time": response.time[trace],
         "exaggeration": _exaggeration(exaggeration, largest, right - left), "slow": slow, "rate": rate,
     }  # fmt: skip
-    return common, shown, trace
+    contact = np.asarray(response.contact_force)
+    if seen is None:
+        return Clip(**common, trace=contact.T[trace], force=contact.T[shown])
+    size = np.hypot(*contact.reshape(len(rig.bushings), 2, -1).transpose(1, 0, 2))
+    return SpaceClip(
+        **common, trace=size.T[trace], path=seen.position.transpose(2, 0, 1)[trace],
+        angle=np.zeros(shown.size) if seen.angle is None else seen.angle[shown],
+    )  # fmt: skip
 
 
 def _exaggeration(asked: float | None, largest: float, length: float) -> float:

@@ -14,14 +14,7 @@ from ..core.files import write_text
 from ..signals.alignment import Alignment
 from ..signals.comparison import Comparison
 from ..signals.ema import Modes
-from ..signals.figures import (
-    ROW_HEIGHT,
-    UNIT_MEASURES,
-    draw_correlation,
-    draw_functions,
-    draw_measures,
-    measures_height,
-)
+from ..signals.figures import ROW_HEIGHT, draw_correlation, draw_functions, draw_measures, measures_height
 from ..signals.frf import FRF
 from . import html
 from .style import Drawing, colour_bar, write_numbers
@@ -57,13 +50,12 @@ def draw(
 
 def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Sequence[str], folder: Path) -> Path:
     """Write ``comparison.html`` with the figures, the measures of sensors and modes, and notes; return its path."""
-    figures = "".join(html.figure(drawing, number, drawing.svg()) for number, drawing in enumerate(drawings, 1))
-    per_sensor = comparison.per_sensor
+    figures, per_sensor = html.Section("figures", "Figures", html.figures(drawings)), comparison.per_sensor
     sensors = Table.of("sensors", "Measures by sensor", per_sensor, {
         "sensor": Column("Sensor"), "rmse_db": Column("RMSE", "dB", ".2f"),
         **{name: Column(words, "dB", ".2f") for name, words in BESIDE.items() if per_sensor[name].notna().any()},
         "mre": Column("MRE", "", ".3f"),
-        **{name: Column(name.upper(), "", ".3f") for name in UNIT_MEASURES},
+        **{name: Column(name.upper(), "", ".3f") for name in ("frac", "csac", "csf")},
     })  # fmt: skip
     modes = Table.of("modes", "Modes", comparison.per_mode[_found(comparison)], {
         "mode": Column("Mode"), "test_hz": Column("Test", "Hz", ".3f"), "model_hz": Column("Model", "Hz", ".3f"),
@@ -73,9 +65,9 @@ def write_page(comparison: Comparison, drawings: Sequence[Drawing], notes: Seque
     said = "".join(html.paragraph(str(escape(note)), "note") for note in notes)
     beside = html.paragraph(str(escape(f"RMSE {comparison.summary()['rmse_db']:.2f} dB; {comparison.beside()}.")))
     tables = beside + html.table(sensors) + (html.table(modes) if _found(comparison).any() else "")
-    sections = (html.Section("measures", "Measures", said + tables), html.Section("figures", "Figures", figures))
+    measures = html.Section("measures", "Measures", said + tables)
     path = folder / "comparison.html"
-    write_text(path, html.page("FRFs of test and model", sections))
+    write_text(path, html.page("FRFs of test and model", (measures, figures)))
     return path
 
 

@@ -12,13 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves
 from ..clearance.law import TimeLaw
 from ..identify.laws.contact_over_time import ContactParameters
 from ..signals.wavelet import Ridge, Scalogram
-from .style import COLOURS, FONT, REPEAT, TEST, WIDTH, colour_bar, tidy
+from .style import COLOURS, FONT, REPEAT, TEST, canvas, colour_bar, tidy
 
 __all__ = ["contact_over_amplitude", "contact_over_time", "scalograms"]
 
@@ -40,15 +39,14 @@ def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge],
         _draw_plane(figure, left, plane)
         _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
         left.set_ylim(plane.frequency[0], plane.frequency[-1])
-        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)")
+        time = "Time (s)" if j == len(planes) - 1 else ""
+        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)", time)
         left.grid(False)
         _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
         right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
-        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)")
+        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)", time)
         right.set_ylim(bottom=0)
     axes[0, 1].legend(fontsize=FONT - 1, frameon=False, loc="best")
-    for ax in axes[-1]:
-        ax.set_xlabel("Time (s)", fontsize=FONT)
     return figure
 
 
@@ -113,8 +111,8 @@ def contact_over_amplitude(
 
 
 def _sheet(title: str, height: float) -> Figure:
-    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    figure = Figure(figsize=(WIDTH, height + 0.5), facecolor="white", layout=layout)
+    figure = canvas(height + 0.5)
+    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06)
     if title:
         figure.suptitle(title, fontsize=FONT + 1)
     return figure

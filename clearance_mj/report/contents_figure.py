@@ -63,8 +63,7 @@ def _channels_figure(channels: Sequence[Channel]) -> Figure:
         ax.plot(*envelope(channel.time, channel.value), color=COLOURS[0], lw=0.6)
         words = channel.quantity.capitalize() if channel.quantity != UNKNOWN else "Value"
         place = f", {channel.label}" if channel.placed else ""
-        tidy(ax, f"{channel.name}{place}", f"{words}\n({unit or 'unknown unit'})")
-    axes[-1].set_xlabel("Time (s)", fontsize=axes[-1].yaxis.label.get_size())
+        tidy(ax, f"{channel.name}{place}", f"{words}\n({unit or 'unknown unit'})", "Time (s)" if ax is axes[-1] else "")
     figure.align_ylabels(axes)
     return figure
 
@@ -76,6 +75,6 @@ def _modes_figure(modes: Modes) -> Figure:
     axes = np.ravel(np.asarray(figure.subplots(count, 1, sharex=True, squeeze=False)))
     for i, ax in enumerate(axes):
         ax.plot(modes.shape[:, i].real, color=COLOURS[0], lw=0.9, marker=".")
-        tidy(ax, f"mode {i + 1}: {modes.frequency[i]:.4g} Hz, damping {100 * modes.damping[i]:.3g} %", "Shape (1)")
-    axes[-1].set_xlabel("Degree of freedom, in the order of the file", fontsize=axes[-1].yaxis.label.get_size())
+        title = f"mode {i + 1}: {modes.frequency[i]:.4g} Hz, damping {100 * modes.damping[i]:.3g} %"
+        tidy(ax, title, "Shape (1)", "Degree of freedom, in the order of the file" if ax is axes[-1] else "")
     return figure

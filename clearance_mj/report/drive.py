@@ -57,8 +57,7 @@ def write_drive(
         ),
         html.Section("numbers", "Numbers and parts", _numbers(found)),
     ]
-    writer.close()
-    write_text(folder / "index.html", html.page(f"Drive from {', '.join(found.runs)}", sections))
+    writer.page(f"Drive from {', '.join(found.runs)}", sections)
     return result
 
 
@@ -83,7 +82,7 @@ def write_motor_side(found: MotorSideFit, folder: Path, made_from: Mapping[str, 
     )
     body = html.paragraph(html.formula(words)) + _untold(found.not_told) + _estimates(found.estimates)
     sections = [html.Section("summary", "What the motor tells of its drive", body)]
-    write_text(folder / "index.html", html.page(f"Drive from {', '.join(found.runs)}", sections))
+    ReportWriter(folder).page(f"Drive from {', '.join(found.runs)}", sections)
     return result
 
 

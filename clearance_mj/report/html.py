@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -24,7 +24,7 @@ from .interactive import embedded
 from .style import Drawing
 from .tables import Table
 
-__all__ = ["Section", "examples", "figure", "formula", "heading", "page", "paragraph", "render", "table"]
+__all__ = ["Section", "examples", "figure", "figures", "formula", "heading", "page", "paragraph", "render", "table"]
 
 MISSING = "–"  # Shown for nan
 _CHART = '<script type="application/json">'
@@ -77,6 +77,11 @@ def figure(drawing: Drawing, number: int, image: bytes) -> str:
         f'<figure id="figure-{drawing.name}"><img src="{source}" alt="{escape(drawing.alt)}">\n'
         f"<figcaption><b>Figure {number}.</b> {escape(drawing.caption)}</figcaption>{data}</figure>\n"
     )
+
+
+def figures(drawings: Iterable[Drawing]) -> str:
+    """Return all figures of a page, numbered, as SVG where they are sharp."""
+    return "".join(figure(d, number, d.svg() if d.sharp else d.png()) for number, d in enumerate(drawings, 1))
 
 
 def examples(rig: Rig) -> str:

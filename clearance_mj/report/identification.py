@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from markupsafe import escape
 
-from ..core.files import write_text
 from ..estimate.estimates import Estimates
 from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.comparison import FamilyFit
@@ -69,8 +68,7 @@ def write_identification(
     for name, data in pages.items():
         title, write = PAGES[name]
         sections.append(html.Section(name, title, write(found, data, forces, writer)))
-    writer.close()
-    write_text(folder / "index.html", html.page(f"Identified model of rig “{found.rig.name}”", sections))
+    writer.page(f"Identified model of rig “{found.rig.name}”", sections)
 
 
 def _summary(found: Identified, dataset: Dataset, shown: Path) -> str:

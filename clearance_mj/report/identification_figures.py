@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -44,19 +45,17 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
         gap, offset = (drawn.get(f"bushings[{j}].{n}", getattr(bushing, n)) for n in ("gap", "offset"))
         places = (-np.inf, np.inf) if j in found.unseen_gaps else bushing.walls
         walls = [w for w in zip(places, (-gap - offset, gap - offset)) if np.isfinite(w[0])]
+        look: dict[str, Any] = {"ms": 1.5, "mew": 0, "rasterized": True}
         for ax in line:
-            ax.plot(MM * x, measured, ".", color=TEST, ms=1.5, mew=0, alpha=0.35, rasterized=True, label="measured")
-            ax.plot(
-                MM * x[::EVERY], law[::EVERY], ".", color=LAW, ms=1.5, mew=0, alpha=0.5, rasterized=True, label="law"
-            )
+            ax.plot(MM * x, measured, ".", color=TEST, alpha=0.35, label="measured", **look)
+            ax.plot(MM * x[::EVERY], law[::EVERY], ".", color=LAW, alpha=0.5, label="law", **look)
             for wall, spread in walls:
                 ax.axvspan(*(MM * np.percentile(spread, INTERVAL)), color=WALL, alpha=0.3, lw=0)
                 ax.axvline(MM * wall, color=WALL, lw=1.0)
-        tidy(line[0], f"bushing {j + 1}: {_in_words(found, j)}", "Restoring force (N)")
-        tidy(line[1], f"bushing {j + 1}, between the walls")
+        along = "Displacement at the bushing’s middle (mm)" if j == len(bushings) - 1 else ""
+        tidy(line[0], f"bushing {j + 1}: {_in_words(found, j)}", "Restoring force (N)", along)
+        tidy(line[1], f"bushing {j + 1}, between the walls", "", along)
         _between(line[1], x, measured, places)
-    for ax in axes[-1]:
-        ax.set_xlabel("Displacement at the bushing’s middle (mm)", fontsize=FONT)
     dots = {name: {"color": colour, "ls": "none", "marker": "."} for name, colour in (("measured", TEST), ("law", LAW))}
     of_walls = {"walls, 95 % interval": {"color": WALL}} if len(found.unseen_gaps) < len(bushings) else {}
     key(figure, of_curves(dots | of_walls), 3)
@@ -119,14 +118,13 @@ def draw_misfit(found: LawMisfit) -> Drawing | None:
         for ax, stretch in zip(line, stretches):
             image = ax.pcolormesh(found.edges, np.arange(len(found.sensors) + 1), getattr(stretch, name), norm=norm,
                                   cmap=colours)  # fmt: skip
-            band_axes(ax, f"{stretch.level:.2g} {found.unit}", found.edges, found.sensors)
+            title = f"{stretch.level:.2g} {found.unit}" if name == "missed" else ""
+            band_axes(ax, title, found.edges, found.sensors)
         extend = "max" if name == "ratio" else "neither"
         colour_bar(figure, image, line, label, FONT - 1, pad=0.01, aspect=15, extend=extend)
     for ax in axes[0]:
         ax.tick_params(labelbottom=False)
         ax.set_xlabel("")
-    for ax in axes[1]:
-        ax.set_title("", loc="left")
     caption = (
         "FRF magnitudes of the records to identify against those of the found rig and law under the same excitation, "
         f"in pieces of {stretches[0].duration:.2g} s: typical difference of each sensor (accelerometer) and band, and "

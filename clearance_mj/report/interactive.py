@@ -164,7 +164,8 @@ def _line(ax: Axes, line: Line2D, found: _Data) -> dict[str, Any]:
     series = found.line(line)
     x, y = (np.asarray(values, dtype=float) for values in line.get_data())
     if not found.series[series]["joined"]:
-        x, y = thinned(*_within(x, y, ax.get_xlim()))
+        inside = (x >= min(ax.get_xlim())) & (x <= max(ax.get_xlim()))
+        x, y = thinned(x[inside], y[inside])
     elif np.any(np.diff(x) < 0):
         raise ValueError(f"the x of line “{line.get_label()}” steps back: no cursor could read it")
     else:
@@ -194,11 +195,6 @@ def decimated(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.
             kept |= {int(piece[np.nanargmin(values)]), int(piece[np.nanargmax(values)])}
     order = sorted(kept)
     return x[order], y[order]
-
-
-def _within(x: np.ndarray, y: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    inside = (x >= min(limits)) & (x <= max(limits))
-    return x[inside], y[inside]
 
 
 def thinned(x: np.ndarray, y: np.ndarray, most: int = MAX_POINTS) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..structure import Shaft
 
-__all__ = ["outline", "starts_clamped"]
+__all__ = ["outline", "position_label"]
 
 
 def outline(shaft: Shaft) -> np.ndarray:
@@ -19,6 +19,7 @@ def outline(shaft: Shaft) -> np.ndarray:
     return np.array((np.repeat(edges, 2)[1:-1], np.ravel(outer) / 2, np.ravel(bore) / 2))
 
 
-def starts_clamped(shafts: Sequence[Shaft]) -> bool:
-    """Return whether positions are distances from a clamp."""
-    return all(s.start == 0 and any(x.kind == "clamped" and x.position == 0 for x in s.supports) for s in shafts)
+def position_label(shafts: Sequence[Shaft]) -> str:
+    """Return what an axis of positions on shafts says: they are distances from a clamp, or along the shaft."""
+    clamped = all(s.start == 0 and any(x.kind == "clamped" and x.position == 0 for x in s.supports) for s in shafts)
+    return "Distance from the clamp (m)" if clamped else "Position along the shaft (m)"

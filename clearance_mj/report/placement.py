@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 from ..beam import mode_shapes
 from ..placement import Candidates, Placement
 from ..rig import Rig
-from .outline import starts_clamped
+from .outline import position_label
 from .style import FONT, REPEAT, TEST, Drawing, canvas, tidy, write_numbers
 
 __all__ = ["draw"]
@@ -67,11 +67,8 @@ def _shaft(ax: Axes, rig: Rig, places: Candidates, found: Placement, modes: Sequ
         ax.plot([position] * 2, [0, height], color=TEST, lw=0.7, zorder=1)
         ax.plot(position, 0, "o", color=TEST, ms=4)
         ax.text(position, height, f"{number}", ha="center", va="bottom", fontsize=FONT - 1, bbox=BOX)
-    words = "Distance from the clamp (m)" if starts_clamped(rig.linear.shafts) else "Position along the shaft (m)"
-    tidy(ax, "", "Mode shape over its largest (1)", words)
-    ax.set_xlim(start - 0.02 * length, end + 0.02 * length)
-    ax.set_ylim(-1.45, top)
-    ax.set_yticks([-1, 0, 1])
+    tidy(ax, "", "Mode shape over its largest (1)", position_label(rig.linear.shafts))
+    ax.set(xlim=(start - 0.02 * length, end + 0.02 * length), ylim=(-1.45, top), yticks=(-1, 0, 1))
     ax.legend(fontsize=FONT - 1, frameon=False, ncols=len(modes) + 1, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 

@@ -158,10 +158,9 @@ def write_production(
         said += writer.figure(draw_tightening(each, name))
         sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", said))
     sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
-    writer.close()
     write_text(folder / "production.json", to_json(result | made_from))
     rig = designs.nominal.rig
-    write_text(folder / "index.html", html.page(f"Production of rig “{rig.name}”", sections, html.examples(rig)))
+    writer.page(f"Production of rig “{rig.name}”", sections, html.examples(rig))
     return result
 
 

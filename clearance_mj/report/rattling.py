@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,16 +26,6 @@ LEVELS, LEVEL_RATIO, FREQUENCIES = 5, 3.0, 80  # each level is so many times the
 HARMONICS = 7  # folds of the Table-1 rig stay where 21 harmonics have them, amplitudes within 3 %
 SHARES = (1.0, 0.5)  # of the gaps found
 BAND = (0.002, 0.4)  # of the samples per second, where a record does not say its band
-
-
-@dataclass(frozen=True)
-class _Row:
-    """One level of one gap."""
-
-    first: float | None  #: Hz, lowest frequency at which it rattles; None: at none
-    share: float  #: of the frequencies
-    force: float  #: largest contact force, N
-    penetration: float  #: largest, m
 
 
 def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers: int | None = 1) -> str:
@@ -107,13 +96,12 @@ def _map(model: Model, dataset: Dataset, workers: int | None) -> RattleMap:
     return dataclasses.replace(found, first_contact=first)
 
 
-def _row(found: RattleMap, gap: int, level: int) -> _Row:
+def _cells(found: RattleMap, gap: int, level: int) -> tuple[float | None, float, float, float]:
+    """Lowest frequency (Hz) that rattles, share of those that do, largest contact force (N) and penetration (µm)."""
     rattles = found.rattles[gap, level]
     first = float(found.frequency[np.argmax(rattles)]) if rattles.any() else None
-    largest = (
-        float(np.nanmax(np.nan_to_num(part[:, gap, level]))) for part in (found.contact_force, found.penetration)
-    )
-    return _Row(first, float(rattles.mean()), *largest)
+    force, depth = (np.nanmax(np.nan_to_num(v[:, gap, level])) for v in (found.contact_force, found.penetration))
+    return first, float(rattles.mean()), float(force), 1e6 * float(depth)
 
 
 def _table(found: RattleMap) -> Table:
@@ -126,8 +114,7 @@ def _table(found: RattleMap) -> Table:
         ]  # fmt: skip
     cells = []
     for i, level in enumerate(found.level):
-        each = [_row(found, gap, i) for gap in range(len(groups))]
-        cells.append((float(level), *(v for r in each for v in (r.first, r.share, r.force, 1e6 * r.penetration))))
+        cells.append((float(level), *(cell for gap in range(len(groups)) for cell in _cells(found, gap, i))))
     caption = (
         "Under a sine of each amplitude: lowest frequency at which a wall is touched, share of the band in which one "
         "is, and the largest contact force and penetration over the band; for the gaps found, and for half of them."

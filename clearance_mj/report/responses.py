@@ -109,8 +109,13 @@ def draw(
             _curve(ax, branch, quantity, row, colour)
         for steps in measured:
             _steps(ax, steps, rig, quantity, row)
-        title = sensor_title(rig, row) if quantity == "acceleration" else f"clearance {row + 1}"
-        _label(ax, f"{letter} {title}", quantity)
+        if quantity == "acceleration":
+            tidy(ax, f"{letter} {sensor_title(rig, row)}", "Acceleration (m/s²)")
+            ax.set_yscale("log")
+        else:
+            tidy(ax, f"{letter} clearance {row + 1}", "Displacement / gap (1)")
+            ax.set_yscale("log")
+            ax.axhline(1.0, color=TEST, lw=0.6)
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
     what = "level" if branches[0].over == "level" else "frequency"
@@ -143,14 +148,6 @@ def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> No
         ax.plot(x[at], y[at], marker, color=TEST, mfc="white", ms=3.5, mew=0.7)
     if is_cut(branch):
         ax.plot(x[-1], y[-1], "x", color=TEST, ms=4.5, mew=0.9)
-
-
-def _label(ax: Axes, title: str, quantity: str) -> None:
-    acceleration = quantity == "acceleration"
-    tidy(ax, title, "Acceleration (m/s²)" if acceleration else "Displacement / gap (1)")
-    ax.set_yscale("log")
-    if not acceleration:
-        ax.axhline(1.0, color=TEST, lw=0.6)
 
 
 def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:

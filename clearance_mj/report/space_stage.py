@@ -6,6 +6,8 @@ bore is drawn as wide as the shaft and its exaggerated gap. Nothing is foreshort
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -13,7 +15,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from .clip import SpaceClip
-from .space_view import View
 from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy
 
@@ -21,11 +22,22 @@ __all__ = ["SpaceStage"]
 
 WIDTH, LEFT, RIGHT, ABOVE, BETWEEN, BELOW, PANEL = 7.2, 0.62, 0.12, 0.3, 0.62, 0.42, 1.55
 """in: the figure's width, margins, room above, between and below the panels, height of the lower ones"""
+SEEN_FROM = np.radians((32.0, 14.0))  # around the vertical, and from above
 TURN = np.linspace(0.0, 2 * np.pi, 73)
 TRAIL = 0.35  # share of the shown time that an orbit's trail lasts
 MOST_ORBITS = 3  # panels beside the trace
 LARGEST_DISC = 0.13  # radius of a disc as it is drawn, as a share of the shaft's length
 DISC_RADII = 4.0  # radii of the shaft that a disc without a polar inertia has
+
+
+def picture_of(x: Any, y: Any, z: Any) -> np.ndarray:
+    """Return (2, ...) right and up in the picture of points, in the unit of x, y and z.
+
+    x runs to the right and away, y towards the eye, z up.
+    """
+    (cos, up), (sin, tilt) = np.cos(SEEN_FROM), np.sin(SEEN_FROM)
+    x, y, z = np.broadcast_arrays(*(np.asarray(part, dtype=float) for part in (x, y, z)))
+    return np.array((x * cos + y * sin, z * up + (x * sin - y * cos) * tilt))
 
 
 class SpaceStage(Pictures):
@@ -35,7 +47,6 @@ class SpaceStage(Pictures):
 
     def __init__(self, shown: SpaceClip):
         super().__init__(shown)
-        self.view = View()
         self.discs = self._discs()
         self.moving: list[Artist] = []
         self.above, self.orbits, below = self._axes()
@@ -58,27 +69,26 @@ class SpaceStage(Pictures):
         panels = []
         count = min(len(self.shown.rig.bushings), MOST_ORBITS)
         for j in range(count):
-            place = (LEFT + j * (PANEL + 0.12), BELOW, PANEL, PANEL)
-            panels.append(self.figure.add_axes(self._inches(place, whole)))
+            panels.append(self.figure.add_axes(self._inches(LEFT + j * (PANEL + 0.12), PANEL, whole)))
         start = LEFT + count * (PANEL + 0.12) + 0.62
-        return above, panels, self.figure.add_axes(self._inches((start, BELOW, WIDTH - RIGHT - start, PANEL), whole))
+        return above, panels, self.figure.add_axes(self._inches(start, WIDTH - RIGHT - start, whole))
 
     @staticmethod
-    def _inches(place: tuple[float, float, float, float], whole: float) -> tuple[float, float, float, float]:
-        return place[0] / WIDTH, place[1] / whole, place[2] / WIDTH, place[3] / whole
+    def _inches(left: float, width: float, whole: float) -> tuple[float, float, float, float]:
+        return left / WIDTH, BELOW / whole, width / WIDTH, PANEL / whole
 
     def _reach(self) -> np.ndarray:
         """(2, n) points of the picture above that the axes hold."""
         shown, circle = self.shown, np.array((np.cos(TURN[::6]), np.sin(TURN[::6])))
         moved = shown.exaggeration * shown.lift
-        line = self.view(shown.position, moved[:, 0], moved[:, 1])
+        line = picture_of(shown.position, moved[:, 0], moved[:, 1])
         found = [line - self.radii, line + self.radii]
         for point, _, radius in self.discs:
             at = shown.exaggeration * shown.lift_at(point)[:, :, None] + radius * circle
-            found.append(self.view(shown.rig.linear.place(point)[1], at[:, 0], at[:, 1]))
+            found.append(picture_of(shown.rig.linear.place(point)[1], at[:, 0], at[:, 1]))
         for j, bushing in enumerate(shown.rig.bushings):
             at = self._middle(j, 0)[:, None] + self._bore(j) * circle
-            found.append(self.view(shown.rig.linear.place(bushing.position)[1], *at))
+            found.append(picture_of(shown.rig.linear.place(bushing.position)[1], *at))
         corner = 0.17 * shown.length  # where the directions are, below on the right
         points = np.concatenate([part.reshape(2, -1) for part in found], axis=1)
         low, high = points.min(axis=1), points.max(axis=1)
@@ -91,7 +101,7 @@ class SpaceStage(Pictures):
         words = f"displacements and gaps drawn {self.shown.exaggeration:.3g} times larger"
         ax.set_title(words, fontsize=FONT, loc="right", pad=4)
         first, last = self.shown.rig.linear.span
-        ax.plot(*self.view([first, last], 0, 0), color=HALF, lw=0.6, ls=(0, (6, 3, 1, 3)), zorder=0)
+        ax.plot(*picture_of([first, last], 0, 0), color=HALF, lw=0.6, ls=(0, (6, 3, 1, 3)), zorder=0)
         for shaft in self.shafts:
             for support in shaft.supports:
                 self._draw_support(ax, support.position, support.kind in ("clamped", "guided"))
@@ -134,9 +144,9 @@ class SpaceStage(Pictures):
     def _draw_support(self, ax: Axes, x: float, is_wall: bool) -> None:
         size = 0.05 * self.shown.length
         if is_wall:
-            corners = self.view(x, size * np.array([-1, 1, 1, -1]), size * np.array([-1, -1, 1, 1]))
+            corners = picture_of(x, size * np.array([-1, 1, 1, -1]), size * np.array([-1, -1, 1, 1]))
         else:
-            corners = self.view(x + 0.3 * size * np.array([0, -1, 1]), 0, size * np.array([0, -1, -1]))
+            corners = picture_of(x + 0.3 * size * np.array([0, -1, 1]), 0, size * np.array([0, -1, -1]))
         ax.add_patch(Polygon(corners.T, facecolor=CLAMP, edgecolor=HALF, lw=0.6, zorder=1))
 
     def _draw_axes_of_space(self, ax: Axes) -> None:
@@ -144,10 +154,10 @@ class SpaceStage(Pictures):
         (_, right), (low, high) = ax.get_xlim(), ax.get_ylim()
         length = 0.07 * self.shown.length
         origin = np.array([right - 1.3 * length, low + 0.45 * length + 0.02 * (high - low)])
-        arrows = {name: length * self.view(*axis) for name, axis in zip("xyz", np.eye(3))}
+        arrows = {name: length * picture_of(*axis) for name, axis in zip("xyz", np.eye(3))}
         if self.shown.rig.gravity is not None:
             g = np.array(self.shown.rig.gravity)
-            tip = length * self.view(*g / np.linalg.norm(g))
+            tip = length * picture_of(*g / np.linalg.norm(g))
             self._arrow(ax, origin - [1.6 * length, -length], tip, "g", COLOURS[1])
         for name, tip in arrows.items():
             self._arrow(ax, origin, tip, name, HALF)
@@ -185,8 +195,7 @@ class SpaceStage(Pictures):
         gap, colour = 1e6 * self.shown.rig.bushings[j].gap, COLOURS[j % len(COLOURS)]
         ax.plot(gap * np.cos(TURN), gap * np.sin(TURN), color=TEST, lw=0.9)
         reach = 1.1 * max(gap, 1e6 * np.abs(self.shown.path[:, j]).max())
-        ax.set_xlim(-reach, reach)
-        ax.set_ylim(-reach, reach)
+        ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
         tidy(ax, f"bushing {j + 1}", "z (µm)" if j == 0 else "", "y (µm)")
         if j:
             ax.set_yticklabels([])
@@ -204,9 +213,9 @@ class SpaceStage(Pictures):
             body.set_xy(self._silhouette(shown.position[points], lift[:, points], self.radii[points]).T)
         for (point, phase, radius), (plate, spoke) in zip(self.discs, self.plates):
             x, (y, z) = shown.rig.linear.place(point)[1], shown.exaggeration * shown.lift_at(point, i)
-            plate.set_xy(self.view(x, y + radius * np.cos(TURN), z + radius * np.sin(TURN)).T)
+            plate.set_xy(picture_of(x, y + radius * np.cos(TURN), z + radius * np.sin(TURN)).T)
             at = shown.angle[i] + phase
-            spoke.set_data(*self.view(x, y + radius * np.cos(at) * np.array([0, 1]),
+            spoke.set_data(*picture_of(x, y + radius * np.cos(at) * np.array([0, 1]),
                                       z + radius * np.sin(at) * np.array([0, 1])))  # fmt: skip
         last = int(np.searchsorted(shown.trace_time, shown.time[i] + 1e-12))
         trail = slice(max(last - round(TRAIL * len(shown.trace_time)), 0), max(last, 1))
@@ -215,7 +224,7 @@ class SpaceStage(Pictures):
             self._move_tube(tube, j, centre)
             path = shown.exaggeration * shown.path[trail, j].T
             x = shown.rig.linear.place(bushing.position)[1]
-            self.paths[j].set_data(*self.view(x, centre[0] + path[0], centre[1] + path[1]))
+            self.paths[j].set_data(*picture_of(x, centre[0] + path[0], centre[1] + path[1]))
         for j, (line, dot) in enumerate(self.trails):
             line.set_data(*1e6 * shown.path[trail, j].T)
             dot.set_data(*1e6 * shown.path[max(last - 1, 0), j][:, None])
@@ -234,7 +243,7 @@ class SpaceStage(Pictures):
 
     def _silhouette(self, x: np.ndarray, lift: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """(2, n) outline of a bent shaft in the picture."""
-        line = self.view(x, *lift)
+        line = picture_of(x, *lift)
         along = np.gradient(line, axis=1)
         along /= np.maximum(np.hypot(*along), 1e-300)
         across = radius * np.array((-along[1], along[0]))
@@ -249,6 +258,6 @@ class SpaceStage(Pictures):
         for (surface, rings), (low, high) in zip(halves, (behind, (-np.pi / 2, np.pi / 2))):
             turn = np.linspace(low, high, 37)  # y < 0 lies behind the shaft, y > 0 before it
             y, z = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
-            ends = [self.view(x + side * half, y, z) for side in (-1, 1)]
+            ends = [picture_of(x + side * half, y, z) for side in (-1, 1)]
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
             rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))

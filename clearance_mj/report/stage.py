@@ -20,7 +20,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from ..structure import Support
 from .clip import AnyClip, Clip
-from .outline import outline, starts_clamped
+from .outline import outline, position_label
 from .style import COLOURS, FONT, tidy
 
 __all__ = ["CLAMP", "DPI", "HALF", "MASS", "PLATE", "STEEL", "WALL", "Pictures", "Stage"]
@@ -103,7 +103,9 @@ class Stage(Pictures):
         self.size = across, across * 2 * self.half_height / (self.right - self.left)
         self.above, below = self._axes()
         self._label(self.above)
-        self.cursor = self._trace(below)
+        self.cursor = self.trace_of(below, 1)
+        below.legend(fontsize=FONT - 1, frameon=False, loc="lower right", bbox_to_anchor=(1, 0.97), ncols=4)
+        self.figure.align_ylabels()
         self.words = self.above.set_title("", fontsize=FONT, loc="left", pad=4)
         self.begin([self.cursor, self.words, *self._gaps(self.above)])
 
@@ -116,8 +118,7 @@ class Stage(Pictures):
         return self.figure.add_axes(place), below
 
     def _label(self, ax: Axes) -> None:
-        along = "Distance from the clamp (m)" if starts_clamped(self.shafts) else "Position along the shaft (m)"
-        tidy(ax, ylabel="Lift (mm)", xlabel=along)
+        tidy(ax, ylabel="Lift (mm)", xlabel=position_label(self.shafts))
         ax.grid(False)
         ax.set_xlim(self.left, self.right)
         height = self.millimetres(self.half_height)
@@ -143,12 +144,6 @@ class Stage(Pictures):
     def millimetres(self, drawn: Any) -> Any:
         """Return what a drawn height in m stands for, in mm."""
         return 1e3 * drawn / self.shown.exaggeration
-
-    def _trace(self, ax: Axes) -> Line2D:
-        cursor = self.trace_of(ax, 1)
-        ax.legend(fontsize=FONT - 1, frameon=False, loc="lower right", bbox_to_anchor=(1, 0.97), ncols=4)
-        self.figure.align_ylabels()
-        return cursor
 
     def height(self) -> np.ndarray:
         """Return (n, n_x) drawn height of the shafts' lines, m."""

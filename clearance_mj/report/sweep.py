@@ -22,7 +22,6 @@ from .style import FONT, Drawing, canvas, decibel, phase, tidy
 __all__ = ["draw_frfs", "draw_results", "draw_sensitivity", "write_page"]
 
 FIRST, TOTAL = "#0072b2", "#e69f00"
-DOT = "#0072b2"
 UNITS = {
     **dict.fromkeys(("position", "gap", "length", "diameter", "width", "height", "film_height", "amplitude"), "m"),
     **dict.fromkeys(("stiffness", "k"), "N/m"),
@@ -48,7 +47,7 @@ def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | Non
     axes = figure.subplots(*shape, squeeze=False, sharex="col", sharey="row")
     for row, (name, values) in zip(axes, found.items()):
         for ax, vary, parameter in zip(row, varied, results["parameter"].values.T):
-            ax.plot(parameter, values, ".", color=DOT, ms=3, alpha=0.5, mew=0, rasterized=True)
+            ax.plot(parameter, values, ".", color=FIRST, ms=3, alpha=0.5, mew=0, rasterized=True)
             ax.set_xscale(vary.scale)
             tidy(ax)
         row[0].set_ylabel(_folded(name), fontsize=FONT)
@@ -98,12 +97,8 @@ def _case(results: xr.Dataset, case: int) -> str:
 
 def write_page(drawings: Sequence[Drawing], folder: Path, n_cases: int) -> Path:
     """Write ``sweep.html`` with the drawings of a sweep of ``n_cases`` and return its path."""
-    body = "".join(
-        html.figure(drawing, number, drawing.svg() if drawing.sharp else drawing.png())
-        for number, drawing in enumerate(drawings, 1)
-    )
-    path = folder / "sweep.html"
-    write_text(path, html.page(f"Sweep of {n_cases} cases", [html.Section("figures", "Figures", body)]))
+    path, figures = folder / "sweep.html", html.Section("figures", "Figures", html.figures(drawings))
+    write_text(path, html.page(f"Sweep of {n_cases} cases", [figures]))
     return path
 
 

@@ -92,8 +92,7 @@ def write_twin(
         html.Section("summary", "What the record shows", summary + writer.figure(draw(found))),
         html.Section("alarms", "Alarms", _alarms(found)),
     ]
-    writer.close()
-    write_text(folder / "index.html", html.page(f"Twin of rig “{found.rig.name}”", sections, html.examples(found.rig)))
+    writer.page(f"Twin of rig “{found.rig.name}”", sections, html.examples(found.rig))
     return result
 
 

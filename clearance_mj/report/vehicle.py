@@ -216,7 +216,6 @@ def _history(run: Run) -> pd.DataFrame:
 
 def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     case = outcomes[0].case
-    figures = "".join(html.figure(drawing, i, drawing.svg()) for i, drawing in enumerate(drawings, 1))
     known = [get_controller(outcome.case.controller) for outcome in outcomes]
     priors = "".join(f"<dt>{escape(one.label)}</dt><dd>{escape(one.prior)}</dd>\n" for one in known)
     about = html.paragraph(
@@ -231,6 +230,6 @@ def _page(outcomes: Sequence[Outcome], drawings: Sequence[Drawing]) -> str:
     sections = (
         html.Section("about", "What was run", f"{about}<dl>{priors}</dl>\n"),
         html.Section("metrics", "Metrics", html.table(_metrics_table(outcomes)) + html.table(_timing_table(outcomes))),
-        html.Section("figures", "Figures", figures),
+        html.Section("figures", "Figures", html.figures(drawings)),
     )
     return html.page("Motion control with steering clearance", sections)

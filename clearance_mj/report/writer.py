@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
 from tqdm import tqdm
 
+from ..core.files import write_text
 from . import html
 from .style import Drawing
 from .tables import write_csv
@@ -60,6 +61,15 @@ class ReportWriter:
         """
         write_csv(self.folder / "tables" / f"{name}.csv", rows)
 
-    def close(self) -> None:
-        """End the progress bar."""
+    def page(self, title: str, sections: Sequence[html.Section], top: str = "", name: str = "index.html") -> None:
+        """Write the page, and end the progress bar.
+
+        Parameters
+        ----------
+        title, sections, top
+            As `html.page` takes them.
+        name : str
+            Name of the file.
+        """
         self._bar.close()
+        write_text(self.folder / name, html.page(title, sections, top))

@@ -178,14 +178,8 @@ def loudness_of_each(
     ClearanceError
         As `loudness`.
     """
-    one = partial(_of_one, method, field)
     long = method == "time-varying" and sum(sound.duration for sound in sounds) > WORTH_PROCESSES
     apart = long and len(sounds) > 1 and workers != 1
-    tasks = list(enumerate(sounds))
-    results = run_tasks(one, tasks, workers, processes=apart, progress="loudness" if progress else "")
-    found = {i: result for (i, _), result in results}
-    return tuple(found[i] for i in range(len(sounds)))
-
-
-def _of_one(method: Method, field: Field, task: tuple[int, Sound]) -> Loudness:
-    return loudness(task[1], method, field)
+    one, words = partial(loudness, method=method, field=field), "loudness" if progress else ""
+    found = dict(run_tasks(one, sounds, workers, processes=apart, progress=words))
+    return tuple(found[sound] for sound in sounds)

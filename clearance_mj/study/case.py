@@ -10,9 +10,10 @@ from ..core.errors import RecordError
 from ..core.notes import note
 from ..io.dataset import Dataset, Record
 from ..signals.comparison import Comparison
+from ..signals.ema import Modes
 from ..signals.frf import FRF
 
-__all__ = ["Case", "of_one_input", "require_comparable"]
+__all__ = ["Case", "LevelModes", "of_one_input", "require_comparable"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,16 @@ class Case:
     """of the test's FRFs with the model's"""
     statistics: dict
     """as `contact_statistics`"""
+
+
+@dataclass(frozen=True, eq=False)
+class LevelModes:
+    """Modes that all records of a level show well, in one order."""
+
+    of_record: dict[str, Modes]
+    """by the record's name, as it shows them"""
+    left_out: tuple[str, ...]
+    """which modes are not compared and why, in words"""
 
 
 def require_comparable(dataset: Dataset) -> None:

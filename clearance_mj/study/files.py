@@ -131,14 +131,9 @@ def _periodic(study: Study) -> dict:
         "branches": [of_branch(branch) for branch in found.branches],
         "rattle_map": found.map and of_map(found.map),
         "stepped_sines": [
-            {
-                "record": name,
-                "frequency": steps.frequency.tolist(),
-                "level": steps.level.tolist(),
-                "upwards": steps.upwards.tolist(),
-                "acceleration": steps.acceleration.tolist(),
-                "missed": missed(found.branches, steps).tolist() if found.branches else None,
-            }
+            {"record": name}
+            | {key: getattr(steps, key).tolist() for key in ("frequency", "level", "upwards", "acceleration")}
+            | {"missed": missed(found.branches, steps).tolist() if found.branches else None}
             for name, steps in study.sine_steps.items()
         ],
     }

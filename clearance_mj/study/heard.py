@@ -41,8 +41,6 @@ class Heard:
     @property
     def missing(self) -> str:
         """Why nothing can be heard; "" if something can."""
-        if self.study.dataset.rig.plate is None:
-            return "the rig file has no [plate]"
         return "" if has_mosqito() else 'loudness needs the package mosqito: pip install "clearance-mj[sound]"'
 
     @property

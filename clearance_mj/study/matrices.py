@@ -37,10 +37,15 @@ class FRFMatrices:
     """by law, on the study's main engine"""
 
     @property
+    def frfs(self) -> dict[str, FRF]:
+        """FRFs of "repeat", if there is one, "test" and each law."""
+        repeat = {} if self.repeat is None else {REPEAT[0]: self.repeat}
+        return repeat | {"test": self.test} | self.models
+
+    @property
     def directional(self) -> dict[str, DirectionalFRF]:
         """Directional FRFs of "test", "repeat", if there is one, and each law."""
-        others = {} if self.repeat is None else {REPEAT[0]: self.repeat}
-        return {name: directional_frfs(frf) for name, frf in (others | {"test": self.test} | self.models).items()}
+        return {name: directional_frfs(frf) for name, frf in self.frfs.items()}
 
 
 def matrices_of(study: Study) -> list[FRFMatrices]:
@@ -87,12 +92,10 @@ def matrix_rows(study: Study) -> list[dict[str, Any]]:
     rows = []
     for found in matrices_of(study):
         directional = found.directional
-        others = {} if found.repeat is None else {REPEAT: found.repeat}
-        others |= {(law, study.main_engine): frf for law, frf in found.models.items()}
-        test = directional["test"]
-        for (law, engine), frf in others.items():
-            summary = compare(found.test, frf).summary()
-            model = directional[law]
+        test = directional.pop("test")
+        for law, model in directional.items():
+            summary = compare(found.test, found.frfs[law]).summary()
+            engine = REPEAT[1] if law == REPEAT[0] else study.main_engine
             head = {"spin_rpm": found.spin_rpm, "level": found.level, "law": law, "engine": engine}
             rows.append(head | {key: summary[key] for key in ("rmse_db", "frac", "csac", "csf", "mre", "random_db")} | {
                 "normal_db": float(np.mean(rmse_db(test.normal, model.normal))),

@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,17 +26,11 @@ from ..statistics.frf_bands import Band
 from .identified import IdentifiedModel
 from .periodic import PeriodicVibrations
 
-__all__ = ["CaseResult", "arrays", "band", "case", "law", "periodic", "record_digest"]
+__all__ = ["arrays", "band", "case", "law", "periodic", "record_digest"]
 
 
-@dataclass(frozen=True, eq=False)
-class CaseResult:
-    """What is computed for a case."""
-
-    frf: FRF  #: the model's
-    comparison: Comparison  #: of the test's FRFs with the model's
-    statistics: dict  #: as `contact_statistics`
-    provenance: dict  #: of the simulation
+CaseResult = tuple[FRF, Comparison, dict]
+"""The model's FRFs, their comparison with the test's, and `contact_statistics`."""
 
 
 def record_digest(record: Record) -> str:
@@ -70,17 +63,15 @@ def case(
     """Return the results of a case from the cache, or compute them."""
 
     def save(found: CaseResult, path: Path) -> None:
-        per_mode = {key: column.tolist() for key, column in found.comparison.per_mode.items()}
-        attributes = {"kept": json.dumps({"statistics": found.statistics, "per_mode": per_mode})}
-        attributes["provenance"] = json.dumps(found.provenance)
-        _to_netcdf(with_parts(found.frf.to_xarray()).assign_attrs(attributes), path)
+        frf, comparison, statistics = found
+        per_mode = {key: column.tolist() for key, column in comparison.per_mode.items()}
+        kept = json.dumps({"statistics": statistics, "per_mode": per_mode})
+        _to_netcdf(with_parts(frf.to_xarray()).assign_attrs(kept=kept), path)
 
     def load(path: Path) -> CaseResult:
         with xr.open_dataset(path, engine="scipy") as data:
             frf, kept = FRF.from_xarray(without_parts(data.load())), json.loads(data.attrs["kept"])
-            provenance = json.loads(data.attrs["provenance"])
-        per_mode = pd.DataFrame(kept["per_mode"])
-        return CaseResult(frf, compare(test, frf, per_mode), kept["statistics"], provenance)
+        return frf, compare(test, frf, pd.DataFrame(kept["per_mode"])), kept["statistics"]
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)
 

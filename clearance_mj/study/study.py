@@ -16,6 +16,7 @@ from ..engines import default_engine, get_engine, simulate
 from ..identify import METHODS as METHODS_BY_NAME
 from ..identify.records.in_test import in_test
 from ..io.dataset import Dataset, Record
+from ..signals.compared_modes import common_modes
 from ..signals.comparison import Comparison, compare, compare_modes
 from ..signals.frf import FRF, estimate_frf
 from ..signals.stepped_sines import SineSteps, sine_steps
@@ -23,11 +24,10 @@ from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band
 from . import stored
 from .bands import law_band, model_content, models_of
-from .case import Case, of_one_input, require_comparable
+from .case import Case, LevelModes, of_one_input, require_comparable
 from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
 from .laws import StudiedLaws
-from .level_modes import LevelModes
 from .periodic import PeriodicVibrations, has_periodic_vibrations, periodic_vibrations
 from .rows import Summaries, agreement_rows, level_summaries, scatter_rows
 from .whirl_in_test import PlacedWhirl
@@ -190,8 +190,9 @@ class Study:
         """By level: the modes that all its records show well, which are compared, and why others are not."""
         found = {}
         for level in self.levels:
-            records = self.records(level)
-            found[level] = LevelModes.of([r.name for r in records], [self.test(r) for r in records], N_MODES)
+            names = [record.name for record in self.records(level)]
+            modes, left_out = common_modes([self.test(record) for record in self.records(level)], names, N_MODES)
+            found[level] = LevelModes(dict(zip(names, modes)), tuple(left_out))
         return found
 
     def _compared(self, record: Record, model: FRF) -> Comparison:
@@ -239,17 +240,15 @@ class Study:
         def compute() -> stored.CaseResult:
             response = simulate(model, record.excitation(), None, engine)
             frf = estimate_frf(response, resolution=RESOLUTION)
-            return stored.CaseResult(
-                frf, self._compared(record, frf), contact_statistics(response), response.provenance
-            )
+            return frf, self._compared(record, frf), contact_statistics(response)
 
-        engine_used = get_engine(engine)
-        settings = dataclasses.asdict(engine_used)
-        inputs = [*model_content(model), engine, settings, RESOLUTION, N_MODES, stored.record_digest(record)]
-        inputs += [self.level_modes[record.level or 0.0].of_record[record.name].frequency.tolist()]
-        inputs += code_outside(engine_used, *models_of(model.law))
+        used = get_engine(engine)
+        modes = self.level_modes[record.level or 0.0].of_record[record.name]
+        inputs = [*model_content(model), engine, dataclasses.asdict(used), RESOLUTION, N_MODES]
+        inputs += [stored.record_digest(record), modes.frequency.tolist()]
+        inputs += code_outside(used, *models_of(model.law))
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
-        return Case(name, engine, record, found.frf, found.comparison, found.statistics)
+        return Case(name, engine, record, *found)
 
     @functools.cached_property
     def repeatability(self) -> dict[float, Comparison]:

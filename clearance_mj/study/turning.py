@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,24 +17,10 @@ from .orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
 from .study import Study
 from .whirl_in_test import PlacedWhirl, measured_whirl, run_out_of, simulated_whirl, slow_roll_of, without_run_out
 
-__all__ = ["Turning", "TurningCase"]
+__all__ = ["Turning"]
 
 REPEAT = ("repeat", "rig")
 """law and engine of rows that compare a repeat of a test with the test"""
-
-
-@dataclass(frozen=True, eq=False)
-class TurningCase:
-    """One law on one engine, turning as the shaft did in a record."""
-
-    law: str
-    """name"""
-    engine: str
-    """name"""
-    record: Record
-    """validation record of kind "spin" """
-    placed: PlacedWhirl
-    """the model's motion"""
 
 
 class Turning:
@@ -89,12 +74,11 @@ class Turning:
             whole, turning = measured_whirl(record), record.turning()
             assert turning is not None
             moved = whole if self.run_out is None else without_run_out(whole, self.run_out)
-            self._tests[record.name] = moved.between(
-                turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs
-            )
+            first, last = turning.marks[0] - 1 / record.fs, turning.marks[-1] + 1 / record.fs
+            self._tests[record.name] = moved.between(first, last)
         return self._tests[record.name]
 
-    def case(self, law: str, record: Record) -> TurningCase:
+    def placed(self, law: str, record: Record) -> PlacedWhirl:
         """Return the motion of a law less that of its own slow turning, as of the test.
 
         Parameters
@@ -108,7 +92,7 @@ class Turning:
         if self.slow_roll:
             slow = run_out_of(self._simulated(law, self.slow_roll).motion)
             placed = dataclasses.replace(placed, motion=without_run_out(placed.motion, slow))
-        return TurningCase(law, self.engine, record, placed)
+        return placed
 
     def _simulated(self, law: str, record: Record) -> PlacedWhirl:
         study, key = self.study, (law, self.engine, record.name)
@@ -119,9 +103,9 @@ class Turning:
     def orbit_rows(self) -> list[dict[str, Any]]:
         """Return a row per record, bushing and law of `compare_orbits`, with the repeat's beside the laws'."""
         rows = []
-        for head, j, gap, test, model, case in self._pairs(self.speeds):
+        for head, j, gap, test, model, placed in self._pairs(self.speeds):
             found = compare_orbits(test, model)
-            share = np.nan if case is None else case.placed.contact_share[j]
+            share = np.nan if placed is None else placed.contact_share[j]
             rows.append(head | found | {"middle_over_gap": found["middle_m"] / gap, "contact_share": share})
         return rows
 
@@ -131,32 +115,27 @@ class Turning:
         The onset of contact of the test is where its motion reaches the wall that the law has.
         """
         rows = []
-        for head, j, gap, test, model, case in self._pairs(self.run_ups):
-            onset = {"onset_test_rpm": np.nan, "onset_model_rpm": np.nan}
-            if case is not None:
-                rest = case.placed.rest[j]
-                onset = {"onset_test_rpm": onset_of_contact(test, rest, gap)}
-                onset["onset_model_rpm"] = onset_of_contact(model, rest, gap)
+        for head, j, gap, test, model, placed in self._pairs(self.run_ups):
+            both = {"onset_test_rpm": test, "onset_model_rpm": model}
+            onset = {k: onset_of_contact(o, placed.rest[j], gap) if placed else np.nan for k, o in both.items()}
             rows.append(head | compare_run_ups(test, model) | onset)
         return rows
 
     def _pairs(
         self, groups: dict[Condition, tuple[Record, ...]]
-    ) -> Iterator[tuple[dict[str, Any], int, float, Orbits, Orbits, TurningCase | None]]:
-        """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's case."""
+    ) -> Iterator[tuple[dict[str, Any], int, float, Orbits, Orbits, PlacedWhirl | None]]:
+        """Head of the row, bushing, gap, orbits of the test and of what is compared with them, and the law's motion."""
         for condition, records in groups.items():
             for j, bushing in enumerate(self.study.dataset.rig.bushings):
-
-                def head(record: Record, law: str, engine: str, at: int = j, speed: float = condition.speed) -> dict:
-                    return {"record": record.name, "spin_rpm": speed, "bushing": at + 1, "law": law, "engine": engine}
-
+                head = {"record": records[0].name, "spin_rpm": condition.speed, "bushing": j + 1}
                 first = self.test(records[0]).orbits(j)
                 for other in records[1:2]:
                     again = self.test(other).orbits(j)
-                    yield head(records[0], *REPEAT), j, bushing.gap, first, again, None
+                    yield head | dict(zip(("law", "engine"), REPEAT)), j, bushing.gap, first, again, None
                 for law in self.study.methods:
                     for record in records:
-                        case = self.case(law, record)
-                        motion = case.placed.motion
+                        placed = self.placed(law, record)
+                        motion = placed.motion
                         test, model = self.test(record).orbits(j), motion.orbits(j)
-                        yield head(record, law, self.engine), j, motion.rig.bushings[j].gap, test, model, case
+                        of_law = head | {"record": record.name, "law": law, "engine": self.engine}
+                        yield of_law, j, motion.rig.bushings[j].gap, test, model, placed

@@ -10,8 +10,7 @@ import pytest
 
 from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
-from clearance_mj.cli.command import COMMANDS, command
-from clearance_mj.cli.options import warn_of_depths
+from clearance_mj.cli.command import COMMANDS, command, warn_of_depths
 from clearance_mj.engines import simulate
 from clearance_mj.io.results import load
 from clearance_mj.model import Model

@@ -8,10 +8,10 @@ import clearance_mj as cm
 from clearance_mj import Bushing, Contact, Grease, Rig, Sensor
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.animation import write
-from clearance_mj.report.clip import space_clip
+from clearance_mj.report.clip import clip
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.space_stage import SpaceStage
+from clearance_mj.report.space_stage import SpaceStage, picture_of
 from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -68,7 +68,7 @@ def test_it_begins_with_the_sag(simulated):
 
 def test_a_clip_is_cut_as_asked(simulated):
     rig, response, _ = simulated
-    shown = space_clip(rig, response, start=0.5, seconds=0.1, slow=50.0, exaggeration=200.0)
+    shown = clip(rig, response, start=0.5, seconds=0.1, slow=50.0, exaggeration=200.0)
     assert shown.time.size == 100 and shown.time[[0, -1]] == pytest.approx([0.5, 0.6], abs=1 / FS)
     assert shown.lift.shape == (100, 2, shown.position.size)
     assert shown.path.shape == (*shown.trace.shape, 2)
@@ -79,26 +79,26 @@ def test_a_clip_is_cut_as_asked(simulated):
     turned = rig.spin.angle_at(shown.time)
     np.testing.assert_allclose(shown.angle, turned, atol=1e-3)
     with pytest.raises(ClearanceError, match="exaggeration 1e"):
-        space_clip(rig, response, exaggeration=1e9)
+        clip(rig, response, exaggeration=1e9)
 
 
 def test_a_picture_shows_shaft_tube_and_trail_where_they_are(simulated):
     """In the view x goes right, y to the eye and z up; the shaft's axis lies where its exaggerated place is."""
     rig, response, _ = simulated
-    shown = space_clip(rig, response, start=0.5, seconds=0.1, slow=5.0, exaggeration=200.0)
+    shown = clip(rig, response, start=0.5, seconds=0.1, slow=5.0, exaggeration=200.0)
     stage = SpaceStage(shown)
     picture = stage.picture(4)
     assert picture.shape[2] == 3 and np.ptp(picture) > 200
-    place = stage.view(0.6, *(200.0 * shown.lift_at(0.6)[4]))
+    place = picture_of(0.6, *(200.0 * shown.lift_at(0.6)[4]))
     axis = [(xy[:, i] + xy[:, -1 - i]) / 2 for xy in _outlines(stage) for i in range(xy.shape[1] // 2)]
     assert np.min(np.hypot(*(np.array(axis).T - place[:, None]))) < 0.007  # half the distance of the line's points
     dot = stage.trails[0][1].get_data()
     moment = np.argmin(np.abs(shown.trace_time - shown.time[4]))
     np.testing.assert_allclose(np.ravel(dot), 1e6 * shown.path[moment, 0], rtol=1e-9)
     rings = stage.tubes[0][0][1].get_data()  # of the half behind: bore of the gap and the shaft, about the middle
-    middle = stage.view(0.6, 0.0, -200.0 * 1e-4)
+    middle = picture_of(0.6, 0.0, -200.0 * 1e-4)
     height = np.nanmax(rings[1]) - middle[1]
-    assert height == pytest.approx((200.0 * 2e-4 + 0.01) * stage.view.up, rel=0.2)
+    assert height == pytest.approx((200.0 * 2e-4 + 0.01) * np.cos(np.radians(14.0)), rel=0.2)
     assert "200 times larger" in stage.above.get_title("right")
     with pytest.raises(ClearanceError, match="renderer mujoco draws planar rigs"):
         write(shown, "whirl.gif", "mujoco")

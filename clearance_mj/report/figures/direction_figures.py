@@ -22,7 +22,7 @@ AXES = "YZ"
 
 def frf_matrix(study: Study, found: FRFMatrices) -> list[Drawing]:
     """Draw the magnitude of every FRF of a matrix: a figure for each node, rows along y and z, columns to y and z."""
-    looks, frfs = Looks(study), _frfs(study, found)
+    looks, look_of = Looks(study), _look(study)
     references = [next(r for r in found.test.references if r.endswith(axis)) for axis in AXES]
     drawn = []
     for node in _nodes(study.dataset.rig, found.test):
@@ -32,10 +32,10 @@ def frf_matrix(study: Study, found: FRFMatrices) -> list[Drawing]:
         axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, gridspec_kw={"hspace": 0.3, "wspace": 0.14})
         for letter, ax, (row, column) in zip(letters(axes.size), axes.flat, np.ndindex(axes.shape)):
             seen = []
-            for frf, look in frfs.values():
+            for who, frf in found.frfs.items():
                 i, j = frf.responses.index(rows[row]), frf.references.index(references[column])
                 seen.append(decibel(frf.value[i, j]))
-                ax.plot(frf.frequency, seen[-1], **look)
+                ax.plot(frf.frequency, seen[-1], **look_of(who))
             lowest = min(np.percentile(finite(each), 0.5) for each in seen)
             ax.set_ylim(lowest - 2, max(finite(each).max() for each in seen) + 2)
             title = f"{letter} along {rows[row][-1].lower()}, to {found.kind} along {AXES[column].lower()}"
@@ -94,13 +94,6 @@ def _look(study: Study) -> Any:
         return looks.line(who, study.main_engine)
 
     return of
-
-
-def _frfs(study: Study, found: FRFMatrices) -> dict[str, tuple[FRF, dict[str, Any]]]:
-    """FRFs by name, with their lines."""
-    repeat = {} if found.repeat is None else {"repeat": found.repeat}
-    look = _look(study)
-    return {name: (frf, look(name)) for name, frf in (repeat | {"test": found.test} | found.models).items()}
 
 
 def _key(study: Study, found: FRFMatrices) -> list[Line2D]:

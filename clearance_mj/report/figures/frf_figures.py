@@ -9,24 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from ...core.drawing import COLOURS, FONT, REPEAT, TEST, decibel, key, of_curves, phase, tidy
 from ...signals.frf_error import random_db, why_unknown
 from ...study import Study
-from ..style import (
-    COLOURS,
-    FONT,
-    REPEAT,
-    TEST,
-    Drawing,
-    at_bushings,
-    decibel,
-    finite,
-    frequency_axis,
-    letters,
-    phase,
-    sensor_title,
-    sheet,
-    tidy,
-)
+from ..style import Drawing, at_bushings, finite, frequency_axis, letters, sensor_title, sheet
 from ..waterfall import STEP, draw_levels
 from .looks import Looks
 
@@ -48,13 +34,9 @@ def frf_bushings(study: Study, level: float) -> Drawing | None:
     ratios = {"height_ratios": (4, 2, 1), "hspace": 0.1, "wspace": 0.14}
     axes = figure.subplots(3, len(rows), squeeze=False, gridspec_kw=ratios)
     for letter, row, (magnitude, angle, coherence) in zip(letters(len(rows)), rows, axes.T):
-        panels.magnitude(magnitude, row, letter)
-        panels.phase(angle, row)
-        panels.coherence(coherence, row)
+        panels.fill(magnitude, angle, coherence, row, letter, row == rows[0])
         for ax in (magnitude, angle, coherence):
             frequency_axis(ax, panels.band, ax is coherence)
-    for ax, label in zip(axes[:, 0], (f"|H| ({panels.looks.magnitude})", "Phase (°)", "γ² (1)")):
-        ax.set_ylabel(label, fontsize=FONT)
     figure.align_ylabels(axes[:, 0])
     caption = f"FRFs at the bushings: magnitude, phase, and {CUT} {panels.looks.words(level)}"
     alt = f"FRF overlay at the bushings: test and laws {panels.looks.laws}, {panels.looks.level_words(level)}."
@@ -75,11 +57,8 @@ def frf_others(study: Study, level: float) -> Drawing | None:
     for i, (letter, row) in enumerate(zip(letters(len(rows)), rows)):
         cell = grid[i // 2, i % 2].subgridspec(2, 1, height_ratios=(5, 1), hspace=0.1)
         magnitude, coherence = np.ravel(np.asarray(cell.subplots()))
-        first = i % 2 == 0
-        panels.magnitude(magnitude, row, letter, f"|H| ({panels.looks.magnitude})" if first else "")
-        panels.coherence(coherence, row, "γ² (1)" if first else "")
         angle = figure.add_subplot(cell[0], visible=False)  # on the page's chart only
-        panels.phase(angle, row)
+        panels.fill(magnitude, angle, coherence, row, letter, i % 2 == 0)
         angle.set_ylabel("Phase (°)")
         for ax in (magnitude, angle):
             frequency_axis(ax, panels.band, False)
@@ -112,7 +91,17 @@ class _Panels:
         for frf, look in self.models:
             ax.plot(test.frequency, transform(frf.functions[row]), **look)
 
-    def magnitude(self, ax: Axes, row: int, letter: str, ylabel: str = "") -> None:
+    def fill(self, magnitude: Axes, angle: Axes, coherence: Axes, row: int, letter: str, labelled: bool) -> None:
+        """Draw one sensor in its three panels."""
+        self.magnitude(magnitude, row, letter)
+        self.phase(angle, row)
+        self.coherence(coherence, row)
+        if labelled:
+            labels = f"|H| ({self.looks.magnitude})", "Phase (°)", "γ² (1)"
+            for ax, label in zip((magnitude, angle, coherence), labels):
+                ax.set_ylabel(label, fontsize=FONT)
+
+    def magnitude(self, ax: Axes, row: int, letter: str) -> None:
         """Fit the axis to the test; lines where a model is nearly zero are cut, not to squeeze the rest."""
         if not why_unknown(self.tests[0]):
             middle, error = decibel(self.tests[0].functions[row]), random_db(self.tests[0])[row, 0]
@@ -123,21 +112,19 @@ class _Panels:
         low = min(test.min(), *(np.percentile(model, 0.5) for model in models))
         high = max(test.max(), *(model.max() for model in models))
         ax.set_ylim(low - 2, high + 2)
-        tidy(ax, f"{letter} {sensor_title(self.looks.rig, row)}", ylabel)
+        tidy(ax, f"{letter} {sensor_title(self.looks.rig, row)}")
 
     def phase(self, ax: Axes, row: int) -> None:
         self.overlay(ax, row, phase)
         tidy(ax)
-        ax.set_ylim(-190, 190)
-        ax.set_yticks([-180, -90, 0, 90, 180])
+        ax.set(ylim=(-190, 190), yticks=(-180, -90, 0, 90, 180))
 
-    def coherence(self, ax: Axes, row: int, ylabel: str = "") -> None:
+    def coherence(self, ax: Axes, row: int) -> None:
         test = self.tests[0]
         if test.coherence is not None:
             ax.plot(test.frequency, test.coherence[row, 0], color=TEST, linewidth=0.7, label="test")
-        tidy(ax, ylabel=ylabel)
-        ax.set_ylim(0, 1.1)
-        ax.set_yticks([0, 1])
+        tidy(ax)
+        ax.set(ylim=(0, 1.1), yticks=(0, 1))
 
 
 def study_waterfall(study: Study) -> Drawing:
@@ -150,8 +137,7 @@ def study_waterfall(study: Study) -> Drawing:
     of, labels = looks.test, (looks.test, f"law “{law}”, engine {engine}")
     pair = [look | {"label": label} for look, label in zip(_PAIR, labels)]
     figure = draw_levels(study.dataset.rig, curves, "|H|", looks.magnitude, study.unit, looks=pair)
-    handles = [Line2D([], [], **look) for look in pair]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=FONT, frameon=False)
+    key(figure, of_curves(dict(zip(labels, _PAIR))), 2)
     caption = (
         f"FRFs over level, {of} and the best law: each pair {STEP:g} dB above the one of the level before. Resonances "
         "shift and flatten where the shaft begins to touch its bushings."

@@ -82,11 +82,9 @@ def modes(study: Study) -> Drawing:
         ax.plot(test["level"], factor * test[f"test_{name}"], "x", color=TEST, markersize=4)
         ax.plot(study.levels, factor * _means(test, f"test_{name}", study), color=TEST, linewidth=2.4)
         _law_lines(ax, looks, of_mode, f"model_{name}", factor)
-        tidy(ax, f"{letter} mode {mode}", label)
+        tidy(ax, f"{letter} mode {mode}", label, looks.level_label if mode == numbers[-1] else "")
         level_axis(ax, study.levels)
         ax.ticklabel_format(axis="y", useOffset=False)
-    for ax in axes[-1]:
-        ax.set_xlabel(looks.level_label, fontsize=FONT)
     figure.align_ylabels(axes)
     caption = (
         f"Natural frequency and damping ratio over level, {looks.test} and laws: means over a level’s records. A line "

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from ...rig import Bushing, PointMass, Rig
 from ...rig.sensing import sensor_points
 from ...structure import Disc, Shaft, Spring
-from ..outline import outline, starts_clamped
+from ..outline import outline, position_label
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from .rig_motion import draw_motion, words_of_motion
 from .rig_scheme import scheme
@@ -69,8 +69,7 @@ class _SideView:
             self._mass(PointMass(hung.position, hung.mass, f"on a spring, {hung.frequency:.4g} Hz"))
         self._shaker()
         draw_motion(self.pen, rig, [self._at(each.position) for each in rig.unbalances], self.top + 0.92)
-        clamped = starts_clamped(self.shafts)
-        tidy(ax, xlabel="Distance from the clamp (m)" if clamped else "Position along the shaft (m)")
+        tidy(ax, xlabel=position_label(self.shafts))
         ax.grid(False)
         ax.set_yticks([])
         for side in ("left", "right", "top"):

@@ -34,18 +34,13 @@ def draw_motion(pen: Pen, rig: Rig, unbalances: Sequence[tuple[float, float, flo
         along, up = 0.38 * down / np.linalg.norm(down) * (pen.inch, 1.0)
         ax.annotate("", (at + along, top + up), (at, top), arrowprops={"arrowstyle": "-|>", "color": DARK, "lw": 1.2})
         ax.text(at + 0.1 * pen.inch, top - 0.05, "g", fontsize=FONT, va="top")
-    if rig.spin is not None:
+    if spin := rig.spin:
         x = left - 0.055 * (right - left)
         look = {"arrowstyle": "->", "color": COLOURS[0], "lw": 1.3, "connectionstyle": "arc3,rad=-0.9"}
         ax.annotate("", (x, 0.24), (x, -0.24), arrowprops=look, zorder=6)
-        ax.text(x, 0.3, _spin(rig), fontsize=FONT - 1, color=COLOURS[0], ha="center", va="bottom")
-
-
-def _spin(rig: Rig) -> str:
-    spin = rig.spin
-    assert spin is not None
-    end = f" to {RPM * spin.until:.4g}" if spin.until is not None else ""
-    return f"{RPM * spin.speed:.4g}{end}\nrev/min"
+        end = f" to {RPM * spin.until:.4g}" if spin.until is not None else ""
+        words = f"{RPM * spin.speed:.4g}{end}\nrev/min"
+        ax.text(x, 0.3, words, fontsize=FONT - 1, color=COLOURS[0], ha="center", va="bottom")
 
 
 def words_of_motion(rig: Rig) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,15 +57,13 @@ def draw_support(pen: Pen, support: Support, y: float, half: float, side: int) -
     if support.translation or support.translation_damping:
         draw_spring(pen, x, y - half, y - half - 0.42, bool(support.translation_damping), bool(support.translation))
         pen.ground(x, y - half - 0.42)
-        words = [f"{support.translation:.3g} N/m"] * bool(support.translation)
-        words += [f"{support.translation_damping:.3g} N s/m"] * bool(support.translation_damping)
-        _say(pen, x + 0.14 * pen.inch, y - half - 0.2, "\n".join(words))
+        numbers = {"N/m": support.translation, "N s/m": support.translation_damping}
+        _say(pen, x + 0.14 * pen.inch, y - half - 0.2, numbers)
     if support.rotation or support.rotation_damping:
         _spiral(pen, x, y)
-        words = [f"{support.rotation:.3g} N m/rad"] * bool(support.rotation)
-        words += [f"{support.rotation_damping:.3g} N m s/rad"] * bool(support.rotation_damping)
+        numbers = {"N m/rad": support.rotation, "N m s/rad": support.rotation_damping}
         away = -1 if side == 1 else 1
-        _say(pen, x + 0.18 * away * pen.inch, y + half + 0.12, "\n".join(words), "left" if away > 0 else "right")
+        _say(pen, x + 0.18 * away * pen.inch, y + half + 0.12, numbers, "left" if away > 0 else "right")
 
 
 def draw_spring(pen: Pen, x: float, start: float, end: float, damped: bool = False, sprung: bool = True) -> None:
@@ -110,6 +109,8 @@ def _spiral(pen: Pen, x: float, y: float) -> None:
     pen.ax.plot(x + pen.inch * radius * np.cos(turn), y + radius * np.sin(turn), color="#882255", lw=1, zorder=3)
 
 
-def _say(pen: Pen, x: float, y: float, words: str, ha: str = "left") -> None:
+def _say(pen: Pen, x: float, y: float, numbers: Mapping[str, float | None], ha: str = "left") -> None:
+    """Write the numbers that are not zero, with their units."""
+    words = "\n".join(f"{value:.3g} {unit}" for unit, value in numbers.items() if value)
     look = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
     pen.ax.text(x, y, words, ha=ha, va="center", fontsize=FONT - 1, color=DARK, bbox=look)

@@ -30,8 +30,8 @@ AROUND = np.exp(2j * np.pi * np.linspace(0, 1, 361))
 def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
     """Draw the orbits in a bushing at every speed: in the clearance on the left, about their middles on the right."""
     looks, speeds = Looks(turning.study), turning.speeds
-    n, handles = len(speeds), Looks(turning.study).key("test", SECOND if _repeated(turning) else "", engines=False)
-    figure = sheet(3.1 * n, handles)
+    n, repeated = len(speeds), any(len(records) > 1 for records in speeds.values())
+    figure = sheet(3.1 * n, looks.key("test", SECOND if repeated else "", engines=False))
     axes = figure.subplots(n, 2, squeeze=False, gridspec_kw={"hspace": 0.32, "wspace": 0.2})
     names = iter(letters(2 * n))
     for (condition, records), (left, right) in zip(speeds.items(), axes):
@@ -42,9 +42,10 @@ def orbits_of_bushing(turning: Turning, bushing: int) -> Drawing:
             right.plot(*_yz(path - path.mean()), **look)
             mark = path.reshape(len(orbits.time), -1)[:, 0] - path.mean()
             right.plot(*_yz(mark), color=look["color"], marker="o", ms=2.5, ls="", mew=0)
-        reach = max(np.abs(_path(o) - _path(o).mean()).max() for o, _, _ in shown)
+        reach = 1.1 * MICRO * max(np.abs(_path(o) - _path(o).mean()).max() for o, _, _ in shown)
+        right.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
         words = spin_words(condition.spin)
-        _square(right, 1.1 * MICRO * reach, f"{next(names)} {words}, in the clearance", left)
+        tidy(left, f"{next(names)} {words}, in the clearance", "z (µm)", "y (µm)")
         tidy(right, f"{next(names)} {words}, about the middle", "z (µm)", "y (µm)")
     caption = (
         f"Orbits in bushing {bushing + 1}, {looks.test} and laws, the last {LAST} turns without the probes’ run-out. "
@@ -63,7 +64,7 @@ def _in_clearance(
     reach = 0.0
     places = {}
     for law in turning.study.methods:
-        placed = turning.case(law, record).placed
+        placed = turning.placed(law, record)
         gap = placed.motion.rig.bushings[bushing].gap
         places[looks.colour(law)] = complex(*placed.rest[bushing])
         ax.plot(*_yz(gap * AROUND), color=looks.colour(law), lw=0.8, ls="--")
@@ -74,16 +75,8 @@ def _in_clearance(
         ax.plot(*_yz(path), **look)
         reach = max(reach, float(np.abs(path).max()))
     ax.plot(0, 0, "+", color=REPEAT, ms=5, mew=0.7)
-    ax.set_xlim(-1.06 * MICRO * reach, 1.06 * MICRO * reach)
-    ax.set_ylim(-1.06 * MICRO * reach, 1.06 * MICRO * reach)
-
-
-def _square(right: Axes, reach: float, title: str, left: Axes) -> None:
-    right.set_xlim(-reach, reach)
-    right.set_ylim(-reach, reach)
-    for ax in (left, right):
-        ax.set_aspect("equal")
-    tidy(left, title, "z (µm)", "y (µm)")
+    limits = -1.06 * MICRO * reach, 1.06 * MICRO * reach
+    ax.set(xlim=limits, ylim=limits, aspect="equal")
 
 
 def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Drawing:
@@ -100,13 +93,12 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
         jumps = np.abs(np.diff(phase, prepend=phase[:1])) > 180
         below.plot(rpm, np.ma.masked_array(phase, jumps), **look)
         if law:
-            placed = turning.case(law, records[0]).placed
+            placed = turning.placed(law, records[0])
             gap = placed.motion.rig.bushings[bushing].gap
             onset = onset_of_contact(orbits, placed.rest[bushing], gap)
             if np.isfinite(onset):
                 above.axvline(onset, color=look["color"], lw=0.8, ls=":")
-    below.set_ylim(-190, 190)
-    below.set_yticks([-180, 0, 180])
+    below.set(ylim=(-190, 190), yticks=(-180, 0, 180))
     tidy(above, f"(a) forward, bushing {bushing + 1}", "1X forward (µm)")
     tidy(middle, "(b) backward", "1X backward (µm)")
     tidy(below, "(c) phase of the forward one", "Phase (°)", "Spin (rev/min)")
@@ -116,21 +108,22 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
         "(1X), turn by turn, without the probes’ run-out. Dotted: where a law’s shaft begins to touch its bushing."
     )
     alt = f"1X amplitude and phase over speed in bushing {bushing + 1}: test and laws {looks.laws}."
-    return Drawing(f"run_up_bushing_{bushing + 1}{_end(records)}", figure, caption, alt, bushing == 0)
+    return Drawing(f"run_up_bushing_{bushing + 1}_{records[0].name}", figure, caption, alt, bushing == 0)
 
 
 def cascades(turning: Turning, bushing: int, records: tuple[Record, ...]) -> Drawing:
     """Draw full spectra over speed in a bushing, the test's above those of the best law."""
     best, looks = turning.study.best_law, Looks(turning.study)
     motions: dict[str, Whirl] = {looks.test: turning.test(records[0])}
-    motions[f"law “{best}”"] = turning.case(best, records[0]).placed.motion
+    motions[f"law “{best}”"] = turning.placed(best, records[0]).motion
     found = {name: motion.cascade(bushing, finest(motion, RESOLUTION)) for name, motion in motions.items()}
     caption = (
         f"Full spectra over speed in bushing {bushing + 1}, {looks.test} record {records[0].name} and the best law. "
         "Dashed: the spin (1X), dotted: twice the spin."
     )
     alt = f"Full spectra over spin in bushing {bushing + 1}, test and law {best}."
-    return Drawing(f"cascade_bushing_{bushing + 1}{_end(records)}", cascade_figure(found), caption, alt, sharp=False)
+    name = f"cascade_bushing_{bushing + 1}_{records[0].name}"
+    return Drawing(name, cascade_figure(found), caption, alt, sharp=False)
 
 
 def _shown(
@@ -143,7 +136,7 @@ def _shown(
     found += [(again, {"color": REPEAT, "lw": 1.3, "label": SECOND}, "") for again in tests[1:]]
     found.append((tests[0], {"color": TEST, "lw": 0.9, "label": "test"}, ""))
     for law in turning.study.methods:
-        motion = turning.case(law, records[0]).placed.motion
+        motion = turning.placed(law, records[0]).motion
         look = looks.line(law, turning.engine) | {"linestyle": "-"}
         found.append((motion.orbits(bushing), look, law))
     return [(o.last(last) if last else o, look, law) for o, look, law in found]
@@ -156,11 +149,3 @@ def _path(orbits: Orbits) -> np.ndarray:
 
 def _yz(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return MICRO * path.real, MICRO * path.imag
-
-
-def _repeated(turning: Turning) -> bool:
-    return any(len(records) > 1 for records in turning.speeds.values())
-
-
-def _end(records: tuple[Record, ...]) -> str:
-    return f"_{records[0].name}"

@@ -14,19 +14,7 @@ from ...rig import Rig
 from ...signals.frf import FRF
 from ...statistics.frf_bands import Band, inside
 from ...study import Study
-from ..style import (  # fmt: skip
-    COLOURS,
-    FONT,
-    TEST,
-    Drawing,
-    at_bushings,
-    decibel,
-    frequency_axis,
-    letters,
-    sensor_title,
-    sheet,
-    tidy,
-)
+from ..style import COLOURS, TEST, Drawing, at_bushings, decibel, frequency_axis, letters, sensor_title, sheet, tidy
 
 MAX_PANELS = 2
 PARAMETERS, PREDICTION = 0.8, 0.3  # opacity of the two bands
@@ -55,16 +43,14 @@ def band_drawing(rig: Rig, bands: Mapping[str, Band], errors: Mapping[str, np.nd
     axes = figure.subplots(1 + len(bands), len(rows), squeeze=False, gridspec_kw=ratios)
     for letter, row, column in zip(letters(len(rows)), rows, axes.T):
         column[0].plot(test.frequency, decibel(test.functions[row]), color=TEST, lw=2.0)
-        tidy(column[0], f"{letter} {sensor_title(rig, row)}")
+        first = row == rows[0]
+        tidy(column[0], f"{letter} {sensor_title(rig, row)}", "|H| (dB re 1 SI)" if first else "")
         for ax, (name, band) in zip(column[1:], bands.items()):
             column[0].plot(test.frequency, decibel(band.fitted.functions[row]), color=colours[name], lw=0.9)
             _deviation(ax, band, predictions[name], test, row, colours[name])
-            tidy(ax)
+            tidy(ax, "", f"from {name}\n(dB)" if first else "")
         for ax in column:
             frequency_axis(ax, (test.frequency[0], test.frequency[-1]), ax is column[-1])
-    axes[0, 0].set_ylabel("|H| (dB re 1 SI)", fontsize=FONT)
-    for ax, name in zip(axes[1:, 0], bands):
-        ax.set_ylabel(f"from {name}\n(dB)", fontsize=FONT)
     figure.align_ylabels(axes[:, 0])
     words = "; ".join(_words(name, band, predictions[name], test) for name, band in bands.items())
     n = len(next(iter(bands.values())).drawn)

@@ -1,4 +1,4 @@
-"""Sections of a study's report: one file and one registration each, in the order of their numbers.
+"""Sections of a study's report: one registration each, in the order of their numbers.
 
 A section is a function that takes the study and the `ReportWriter`, which writes its figures and CSV files, and
 returns its markup, or "" where the study has nothing for it::

@@ -1,11 +1,12 @@
-"""What the study is: rig, prior information of each law, records, engines."""
+"""What the study is: rig, prior information of each law, records, engines; definitions, and how to make it again."""
 
 from __future__ import annotations
 
 import platform
+import shlex
 from importlib.metadata import PackageNotFoundError, version
 
-from ...study import Study
+from ...study import RESOLUTION, Study
 from ...version import __version__
 from .. import frames
 from ..figures import rig_drawing
@@ -50,6 +51,23 @@ def about(study: Study, writer: ReportWriter) -> str:
             "step_us": Column("Time step", "µs", ".3g"), "rate_khz": Column("Rate", "kHz", ".1f"),
         }),
     )  # fmt: skip
+
+
+@section("definitions", "Definitions", 70)
+def definitions(study: Study, writer: ReportWriter) -> str:
+    """Return the definitions."""
+    return render("definitions.html.j2", resolution=f"{RESOLUTION:g}", in_space=study.dataset.rig.is_spatial)
+
+
+@section("reproduce", "How to reproduce", 80)
+def reproduce(study: Study, writer: ReportWriter) -> str:
+    """Return the commands."""
+    path = shlex.quote(str(study.dataset.path or "DATASET"))
+    provenances = [r.provenance for r in study.dataset.records]
+    makers = dict.fromkeys(str(p["command"]) for p in provenances if "command" in p)
+    study_command = f"clearance-mj study {path} --engines {','.join(study.engines)} --out results/study"
+    commands = [*(f"{maker} {path}" for maker in makers), study_command]
+    return render("reproduce.html.j2", commands=commands, makes_records=bool(makers))
 
 
 def _versions() -> str:
