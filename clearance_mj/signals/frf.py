@@ -73,10 +73,8 @@ class FRF(Shown, ArrayData):
     def __post_init__(self) -> None:
         frequency, value = read_only(self.frequency), read_only(_with_inputs(self.value), complex)
         if frequency.ndim != 1 or value.ndim != 3 or value.shape[2] != frequency.size or not value.size:
-            raise RecordError(
-                f"an FRF is (n_outputs, n_inputs, n_f) over (n_f,) lines, got {np.shape(self.value)} over "
-                f"{frequency.shape}"
-            )
+            shapes = f"{np.shape(self.value)} over {frequency.shape}"
+            raise RecordError(f"an FRF is (n_outputs, n_inputs, n_f) over (n_f,) lines, got {shapes}")
         if not np.all(np.diff(frequency) > 0):
             raise RecordError("the frequencies of an FRF must rise from line to line")
         coherence = None if self.coherence is None else read_only(_with_inputs(self.coherence))

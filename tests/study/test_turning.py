@@ -149,7 +149,7 @@ def test_run_ups_against_themselves_and_twice_as_large():
 def test_sections_write_figures_and_tables(study, tmp_path):
     writer = ReportWriter(tmp_path)
     body = directions.directions(study, writer) + turning.turning(study, writer)
-    writer.close()
+    writer.page("turning", [])
     assert "Directional FRFs" in body and "Orbits beside orbits" in body
     assert {path.name for path in (tmp_path / "tables").iterdir()} == {"frf_matrices.csv", "orbits.csv", "run_ups.csv"}
     drawn = {path.name for path in (tmp_path / "figures").iterdir()}
