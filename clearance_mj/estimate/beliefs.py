@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import RecordError
 from .covariance import correlated_observations
 from .estimates import Estimates
-from .parameter import Parameter
+from .parameter import Parameter, values_of
 
 __all__ = ["Belief", "Refinement", "refine"]
 
@@ -138,10 +138,7 @@ class Belief:
             Those of the first entries.
         """
         part = self.part(slice(len(parameters)))
-        value = [
-            p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in zip(parameters, part.mean)
-        ]
-        return Estimates.of(parameters, value, part.covariance)
+        return Estimates.of(parameters, values_of(parameters, part.mean), part.covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,9 +192,7 @@ def refine(belief: Belief, residuals: Function, block: int | None = None) -> Ref
         )
     z, left, slope, steps = _fit(belief.mean, axes, residuals, 1.0, *begun)
     innovation = _innovation(left - slope @ z, slope)
-    widening = 1.0
-    if block is not None:
-        widening = _widening(left, slope, block)
+    widening = 1.0 if block is None else _widening(left, slope, block)
     if widening > 1.0:
         z, left, slope, more = _fit(belief.mean, axes, residuals, widening, z, left, slope)
         steps += more

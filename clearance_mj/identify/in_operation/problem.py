@@ -181,22 +181,38 @@ class LawProblem(Problem):
         shown = self.forces.shown + self.forces.shown_by @ change
         here = real(shown - times(per_force, acting))
         jacobian = np.zeros((here.size, self.size))
-        for i, p in enumerate(self.parameters):
-            by_unit = self.unit[i] * (1.0 if p.transform == "linear" else values[i])
-            if i < self.n_linear:
-                column = by_unit * self.forces.shown_by[..., i]
-                if self._acts[i]:
-                    column = column - times(by_unit * self.forces.per_force_by[i], acting)
-                jacobian[:, i] = real(column)
-            elif i in self._rest:
-                row = self._rest.index(i)
-                jacobian[:, i] = real(by_unit * self.forces.one[:, :, None] * per_force[..., row])
+        for i in (*range(self.n_linear), *self._rest):
+            column = self.shown_by(i, values, per_force)
+            if i < self.n_linear and self._acts[i]:
+                column = column - times(self._by_unit(i, values) * self.forces.per_force_by[i], acting)
+            jacobian[:, i] = real(column)
         for i in self._moving:
             step = -STEP if at[i] + STEP > self.high[i] else STEP
             moved = self._acting(self.values(at + step * (np.arange(self.size) == i)))
             jacobian[:, i] -= real(times(per_force, (moved - acting) / step))
         self.evaluations += 1 + self._moving.size
         return Linearised(np.where(np.abs(here) < MAX_RESIDUAL, here, np.inf), jacobian)
+
+    def shown_by(self, i: int, values: np.ndarray, per_force: np.ndarray) -> np.ndarray:
+        """Return what is shown (n_windows, n_f, m) by coordinate i on which it depends linearly.
+
+        Parameters
+        ----------
+        i : int
+            Of the rig's numbers, or a force at rest.
+        values : ndarray, shape (n,)
+            Values of all parameters.
+        per_force : ndarray, shape (n_windows, n_f, m, m)
+            What probes show of forces, over its expected error.
+        """
+        by_unit = self._by_unit(i, values)
+        if i < self.n_linear:
+            return by_unit * self.forces.shown_by[..., i]
+        return np.asarray(by_unit * self.forces.one[:, :, None] * per_force[..., self._rest.index(i)])
+
+    def _by_unit(self, i: int, values: np.ndarray) -> float:
+        """Value by coordinate i."""
+        return float(self.unit[i] * (1.0 if self.parameters[i].transform == "linear" else values[i]))
 
     def _per_force(self, change: np.ndarray) -> np.ndarray:
         """(n_windows, n_f, m, m) what probes show of forces, over its expected error."""
