@@ -104,20 +104,17 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
     ClearanceError
         If not even the first motion was found with any of them.
     """
-    best: Branch | None = None
+    branches: list[Branch] = []
     for count in samples:
         try:
-            branch = found(count)
+            branches.append(found(count))
         except ClearanceError:
-            if best is None and count == samples[-1]:
+            if not branches and count == samples[-1]:
                 raise
             continue
-        if not branch.ended:
-            return branch
-        if best is None or np.ptp(branch.parameter[[0, -1]]) > np.ptp(best.parameter[[0, -1]]):
-            best = branch
-    assert best is not None
-    return best
+        if not branches[-1].ended:
+            return branches[-1]
+    return max(branches, key=lambda branch: float(np.ptp(branch.parameter[[0, -1]])))
 
 
 @functools.singledispatch

@@ -78,8 +78,9 @@ def sdof(
         raise RecordError(f"mass must be > 0 kg, got {mass!r}")
     track = ridge(signal, fs, band, omega0)
     values = np.full((4, track.time.size), np.nan)
-    for part in _stretches(track):
-        values[:, part] = _parameters(track, part, mass, correction)
+    for part in (slice(*run) for run in runs(track.valid)):
+        if _points(track, part).size >= POINTS:
+            values[:, part] = _parameters(track, part, mass, correction)
     k, c, k_error, c_error = values
     valid = np.isfinite(k)
     if not valid.any():
@@ -94,12 +95,6 @@ def check_options(correction: str, damping: str) -> None:
         raise RecordError(f'correction "{correction}" is unknown; use {", ".join(CORRECTIONS)}')
     if damping not in DAMPINGS:
         raise RecordError(f'damping "{damping}" is unknown; use {", ".join(DAMPINGS)}')
-
-
-def _stretches(track: Ridge) -> list[slice]:
-    """Valid stretches that hold the points the smoothing needs."""
-    parts = [slice(*run) for run in runs(track.valid)]
-    return [part for part in parts if _points(track, part).size >= POINTS]
 
 
 def _points(track: Ridge, part: slice) -> np.ndarray:

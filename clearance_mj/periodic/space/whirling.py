@@ -195,4 +195,4 @@ def _whirl_expanded(solver: WhirlSolver, points: list[Located], ended: str) -> B
     omega = np.array([solver.frequency(point.motion) for point in points])
     spin = np.array([point.motion.omega for point in points])
     x = np.array([solver.all_points(point.motion) for point in points])
-    return expand(solver.inner, points, ended, omega, spin, x, np.zeros(1), "speed")
+    return expand(solver.inner, points, ended, omega, spin, x, np.zeros(1, dtype=complex), "speed")
