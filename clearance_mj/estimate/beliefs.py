@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import RecordError
 from .covariance import correlated_observations
 from .estimates import Estimates
-from .parameter import Parameter, values_of
+from .parameter import Parameter
 
 __all__ = ["Belief", "Refinement", "refine"]
 
@@ -137,7 +137,10 @@ class Belief:
             Those of the first entries.
         """
         part = self.part(slice(len(parameters)))
-        return Estimates.of(parameters, values_of(parameters, part.mean), part.covariance)
+        value = [
+            p.from_varied(np.clip(v, p.to_varied(p.low), p.to_varied(p.high))) for p, v in zip(parameters, part.mean)
+        ]
+        return Estimates.of(parameters, value, part.covariance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.stats
 from numpy.typing import ArrayLike
 
-from .parameter import Parameter, values_of
+from .parameter import Parameter
 
 __all__ = ["Combination", "Estimates", "PrincipalDeviations", "principal_deviations", "unidentified_combinations"]
 
@@ -110,7 +110,7 @@ class Estimates:
         """
         half = scipy.stats.norm.ppf(0.5 + confidence / 2) * np.where(self.varied_std > 0, self.varied_std, np.inf)
         varied = self._to_varied(self.value)
-        return values_of(self.parameters, np.array([varied - half, varied + half]))
+        return self._from_varied(np.array([varied - half, varied + half]))
 
     def widened(self, factor: float) -> Estimates:
         """Take standard deviations of the data to be larger by a factor; what was known before stays.
@@ -141,8 +141,9 @@ class Estimates:
             Seed of the random numbers.
         """
         rng = np.random.default_rng(seed)
-        varied = rng.multivariate_normal(self._to_varied(self.value), self.covariance, size=n, method="eigh")
-        return values_of(self.parameters, varied)
+        return self._from_varied(
+            rng.multivariate_normal(self._to_varied(self.value), self.covariance, size=n, method="eigh")
+        )
 
     def rows(self) -> tuple[dict[str, Any], ...]:
         """Return one row of plain data for each parameter, which `from_rows` takes.
@@ -195,6 +196,15 @@ class Estimates:
 
     def _to_varied(self, values: Sequence[float] | np.ndarray) -> np.ndarray:
         return np.array([p.to_varied(v) for p, v in zip(self.parameters, values)])
+
+    def _from_varied(self, varied: np.ndarray) -> np.ndarray:
+        """Values (..., n) within the bounds."""
+        inside = np.clip(
+            varied, *(self._to_varied([getattr(p, end) for p in self.parameters]) for end in ("low", "high"))
+        )
+        return np.stack(
+            [p.from_varied(column) for p, column in zip(self.parameters, np.moveaxis(inside, -1, 0))], axis=-1
+        )
 
 
 class PrincipalDeviations(NamedTuple):

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-__all__ = ["Parameter", "values_of"]
+__all__ = ["Parameter"]
 
 
 @dataclass(frozen=True)
@@ -62,18 +61,3 @@ class Parameter:
         if self.has_prior:
             return self.prior_std
         return (self.to_varied(self.high) - self.to_varied(self.low)) / math.sqrt(12)
-
-
-def values_of(parameters: Sequence[Parameter], varied: np.ndarray) -> np.ndarray:
-    """Return values (..., n), SI units and within the bounds, of what varies of parameters (..., n).
-
-    Parameters
-    ----------
-    parameters : sequence of Parameter
-        The n parameters.
-    varied : ndarray, shape (..., n)
-        Logarithms or values.
-    """
-    with np.errstate(over="ignore"):
-        values = [np.clip(p.from_varied(v), p.low, p.high) for p, v in zip(parameters, np.moveaxis(varied, -1, 0))]
-    return np.stack(values, axis=-1) if values else np.empty(np.shape(varied))

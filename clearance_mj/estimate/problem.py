@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .loss import Loss, Squares
-from .parameter import Parameter, values_of
+from .parameter import Parameter
 
 __all__ = ["Linearised", "Problem", "one_by_one"]
 
@@ -94,7 +94,9 @@ class Problem:
         at : ndarray, shape (..., n)
             Coordinates of the point.
         """
-        return values_of(self.parameters, self.origin + self.unit * at)
+        varied = np.moveaxis(self.origin + self.unit * at, -1, 0)
+        values = [np.clip(p.from_varied(v), p.low, p.high) for p, v in zip(self.parameters, varied)]
+        return np.stack(values, axis=-1) if values else np.empty(np.shape(at))
 
     def at(self, values: Mapping[str, float] | ArrayLike) -> np.ndarray:
         """Return coordinates (n,) within the bounds of values (n,), or by name; those not given are at their starts.
