@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike
 
 from ..core.errors import RecordError
@@ -97,9 +98,7 @@ class Belief:
         other : Belief
             The entries that follow those of this one.
         """
-        n, m = self.mean.size, other.mean.size
-        covariance = np.zeros((n + m, n + m))
-        covariance[:n, :n], covariance[n:, n:] = self.covariance, other.covariance
+        covariance = scipy.linalg.block_diag(self.covariance, other.covariance)
         return Belief(np.concatenate((self.mean, other.mean)), covariance)
 
     def drifted(self, std: ArrayLike) -> Belief:
@@ -195,9 +194,7 @@ def refine(belief: Belief, residuals: Function, block: int | None = None) -> Ref
         )
     z, left, slope, steps = _fit(belief.mean, axes, residuals, 1.0, *begun)
     innovation = _innovation(left - slope @ z, slope)
-    widening = 1.0
-    if block is not None:
-        widening = _widening(left, slope, block)
+    widening = 1.0 if block is None else _widening(left, slope, block)
     if widening > 1.0:
         z, left, slope, more = _fit(belief.mean, axes, residuals, widening, z, left, slope)
         steps += more

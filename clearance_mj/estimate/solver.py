@@ -178,7 +178,7 @@ class _Search:
 
     def run(self, at: np.ndarray, residuals: np.ndarray | None, compared: int) -> Solution:
         problem, begun, stop = self.problem, self.problem.evaluations, self.stop
-        self._linearise(at, residuals)
+        self._arrive(at, problem.linearised(at, residuals))
         for _ in range(stop.steps):
             before, cost = self.at, self.cost
             fall = self._step()
@@ -189,11 +189,8 @@ class _Search:
         evaluations = problem.evaluations - begun + compared
         return Solution(problem, self.at, self.residuals, self.jacobian, self.loss, self.cost, evaluations)
 
-    def _linearise(self, at: np.ndarray, residuals: np.ndarray | None) -> None:
-        """Go to a point."""
-        self._arrive(at, self.problem.linearised(at, residuals))
-
     def _arrive(self, at: np.ndarray, linearised: Linearised) -> None:
+        """Go to a point."""
         self.at, (self.residuals, self.jacobian) = at, linearised
         self.loss = self.problem.loss.adapted(self.residuals, self.jacobian)
         self.cost = self._cost(at, self.residuals)
@@ -222,7 +219,7 @@ class _Search:
         """Go to a point if its cost is lower, and return by how much."""
         if self.problem.linearise is None:
             if (fall := self.cost - cost) > 0:
-                self._linearise(at, residuals)
+                self._arrive(at, self.problem.linearised(at, residuals))
             return fall
         # Residuals of the problem's own linearisation may be means, which a single point's do not compare with.
         if not np.isfinite(cost):

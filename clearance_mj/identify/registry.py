@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import warnings
@@ -294,17 +295,13 @@ def require(name: str, dataset: Dataset) -> None:
     try:
         get_method(name).require(dataset)
     except RecordError as error:
-        others = [other for other, method in METHODS.items() if other != name and _can_be_had(method, dataset)]
+        others = []
+        for other, method in METHODS.items():
+            with contextlib.suppress(RecordError):
+                method.require(dataset)
+                others.append(other)
         rest = f"; these records allow {', '.join(others)}" if others else ""
         raise RecordError(f'method "{name}": {error}{rest}') from None
-
-
-def _can_be_had(method: Method, dataset: Dataset) -> bool:
-    try:
-        method.require(dataset)
-    except RecordError:
-        return False
-    return True
 
 
 @checks_kinds

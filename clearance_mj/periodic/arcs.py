@@ -224,9 +224,7 @@ def _link(ends: tuple[int, int], motions: list[Motion], omega: np.ndarray) -> _L
     Between two motions go cubic parabolas along their tangents (Hermite).
     """
     if len(motions) < 2:
-        shape = (0, *np.shape(motions[0].z)) if motions else (0, 0, 0)
-        beside = (0, *np.shape(motions[0].y)) if motions else (0, 0, 0)
-        return _Link(ends, Vibrations(np.zeros(0, dtype=int), np.zeros(shape), np.zeros(beside)))
+        return _Link(ends, Vibrations(np.zeros(0, dtype=int), *np.zeros((2, 0, 0, 0))))
     w, z, y, _, direction, scale = Motions.of(motions)
     of_z, of_w = direction[:, :-1].reshape(z.shape) * scale[:, None, None], direction[:, -1] * w
     length = np.array([np.linalg.norm(difference(a, b)) for a, b in zip(motions, motions[1:])])

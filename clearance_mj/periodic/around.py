@@ -11,6 +11,7 @@ import numpy as np
 from .continuation import CameBack, Motion, NoConvergence, Solver, difference
 from .following import place
 from .subharmonic import until_halved
+from .vibrations import turned
 
 __all__ = ["all_around"]
 
@@ -27,10 +28,10 @@ def all_around(solver: Solver, motion: Motion, low: float, high: float) -> Itera
         At the end, if the branch is closed or does not end at an end of the range.
     """
     forth, why = _until_end(solver, motion, low, high)
-    back, whence = ([], "") if why == ROUND else _until_end(solver, _turned(motion), low, high)
+    back, whence = ([], "") if why == ROUND else _until_end(solver, _backwards(motion), low, high)
     if whence == ROUND:
         forth, why = [], ROUND
-    yield from (_turned(each) for each in reversed(back[1:] if forth else back))
+    yield from (_backwards(each) for each in reversed(back[1:] if forth else back))
     yield from forth
     if why == ROUND:
         raise CameBack(why)
@@ -84,17 +85,10 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
 
 def _shifted(motion: Motion, share: float) -> Motion:
     """A motion a share of its period later."""
-
-    def later(real: np.ndarray) -> np.ndarray:
-        order = np.arange(1, real.shape[1] // 2 + 1)
-        turned = (real[:, 1::2] - 1j * real[:, 2::2]) * np.exp(2j * np.pi * share * order)
-        found = real.copy()
-        found[:, 1::2], found[:, 2::2] = turned.real, -turned.imag
-        return found
-
-    way = np.append(later(motion.tangent[:-1].reshape(motion.z.shape)).ravel(), motion.tangent[-1])
-    return replace(motion, z=later(motion.z), y=later(motion.y), force=later(motion.force), tangent=way)
+    way = motion.tangent[:-1].reshape(motion.z.shape)
+    z, y, force, way = (turned(each, 2 * np.pi * share) for each in (motion.z, motion.y, motion.force, way))
+    return replace(motion, z=z, y=y, force=force, tangent=np.append(way.ravel(), motion.tangent[-1]))
 
 
-def _turned(motion: Motion) -> Motion:
+def _backwards(motion: Motion) -> Motion:
     return replace(motion, tangent=-motion.tangent)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,12 +15,11 @@ from ..model import Model
 from ..rig.dimensions import planar
 from ..rig.sensing import accelerated, sensor_points
 from ..signals import labelled
-from ..signals.arrays import read_only
 from .branch import Branch
 from .condensed import condensed
 from .continuation import NoConvergence
 from .nonlinear_mode import FreeMotion, NonlinearMode
-from .resolution import pair_of, resolution
+from .resolution import pair_of, require_whole, resolution
 from .vibrations import UNITS, Vibrations, complex_amplitudes
 
 if TYPE_CHECKING:
@@ -70,10 +68,7 @@ class Backbone(Vibrations):
     """name of each clearance, `Rig.clearance_labels`"""
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "damping", "level"):
-            self._set(**{name: read_only(getattr(self, name))})
-        for name in UNITS:
-            self._set(**{name: read_only(getattr(self, name), complex)})
+        self._freeze()
 
     def plot(
         self, quantity: str = "clearance_displacement", row: int | None = None, branches: Sequence[Branch] = ()
@@ -187,8 +182,7 @@ def follow_backbone(
     """
     planar(model.rig, "follow_backbone")
     rig, (harmonics, (samples, *_)) = model.rig, resolution(n_harmonics, n_samples, 1, n_modes)
-    if not isinstance(mode, numbers.Integral) or isinstance(mode, bool):
-        raise ClearanceError(f"mode must be a whole number, got {mode!r}")
+    require_whole(mode=mode)
     system = condensed(model, rig.shaker.kind, (), harmonics, n_modes)
     most = min(n_modes, system.in_gap.size)
     if not 1 <= mode <= most:

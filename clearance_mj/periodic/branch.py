@@ -88,12 +88,8 @@ class Branch(Vibrations):
     """(n,) of the shaft, rad/s, of a rig in space, whose clearances have a row along y and one along z each"""
 
     def __post_init__(self) -> None:
-        self._set(frequency=read_only(self.frequency))
-        for name in ("level", "end_displacement", *UNITS):
-            self._set(**{name: read_only(getattr(self, name), complex)})
-        if self.spin is not None:
-            self._set(spin=read_only(self.spin))
-        if self.multipliers is not None:
+        self._freeze()
+        if self.multipliers is not None:  # real where all of them are
             self._set(multipliers=read_only(self.multipliers, complex))
 
     @property

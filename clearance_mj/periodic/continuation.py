@@ -165,7 +165,7 @@ class Follower(ABC):
         z = motion.z + step * motion.scale * direction[:-1].reshape(motion.z.shape)
         row = direction * np.append(np.ones(self.size), 1 + step * direction[-1])
         found = self.solve(omega, z, motion.y, row, motion.scale)
-        return found and self._turned(found, motion, direction, step)
+        return found and self._turned(found, motion, step)
 
     def _around_corner(self, motion: Motion) -> Motion | None:
         """Return a motion that is larger or smaller, as the branch goes, at any frequency.
@@ -179,7 +179,7 @@ class Follower(ABC):
         direction /= np.linalg.norm(direction)
         return next((found for step in CORNERS if (found := self.ahead(motion, step, direction))), None)
 
-    def _turned(self, found: Motion, before: Motion, direction: np.ndarray, step: float) -> Motion:
+    def _turned(self, found: Motion, before: Motion, step: float) -> Motion:
         sign = np.sign(found.tangent @ difference(before, found)) * np.sign(step) or 1.0
         return replace(found, tangent=sign * found.tangent)
 

@@ -87,9 +87,7 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
                     continue
                 start, m = first[j], memory[j]
                 slope = slopes.memory[j, i]
-                for k in range(m + 1):
-                    for c in range(size):
-                        old[k, c] = state[start + k, c]
+                old[: m + 1] = state[start : start + m + 1]
                 for k in range(m + 1):
                     row = k if k < m else slope.shape[0] - 1
                     for c in range(size):
@@ -100,8 +98,7 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
                             state[start + k, c] = total
                         else:
                             force[j, c] += total
-                for c in range(size):
-                    state[start + m, c] = x[j, c]
+                state[start + m] = x[j]
             for p in range(points):
                 for q in range(points):
                     damped[p, q] = 0.5 * step * slopes.v[p, i] * compliance[p, q] + (1.0 if p == q else 0.0)
@@ -111,7 +108,5 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
                     for c in range(size):
                         state[n + a, c] -= step * at_points[p, a] * force[p, c]
         np.dot(flow, state[: 2 * n], moved)
-        for a in range(2 * n):
-            for c in range(size):
-                state[a, c] = moved[a, c]
+        state[: 2 * n] = moved
     return state

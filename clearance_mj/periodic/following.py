@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..rig.sensing import accelerated, sensor_points
 from .branch import Branch, SpecialPoint
 from .condensed import condensed
 from .continuation import CameBack, Motion, NoConvergence, Solver
-from .stability import BRANCH_POINT, FOLD, Located, changes, multipliers, with_fold
+from .stability import BRANCH_POINT, FIRST_CONTACT, FOLD, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
 __all__ = ["branch_of", "expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest", "watched"]
@@ -24,12 +24,11 @@ SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its mult
 
 
 def follow(
-    solver: Any, motions: Iterator[Motion], stability: bool, progress: bool = False,
-    named: Callable[[Motion], str] = lambda motion: "",
-) -> Branch:  # fmt: skip
+    solver: Any, motions: Iterator[Motion], stability: bool, progress: bool = False, touching: Collection[Motion] = ()
+) -> Branch:
     """Return the branch of motions that follow each other, with what is special about them.
 
-    ``named`` says what is special about a motion as it comes: a kind of `SpecialPoint`, or "".
+    ``touching`` are those of the motions at which contact begins, known once they come.
 
     Raises
     ------
@@ -40,7 +39,8 @@ def follow(
     ended, recent = "", 0
     try:
         for motion in tqdm(motions, desc="branch", unit="point", disable=not progress):
-            point = Located(motion, multipliers(solver, motion) if stability else None, named(motion))
+            kind = FIRST_CONTACT if motion in touching else ""
+            point = Located(motion, multipliers(solver, motion) if stability else None, kind)
             if not points:
                 points.append(point)
                 continue
@@ -104,20 +104,17 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
     ClearanceError
         If not even the first motion was found with any of them.
     """
-    best: Branch | None = None
+    branches: list[Branch] = []
     for count in samples:
         try:
-            branch = found(count)
+            branches.append(found(count))
         except ClearanceError:
-            if best is None and count == samples[-1]:
+            if not branches and count == samples[-1]:
                 raise
             continue
-        if not branch.ended:
-            return branch
-        if best is None or np.ptp(branch.parameter[[0, -1]]) > np.ptp(best.parameter[[0, -1]]):
-            best = branch
-    assert best is not None
-    return best
+        if not branches[-1].ended:
+            return branches[-1]
+    return max(branches, key=lambda branch: float(np.ptp(branch.parameter[[0, -1]])))
 
 
 @functools.singledispatch

@@ -168,12 +168,6 @@ def _add_event(sums: np.ndarray, row: np.ndarray, out: np.ndarray) -> None:
 
 
 @jit(**STRICT)
-def _copy(numbers: np.ndarray, to: np.ndarray) -> None:
-    for k in range(numbers.size):
-        to[k] = numbers[k]
-
-
-@jit(**STRICT)
 def _grease_over_period(
     laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: Slopes,
@@ -206,8 +200,8 @@ def _grease_over_period(
             if change <= PERIODIC * reach:
                 break
         if i == 0:
-            _copy(held, begun)
-        _copy(held, old)
+            begun[:] = held
+        old[:] = held
         call_law(law, parameters, memory, here + offset, dx, step, out)
         now = answers[0] + answers[1] * speed
         viscous = answers[1]
@@ -216,7 +210,7 @@ def _grease_over_period(
         if not want:
             continue
         for d in range(size + 2):
-            _copy(old, moved)
+            moved[:] = old
             if d < size:
                 moved[d] += eps
             further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
@@ -268,14 +262,9 @@ def equal(values: np.ndarray, p: int, q: int) -> bool:
 def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
     """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
     p = source + 1
-    for i in range(force.shape[1]):
-        force[p, i], slopes.x[p, i], slopes.v[p, i] = force[source, i], slopes.x[source, i], slopes.v[source, i]
-        slopes.begun[p, i], slopes.entry[p, i] = slopes.begun[source, i], slopes.entry[source, i]
-        slopes.climb[p, i] = slopes.climb[source, i]
-    for k in range(slopes.whole.shape[1]):
-        for l in range(slopes.whole.shape[2]):
-            slopes.whole[p, k, l] = slopes.whole[source, k, l]
-    slopes.remembers[p] = slopes.remembers[source]
+    for rows in (force, slopes.x, slopes.v, slopes.begun, slopes.entry, slopes.climb):
+        rows[p] = rows[source]
+    slopes.whole[p], slopes.remembers[p] = slopes.whole[source], slopes.remembers[source]
 
 
 @jit(**STRICT)

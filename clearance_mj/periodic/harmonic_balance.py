@@ -15,7 +15,7 @@ from ..core.jit import STRICT, jit
 from .forces import Laws, Slopes, equal, fill_forces
 
 __all__ = [
-    "Grid", "Linear", "add_jacobian", "add_products", "add_to", "balance", "balanced", "blocks", "motion_over_period",
+    "Grid", "Linear", "add_jacobian", "add_products", "balance", "balanced", "blocks", "motion_over_period",
     "projected",
     "real_harmonics", "receptances", "reduced", "times",
 ]  # fmt: skip
@@ -86,14 +86,6 @@ def reduced(matrices: np.ndarray, basis: np.ndarray) -> np.ndarray:
                 for a in range(r):
                     found[h, a, b] += basis[p, a] * total
     return found
-
-
-@jit(**STRICT)
-def add_to(numbers: np.ndarray, to: np.ndarray) -> None:
-    """Add a matrix to another one, in place."""
-    for a in range(to.shape[0]):
-        for k in range(to.shape[1]):
-            to[a, k] += numbers[a, k]
 
 
 @jit(**STRICT)
@@ -256,10 +248,8 @@ def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndar
                 place[p, i], speed[p, i] = place[q, i], speed[q, i]
             continue
         for i in range(half):
-            place[p, i], speed[p, i] = (
-                mirrored[count, i] + turned[count, i],
-                mirrored[count + 1, i] + turned[count + 1, i],
-            )
+            place[p, i] = mirrored[count, i] + turned[count, i]
+            speed[p, i] = mirrored[count + 1, i] + turned[count + 1, i]
         for i in range(half, n):
             place[p, i] = mirrored[count, n - i] - turned[count, n - i]
             speed[p, i] = mirrored[count + 1, n - i] - turned[count + 1, n - i]
@@ -317,8 +307,7 @@ def balanced(
     With it forces and the displacements beside B z, and places, speeds and forces at samples. If wanted, the corner of
     ``jacobian`` is filled with the derivative by z.
     """
-    x = np.dot(linear.basis, z)
-    add_to(y, x)
+    x = np.dot(linear.basis, z) + y
     place, speed = motion_over_period(grid, omega, x)
     samples = np.empty_like(place)
     fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
@@ -344,7 +333,6 @@ def balance(
     (1/s), and ``slopes`` changed.
     """
     highest, points = linear.excitation.size - 1, linear.residues.shape[1]
-    r, harmonics = z.shape
     compliance = np.empty((highest + 1, points, points), np.complex128)
     by_omega = np.empty_like(compliance)
     driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
@@ -362,8 +350,5 @@ def balance(
                 laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes
             )
             times(-1.0 / (nearby - omega), compliance, projected(grid, shifted - samples), changed)
-        column = np.dot(linear.basis.T, changed)
-        for a in range(r):
-            for k in range(harmonics):
-                jacobian[a * harmonics + k, r * harmonics] = -column[a, k]
+        jacobian[: z.size, z.size] = -np.dot(linear.basis.T, changed).ravel()
     return left, force, beside, place

@@ -31,10 +31,9 @@ class March:
         engine, period = Modal(modes=first.n_modes), 1 / frequency
         self.steps = math.ceil(period / self.samples / engine.largest_step(first.model.rig, first.model.law))
         self.step = period / self.samples / self.steps
-        run = cast(ModalRun, engine.start(first.model.rig, first.model.law, first.kind, self.step))
-        others = [engine.start(first.model.rig, first.model.law, first.kind, self.step) for _ in range(LANES - 1)]
-        self.together = SideBySide([run, *(cast(ModalRun, other) for other in others)])
-        self.at_points = run.shaft.at_points
+        begun = (engine.start(first.model.rig, first.model.law, first.kind, self.step) for _ in range(LANES))
+        runs = [cast(ModalRun, run) for run in begun]
+        self.together, self.at_points = SideBySide(runs), runs[0].shaft.at_points
         self.modes = linear_model(first.model.rig, first.n_modes).omega
         angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
         turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))

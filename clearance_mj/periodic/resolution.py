@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import ClearanceError, ExcitationError
 from ..linear import MAX_MODES
 
-__all__ = ["different_ends", "pair_of", "resolution"]
+__all__ = ["different_ends", "pair_of", "require_whole", "resolution"]
 
 MAX_HARMONICS, MAX_SAMPLES = 500, 16384
 SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
@@ -38,12 +38,16 @@ def different_ends(ends: tuple[float, float], name: str, quantities: str, unit: 
     return start, stop
 
 
+def require_whole(**numbers_by_name: object) -> None:
+    """Refuse what is no whole number, by its name."""
+    for name, value in numbers_by_name.items():
+        if not isinstance(value, numbers.Integral) or isinstance(value, bool):
+            raise ClearanceError(f"{name} must be a whole number, got {value!r}")
+
+
 def resolution(harmonics: int, samples: int | None, excited: int, modes: int) -> tuple[int, tuple[int, ...]]:
     """Return numbers of harmonics and, each for where those before do not do, of samples; after a check."""
-    for name, value in (("n_harmonics", harmonics), ("n_samples", samples), ("n_modes", modes)):
-        whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
-        if not (whole or (value is None and name == "n_samples")):
-            raise ClearanceError(f"{name} must be a whole number, got {value!r}")
+    require_whole(n_harmonics=harmonics, n_samples=1 if samples is None else samples, n_modes=modes)
     if harmonics < max(excited, 1):
         raise ClearanceError(f"n_harmonics must be {max(excited, 1)} or more, as the excitation's are, got {harmonics}")
     if harmonics > MAX_HARMONICS or (samples or 0) > MAX_SAMPLES:

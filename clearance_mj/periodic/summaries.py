@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -119,10 +120,7 @@ def of_branch(branch: Branch) -> dict[str, Any]:
             for p in branch.special
         ],
         "jumps": [
-            {
-                "upwards": jump.upwards, "at": jump.at, "clearance": branch.clearances[jump.clearance],
-                "before": jump.before, "after": list(jump.after),
-            }
+            dataclasses.asdict(jump) | {"clearance": branch.clearances[jump.clearance], "after": list(jump.after)}
             for jump in jumps(branch)
         ],
         "ended": branch.ended,

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import ClearanceError
 from ..signals.arrays import ArrayData, rows_of
 
-__all__ = ["UNITS", "Vibrations", "complex_amplitudes", "half_extents"]
+__all__ = ["UNITS", "Vibrations", "complex_amplitudes", "half_extents", "turned"]
 
 UNITS = {"acceleration": "m/s²", "displacement": "m", "clearance_displacement": "m", "contact_force": "N",
          "grease_force": "N"}  # fmt: skip
@@ -77,4 +77,12 @@ def complex_amplitudes(values: np.ndarray) -> np.ndarray:
     found = np.empty((*values.shape[:-1], values.shape[-1] // 2 + 1), dtype=complex)
     found[..., 0] = values[..., 0]
     found[..., 1:] = values[..., 1::2] - 1j * values[..., 2::2]
+    return found
+
+
+def turned(values: np.ndarray, angle: float) -> np.ndarray:
+    """Return real harmonics (..., K) of a motion that is ahead by an angle of its fundamental, rad."""
+    ahead = complex_amplitudes(values)[..., 1:] * np.exp(1j * angle * np.arange(1, values.shape[-1] // 2 + 1))
+    found = values.copy()
+    found[..., 1::2], found[..., 2::2] = ahead.real, -ahead.imag
     return found

@@ -87,20 +87,16 @@ class Search:
             s, of which each channel has the likeliest.
         """
         models = [transfer_functions(self.rig, d, self.kind, stretch * self.frequency) for d in self.drawn]
-        power, last = np.einsum("fii->fi", self.cross_spectra).real, len(self.places) - 1
-        found, tried = [], np.array([*delays])
-        for driven in range(len(self.signals.names)):
-            if self.may_be(driven, last):
-                measured = self.cross_spectra[:, :, driven] / power[:, [driven]]
-                coherence = np.abs(self.cross_spectra[:, :, driven]) ** 2 / (power * power[:, [driven]])
-                found.append(self._closest(driven, measured, coherence, np.array(models), tried))
+        tried, last = np.array([*delays]), len(self.places) - 1
+        drivers = (channel for channel in range(len(self.signals.names)) if self.may_be(channel, last))
+        found = [self._closest(driven, np.array(models), tried) for driven in drivers]
         return sorted(found, key=lambda one: -one.likeness)
 
-    def _closest(
-        self, driven: int, measured: np.ndarray, coherence: np.ndarray, models: np.ndarray, delays: np.ndarray
-    ) -> Assignment:
-        """The best assignment of transfer functions (n_f, n) to one channel, over all models (n_draws, n_f, n)."""
+    def _closest(self, driven: int, models: np.ndarray, delays: np.ndarray) -> Assignment:
+        """The best assignment of transfer functions to one channel, over all models (n_draws, n_f, n)."""
         n, last = len(self.signals.names), len(self.places) - 1
+        power, coherence = np.einsum("fii->fi", self.cross_spectra).real, self._coherence(driven)
+        measured = self.cross_spectra[:, :, driven] / power[:, [driven]]
         likeness, gain, sign, late = np.zeros((4, len(models), n, last))
         undone = np.exp(2j * np.pi * np.outer(self.frequency, delays)) / self.frequency.size
         for i, place in itertools.product(range(n), range(last)):
@@ -129,6 +125,9 @@ class Search:
     def coherence(self, assignment: Assignment) -> float:
         """Return the mean coherence of the assigned channels with the excitation over the band."""
         *others, driven = (c for c in assignment.channel if c >= 0)
+        return float(self._coherence(driven)[:, others].mean())
+
+    def _coherence(self, driven: int) -> np.ndarray:
+        """Coherence (n_f, n) of all channels with one."""
         power = np.einsum("fii->fi", self.cross_spectra).real
-        found = np.abs(self.cross_spectra[:, others, driven]) ** 2 / (power[:, others] * power[:, [driven]])
-        return float(found.mean())
+        return np.asarray(np.abs(self.cross_spectra[:, :, driven]) ** 2 / (power * power[:, [driven]]))

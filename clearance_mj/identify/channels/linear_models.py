@@ -43,18 +43,19 @@ def draw_rigs(rig: Rig, highest: float, count: int, seed: int = 0) -> list[Drawn
         Of the draws.
     """
     rng = np.random.default_rng(seed)
-    known = [p for p in priors(rig, highest) if not p.name.startswith("sensors") and _is_structural(p.name)]
-    found = []
+    # Of a bushing its place alone is a part of the structure.
+    whole = [p for p in priors(rig, highest) if not p.name.startswith("sensors")]
+    known = [p for p in whole if not p.name.startswith("bushings") or p.name.endswith((".position", ".to"))]
+    found, n = [], len(rig.bushings)
+    stiffness = np.array([b.grease.stiffness for b in rig.bushings])
+    damping = np.array([b.grease.damping for b in rig.bushings])
+    wall = np.array([b.contact.stiffness for b in rig.bushings])
     for number in range(count):
         values = {p.name: _drawn(p, rng) if number else p.start for p in known}
-        soft = np.array([b.grease.stiffness for b in rig.bushings]) * 10 ** rng.uniform(
-            -SOFTER_STIFFER, SOFTER_STIFFER, len(rig.bushings)
-        )
+        soft = stiffness * 10 ** rng.uniform(-SOFTER_STIFFER, SOFTER_STIFFER, n)
         # Every other draw has walls that are met: a spring between none and the contact's.
-        walls = np.array([b.contact.stiffness for b in rig.bushings]) * rng.uniform(0, 1, len(rig.bushings)) ** 2
-        viscous = np.array([b.grease.damping for b in rig.bushings]) * 10 ** rng.uniform(
-            -DAMPED, DAMPED, len(rig.bushings)
-        )
+        walls = wall * rng.uniform(0, 1, n) ** 2
+        viscous = damping * 10 ** rng.uniform(-DAMPED, DAMPED, n)
         found.append(DrawnRig(values, soft + walls * (number % 2), viscous))
     return found
 
@@ -87,10 +88,6 @@ def transfer_functions(rig: Rig, drawn: DrawnRig, kind: str, frequency: np.ndarr
     closed = np.eye(count) - of_forces[:, probes] * dynamic[:, None, :]
     moved = np.linalg.solve(closed, of_excitation[:, probes, None])
     return np.asarray(of_excitation + (of_forces @ (dynamic[:, :, None] * moved))[:, :, 0])
-
-
-def _is_structural(name: str) -> bool:
-    return not name.startswith("bushings") or name.endswith((".position", ".to"))
 
 
 def _drawn(parameter: Parameter, rng: np.random.Generator) -> float:

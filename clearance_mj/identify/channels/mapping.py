@@ -92,7 +92,8 @@ def map_channels(
         )
     with tqdm(total=4, desc="map", disable=not progress) as bar:
         named = [*files.items()] if isinstance(files, Mapping) else [_read(f, n) for n, f in enumerate(files, 1)]
-        sines = {name: steps for name, channels in named if (steps := _sines(channels))}
+        stepped = {name: [c.name for c in channels if is_stepped_sine(c.value, c.fs)] for name, channels in named}
+        sines = {name: steps for name, steps in stepped.items() if steps}
         deciding = [(name, channels) for name, channels in named if name not in sines]
         notes = [f"{name}: is a stepped sine, the other records decide" for name in sines if deciding]
         signals = gather(deciding or named)
@@ -124,11 +125,6 @@ def map_channels(
     faults = [(name, channel_faults([c for c in channels if c.name in used], False)) for name, channels in named]
     said = (f"{name}: {fault}" for name, of_file in faults for fault in of_file)
     return dataclasses.replace(answer, notes=(*notes, *answer.notes, *said))
-
-
-def _sines(channels: Sequence[Channel]) -> list[str]:
-    """Names of the channels that show one sine after the other, as the excitation of such a record does."""
-    return [channel.name for channel in channels if is_stepped_sine(channel.value, channel.fs)]
 
 
 def _read(file: str | PathLike[str] | Sequence[Channel], number: int) -> tuple[str, Sequence[Channel]]:

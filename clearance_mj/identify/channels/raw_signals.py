@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.fft
@@ -39,15 +40,10 @@ class RawSignals:
     def without(self, unrelated: dict[str, str]) -> RawSignals:
         """Return the signals without some channels; why each is left out, by its name."""
         kept = [i for i, name in enumerate(self.names) if name not in unrelated]
-        return RawSignals(
-            tuple(self.names[i] for i in kept),
-            tuple(self.quantities[i] for i in kept),
-            tuple(self.units[i] for i in kept),
-            tuple(self.labels[i] for i in kept),
-            self.fs,
-            tuple(record[:, kept] for record in self.records),
-            self.unusable | unrelated,
-        )
+        fields = ("names", "quantities", "units", "labels")
+        texts: dict[str, Any] = {field: tuple(getattr(self, field)[i] for i in kept) for field in fields}
+        records = tuple(record[:, kept] for record in self.records)
+        return dataclasses.replace(self, **texts, records=records, unusable=self.unusable | unrelated)
 
     def earlier(self, delays: dict[str, float]) -> RawSignals:
         """Return the signals with some channels brought forward by delays in s, by their names."""
@@ -92,18 +88,13 @@ class RawSignals:
         """
         spacing = max((high - low) / LINES, SEGMENTS / 2 / self.duration, 2 * self.fs / min(map(len, self.records)))
         size = int(self.fs / spacing)
-        window, level = (
-            scipy.signal.get_window("hann", size)[:, None],
-            np.mean([r.std(axis=0) for r in self.records], 0),
-        )
+        window = scipy.signal.get_window("hann", size)[:, None]
+        level = np.mean([record.std(axis=0) for record in self.records], axis=0)
         frequency = np.fft.rfftfreq(size, 1 / self.fs)
         kept = (frequency >= low) & (frequency <= high)
         if not kept.any():
-            where = (
-                f"above {low:.3g} Hz, and most of their power is below {high:.3g}"
-                if low > high
-                else f"in {low:g} to {high:g}"
-            )
+            above = f"above {low:.3g} Hz, and most of their power is below {high:.3g}"
+            where = above if low > high else f"in {low:g} to {high:g}"
             raise RecordError(f"records as short as these tell nothing {where} Hz: give longer ones, or another --band")
         total = np.zeros((int(kept.sum()), len(self.names), len(self.names)), dtype=complex)
         for record in self.records:

@@ -72,9 +72,7 @@ class Judge:
 
     def contradiction(self) -> dict[int, float]:
         """Return by place what the other channels and the rig miss of a channel, over its level."""
-        places = list(self.assignment.places)
-        gains = [one[:, places] for one in self._gains[0]]
-        measured = self._of(*self._own)
+        places, gains, measured = self._assigned()
         _, predicted = predicted_spectra(gains, measured)
         missed = np.vstack(measured) - predicted
         share = np.sqrt(np.mean(np.abs(missed) ** 2, axis=0) / np.mean(np.abs(np.vstack(measured)) ** 2, axis=0))
@@ -87,8 +85,7 @@ class Judge:
 
     def gains(self) -> list[float]:
         """Return by place, but for the excitation, a channel's reading over what the rig and the others say it is."""
-        places, found = list(self.assignment.places), []
-        gains, measured = [one[:, places] for one in self._gains[0]], self._of(*self._own)
+        (places, gains, measured), found = self._assigned(), []
         for i in range(len(places) - 1):
             weights, predicted = predicted_spectra(gains, measured, (i,))
             own, expected = (np.vstack(measured) * weights)[:, i], (predicted * weights)[:, i]
@@ -97,8 +94,7 @@ class Judge:
 
     def delays(self, tried: np.ndarray) -> dict[int, float]:
         """Return by place after which of the delays tried (n,), s, a channel shows what the rig and the others say."""
-        places, found = list(self.assignment.places), {}
-        gains, measured = [one[:, places] for one in self._gains[0]], self._of(*self._own)
+        (places, gains, measured), found = self._assigned(), {}
         turned = np.exp(2j * np.pi * np.outer(tried, np.concatenate(self._frequency)))
         for i, place in enumerate(places):
             _, predicted = predicted_spectra(gains, measured, (i,))
@@ -106,6 +102,11 @@ class Judge:
             product = own * expected.conj() / np.maximum(np.abs(own), np.abs(expected)) ** 2
             found[place] = float(tried[np.argmax((turned @ product).real)])
         return found
+
+    def _assigned(self) -> tuple[list[int], list[np.ndarray], list[np.ndarray]]:
+        """Places with a channel, their gains on the likeliest drawn rig, and the channels' spectra, of each record."""
+        places = list(self.assignment.places)
+        return places, [one[:, places] for one in self._gains[0]], self._of(*self._own)
 
     def motion_over_gap(self) -> float:
         """Return the largest RMS displacement in a clearance over its gap, of any record.

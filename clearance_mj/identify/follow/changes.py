@@ -11,10 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ...estimate.beliefs import Belief
+from ...estimate.beliefs import Belief, Function, Refinement, refine
 
-__all__ = ["Change", "Changes", "Observation", "fused", "observed"]
+__all__ = ["Change", "Changes", "Observation", "fused", "observed", "refined"]
 
 LONGEST_CHANGE = 200  # windows back, at most, to where a change may have begun
 EXPECTED_WINDOWS = 10.0  # as many windows the prior counts that scatter is as large as covariances say
@@ -56,6 +57,34 @@ def fused(belief: Belief, observation: Observation, scatter: float = 1.0) -> Bel
     old = np.linalg.inv(belief.covariance)
     covariance = np.linalg.inv(old + observation.precision / scatter)
     return Belief(covariance @ (old @ belief.mean + observation.weighted / scatter), covariance)
+
+
+def refined(
+    belief: Belief, residuals: Function, block: int, window_std: ArrayLike, change_std: ArrayLike, most: float
+) -> tuple[Refinement, Observation]:
+    """Refine a belief by a window, and return what the window alone observed.
+
+    Parameters
+    ----------
+    belief : Belief
+        Before the window.
+    residuals : callable
+        As `estimate.refine` takes them.
+    block : int
+        Successive residuals that may be correlated.
+    window_std : array_like, shape (n,)
+        Standard deviations that a window's estimate may be off the last one.
+    change_std : array_like, shape (n,)
+        The same after a change.
+    most : float
+        Of ``window_std``: one that ends farther off is refined again from the wider belief.
+    """
+    prior = belief.drifted(window_std)
+    found = refine(prior, residuals, block)
+    if np.any(np.abs(found.belief.mean - prior.mean) > most * np.asarray(window_std)):
+        prior = belief.drifted(change_std)
+        found = refine(prior, residuals, block)
+    return found, observed(prior, found.belief)
 
 
 class Changes:

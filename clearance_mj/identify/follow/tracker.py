@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...clearance.walls import penetration
-from ...estimate.beliefs import Belief, refine
+from ...estimate.beliefs import Belief
 from ...estimate.parameter import Parameter
 from ...rig import Rig
 from ..forces.restoring import RestoringForce
@@ -18,7 +18,7 @@ from ..laws.families import FamilyValues
 from ..laws.force_fit import ForceFit, ForceProblem
 from ..laws.measured_motion import MeasuredMotion
 from .alarms import TRACKED, Alarm, significant_change
-from .changes import Changes, fused, observed
+from .changes import Changes, fused, refined
 from .initial_fit import between_family_variance, covariance_of_fixed, covariance_of_rig, fit_law
 from .tracked_law import TrackedLaw, log_quantities
 
@@ -139,12 +139,8 @@ class ClearanceTracker:
             found = np.clip(np.nan_to_num(found, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
             return found / (1 + (found / OUTLYING) ** 2) ** 0.25  # squares grow as the size of what is far off
 
-        block, prior = round(BLOCK * motion.rate), self.belief.drifted(law.window_std)
-        found = refine(prior, residuals, block)
-        if np.any(np.abs(found.belief.mean - prior.mean) > MAX_MOVE * law.window_std):
-            prior = self.belief.drifted(law.change_std)
-            found = refine(prior, residuals, block)
-        observation, believed = observed(prior, found.belief), self.belief.drifted(law.walk)
+        block, believed = round(BLOCK * motion.rate), self.belief.drifted(law.walk)
+        found, observation = refined(self.belief, residuals, block, law.window_std, law.change_std, MAX_MOVE)
         scatter = self.changes.add(believed, observation)
         self.belief = fused(believed, observation, scatter)
         alarm = self._alarm(time)

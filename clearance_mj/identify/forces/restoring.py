@@ -121,7 +121,7 @@ def restoring_force(
     moved = model.displacement_gains(model.at_points, record.kind, omega, spin=spin)
     whirl: np.ndarray | float = 0.0  # of the points, under unbalance alone
     if record.turning is not None and rig.unbalances:
-        turned = spun_spectra(record.turning, fs, flanks(n, fs), size)[inside]
+        turned = spun_spectra(record.turning, flanks(n, fs), size)[inside]
         shown = model.channel_gains(rows, record.kind, omega, -model.unbalance, spin)[:, present, :-1]
         spectrum = spectrum - np.einsum("fcu,fu->fc", shown, turned)
         whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.unbalance.T, omega, spin), turned)

@@ -33,15 +33,13 @@ RAMP_PARTS = 16  # of a ramp, each with one spin
 QUIET = 1e-9  # m/s², of an excitation that was not driven
 
 
-def spun_spectra(turning: ShaftTurning, fs: float, window: np.ndarray, size: int, order: int = 2) -> np.ndarray:
+def spun_spectra(turning: ShaftTurning, window: np.ndarray, size: int, order: int = 2) -> np.ndarray:
     """Return the spectra (n_f, 2) of Ω² cos φ and Ω² sin φ under a window, with φ the shaft's angle.
 
     Parameters
     ----------
     turning : ShaftTurning
         How the shaft turned.
-    fs : float
-        Samples per second.
     window : ndarray, shape (n_t,)
         The window.
     size : int
@@ -125,7 +123,7 @@ def _at_turns(
     lines = slice(max(math.floor(turns.min()) - LINES, 1), math.ceil(turns.max()) + LINES + 1)
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / fs)[lines]
     measured = scipy.fft.rfft(record.signals * window[:, None], axis=0)[lines]
-    spun, turned = (spun_spectra(record.turning, fs, window, n, order)[lines] for order in (2, 0))
+    spun, turned = (spun_spectra(record.turning, window, n, order)[lines] for order in (2, 0))
     model, spin = linear_model(rig, MODES).driven(record.tested)
     rows = model.at_probes(probes)
     # Of a ramp, what a line shows happened as the shaft turned at its frequency, with the gyroscopic moments of then.

@@ -100,8 +100,7 @@ def forces_in(
     maker = maker or ForceMaker(rig, parameters, 2 * np.pi * frequency)
     static = np.abs(np.diag(maker.gains(values, 0.0).inverse[0].real)).reshape(-1, 2).mean(axis=1)
     spectra = [w.spectra(frequency.size) for w in windows]
-    size = windows[0].size
-    shown, shown_by, per_force, per_force_by, tilts, over, gated = [], [], [], [], [], [], []
+    size, parts = windows[0].size, []
     for i, (window, own) in enumerate(zip(windows, spectra)):
         gains = maker.gains(values, window.mean_speed)
         inverse = gains.inverse
@@ -109,22 +108,18 @@ def forces_in(
         of_noise, leaked = _errors(inverse, own, window.noise)
         weight = _weight(inverse, own, seen, static, of_noise, leaked)
         before = weight[:, :, None] * inverse if weighed is None else weighed.over_error[i]
-        over.append(before)
-        here = before, seen
-        shown.append(np.einsum("fij,fj->fi", *here))
-        per_force.append(before @ gains.shown)
-        by = maker.derivatives(values, window, own, here[1]) if derived else maker.none(here[1])
-        shown_by.append(np.einsum("fij,fjk->fik", before, by[0]))
-        per_force_by.append(before @ by[1])
-        force = np.einsum("fij,fj->fi", inverse, here[1])
+        seen_by, per_force_by = maker.derivatives(values, window, own, seen) if derived else maker.none(seen)
+        force = np.einsum("fij,fj->fi", inverse, seen)
         gate = _gate(own, weight, window.noise, of_noise, leaked)
-        gated.append(gate * force)
-        tilts.append(maker.tilt(values, gains, own, force, gate, slow, size))
-    tilt, tilt_speed = (np.concatenate(parts) for parts in zip(*tilts))
+        over_error = np.einsum("fij,fj->fi", before, seen), np.einsum("fij,fjk->fik", before, seen_by)
+        tilts = maker.tilt(values, gains, own, force, gate, slow, size)
+        parts.append((*over_error, before @ gains.shown, before @ per_force_by, before, gate * force, *tilts))
+    *spectral, tilt, tilt_speed = zip(*parts)
+    shown, shown_by, per_force, by, over, clear = map(np.array, spectral)
     return Forces(
-        tuple(windows), tuple(parameters), np.array(list(values.values())), np.array(shown), np.array(shown_by),
-        np.array(per_force), np.swapaxes(per_force_by, 0, 1), np.array([s.one[:, 0] for s in spectra]), slow, tilt,
-        tilt_speed, static, np.array(over), np.array(gated),
+        tuple(windows), tuple(parameters), np.array(list(values.values())), shown, shown_by, per_force,
+        np.swapaxes(by, 0, 1), np.array([s.one[:, 0] for s in spectra]), slow, np.concatenate(tilt),
+        np.concatenate(tilt_speed), static, over, clear,
     )  # fmt: skip
 
 

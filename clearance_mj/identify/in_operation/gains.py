@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...linear import LinearModel, linear_model
+from ...linear import linear_model
 from ...rig import Rig
 
 __all__ = ["ORDERS", "ProbeGains", "places_of_unbalance", "probe_gains", "spun"]
@@ -71,14 +71,11 @@ def probe_gains(rig: Rig, probes: Mapping[str, float], spin: float, omega: np.nd
     model = linear_model(rig, MODES)
     forces = -model.at_bushings.T
     rows = np.vstack((model.at_probes(probes), model.at_points))
-    found = model.responses(rows, np.hstack((forces, _unit_unbalances(model))), omega, spin)
+    # Forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them.
+    unit = model.moved([place for place, _ in places_of_unbalance(rig)]).reshape(-1, model.size).T
+    found = model.responses(rows, np.hstack((forces, unit)), omega, spin)
     m = forces.shape[1]
     return ProbeGains(found[:, :m, :m], found[:, m:, :m], found[:, :m, m:], found[:, m:, m:])
-
-
-def _unit_unbalances(model: LinearModel) -> np.ndarray:
-    """(n, u) forces on the modes of forces along y and along z at the place of each unbalance; `spun` drives them."""
-    return model.moved([place for place, _ in places_of_unbalance(model.rig)]).reshape(-1, model.size).T
 
 
 def spun(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:

@@ -9,16 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance import ContactLaw, KelvinVoigt
 from ...clearance.contacts.kelvin_voigt import Linear
 from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.oil_film import OilFilled
 from ...estimate import Parameter, Problem, UnknownScale
 from ...estimate.problem import Linearised
-from ...rig import Bushing, Friction, Rig
+from ...rig import Bushing, Rig
 from ...rig.dimensions import shaft_radius
-from ..laws.round_fit import HOLE, parameters_of
+from ..laws.round_fit import HOLE, parameters_of, round_case
 from ..laws.round_motion import WIDE, RoundCase, forces_along
 from .forces import Forces, run_out
 from .windows import Window
@@ -27,6 +26,7 @@ __all__ = ["LawProblem", "Place", "acts_without_contact", "law_parameters", "pla
 
 KEPT_MOTIONS = 4  # of probes' gains and turns
 STEP = 1e-3  # coordinates, of differences
+FAINT = 1e-3  # N/m, of a contact that is never met
 MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
 LARGEST_CORRELATION = 30.0  # residuals that count as one observation on the way
 
@@ -181,22 +181,38 @@ class LawProblem(Problem):
         shown = self.forces.shown + self.forces.shown_by @ change
         here = real(shown - times(per_force, acting))
         jacobian = np.zeros((here.size, self.size))
-        for i, p in enumerate(self.parameters):
-            by_unit = self.unit[i] * (1.0 if p.transform == "linear" else values[i])
-            if i < self.n_linear:
-                column = by_unit * self.forces.shown_by[..., i]
-                if self._acts[i]:
-                    column = column - times(by_unit * self.forces.per_force_by[i], acting)
-                jacobian[:, i] = real(column)
-            elif i in self._rest:
-                row = self._rest.index(i)
-                jacobian[:, i] = real(by_unit * self.forces.one[:, :, None] * per_force[..., row])
+        for i in (*range(self.n_linear), *self._rest):
+            column = self.shown_by(i, values, per_force)
+            if i < self.n_linear and self._acts[i]:
+                column = column - times(self._by_unit(i, values) * self.forces.per_force_by[i], acting)
+            jacobian[:, i] = real(column)
         for i in self._moving:
             step = -STEP if at[i] + STEP > self.high[i] else STEP
             moved = self._acting(self.values(at + step * (np.arange(self.size) == i)))
             jacobian[:, i] -= real(times(per_force, (moved - acting) / step))
         self.evaluations += 1 + self._moving.size
         return Linearised(np.where(np.abs(here) < MAX_RESIDUAL, here, np.inf), jacobian)
+
+    def shown_by(self, i: int, values: np.ndarray, per_force: np.ndarray) -> np.ndarray:
+        """Return what is shown (n_windows, n_f, m) by coordinate i on which it depends linearly.
+
+        Parameters
+        ----------
+        i : int
+            Of the rig's numbers, or a force at rest.
+        values : ndarray, shape (n,)
+            Values of all parameters.
+        per_force : ndarray, shape (n_windows, n_f, m, m)
+            What probes show of forces, over its expected error.
+        """
+        by_unit = self._by_unit(i, values)
+        if i < self.n_linear:
+            return by_unit * self.forces.shown_by[..., i]
+        return np.asarray(by_unit * self.forces.one[:, :, None] * per_force[..., self._rest.index(i)])
+
+    def _by_unit(self, i: int, values: np.ndarray) -> float:
+        """Value by coordinate i."""
+        return float(self.unit[i] * (1.0 if self.parameters[i].transform == "linear" else values[i]))
 
     def _per_force(self, change: np.ndarray) -> np.ndarray:
         """(n_windows, n_f, m, m) what probes show of forces, over its expected error."""
@@ -212,29 +228,12 @@ class LawProblem(Problem):
         return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
 
     def _case(self, place: Place, known: Mapping[str, float]) -> RoundCase:
-        own = f"bushings[{place.number}]"
-        nominal = place.nominal
-        gap = known.get(f"{own}.gap", nominal.gap)
-        friction = known.get(f"{own}.friction", 0.0)
-        bristles = nominal.friction or Friction(0.0)
-        bushing = dataclasses.replace(
-            nominal, gap=gap, friction=dataclasses.replace(bristles, coefficient=friction) if friction else None,
-            offset=0.0, offset_y=0.0,
-        )  # fmt: skip
-        filling = place.filling.make(
-            bushing if place.filling.round_only else nominal,
-            *(known.get(f"{own}.{p.name}", 0.0) for p in place.filling.parameters(nominal)),
-        )
-        contact = KelvinVoigt(1e-3)
+        own, fields = f"bushings[{place.number}].", {"contact stiffness": FAINT}
+        fields |= {name.removeprefix(own): value for name, value in known.items() if name.startswith(own)}
+        case = round_case(fields, place.nominal, place.contact, place.filling)
         if self.touching:
-            contact = place.contact.make(
-                nominal, *(known[f"{own}.{p.name}"] for p in place.contact.parameters(nominal))
-            )  # fmt: skip
-        else:
-            bushing = dataclasses.replace(bushing, gap=WIDE * gap)
-        middle = known.get(f"{own}.rest_y", 0.0), known.get(f"{own}.rest_z", 0.0)
-        across, slanted = (known.get(f"{own}.{name}", 0.0) for name in HOLE)
-        return RoundCase(bushing, ContactLaw(contact, filling), middle, (across, slanted))
+            return case
+        return case._replace(bushing=dataclasses.replace(case.bushing, gap=WIDE * case.bushing.gap, friction=None))
 
 
 def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

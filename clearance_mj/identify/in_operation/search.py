@@ -164,15 +164,5 @@ def _drawn(problem: LawProblem, at: np.ndarray, seed: int) -> list[np.ndarray]:
 
 def _columns(problem: LawProblem, linear: Sequence[int], values: np.ndarray) -> np.ndarray:
     """(n_residuals, n_linear) derivatives of what is shown, by coordinates."""
-    forces = problem.forces
-    columns = np.empty((2 * forces.shown.size, len(linear)))
-    for k, i in enumerate(linear):
-        p = problem.parameters[i]
-        unit = problem.unit[i] * (1.0 if p.transform == "linear" else values[i])
-        if i < problem.n_linear:
-            by = forces.shown_by[:, :, :, i] * unit
-        else:
-            row = 2 * int(p.name[p.name.index("[") + 1 : p.name.index("]")]) + p.name.endswith("z")
-            by = unit * forces.one[:, :, None] * forces.per_force[:, :, :, row]
-        columns[:, k] = real(by)
-    return columns
+    per_force = problem.forces.per_force
+    return np.column_stack([real(problem.shown_by(i, values, per_force)) for i in linear])

@@ -17,9 +17,9 @@ import numpy as np
 
 from ...core.errors import RecordError
 from ...core.kinds import checks_kinds
-from ...estimate.beliefs import Belief, refine
+from ...estimate.beliefs import Belief
 from ...io.dataset import Record
-from ..follow.changes import Changes, fused, observed
+from ..follow.changes import Changes, fused, refined
 from ..records.prepared import prepared
 from .forces import ForceMaker, forces_in
 from .found import OrbitFit
@@ -41,6 +41,7 @@ THRESHOLD, SIGNIFICANCE = {"gap": 0.03, "viscosity": 0.1}, 4.0
 LEARNED = 6  # windows from which on it is known how much is missed in health
 BEYOND, RISE = 6.0, 1.5  # standard deviations of what is missed in health, and factor on it, beyond which is a rub
 MIN_WINDOWS = 4  # that show a change before it counts, so that gap and viscosity are told apart
+BLOCK = 200  # successive residuals that may be correlated
 IN_A_ROW = 3  # windows that show a rub before it counts: two hold what was before a sudden change and what is after
 MAX_MOVE = 1.5  # standard deviations of a window: one that ends farther off is refined again from a wider belief
 
@@ -260,13 +261,8 @@ class OrbitFollower:
     def _refined(self, misses: Any, end: float) -> tuple[np.ndarray, list[OrbitAlarm]]:
         """Refine the belief; return what the window alone has found, and alarms."""
         assert self.changes is not None
-        prior = self.belief.drifted(WINDOW_STD)
-        found = refine(prior, misses, block=200)
-        if np.any(np.abs(found.belief.mean - prior.mean) > MAX_MOVE * WINDOW_STD):
-            prior = self.belief.drifted(CHANGE_STD)
-            found = refine(prior, misses, block=200)
+        found, observation = refined(self.belief, misses, BLOCK, WINDOW_STD, CHANGE_STD, MAX_MOVE)
         walked = self.belief.drifted([WALK[k] * math.sqrt(HOP) for k in self.kinds])
-        observation = observed(prior, found.belief)
         scatter = self.changes.add(walked, observation)
         self.belief = fused(walked, observation, scatter)
         thresholds = np.log1p([THRESHOLD[k] for k in self.kinds])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -250,12 +251,9 @@ def uncertain(rig: Rig, numbers: Sequence[Parameter]) -> list[Parameter]:
         most, std = 50 * size, LIKELY_UNBALANCE * size
         for part in ("along", "across"):
             found.append(Parameter(f"unbalances[{i}] {part} the mark", "kg m", 0.0, -most, most, std, "linear"))
-    for j, bushing in enumerate(rig.bushings):
-        for probe in (2 * j, 2 * j + 1):
-            for order in ORDERS:
-                for wave in ("cos", "sin"):
-                    name, std = f"probes[{probe}] run-out {order}x {wave}", RUN_OUT * bushing.gap
-                    found.append(Parameter(name, "m", 0.0, -10 * std, 10 * std, std, "linear"))
+    for probe, order, wave in itertools.product(range(2 * len(rig.bushings)), ORDERS, ("cos", "sin")):
+        name, std = f"probes[{probe}] run-out {order}x {wave}", RUN_OUT * rig.bushings[probe // 2].gap
+        found.append(Parameter(name, "m", 0.0, -10 * std, 10 * std, std, "linear"))
     return found
 
 
@@ -281,17 +279,14 @@ def bands_of(rig: Rig, windows: Sequence[Window]) -> Bands:
     middle = float(np.median([w.mean_speed for w in windows]))
     inverse = np.abs(probe_gains(rig, {}, middle, 2 * np.pi * frequency[inside]).inverse) ** 2
     # Antiresonances, where the noise of few lines would make any force, count as their surroundings do.
-    of_noise = np.cumsum(_smoothed(np.einsum("fij,j->f", inverse, noise**2 * energy)))
+    by_line = np.einsum("fij,j->f", inverse, noise**2 * energy)
+    of_noise = np.cumsum(scipy.signal.medfilt(by_line, 2 * (by_line.size // 20) + 1))
     least = min(max(LEAST_TURNS * fastest, 20.0), 0.5 * highest)
     low = frequency[inside] <= least
     levels = np.sum(power[:, inside][:, low] * np.abs(inverse[0].max()), axis=(1, 2))
     end = float(frequency[inside][max(np.searchsorted(of_noise, FORCE_NOISE**2 * np.quantile(levels, 0.75)) - 1, 0)])
     force = min(max(end, least), 0.5 * highest)
     return Bands(force, min(highest, max(2 * force, 8 * fastest, 100.0)))
-
-
-def _smoothed(values: np.ndarray) -> np.ndarray:
-    return np.asarray(scipy.signal.medfilt(values, 2 * (values.size // 20) + 1))
 
 
 class Slow(NamedTuple):

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from tqdm import tqdm
@@ -23,6 +23,7 @@ from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .force_fit import ForceFit, fit_force
 from .measured_motion import MeasuredMotion
+from .round_motion import RoundMotion
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
 __all__ = ["WORKERS", "FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on", "weighted"]
@@ -35,18 +36,7 @@ SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and 
 
 Values = Mapping[str, float]
 AnyFamily = TypeVar("AnyFamily", bound=Family)
-
-
-class AnyMotion(Protocol):
-    """What is asked of a measured motion here."""
-
-    @property
-    def rate(self) -> float:
-        """Values compared per second."""
-
-    @property
-    def blocks(self) -> np.ndarray:
-        """Where blocks begin."""
+AnyMotion: TypeAlias = MeasuredMotion | RoundMotion
 
 
 @dataclass(frozen=True, eq=False)

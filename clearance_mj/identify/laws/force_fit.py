@@ -10,10 +10,11 @@ from composite likelihoods, Statistica Sinica 22, 2012).
 from __future__ import annotations
 
 import dataclasses
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,11 +23,13 @@ from ...clearance import ContactLaw
 from ...clearance.contact import ContactModel
 from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.grease import GreaseModel
-from ...estimate import Estimates, Problem, Stop, UnknownScale, log_evidence, solve
+from ...estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, log_evidence, solve
 from ...rig import Bushing, Grease
 from .measured_motion import MeasuredMotion
 
-__all__ = ["ForceFit", "ForceProblem", "fit_force"]
+__all__ = ["FamilyProblem", "ForceFit", "ForceProblem", "fit_force"]
+
+Case = TypeVar("Case")
 
 FARTHEST_OFFSET = 0.95  # of the gap: the shaft at rest touches neither wall
 STOP = Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
@@ -103,8 +106,54 @@ class ForceFit:
         return dict(zip(self.estimates.names, self.estimates.value.tolist()))
 
 
-class ForceProblem(Problem):
+class FamilyProblem(Problem, Generic[Case]):
     """A family's parameters and the residuals of its force, over the errors that laws are expected to have.
+
+    Parameters
+    ----------
+    motion : MeasuredMotion or RoundMotion
+        What laws are compared with.
+    shape : sequence of Parameter
+        What is open of the clearance itself.
+    contact : ContactFamily
+        Family of the contact.
+    filling : FillingFamily
+        Family of the filling.
+    """
+
+    lanes = True
+    """whether many laws take hardly longer than one"""
+
+    def __init__(self, motion: Any, shape: Sequence[Parameter], contact: ContactFamily, filling: FillingFamily) -> None:
+        self.motion, self.contact, self.filling = motion, contact, filling
+        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
+        loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
+        super().__init__([*shape, *own], self._over_errors, loss=loss, lanes=self.lanes)
+
+    @abstractmethod
+    def case(self, values: np.ndarray) -> Case:
+        """Return the clearance and its law of values (n,)."""
+
+    def _over_errors(self, values: np.ndarray) -> np.ndarray:
+        found = self.motion.residuals([self.case(each) for each in values])[self.motion.fitted].T
+        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
+
+    def parts_of_fit(self, found: Solution, parameters: Sequence[Parameter], correlated: float) -> dict[str, Any]:
+        """Return fields of `ForceFit`, but for the law, of a solution of which so many samples are one observation."""
+        loss, motion = cast(UnknownScale, found.loss), self.motion
+        covariance = np.linalg.inv(found.information / correlated + found.prior) * np.outer(self.unit, self.unit)
+        aside = motion.residuals([self.case(found.values)])[motion.held_out, 0]
+        misfit, held_out = (float(loss.scale(residuals)) ** 0.5 for residuals in (found.residuals, aside))
+        return {
+            "contact": self.contact, "filling": self.filling, "nominal": motion.nominal,
+            "estimates": Estimates.of(parameters, found.values, covariance), "point": found.at,
+            "information": found.information, "losses": loss.losses(found.residuals), "size": found.residuals.size,
+            "correlation_length": loss.correlated, "misfit": misfit, "held_out": held_out,
+        }  # fmt: skip
+
+
+class ForceProblem(FamilyProblem[tuple[Bushing, ContactLaw]]):
+    """The problem of a family at a bushing whose measured motion is along one line.
 
     Parameters
     ----------
@@ -117,22 +166,16 @@ class ForceProblem(Problem):
     """
 
     def __init__(self, motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily) -> None:
-        self.motion, self.contact, self.filling = motion, contact, filling
-        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
-        loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
-        super().__init__([*motion.gap_parameters, *own], self._over_errors, loss=loss)
+        super().__init__(motion, motion.gap_parameters, contact, filling)
 
     def law(self, at: np.ndarray) -> tuple[Bushing, ContactLaw]:
         """Return bushing and law at coordinates (n,)."""
-        return self._law(self.values(at))
+        return self.case(self.values(at))
 
-    def _law(self, values: np.ndarray) -> tuple[Bushing, ContactLaw]:
+    def case(self, values: np.ndarray) -> tuple[Bushing, ContactLaw]:
+        """Return bushing and law of values (n,)."""
         nominal, names = self.motion.nominal, [p.name for p in self.parameters]
         return _bushing_and_law(values, names, nominal, nominal, self.contact, self.filling)
-
-    def _over_errors(self, values: np.ndarray) -> np.ndarray:
-        found = self.motion.residuals([self._law(each) for each in values])[self.motion.fitted].T
-        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
 
 
 def fit_force(
@@ -141,18 +184,10 @@ def fit_force(
     """Fit a family at a bushing, from the likeliest of some values by name or, without any, from the priors."""
     problem = ForceProblem(motion, contact, filling)
     found = solve(problem, [problem.at(values) for values in (*starts, {})], stop=STOP)
-    loss = cast(UnknownScale, found.loss)
     bushing, law = problem.law(found.at)
     parameters = [motion.with_reach(p, bushing) for p in problem.parameters]
-    covariance = np.linalg.inv(found.information / loss.correlated + found.prior) * np.outer(problem.unit, problem.unit)
-    misfit, held_out = (
-        float(loss.scale(residuals)) ** 0.5
-        for residuals in (found.residuals, motion.residuals([(bushing, law)])[motion.held_out, 0])
-    )
-    return ForceFit(
-        contact, filling, motion.nominal, law, bushing, Estimates.of(parameters, found.values, covariance), found.at,
-        found.information, loss.losses(found.residuals), found.residuals.size, loss.correlated, misfit, held_out,
-    )  # fmt: skip
+    correlated = cast(UnknownScale, found.loss).correlated
+    return ForceFit(law=law, bushing=bushing, **problem.parts_of_fit(found, parameters, correlated))
 
 
 def _bushing_and_law(

@@ -18,7 +18,7 @@ from ...clearance.lanes import larger, load, spread, store
 from ...core.jit import OPTIONS, jit
 from ...rig import Bushing, Rig
 
-__all__ = ["LANES", "Path", "law_forces"]
+__all__ = ["LANES", "Path", "decimated", "law_forces"]
 
 LANES = 8  # laws at a time
 BLOCK = 64  # samples that are filtered together: what lies between stays in the processor's cache
@@ -105,9 +105,14 @@ def _one(paths: Sequence[Path], taps: np.ndarray, factor: int, rig: Rig, law: Co
         spread_out = (each[:, :1] + (each - each[:, :1]) * (1.0, lever, lever) for each in (path.x, path.v))
         x, v = (np.ascontiguousarray(each.T[None]) for each in spread_out)
         fill_forces(x, v, clearance_records(rig, law, path.step), force)
-        kept = scipy.signal.upfirdn(taps, force[0], 1, factor)[taps.size // 2 // factor :]
-        found.append(kept[: -(-len(path.x) // factor)])
+        found.append(decimated(force[0], taps, factor))
     return np.concatenate(found)
+
+
+def decimated(signal: np.ndarray, taps: np.ndarray, factor: int) -> np.ndarray:
+    """Return every ``factor``-th sample of a signal (n, ...) from the first on, low-passed by an odd number of taps."""
+    kept = scipy.signal.upfirdn(taps, signal, 1, factor, axis=0)[taps.size // 2 // factor :]
+    return np.asarray(kept[: -(-len(signal) // factor)])
 
 
 @jit(**OPTIONS)

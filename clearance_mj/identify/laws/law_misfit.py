@@ -27,7 +27,7 @@ from ...signals.frf_error import random_error
 from ...signals.response import Response
 from ..records.in_test import in_test
 from ..records.prepared import PreparedRecord
-from .output_error import CREST, DB, PIECE, RESOLUTION
+from .output_error import DB, RESOLUTION, holds_hits, pieces_of
 
 __all__ = ["Decay", "LawMisfit", "Stretch", "law_misfit"]
 
@@ -212,10 +212,11 @@ def law_misfit(records: Sequence[PreparedRecord], model: Model, progress: bool =
     tasks = run_tasks(lambda i: simulate(tested[i], excitations[i], engine="modal"), numbers, progress=title)
     simulated = dict(tasks)
     pairs = [(record.name, record.response(), simulated[i]) for i, record in enumerate(records)]
-    bands = [_band(test) for _, test, _ in pairs if not _is_of_hits(test)]
+    lasting, struck = ([pair for pair in pairs if holds_hits(pair[1].excitation) == hits] for hits in (False, True))
+    bands = [_band(test) for _, test, _ in lasting]
     edges = np.geomspace(min(b[0] for b in bands), max(b[1] for b in bands), BANDS + 1) if bands else np.empty(0)
-    stretches = [s for pair in pairs if not _is_of_hits(pair[1]) for s in _stretches(*pair, edges)]
-    decays = [d for pair in pairs if _is_of_hits(pair[1]) for d in _decays(*pair)]
+    stretches = [_stretch(*pair, piece, edges) for pair in lasting for piece in pieces_of(pair[1])]
+    decays = [decay for pair in struck for decay in _decays(*pair)]
     unit = "N" if records[0].kind == "force" else "m/s²"
     stretches.sort(key=lambda s: s.level)
     return LawMisfit(tuple(model.rig.sensor_labels), unit, edges, tuple(stretches), tuple(decays))
@@ -227,18 +228,8 @@ def _rows(test: Response, model: Response) -> list[int]:
     return [known.index(one) for one in zip(test.responses, test.quantities)]
 
 
-def _is_of_hits(response: Response) -> bool:
-    return bool(np.abs(response.excitation).max() > CREST * response.excitation.std())
-
-
 def _band(response: Response) -> tuple[float, float]:
     return response.band or (RESOLUTION, WIDEST * response.fs)
-
-
-def _stretches(name: str, test: Response, model: Response, edges: np.ndarray) -> list[Stretch]:
-    count = max(1, int(test.duration / PIECE))
-    ends = np.linspace(0, test.excitation.size, count + 1).astype(int)
-    return [_stretch(name, test, model, slice(*pair), edges) for pair in itertools.pairwise(ends.tolist())]
 
 
 def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.ndarray) -> Stretch:

@@ -20,7 +20,7 @@ from ...clearance.walls import penetration
 from ...estimate.parameter import Parameter
 from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce
-from .forces_in_lanes import Path, law_forces
+from .forces_in_lanes import Path, decimated, law_forces
 
 __all__ = [
     "DECIMATION", "FORCE_ERROR", "INTERPOLATION", "MeasuredMotion", "OwnSlowMotion", "low_pass", "path_of",
@@ -165,8 +165,8 @@ def samples_of(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray,
     """Return force as `law_forces` gives it, local RMS, noise, number of the block, whether fitted, or held out."""
     taps = low_pass()
     fine = scipy.signal.resample(f.force[number], f.time.size * INTERPOLATION)
-    time, valid, factor = f.time[::DECIMATION], f.valid[::DECIMATION], INTERPOLATION * DECIMATION
-    force = scipy.signal.upfirdn(taps, fine, 1, factor)[taps.size // 2 // factor :][: time.size]
+    time, valid = f.time[::DECIMATION], f.valid[::DECIMATION]
+    force = decimated(fine, taps, INTERPOLATION * DECIMATION)
     power = scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL_RMS * f.fs / DECIMATION)))
     level = np.sqrt(np.maximum(power, 0.0))  # of a force that ends, rounding leaves less than nothing
     _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * INTERPOLATION)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from ...core.errors import RecordError
+from ...signals.arrays import runs
 from ...signals.wavelet import Ridge, ridge
 
 __all__ = ["SdofResult", "sdof"]
@@ -77,8 +78,9 @@ def sdof(
         raise RecordError(f"mass must be > 0 kg, got {mass!r}")
     track = ridge(signal, fs, band, omega0)
     values = np.full((4, track.time.size), np.nan)
-    for part in _stretches(track):
-        values[:, part] = _parameters(track, part, mass, correction)
+    for part in (slice(*run) for run in runs(track.valid)):
+        if _points(track, part).size >= POINTS:
+            values[:, part] = _parameters(track, part, mass, correction)
     k, c, k_error, c_error = values
     valid = np.isfinite(k)
     if not valid.any():
@@ -95,13 +97,6 @@ def check_options(correction: str, damping: str) -> None:
         raise RecordError(f'damping "{damping}" is unknown; use {", ".join(DAMPINGS)}')
 
 
-def _stretches(track: Ridge) -> list[slice]:
-    """Valid stretches that hold the points the smoothing needs."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], track.valid, [False]))))
-    parts = [slice(start, stop) for start, stop in zip(edges[::2], edges[1::2])]
-    return [part for part in parts if _points(track, part).size >= POINTS]
-
-
 def _points(track: Ridge, part: slice) -> np.ndarray:
     """Samples at which the noise of the ridge is nearly independent."""
     hop = max(1, int(HOP * np.median(track.spread[part]) / track.time[1]))
@@ -113,7 +108,7 @@ def _parameters(track: Ridge, part: slice, mass: float, correction: str) -> np.n
     """k, c and their standard errors (4, n) over one stretch of a ridge."""
     points = _points(track, part)
     time, level = track.time[points], np.log(track.amplitude[points])
-    weight = np.exp(2 * _trend(time, level, 2))  # the noise of phase and ln A goes as 1/A
+    weight = np.exp(2 * np.polynomial.Polynomial.fit(time, level, 2)(time))  # the noise of phase and ln A goes as 1/A
     omega, omega_error = _slope(time, track.phase[points], weight, 3)
     if correction == "adiabatic":
         level = level + np.log(omega) / 2
@@ -121,11 +116,6 @@ def _parameters(track: Ridge, part: slice, mass: float, correction: str) -> np.n
     k = mass * (omega**2 + growth**2) if correction == "adiabatic" else mass * omega**2
     values = k, -2 * mass * growth, 2 * mass * omega * omega_error, 2 * mass * growth_error
     return CubicSpline(time, values, axis=1)(track.time[part])
-
-
-def _trend(time: np.ndarray, value: np.ndarray, degree: int) -> np.ndarray:
-    """Polynomial of least squares, at the same times."""
-    return np.polynomial.Polynomial.fit(time, value, degree)(time)
 
 
 def _slope(time: np.ndarray, value: np.ndarray, weight: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:

@@ -188,18 +188,20 @@ class Features(NamedTuple):
 
 def features(response: Response) -> Features:
     """Return what output-error compares of a response: FRF magnitudes and RMS values, piece by piece."""
-    pieces = [piece_features(response, piece) for piece in _pieces(response)]
+    pieces = [piece_features(response, piece) for piece in pieces_of(response)]
     frf, rms, frf_error, rms_error, band = (np.concatenate(values) for values in zip(*pieces))
     number = np.repeat(np.arange(len(pieces)), [len(piece[1]) for piece in pieces])
     return Features(frf, rms, frf_error, rms_error, band, number)
 
 
-def _pieces(response: Response) -> list[slice]:
+def pieces_of(response: Response) -> list[slice]:
+    """Return the samples of each piece of a response."""
     edges = np.linspace(0, response.excitation.size, max(1, int(response.duration / PIECE)) + 1).astype(int)
-    return [slice(*edge) for edge in itertools.pairwise(edges)]
+    return [slice(*edge) for edge in itertools.pairwise(edges.tolist())]
 
 
-def _holds_hits(excitation: np.ndarray) -> bool:
+def holds_hits(excitation: np.ndarray) -> bool:
+    """Return whether an excitation (n_t,) is one of hits, between which it hardly acts."""
     return bool(np.abs(excitation).max() > CREST * excitation.std())
 
 
@@ -214,12 +216,12 @@ class Sight:
 
     def __init__(self, measured: Response):
         self.probes, self.sensors = measured.displacement is not None, measured.responses
-        self.pieces = [(piece, self._averages(measured, measured.excitation[piece])) for piece in _pieces(measured)]
+        self.pieces = [(piece, self._averages(measured, measured.excitation[piece])) for piece in pieces_of(measured)]
 
     @staticmethod
     def _averages(measured: Response, excitation: np.ndarray) -> SegmentAverages | None:
         """What estimates a piece's FRFs; none between hits."""
-        if _holds_hits(excitation):
+        if holds_hits(excitation):
             return None
         return SegmentAverages(excitation, measured.fs, RESOLUTION, measured.band)
 
@@ -250,7 +252,7 @@ def piece_features(response: Response, piece: slice) -> tuple[np.ndarray, ...]:
     excitation, channels = response.excitation[piece], response.channels[:, piece]
     signals = [] if response.displacement is None else [response.displacement[:, piece]]
     frf, frf_error, band = np.empty(0), np.empty(0), np.empty(0, dtype=int)
-    if _holds_hits(excitation):
+    if holds_hits(excitation):
         signals.append(channels)
     else:
         part = Response(

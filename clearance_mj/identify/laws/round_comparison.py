@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 from tqdm import tqdm
 
-from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES, ContactFamily
+from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.long_film import LongFilmed
 from ...clearance.greases.oil_film import OilFilled
@@ -67,7 +67,10 @@ def compare_round_families(
     motions = _motions(records, rig, update.values)
     rests = rests_of(rig)
     own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
-    contacts, fillings = [contact.name for contact in _contacts()], _fillings(rig)
+    # That from whose fit the others begin first; a linear contact is a special case of all.
+    nonlinear = [name for name in CONTACT_FAMILIES if name != "linear"]
+    contacts = sorted(nonlinear, key=lambda name: CONTACT_FAMILIES[name].begins_from is not None)
+    fillings = _fillings(rig)
     most = (2 * len(contacts) + len(fillings) - 1) * len(motions)
     bar = tqdm(desc="families", total=most, unit="fit", disable=not progress)
 
@@ -131,12 +134,6 @@ def _motions(records: Sequence[PreparedRecord], rig: Rig, values: Mapping[str, f
     """Motions of all clearances on a rig, with values of its probes."""
     forces = [restoring_force(record, rig=rig, probes=values) for record in records]
     return [RoundMotion(forces, rig, j) for j in range(len(rig.bushings))]
-
-
-def _contacts() -> list[ContactFamily]:
-    """Contacts that are tried, that from whose fit the others begin first; a linear one is a special case of all."""
-    found = [c for name, c in CONTACT_FAMILIES.items() if name != "linear"]
-    return sorted(found, key=lambda c: c.begins_from is not None)
 
 
 def _fillings(rig: Rig) -> list[str]:

@@ -13,12 +13,12 @@ import numpy as np
 from ...clearance import ContactLaw
 from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.oil_bearing import OilBearing
-from ...estimate import Estimates, Parameter, Problem, UnknownScale, solve
+from ...estimate import Estimates, Parameter, UnknownScale, solve
 from ...rig import Bushing, Friction
-from .force_fit import MAX_CORRELATION_LENGTH, MAX_RESIDUAL, STOP, ForceFit
+from .force_fit import STOP, FamilyProblem, ForceFit
 from .round_motion import RoundCase, RoundMotion
 
-__all__ = ["HOLE", "RoundFit", "fit_round", "parameters_of", "placed", "spread_by_rig"]
+__all__ = ["HOLE", "RoundFit", "fit_round", "parameters_of", "placed", "round_case", "spread_by_rig"]
 
 HOLE = "out_of_round_y", "out_of_round_yz"  # names of both numbers of a hole that is not quite round
 OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both of these
@@ -46,11 +46,10 @@ class RoundFit(ForceFit):
         seed : int
             Seed of the random numbers.
         """
-        values, names = self.estimates.draw(1, seed)[0], self.estimates.names
-        case, known = _case(values, names, self.nominal, self.contact, self.filling), dict(zip(names, values))
-        offset = np.array([v for n, v in known.items() if n.endswith((".offset_y", ".offset"))])
+        known = _fields(self.estimates.names, self.estimates.draw(1, seed)[0])
+        case = round_case(known, self.nominal, self.contact, self.filling)
+        offset = np.array([known.get(name, getattr(bushing, name)) for name in ("offset_y", "offset")])
         own = case.bushing
-        offset = offset if offset.size else np.array([bushing.offset_y, bushing.offset])
         return placed(bushing, offset, gap=own.gap, friction=own.friction, film=own.film), case.law
 
     def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> RoundFit:
@@ -113,24 +112,12 @@ def parameters_of(motion: RoundMotion, priors: Sequence[Parameter], rest: tuple[
     return found
 
 
-class _RoundProblem(Problem):
-    """A family's parameters and the residuals of its force, over the errors that laws are expected to have."""
-
-    def __init__(
-        self, motion: RoundMotion, parameters: Sequence[Parameter], contact: ContactFamily, filling: FillingFamily
-    ) -> None:
-        self.motion, self.contact, self.filling = motion, contact, filling
-        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
-        loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
-        super().__init__([*parameters, *own], self._over_errors, loss=loss, lanes=False)
+class _RoundProblem(FamilyProblem[RoundCase]):
+    lanes = False
 
     def case(self, values: np.ndarray) -> RoundCase:
-        names = [p.name for p in self.parameters]
-        return _case(values, names, self.motion.nominal, self.contact, self.filling)
-
-    def _over_errors(self, values: np.ndarray) -> np.ndarray:
-        found = self.motion.residuals([self.case(each) for each in values])[self.motion.fitted].T
-        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
+        known = _fields([p.name for p in self.parameters], values)
+        return round_case(known, self.motion.nominal, self.contact, self.filling)
 
 
 def fit_round(
@@ -140,20 +127,10 @@ def fit_round(
     """Fit a family at a round clearance, from the likeliest of some values by name or, without any, from the priors."""
     problem = _RoundProblem(motion, parameters, contact, filling)
     found = solve(problem, [problem.at(values) for values in starts or ({},)], stop=STOP)
-    loss = cast(UnknownScale, found.loss)
-    case = problem.case(found.values)
+    loss, case = cast(UnknownScale, found.loss), problem.case(found.values)
     # What a law misses at a place of the wall, it misses whenever the shaft comes by: blocks of time do not show that.
-    alike = max(loss.correlated, 2 * REPEATED * motion.rate)
-    covariance = np.linalg.inv(found.information / alike + found.prior) * np.outer(problem.unit, problem.unit)
-    misfit, held_out = (
-        float(loss.scale(residuals)) ** 0.5
-        for residuals in (found.residuals, motion.residuals([case])[motion.held_out, 0])
-    )
-    return RoundFit(
-        contact, filling, motion.nominal, case.law, case.bushing,
-        Estimates.of(problem.parameters, found.values, covariance), found.at, found.information,
-        loss.losses(found.residuals), found.residuals.size, loss.correlated, misfit, held_out, case, loss,
-    )  # fmt: skip
+    parts = problem.parts_of_fit(found, problem.parameters, max(loss.correlated, 2 * REPEATED * motion.rate))
+    return RoundFit(law=case.law, bushing=case.bushing, case=case, loss=loss, **parts)
 
 
 def spread_by_rig(
@@ -177,21 +154,36 @@ def spread_by_rig(
     return dataclasses.replace(fit, estimates=estimates)
 
 
-def _case(
-    values: Sequence[float] | np.ndarray, names: Sequence[str], nominal: Bushing, contact: ContactFamily,
-    filling: FillingFamily,
-) -> RoundCase:  # fmt: skip
-    known = {n.rpartition(".")[2]: float(v) for n, v in zip(names, values) if n.startswith("bushings[")}
-    own, n = [float(v) for v in values[len(known) :]], len(contact.parameters(nominal))
+def _fields(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
+    """Values by the fields of the bushing, and the names of parameters of contact and filling."""
+    return {name.rpartition(".")[2]: float(value) for name, value in zip(names, values)}
+
+
+def round_case(
+    known: Mapping[str, float], nominal: Bushing, contact: ContactFamily, filling: FillingFamily
+) -> RoundCase:
+    """Return a law by the values of its bushing's fields and of the parameters of contact and filling; these may be 0.
+
+    Parameters
+    ----------
+    known : mapping of str to float
+        SI units, such as "gap", "rest_y" and "contact stiffness"; what is not given is as in the rig file.
+    nominal : Bushing
+        As the rig file has it, with the shaft's radius.
+    contact, filling : ContactFamily, FillingFamily
+        Families of contact and filling.
+    """
     friction = nominal.friction
     if "friction" in known:
         friction = dataclasses.replace(friction or Friction(known["friction"]), coefficient=known["friction"])
     bushing = dataclasses.replace(
         nominal, gap=known.get("gap", nominal.gap), friction=friction, offset=0.0, offset_y=0.0
     )
-    law = ContactLaw(
-        contact.make(nominal, *own[:n]), filling.make(bushing if filling.round_only else nominal, *own[n:])
+    of_contact, of_filling = (
+        [known.get(p.name, 0.0) for p in family.parameters(nominal)] for family in (contact, filling)
     )
+    within = bushing if filling.round_only else nominal
+    law = ContactLaw(contact.make(nominal, *of_contact), filling.make(within, *of_filling))
     if bushing.film and isinstance(law.grease[0], OilBearing):
         film = dataclasses.replace(bushing.film, viscosity=law.grease[0].viscosity)
         bushing = dataclasses.replace(bushing, film=film)

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.signal
 import scipy.spatial
 
 from ...clearance import ContactLaw, KelvinVoigt
@@ -19,6 +18,7 @@ from ...clearance.round_kernel import round_records
 from ...rig import Bushing, Rig
 from ...rig.dimensions import shaft_radius
 from ..forces.restoring import RestoringForce
+from .forces_in_lanes import decimated
 from .measured_motion import DECIMATION, FORCE_ERROR, INTERPOLATION, low_pass, path_of, samples_of
 
 __all__ = ["RoundCase", "RoundMotion", "forces_along"]
@@ -102,12 +102,11 @@ class RoundMotion:
 
     def forces(self, case: RoundCase) -> np.ndarray:
         """Return the forces (n,) of a law, N: y and z of each sample one after the other."""
-        taps, factor, found = low_pass(), INTERPOLATION * DECIMATION, []
+        found = []
         lever = case.bushing.length / self._length if self._length else 1.0
         for motion in self._motions:
             out = forces_along(case, motion.x, motion.v, motion.spin, motion.step, lever)
-            kept = scipy.signal.upfirdn(taps, out, 1, factor, axis=0)[taps.size // 2 // factor :]
-            found.append(kept[: -(-len(out) // factor)].ravel())
+            found.append(decimated(out, low_pass(), INTERPOLATION * DECIMATION).ravel())
         return np.concatenate(found)
 
     def residuals(self, cases: Sequence[RoundCase]) -> np.ndarray:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from ...clearance.law import ConstantLaw
 from ...estimate.parameter import Parameter
 from ...io.dataset import Dataset
-from ...rig import Grease, Rig
+from ...rig import Grease
 from ..laws.output_error import PIECE, Fit, evidence, fit_law
 from ..registry import register
 
@@ -22,7 +20,7 @@ def linear_grease(grease: Grease) -> list[Parameter]:
     ]
 
 
-def _law(rig: Rig, k: float, c: float, grease_k: float, grease_c: float) -> ConstantLaw:
+def _law(k: float, c: float, grease_k: float, grease_c: float) -> ConstantLaw:
     return ConstantLaw(k, c, grease=Grease(stiffness=float(grease_k), damping=float(grease_c)))
 
 
@@ -41,6 +39,4 @@ def fit_constant(dataset: Dataset, progress: bool = False) -> Fit:
     ]
     k, c, grease_k, grease_c = (p.start for p in parameters)
     starts = [(k * a, c * b, grease_k * g, grease_c * b) for a in (0.5, 2.0) for b in (1.0, 3.0) for g in (0.7, 1.0)]
-    return fit_law(
-        dataset.rig, found, parameters, partial(_law, dataset.rig), starts, title="constants" if progress else ""
-    )
+    return fit_law(dataset.rig, found, parameters, _law, starts, title="constants" if progress else "")

@@ -62,7 +62,7 @@ def ridge_law(
         )
     k, c = np.empty(share.shape), np.empty(share.shape)
     for j in range(share.shape[1]):
-        k[:, j] = np.interp(time, time[at], _contact_stiffness(model, rig, omega[at, j], share[at]))
+        k[:, j] = np.interp(time, time[at], _contact_stiffness(model, omega[at, j], share[at]))
         c[:, j] = np.interp(time, time[at], _contact_damping(model, rig, decay[at, j], share[at]))
     return TimeLaw(time, k, c)
 
@@ -89,7 +89,7 @@ def _forced_ridge(
     return omega, np.exp(smooth(np.log(amplitude))), 2 * decay if damping == "as-printed" else decay
 
 
-def _contact_stiffness(model: LinearModel, rig: Rig, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _contact_stiffness(model: LinearModel, omega: np.ndarray, share: np.ndarray) -> np.ndarray:
     """K (n,) >= 0 with which the shaft on springs k N_j has the circular frequencies ω (n,)."""
     at = model.at_bushings
     receptance = np.einsum("jm,im,tm->tji", at, at, 1 / (model.omega**2 - omega[:, None] ** 2))

@@ -52,8 +52,8 @@ def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedR
             faults.append(str(error))
             continue
         if found.faults:
-            channel, fault = next(iter(_by_importance(found)))
-            faults.append(f"{fault}; {_remedy(found, channel)}")
+            channel, fault = min(found.faults.items(), key=lambda each: each[0] != EXCITATION)  # which matters most
+            faults.append(f"{fault}; {_remedy(channel)}")
         else:
             usable.append(found)
     if faults:
@@ -66,12 +66,7 @@ def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedR
     return tuple(usable)
 
 
-def _by_importance(record: PreparedRecord) -> list[tuple[str, str]]:
-    """Names and faults of channels, the excitation first."""
-    return sorted(record.faults.items(), key=lambda fault: fault[0] != EXCITATION)
-
-
-def _remedy(record: PreparedRecord, channel: str) -> str:
+def _remedy(channel: str) -> str:
     """What of a record is still of use without a channel."""
     kind, _, label = channel.partition(" ")
     if kind == EXCITATION:

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...signals.arrays import runs
+
 __all__ = ["describe_dropouts", "zero_error"]
 
 HELD = 10  # equal samples in a row, from which on they are a dropout
@@ -41,7 +43,7 @@ def _dropout(signal: np.ndarray, fs: float) -> str:
     moving = steps[steps > 0]
     if moving.size < HELD:
         return ""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], steps == 0, [False])))).reshape(-1, 2)
+    edges = runs(steps == 0)
     for begin, end in edges[np.diff(edges, axis=1)[:, 0] >= HELD - 1].tolist():
         jump = begin and signal[begin] == 0  # into the dropout, if that is to zero
         before = steps[max(0, begin - BEFORE) : begin - bool(jump)]

@@ -52,7 +52,9 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> LinearModel:
 
     Values that are no part of the structure's matrices leave the modes as they are: these are kept for later calls.
     """
-    whole, structural = rig_with(rig, values), {n: v for n, v in values.items() if _structural(n)}
+    # Of all values those in the matrices of the structure and what is attached to it.
+    structural = {n: v for n, v in values.items() if n.startswith(STRUCTURAL) or ".housing." in n}
+    whole = rig_with(rig, values)
     linear, ratios = whole.linear, tuple[float, ...]()
     # Of something attached, modes of the whole are not those that the damping ratios are of.
     if isinstance(linear, Beam | Shaft) and not whole.attached:
@@ -64,8 +66,3 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> LinearModel:
     shares = [ratios_of_modes(ratios, n) for n in model.plane_sizes]
     damping = model.damping + 2 * model.omega * np.concatenate(shares)
     return dataclasses.replace(model, rig=whole, damping=damping)
-
-
-def _structural(name: str) -> bool:
-    """Whether a parameter is in the matrices of the structure and what is attached to it."""
-    return name.startswith(STRUCTURAL) or ".housing." in name

@@ -125,7 +125,7 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     data = base.to_dict()
     unsaid = list(_open_keys(data, damped))
     told = [tolerance for tolerance in rig.tolerances if not tolerance.of.endswith(".wear")]  # by no vibration
-    given = {key: tolerance for tolerance in told for key in _stands_for(data, tolerance)}
+    given = {key: t for t in told if t.of not in CLAMP_COMPLIANCES for key in find_numbers(data, t.of)}
     keys = [*(key for key in unsaid if key not in given), *given]
     named = [(path_of(key), get_number(data, key)) for key in keys]
     places = [get_number(data, ("bushings", j, "position")) for j in range(len(rig.bushings) if probes else 0)]
@@ -155,22 +155,19 @@ def prepared_rig(rig: Rig) -> Rig:
         linear = _on_springs(linear, _exact_supports(rig), "RX" in directed_points(rig).values())
     rig = rig.replace(tolerances=(), structure=None if rig.beam else linear)
     if rig.is_spatial:
-        sensors = tuple(
-            dataclasses.replace(s, direction=tuple(s.unit_direction.tolist()))
-            if parse_direction(s.position) is None
-            else s
-            for s in rig.sensors
-        )
-        rig = rig.replace(sensors=sensors)
+        sensors = list(rig.sensors)
+        for i, sensor in enumerate(sensors):
+            if parse_direction(sensor.position) is None:
+                sensors[i] = dataclasses.replace(sensor, direction=tuple(sensor.unit_direction.tolist()))
+        rig = rig.replace(sensors=tuple(sensors))
     omega = rig.reduction(2 * RATIOS).omega[:RATIOS]
     own = linear.damping_ratios or (0.0,)
     eta1, eta2 = linear.rayleigh
     safe = np.where(omega > 0, omega, np.inf)
     ratios = eta1 / (2 * safe) + eta2 * omega / 2 + [own[min(i, len(own) - 1)] for i in range(omega.size)]
     kept = tuple(np.clip(ratios, LOWEST_DAMPING, 1.0).tolist())
-    if isinstance(linear, Beam):
-        return rig.replace(beam=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
-    return rig.replace(structure=dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept))
+    damped = dataclasses.replace(linear, rayleigh=(0.0, 0.0), damping_ratios=kept)
+    return rig.replace(**{"beam" if rig.beam else "structure": damped})
 
 
 def _exact_supports(rig: Rig) -> set[str | int]:
@@ -231,10 +228,6 @@ def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig:
         if key[-1] == "polar_inertia":  # of a body, at most twice that about a diameter
             numbers[key] = min(value, 2 * numbers.get((*key[:-1], "inertia"), value))
     return with_values(base, numbers)
-
-
-def _stands_for(data: dict[str, Any], tolerance: Tolerance) -> Sequence[Key]:
-    return () if tolerance.of in CLAMP_COMPLIANCES else find_numbers(data, tolerance.of)
 
 
 def _open_keys(data: dict[str, Any], damped: int) -> Iterator[Key]:

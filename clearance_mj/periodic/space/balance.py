@@ -13,7 +13,6 @@ from ..harmonic_balance import (
     Grid,
     add_jacobian,
     add_products,
-    add_to,
     motion_over_period,
     projected,
     real_harmonics,
@@ -85,8 +84,7 @@ def round_balance(
     without clearances, ``basis`` B (2 n_points, r) and ``owner`` (r,) as in `harmonic_balance.Linear`. If wanted, the
     (r K, r K) corner of ``jacobian`` is filled with the derivative by z, and ``slopes`` changed.
     """
-    x = np.dot(basis, z)
-    add_to(y, x)
+    x = np.dot(basis, z) + y
     place, speed = motion_over_period(grid, omega, x)
     points, n = place.shape[0] // 2, place.shape[1]
     motion = Sampled(place.reshape((points, 2, n)), speed.reshape((points, 2, n)), omega, spin)

@@ -14,7 +14,7 @@ from ..branch import Branch
 from ..continuation import Motion
 from ..following import farthest, follow, watched
 from ..resolution import different_ends, resolution
-from ..stability import FIRST_CONTACT, samples_of_period
+from ..stability import samples_of_period
 from .condensed import UNBALANCE, round_condensed
 from .following import with_first_contacts
 from .solver import RoundSolver
@@ -36,11 +36,7 @@ def respond(
         if stability:
             samples_of_period(solver, min(ends))  # refused before a branch is followed there
         motions = with_first_contacts(solver, solver.branch(*ends), touched)
-
-        def named(motion: Motion) -> str:
-            return FIRST_CONTACT if any(motion is each for each in touched) else ""
-
-        return follow(solver, watched(motions, watch), stability, progress, named)
+        return follow(solver, watched(motions, watch), stability, progress, touched)
 
     return farthest(found, counts)
 

@@ -153,7 +153,7 @@ class RoundSolver(Follower):
             guess = z + step * motion.scale * way[:-1].reshape(z.shape)
             found = self.solve(omega * (1 + step * way[-1]), guess, motion.y, way, motion.scale)
             if found is not None and side * self.depth(found.z, found.y) > 0:
-                return self._turned(found, motion, way, 1.0)
+                return self._turned(found, motion, 1.0)
         return None
 
     def _scale(self, z: np.ndarray) -> float:

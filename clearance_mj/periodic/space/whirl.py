@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..continuation import Follower, Motion
+from ..vibrations import turned
 from .condensed import RoundCondensed
 from .linear import VaryingSpin
 from .solver import RoundSolver
 
-__all__ = ["WhirlSolver", "rotated"]
+__all__ = ["WhirlSolver"]
 
 NEARBY = 1e-6  # share of frequency and speed by which derivatives by them are found
 
@@ -93,16 +94,7 @@ class WhirlSolver(Follower):
         fundamental = z[:, 1] - 1j * z[:, 2]
         self.leader = int(np.abs(fundamental).argmax())
         turn = -np.angle(fundamental[self.leader])
-        shifted = rotated(z, turn), rotated(y, turn)
+        shifted = turned(z, turn), turned(y, turn)
         row = np.append(np.zeros(self.size), 1.0)
         scale = max(float(np.linalg.norm(z)), self.least)
         return self.solve(speed, self.unknowns(omega, shifted[0]), shifted[1], row, scale)
-
-
-def rotated(x: np.ndarray, turn: float) -> np.ndarray:
-    """Return harmonics (n, K) of a motion that is ahead by an angle of its fundamental, rad."""
-    found = x.copy()
-    for h in range(1, x.shape[1] // 2 + 1):
-        moved = (x[:, 2 * h - 1] - 1j * x[:, 2 * h]) * np.exp(1j * h * turn)
-        found[:, 2 * h - 1], found[:, 2 * h] = moved.real, -moved.imag
-    return found

@@ -15,13 +15,14 @@ from ..continuation import Motion
 from ..following import expanded, farthest, follow, place, watched
 from ..resolution import resolution
 from ..stability import Located, multipliers
+from ..vibrations import turned
 from .condensed import RoundCondensed, round_condensed
 from .dry import dry_guesses
 from .following import expand
 from .forced import speeds_of
 from .onset import first_hopf
 from .stability import floquet
-from .whirl import WhirlSolver, rotated
+from .whirl import WhirlSolver
 
 __all__ = ["WhirlOnset", "find_whirl_onset", "follow_whirl"]
 
@@ -151,7 +152,7 @@ def _out_of_rest(
     z, small = system.basis.T @ rest, system.basis.T @ amplitude
     beside = rest + amplitude - system.basis @ (z + small)
     lead = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
-    small, beside = rotated(small, -lead), rotated(beside, -lead)
+    small, beside = turned(small, -lead), turned(beside, -lead)
     first = solver.grown(onset.speed, onset.omega, z, beside, small)
     if first is None:
         raise ClearanceError(
@@ -194,4 +195,4 @@ def _whirl_expanded(solver: WhirlSolver, points: list[Located], ended: str) -> B
     omega = np.array([solver.frequency(point.motion) for point in points])
     spin = np.array([point.motion.omega for point in points])
     x = np.array([solver.all_points(point.motion) for point in points])
-    return expand(solver.inner, points, ended, omega, spin, x, np.zeros(1), "speed")
+    return expand(solver.inner, points, ended, omega, spin, x, np.zeros(1, dtype=complex), "speed")

@@ -154,10 +154,10 @@ def predicted_spectra(
     return weights, (seen @ np.linalg.solve(upper, basis.conj().transpose(0, 2, 1) @ target))[:, :, 0]
 
 
-def distance(gains: list[np.ndarray], measured: list[np.ndarray]) -> float:
-    """Return the sum over the channels of the logarithm of what is missed, over weights."""
-    weights, predicted = predicted_spectra(gains, measured)
-    squares = np.abs((predicted - np.vstack(measured)) * weights) ** 2
+def distance(gains: list[np.ndarray], measured: list[np.ndarray], without: tuple[int, ...] = ()) -> float:
+    """Return the sum over the channels, but for some, of the logarithm of what is missed, over weights."""
+    weights, predicted = predicted_spectra(gains, measured, without)
+    squares = np.delete(np.abs((predicted - np.vstack(measured)) * weights) ** 2, without, axis=1)
     return float(np.sum(np.log1p(np.mean(squares, axis=0))))
 
 

@@ -16,6 +16,7 @@ __all__ = ["RigCorrection", "rig_corrections"]
 
 FACTORS = tuple(np.exp(np.linspace(-0.4, 0.4, 33)).tolist())  # of a length or diameter
 STIFFER = tuple(np.exp(np.linspace(-1.6, 1.6, 17)).tolist())  # of a modulus
+UNITS = {"length": "m", "diameter": "m", "height": "m", "young_modulus": "Pa", "density": "kg/m³", "mass": "kg"}
 OPEN = "10 %"  # tolerance of what was found on a grid
 
 
@@ -36,9 +37,7 @@ class RigCorrection:
         """In words."""
         given, value = self.of(before.rig), self.of(after.update.rig)
         part, index, field = self.number
-        unit = {"length": "m", "diameter": "m", "height": "m", "young_modulus": "Pa", "density": "kg/m³"}.get(
-            field, "kg"
-        )
+        unit = UNITS[field]
         name = f"{part}.{field}" if part == "beam" else f"{part}[{index}].{field}"
         every = "with every position in proportion, " if self.kind == "lengths" else ""
         words = f"{name} is {value:.4g} {unit} where the rig file says {given:.4g} {unit} (factor {value / given:.3f})"
@@ -90,9 +89,8 @@ def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     for k, mass in enumerate(rig.masses):
         for factor in STIFFER:
             masses = (*rig.masses[:k], dataclasses.replace(mass, mass=factor * mass.mass), *rig.masses[k + 1 :])
-            yield RigCorrection(
-                f"mass {k}", _open(rig.replace(masses=masses), f"masses[{k}].mass"), ("masses", k, "mass")
-            )
+            other = _open(rig.replace(masses=masses), f"masses[{k}].mass")
+            yield RigCorrection(f"mass {k}", other, ("masses", k, "mass"))
 
 
 def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
@@ -108,13 +106,11 @@ def longer(rig: Rig, factor: float, kind: str) -> Rig | None:
         return factor * x if kind == "lengths" or x == old else x
 
     try:
-        return rig.replace(
-            beam=dataclasses.replace(rig.beam, length=end),
-            **{
-                part: tuple(dataclasses.replace(item, position=moved(item.position)) for item in getattr(rig, part))
-                for part in ("masses", "bushings", "sensors")
-            },
-        )
+        parts = {
+            part: tuple(dataclasses.replace(item, position=moved(item.position)) for item in getattr(rig, part))
+            for part in ("masses", "bushings", "sensors")
+        }
+        return rig.replace(beam=dataclasses.replace(rig.beam, length=end), **parts)
     except ClearanceError:
         return None
 

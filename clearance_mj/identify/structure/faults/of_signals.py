@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...records.dropouts import describe_dropouts
-from .assessment import Assessment, predicted_spectra
+from .assessment import Assessment, distance, predicted_spectra
 
 __all__ = ["describe_signal_fault"]
 
@@ -25,12 +25,8 @@ def describe_signal_fault(assessment: Assessment) -> str:
     """Return in words what is likeliest wrong with the channel that the others contradict most; "" if none."""
     if not assessment.suspects or not assessment.measured:
         return ""
-    gains, distance = assessment.gains(assessment.update.rig, {}), dict[int, float]()
-    for i in assessment.suspects:
-        weights, predicted = predicted_spectra(gains, assessment.measured, (i,))
-        error = np.abs((predicted - np.vstack(assessment.measured)) * weights) ** 2
-        distance[i] = float(np.sum(np.log1p(np.mean(np.delete(error, i, axis=1), axis=0))))
-    i = min(distance, key=distance.__getitem__)
+    gains = assessment.gains(assessment.update.rig, {})
+    i = min(assessment.suspects, key=lambda channel: distance(gains, assessment.measured, (channel,)))
     name = assessment.update.channels[i]
     if words := _dropouts(assessment, i):
         return f"{name} {words}"

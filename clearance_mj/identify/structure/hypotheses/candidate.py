@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
 
 from ....rig import Rig, Tolerance
+from ....structure import Shaft
 
-__all__ = ["HYPOTHESES", "Bench", "Candidate", "Hypothesis", "hypothesis", "opened"]
+__all__ = [
+    "HYPOTHESES", "Bench", "Candidate", "Hypothesis", "added", "hypothesis", "mode_frequencies", "opened",
+    "place_words", "places_along",
+]  # fmt: skip
+
+BEYOND = 1.5  # times the band's upper end: modes up to there are tried
 
 
 class Bench(NamedTuple):
@@ -90,3 +98,40 @@ def opened(rig: Rig, tolerances: dict[str, str]) -> Rig:
     """
     kept = tuple(t for t in rig.tolerances if t.of not in tolerances)
     return rig.replace(tolerances=(*kept, *(Tolerance(of, std) for of, std in tolerances.items())))
+
+
+def added(rig: Rig, part: str, new: Any, **tolerances: str) -> Rig:
+    """Return a rig with one more thing in a part, whose numbers are open.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    part : str
+        Field of the rig that holds such things, such as "springs".
+    new : Spring, PointMass, FixtureMode or Oscillator
+        What is added.
+    **tolerances : str
+        Standard deviations of its fields with their units, such as "100 %".
+    """
+    before = getattr(rig, part)
+    paths = {f"{part}[{len(before)}].{field}": std for field, std in tolerances.items()}
+    return opened(rig.replace(**{part: (*before, new)}), paths)
+
+
+def places_along(rig: Rig, shares: np.ndarray) -> Iterator[tuple[Shaft, float | str]]:
+    """Yield places at shares of the length of every shaft, each with its shaft: numbers on one without a name."""
+    for shaft in rig.linear.shafts:
+        for share in shares:
+            x = shaft.start + float(share) * shaft.length
+            yield shaft, f"{shaft.name}@{x!r}" if shaft.name else x
+
+
+def place_words(place: float | str) -> str:
+    """Return a place in words, such as "x = 0.4 m"."""
+    return f"x = {place:.3g} m" if isinstance(place, float) else place
+
+
+def mode_frequencies(bench: Bench, count: int) -> list[float]:
+    """Return frequencies, Hz, of modes of what carries the rig, spread over the band and beyond."""
+    return np.geomspace(max(bench.band[0], 10.0), BEYOND * bench.band[1], count).tolist()

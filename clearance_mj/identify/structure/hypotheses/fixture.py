@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-import numpy as np
-
 from ....rig import Rig
 from ....structure.attached import FixtureMode
-from .candidate import Bench, Candidate, hypothesis, opened
+from .candidate import Bench, Candidate, added, hypothesis, mode_frequencies
 
 DAMPING = 0.02
 PARTICIPATION = 0.5
 COUNT = 20  # frequencies
-BEYOND = 1.5  # times the band's upper end: modes up to there are tried
 APART = "a second accelerometer on the base, at the foot of the clamp and in the direction of shaking"
 
 
@@ -23,18 +20,14 @@ def modes(bench: Bench) -> Iterator[Candidate]:
     """Yield modes whose frequencies are spread over the band and beyond."""
     if bench.rig.shaker.kind != "base":
         return
-    for frequency in np.geomspace(max(bench.band[0], 10.0), BEYOND * bench.band[1], COUNT).tolist():
+    for frequency in mode_frequencies(bench, COUNT):
         make = partial(_with, bench.rig, frequency)
         yield Candidate("fixture", make, partial(_words, len(bench.rig.fixture)), APART, size="signed")
 
 
 def _with(rig: Rig, frequency: float, factor: float) -> Rig:
-    n = len(rig.fixture)
-    return opened(
-        rig.replace(fixture=(*rig.fixture, FixtureMode(frequency, DAMPING, factor * PARTICIPATION))),
-        {f"fixture[{n}].frequency": "10 %", f"fixture[{n}].damping_ratio": "100 %",
-         f"fixture[{n}].participation": "50 %"},
-    )  # fmt: skip
+    mode = FixtureMode(frequency, DAMPING, factor * PARTICIPATION)
+    return added(rig, "fixture", mode, frequency="10 %", damping_ratio="100 %", participation="50 %")
 
 
 def _words(n: int, rig: Rig) -> str:

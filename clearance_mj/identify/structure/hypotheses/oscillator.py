@@ -17,7 +17,7 @@ import numpy as np
 
 from ....rig import Rig
 from ....structure.attached import Oscillator
-from .candidate import Bench, Candidate, hypothesis, opened
+from .candidate import Bench, Candidate, added, hypothesis, place_words, places_along
 
 MASS = 0.02  # of the rig's, or kg where that is not known
 DAMPING = 0.03
@@ -35,32 +35,24 @@ def oscillators(bench: Bench) -> Iterator[Candidate]:
     """Yield masses on springs along every shaft, about the frequencies of the largest contradictions."""
     mass = MASS * (bench.rig.total_mass or 1.0)
     words = partial(_words, len(bench.rig.oscillators))
-    for shaft in bench.rig.linear.shafts:
-        for share, lever in itertools.product(PLACES, LEVERS):
-            x = shaft.start + float(share) * shaft.length
-            place = f"{shaft.name}@{x!r}" if shaft.name else x
-            for peak, beside in itertools.product(bench.contradictions, BESIDE):
-                hung = Oscillator(place, mass, beside * peak, DAMPING, lever * shaft.length)
-                make = partial(_with, bench.rig, hung, shaft.length)
-                yield Candidate("oscillator", make, words, APART, size="fixed", group=lever)
+    for shaft, place in places_along(bench.rig, PLACES):
+        for lever, peak, beside in itertools.product(LEVERS, bench.contradictions, BESIDE):
+            hung = Oscillator(place, mass, beside * peak, DAMPING, lever * shaft.length)
+            make = partial(_with, bench.rig, hung, shaft.length)
+            yield Candidate("oscillator", make, words, APART, size="fixed", group=lever)
 
 
 def _with(rig: Rig, hung: Oscillator, length: float, factor: float) -> Rig:
-    n = len(rig.oscillators)
-    hung = dataclasses.replace(hung, mass=factor * hung.mass)
-    return opened(
-        rig.replace(oscillators=(*rig.oscillators, hung)),
-        {f"oscillators[{n}].mass": "200 %", f"oscillators[{n}].frequency": "10 %",
-         f"oscillators[{n}].damping_ratio": "100 %", f"oscillators[{n}].position": f"{REACH * length!r} m",
-         f"oscillators[{n}].lever": f"{REACH * length!r} m"},
-    )  # fmt: skip
+    hung, reach = dataclasses.replace(hung, mass=factor * hung.mass), f"{REACH * length!r} m"
+    return added(
+        rig, "oscillators", hung, mass="200 %", frequency="10 %", damping_ratio="100 %", position=reach, lever=reach
+    )
 
 
 def _words(n: int, rig: Rig) -> str:
     found = rig.oscillators[n]
-    where = f"x = {found.position:.3g} m" if isinstance(found.position, float) else found.position
     return (
         f"a mode at {found.frequency:.4g} Hz that no part of the rig file explains (damping ratio "
         f"{found.damping_ratio:.2g}), like that of {found.mass:.2g} kg on a spring at the end of an arm of "
-        f"{found.lever:+.2g} m along the shaft from {where}"
+        f"{found.lever:+.2g} m along the shaft from {place_words(found.position)}"
     )

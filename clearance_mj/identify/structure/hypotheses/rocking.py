@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-import numpy as np
-
 from ....rig import Rig
 from ....structure.attached import FixtureMode
-from .candidate import Bench, Candidate, hypothesis, opened
+from .candidate import Bench, Candidate, added, hypothesis, mode_frequencies
 
 DAMPING = 0.2
 LEVER = 0.1  # of the base's motion, that rocking adds at the end of the rig
 COUNT = 10  # frequencies
-BEYOND = 1.5  # times the band's upper end
 APART = "a second accelerometer on the base, in the same direction and as far along the shaft as can be"
 
 
@@ -24,18 +21,14 @@ def rocking(bench: Bench) -> Iterator[Candidate]:
     if bench.rig.shaker.kind != "base" or not bench.rig.linear.shafts:
         return
     start, end = bench.rig.linear.span
-    for frequency in np.geomspace(max(bench.band[0], 10.0), BEYOND * bench.band[1], COUNT).tolist():
+    for frequency in mode_frequencies(bench, COUNT):
         make = partial(_with, bench.rig, frequency, LEVER / (end - start), start)
         yield Candidate("rocking", make, partial(_words, len(bench.rig.fixture)), APART, size="signed")
 
 
 def _with(rig: Rig, frequency: float, rate: float, about: float, factor: float) -> Rig:
-    n = len(rig.fixture)
     mode = FixtureMode(frequency, DAMPING, 0.0, factor * rate, about)
-    return opened(
-        rig.replace(fixture=(*rig.fixture, mode)),
-        {f"fixture[{n}].frequency": "40 %", f"fixture[{n}].damping_ratio": "100 %", f"fixture[{n}].rocking": "100 %"},
-    )
+    return added(rig, "fixture", mode, frequency="40 %", damping_ratio="100 %", rocking="100 %")
 
 
 def _words(n: int, rig: Rig) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....rig import Rig
 from ....structure import Spring
-from .candidate import Bench, Candidate, hypothesis, opened
+from .candidate import Bench, Candidate, added, hypothesis, place_words, places_along
 
 STIFFNESS, DAMPING = 300.0, 0.5  # N/m, N s/m
 TRACE = 1e-3  # of these, where the other one is tried
@@ -20,28 +20,18 @@ REACH = 0.08  # of the length, 1 σ of its place
 @hypothesis("spring", "a spring or dashpot to the base that the rig file forgets")
 def springs(bench: Bench) -> Iterator[Candidate]:
     """Yield a spring and a dashpot at places along every shaft."""
-    for shaft in bench.rig.linear.shafts:
-        for share in PLACES:
-            x = shaft.start + float(share) * shaft.length
-            place = f"{shaft.name}@{x!r}" if shaft.name else x
-            for stiffness, damping in ((STIFFNESS, TRACE * DAMPING), (TRACE * STIFFNESS, DAMPING)):
-                make = partial(_with, bench.rig, place, stiffness, damping, shaft.length)
-                yield Candidate("spring", make, partial(_words, len(bench.rig.springs)))
+    for shaft, place in places_along(bench.rig, PLACES):
+        for stiffness, damping in ((STIFFNESS, TRACE * DAMPING), (TRACE * STIFFNESS, DAMPING)):
+            make = partial(_with, bench.rig, place, stiffness, damping, shaft.length)
+            yield Candidate("spring", make, partial(_words, len(bench.rig.springs)))
 
 
 def _with(rig: Rig, place: float | str, stiffness: float, damping: float, length: float, factor: float) -> Rig:
-    n = len(rig.springs)
     spring = Spring(place, factor * stiffness, damping=factor * damping)
-    wide = "200 %"
-    return opened(
-        rig.replace(springs=(*rig.springs, spring)),
-        {f"springs[{n}].stiffness": wide, f"springs[{n}].damping": wide,
-         f"springs[{n}].position": f"{REACH * length!r} m"},
-    )  # fmt: skip
+    return added(rig, "springs", spring, stiffness="200 %", damping="200 %", position=f"{REACH * length!r} m")
 
 
 def _words(n: int, rig: Rig) -> str:
     found = rig.springs[n]
-    where = f"x = {found.position:.3g} m" if isinstance(found.position, float) else found.position
     size = f"{found.stiffness:.3g} N/m and {found.damping:.3g} N s/m"
-    return f"a spring and dashpot of {size} from the shaft near {where} to the base"
+    return f"a spring and dashpot of {size} from the shaft near {place_words(found.position)} to the base"
