@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import read_lines
 from .base import AXES, parse_dof
@@ -115,10 +116,8 @@ def read_dofs(name: str) -> Dofs:
         places = np.array([columns[axis] for axis in "xyz"], dtype=float).T if {"x", "y", "z"} <= set(header) else None
     except ValueError as error:
         raise ValueError(f"{path}: x, y and z must be numbers ({error})") from None
-    try:
+    with naming(path, ValueError):
         return dof_table(map(":".join, zip(columns.get("node", ()), columns.get("direction", ()))), places)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
 
 
 def _delimiter(line: str) -> str:
