@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..identify import Twin
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +42,7 @@ class GapHistory(ArrayData):
     """(n, n_bushings) standard deviation of each, m"""
 
     def __post_init__(self) -> None:
-        self._set(**{name: read_only(getattr(self, name)) for name in ("hours", "gap", "std")})
+        self._freeze()
         if self.hours.ndim != 1 or self.gap.ndim != 2 or not len(self.hours) == len(self.gap) == len(self.std):
             raise RecordError("a history is hours (n,) with gap and std (n, n_bushings)")
         if self.gap.shape != self.std.shape:
@@ -141,10 +142,8 @@ class GapHistory(ArrayData):
             table = pd.read_csv(path)
         except (OSError, ValueError) as error:  # an empty or torn table is a ValueError
             raise RecordError(f"{path}: cannot be read as CSV ({error})") from None
-        try:
+        with naming(path):
             return cls._of_table(table, n_bushings)
-        except RecordError as error:
-            raise RecordError(f"{path}: {error}") from None
 
     @classmethod
     def _of_table(cls, table: pd.DataFrame, n_bushings: int) -> GapHistory:
