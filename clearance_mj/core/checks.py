@@ -31,13 +31,16 @@ _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 @contextmanager
 def naming(
     place: object, kind: type[Exception] | tuple[type[Exception], ...] = RecordError,
-    raised: type[Exception] | None = None, mark: str = ":",
+    raised: type[Exception] | None = None, form: str = "{}: {}",
 ) -> Iterator[None]:  # fmt: skip
-    """Put the file, or the place in it, before what is wrong by an error of some kind, raised as that or another."""
+    """Put the file, or the place in it, before what is wrong by an error of some kind, raised as that or another.
+
+    ``form`` says how the two are put together.
+    """
     try:
         yield
     except kind as error:
-        raise (raised or type(error))(f"{place}{mark} {error}") from None
+        raise (raised or type(error))(form.format(place, error)) from None
 
 
 def check_dof(label: str) -> None:

@@ -151,11 +151,6 @@ def read_channels(
         return channel_map.apply(obj) if channel_map else obj
 
 
-def _stem(path: Path) -> str:
-    """File name without its suffix and .gz: "lev_0.5" of lev_0.5.csv.gz."""
-    return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
-
-
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
@@ -176,7 +171,8 @@ def read_record(
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map, resample)
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
+    stem = Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", stem)[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
         driven = kind or ("spin" if role == "orbit" else driving_kind(channels, rig))

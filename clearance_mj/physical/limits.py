@@ -145,8 +145,7 @@ def contact(
     if isinstance(target, mujoco.MjModel):
         if not set(wanted) <= pairs.keys():
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
-        for pair in wanted:
-            model.pair_dim[pairs[pair]] = 1
+        model.pair_dim[[pairs[pair] for pair in wanted]] = 1
         give(model, "pair", [_pair_name(model, pairs[pair]) for pair in wanted], wanted_softness)
     else:
         give(target, "pair", _explicit(target, model, wanted), wanted_softness)

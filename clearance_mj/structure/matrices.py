@@ -216,7 +216,7 @@ class Matrices(StructureOfFiles):
 
 def _named(name: str, function: Callable[[str], T], value: str) -> T:
     """Call a function; its errors begin with the field's name."""
-    with naming(name, ValueError, ValueError, mark=""):
+    with naming(name, ValueError, ValueError, "{} {}"):
         return function(value)
 
 
@@ -290,6 +290,6 @@ def _fixed(texts: tuple[str, ...], dofs: Dofs) -> np.ndarray:
     held = np.zeros(len(dofs.names), dtype=bool)
     for i, text in enumerate(texts):
         names = [text] if ":" in text else dofs.of_node(text)
-        with naming(f"fixed[{i}]", ValueError, ValueError, mark=""):
+        with naming(f"fixed[{i}]", ValueError, ValueError, "{} {}"):
             held[[dofs.find(name)[0] for name in names or [f"{text}:X"]]] = True
     return held

@@ -6,8 +6,7 @@ import io
 import math
 import re
 import zipfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, TypeAlias
 
@@ -31,6 +30,7 @@ _BODY = re.compile(rb"[^\n]*\n(?:[ \t\r]*(?:%[^\n]*)?\n)*")
 """what comes before a Matrix Market file's size and numbers: its first line and comments"""
 _NUMERALS = b"0123456789+-.eEnaifNAIF \t\r\n"
 SUFFIXES = (".npz", ".mat", ".mtx", ".npy")
+WHY = "{} ({})"  # numpy, scipy, zipfile and zlib raise errors of many kinds over damaged files
 MAX_UNPACKED = 2**31  # bytes of a compressed MATLAB file: a full matrix of zeros packs well
 MAX_ROWS = 1_000_000  # rows of a matrix; ten times what can be reduced in reasonable time
 
@@ -69,11 +69,11 @@ def read_matrix(what: str, name: str) -> Matrix:
     if path.suffix.lower() == ".mtx":
         return as_matrix(str(path), _matrix_market(path))
     if path.suffix.lower() == ".npy":
-        with _refusing(f"{path}: not a whole .npy file of numbers", ValueError, EOFError):
+        with naming(f"{path}: not a whole .npy file of numbers", (ValueError, EOFError), ValueError, WHY):
             return as_matrix(str(path), np.load(path, mmap_mode="r"))
     variables = _variables(name)
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
-        with _refusing(f"{path}: not a sparse matrix of scipy.sparse.save_npz", Exception):
+        with naming(f"{path}: not a sparse matrix of scipy.sparse.save_npz", Exception, ValueError, WHY):
             saved = scipy.sparse.load_npz(path)
         return as_matrix(str(path), saved)
     held = ", ".join(variables) or "nothing"
@@ -103,7 +103,7 @@ def _matrix_market(path: Path) -> Any:
     """The matrix of a file, after a look at how large it says it is."""
     data = path.read_bytes() + b"\n"  # scipy 1.17 reads on behind a number that ends the file
     wrong = ValueError, OverflowError, TypeError, MemoryError
-    with _refusing(f"{path}: not a Matrix Market file that can be used", *wrong):
+    with naming(f"{path}: not a Matrix Market file that can be used", wrong, ValueError, WHY):
         if strange := _BODY.sub(b"", data, count=1).translate(None, _NUMERALS):  # and behind what is none
             raise ValueError(f"it holds {strange[:10]!r} among the numbers")
         rows, columns, entries, _, field, _ = scipy.io.mminfo(io.BytesIO(data))
@@ -115,15 +115,6 @@ def _matrix_market(path: Path) -> Any:
         return scipy.io.mmread(io.BytesIO(data), spmatrix=False)
 
 
-@contextmanager
-def _refusing(words: str, *kinds: type[Exception]) -> Iterator[None]:
-    """Say what a file is not, and why; zipfile, zlib, numpy and scipy raise errors of many kinds over damaged ones."""
-    try:
-        yield
-    except kinds as error:
-        raise ValueError(f"{words} ({error})") from None
-
-
 def _check_rows(rows: int, columns: int) -> None:
     if max(rows, columns) > MAX_ROWS:
         raise ValueError(f"{rows} x {columns}; at most {MAX_ROWS} rows are read")
@@ -133,13 +124,14 @@ def _variables(name: str) -> dict[str, Any]:
     """What a .npz or .mat file holds, by name."""
     path = Path("arrays.npz" if is_embedded(name) else name)
     if path.suffix.lower() == ".npz":
-        with _refusing(f"{path}: not a whole .npz file of numbers and texts", Exception):
+        with naming(f"{path}: not a whole .npz file of numbers and texts", Exception, ValueError, WHY):
             with opened(name) as stream, zipfile.ZipFile(stream) as file:
                 return {member.filename.removesuffix(".npy"): _array(file, member) for member in file.infolist()}
     if path.suffix.lower() != ".mat":
         raise ValueError(f"{path}: matrices are read from {', '.join(SUFFIXES)} files")
     data = path.read_bytes()
-    with _refusing(f"{path}: not a whole MATLAB file", RecordError, ValueError):  # ValueError: a shape beyond numpy's
+    wrong = RecordError, ValueError  # ValueError: a shape beyond what numpy can
+    with naming(f"{path}: not a whole MATLAB file", wrong, ValueError, WHY):
         if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
             raise ValueError("version 7.3; save it in MATLAB with save(file, '-v7')")
         return arrays(data, MAX_UNPACKED)
@@ -163,13 +155,11 @@ def _variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:
     data, indices, indptr, shape = (variables.get(f"{name}_{part}") for part in ("data", "indices", "indptr", "shape"))
     if indices is None or indptr is None or shape is None:
         raise ValueError(f"{path}: {name}_data needs {name}_indices, {name}_indptr and {name}_shape beside it")
-    try:
+    parts = f"{name}_data, {name}_indices, {name}_indptr and {name}_shape"
+    with naming(f"{path}: {parts} do not fit", Exception, ValueError):
         rows, columns = (int(n) for n in np.asarray(shape).tolist())
         _check_rows(rows, columns)
         return scipy.sparse.csr_array((data, indices, indptr), shape=(rows, columns))
-    except Exception as error:  # scipy raises errors of many kinds over parts that do not fit
-        parts = f"{name}_data, {name}_indices, {name}_indptr and {name}_shape"
-        raise ValueError(f"{path}: {parts} do not fit: {error}") from None
 
 
 def as_matrix(where: str, value: Any) -> Matrix:
@@ -182,7 +172,7 @@ def as_matrix(where: str, value: Any) -> Matrix:
         if value.ndim != 2 or value.dtype.kind not in "fiuc":
             raise ValueError(f"{where}: must be a matrix of numbers, got {value.dtype} of shape {value.shape}")
     elif value.format in ("csr", "csc", "bsr"):
-        with _refusing(f"{where}: no matrix that can be used", ValueError):
+        with naming(f"{where}: no matrix that can be used", ValueError, ValueError, WHY):
             _check_rows(*value.shape)
             value.check_format(full_check=True)  # compiled functions trust the indices
             if np.any(np.diff(value.indptr) < 0):  # not looked at where the last one is 0

@@ -134,7 +134,7 @@ class ModalStructure(Structure):
         assert self.residual_flexibility is not None
         self._check_size("residual_flexibility", self.residual_flexibility, len(self.dofs), len(self._residual_at))
         for i, dof in enumerate(self._residual_at):
-            with naming(f"residual_dofs[{i}]", ValueError, ValueError, mark=""):
+            with naming(f"residual_dofs[{i}]", ValueError, ValueError, "{} {}"):
                 self.check(dof)
         own = self._rows(self._residual_at, np.array(self.residual_flexibility))
         if np.abs(own - own.T).max() > NEGATIVE * np.abs(own).max(initial=0.0):

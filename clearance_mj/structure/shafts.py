@@ -72,7 +72,7 @@ class Shafts(Structure):
                 raise ValueError(f"parts[{i}].damping_ratios: only the modes of the whole have them; give them there")
         for i, spring in enumerate(self.springs):
             for field, point in zip(("position", "to"), spring.joined):
-                with naming(f"springs[{i}].{field}", ValueError, ValueError, mark=""):
+                with naming(f"springs[{i}].{field}", ValueError, ValueError, "{} {}"):
                     self.check(point)
             if spring.to == spring.position:
                 raise ValueError(f"springs[{i}].to is the spring's own position; give another point")

@@ -138,10 +138,9 @@ class GapHistory(ArrayData):
         """
         import pandas as pd
 
-        try:
+        wrong = OSError, ValueError  # an empty or torn table is a ValueError
+        with naming(f"{path}: cannot be read as CSV", wrong, RecordError, "{} ({})"):
             table = pd.read_csv(path)
-        except (OSError, ValueError) as error:  # an empty or torn table is a ValueError
-            raise RecordError(f"{path}: cannot be read as CSV ({error})") from None
         with naming(path):
             return cls._of_table(table, n_bushings)
 
@@ -151,10 +150,8 @@ class GapHistory(ArrayData):
 
         if missing := [name for name in COLUMNS if name not in table.columns]:
             raise RecordError(f"has no column {', '.join(missing)}; a history has {', '.join(COLUMNS)}")
-        try:
+        with naming("holds what is no number", (ValueError, TypeError), RecordError, "{} ({})"):
             rows = np.column_stack([pd.to_numeric(table[name]).to_numpy(float) for name in COLUMNS])
-        except (ValueError, TypeError) as error:
-            raise RecordError(f"holds what is no number ({error})") from None
         bushings = rows[:, 1]
         if not np.all(np.isin(bushings, np.arange(n_bushings))):
             wrong = bushings[~np.isin(bushings, np.arange(n_bushings))][0]

@@ -232,11 +232,9 @@ def _header(title: str) -> str:
 
 def _channels(obj: object) -> list[Channel]:
     found = getattr(obj, "channels", obj)
-    channels: list[Channel] = []
-    for item in found if isinstance(found, Iterable) else [found]:
-        if not isinstance(item, Channel):
-            raise RecordError(f"needs a sequence of Channel, a Record or an FRF, got {type(item).__name__}")
-        channels.append(item)
+    channels: list[Any] = [*found] if isinstance(found, Iterable) else [found]
+    if wrong := [type(item).__name__ for item in channels if not isinstance(item, Channel)]:
+        raise RecordError(f"needs a sequence of Channel, a Record or an FRF, got {wrong[0]}")
     if not channels:
         raise RecordError("there is no channel")
     return channels
