@@ -294,11 +294,9 @@ def _planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure
     """The structure in each bending plane, and the share of a motion along Z that is in it."""
     if planes is None:
         return [(structure, 1.0)]
-    half = planes.difference / 2
-    return [
-        (_stiffened(structure, 1 + half), math.cos(planes.angle)),
-        (_stiffened(structure, 1 - half), math.sin(planes.angle)),
-    ]
+    factors = 1 + planes.difference / 2, 1 - planes.difference / 2
+    shares = math.cos(planes.angle), math.sin(planes.angle)
+    return [(_stiffened(structure, factor), share) for factor, share in zip(factors, shares)]
 
 
 def _stiffened(structure: Structure, factor: float) -> Structure:
