@@ -91,7 +91,7 @@ def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndar
 
 def _coupled(viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Damping of each mode, and what of a damping matrix couples them."""
-    damping = viscous.diagonal()
+    damping = viscous.diagonal().copy()
     skew, largest = (viscous - viscous.T) / 2, np.abs(viscous).max(initial=0.0)
     coupling = (viscous + viscous.T) / 2 - np.diag(damping)
     if np.any(np.abs(skew) > SKEW * largest):
