@@ -12,17 +12,22 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
 
 from ..version import __version__
 from .errors import ClearanceError
 from .files import SEAL, is_sealed, replacing, seal
 
-__all__ = ["LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_lock", "library_version"]
+__all__ = [
+    "LIBRARIES", "ResultCache", "code", "code_outside", "digest", "file_lock", "library_version", "load_arrays",
+    "save_arrays",
+]  # fmt: skip
 
 NOT_IN_RESULTS = ("cli", "core/drawing.py", "core/overview.py", "report", "vehicle")
 """Parts of the package whose sources do not touch simulations, laws and FRFs"""
@@ -104,6 +109,18 @@ class ResultCache:
         for path in self.folder.glob("*"):
             if path.name.removesuffix(SEAL) not in self._used and _OURS.fullmatch(path.name.removesuffix(SEAL)):
                 path.unlink()
+
+
+def save_arrays(arrays: Mapping[str, Any], path: Path) -> None:
+    """Write named arrays as the file .npz of a `ResultCache`, whatever the name of the path."""
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def load_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Return the arrays of a file that `save_arrays` wrote, by name."""
+    with np.load(path) as file:
+        return dict(file)
 
 
 @contextmanager

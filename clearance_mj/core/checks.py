@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from .errors import ClearanceError, RecordError
+from .errors import RecordError
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 """Directions of degrees of freedom: translations, then rotations; numbers 1 to 6 in universal files"""
@@ -29,12 +29,18 @@ _DOF = re.compile(r"([0-9]{1,9}):(\S+)")
 
 
 @contextmanager
-def naming(place: object, kind: type[ClearanceError] = RecordError) -> Iterator[None]:
-    """Put the file, or the place in it, before what is wrong by an error of some kind."""
+def naming(
+    place: object, kind: type[Exception] | tuple[type[Exception], ...] = RecordError,
+    raised: type[Exception] | None = None, form: str = "{}: {}",
+) -> Iterator[None]:  # fmt: skip
+    """Put the file, or the place in it, before what is wrong by an error of some kind, raised as that or another.
+
+    ``form`` says how the two are put together.
+    """
     try:
         yield
     except kind as error:
-        raise type(error)(f"{place}: {error}") from None
+        raise (raised or type(error))(form.format(place, error)) from None
 
 
 def check_dof(label: str) -> None:

@@ -176,18 +176,14 @@ def made(values: Mapping[str, float]) -> Drive:
     values : mapping of str to float
         As `DriveFit.estimates` names them.
     """
-    has = values.get
-    second = has("second share", 0.0)
+    second = values.get("second share", 0.0)
     strands = [Strand(1 - second, values["coulomb"])]
     if second:
         strands.append(Strand(second, values["second coulomb"]))
     friction = PreslidingFriction(values["width"], values["friction"], values["lost motion"])
-    return Drive(
-        values["ratio"], values["zero"], values["compliance"], tuple(strands), values["capstan"], values["efficiency"],
-        values["torque zero"], values["stiffness"], has("damping", 0.0), has("inertia", 0.0), friction,
-        has("entrance compliance", 0.0), has("compliance growth", 0.0),
-        has("backlash", 0.0), has("backlash torque", 1.0), has("curvature", 0.0),
-    )  # fmt: skip
+    named: dict[str, Any] = {name.replace(" ", "_"): value for name, value in values.items()}
+    own = {f.name: named[f.name] for f in dataclasses.fields(Drive) if f.name in named}
+    return Drive(**own | {"strands": tuple(strands), "friction": friction})
 
 
 class _Search:

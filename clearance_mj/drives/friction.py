@@ -14,7 +14,6 @@ from ..core.jit import jit
 __all__ = ["carried", "entering", "presliding"]
 
 
-@jit
 def presliding(x: np.ndarray, width: float) -> np.ndarray:
     """Return the share (n,) of its friction that an element has in a motion x (n,): 1 where it slides forward.
 
@@ -28,15 +27,9 @@ def presliding(x: np.ndarray, width: float) -> np.ndarray:
     width : float
         rad.
     """
-    share, held = np.empty(x.size), np.mean(x)
-    for _ in range(2):
-        for i in range(x.size):
-            held = min(max(held, x[i] - width), x[i] + width)
-            share[i] = (x[i] - held) / width
-    return share
+    return (x - _within(x - width, x + width, float(np.mean(x)))) / width
 
 
-@jit
 def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
     """Return the torque (n,), N m, that comes out of a transmission into which a torque (n,) goes.
 
@@ -53,24 +46,12 @@ def carried(torque: np.ndarray, coulomb: float, forward: float, backward: float)
     forward, backward : float
         As in `clearance_mj.physical.Efficiency`.
     """
-    out, held = np.empty(torque.size), np.mean(torque)
-    for _ in range(2):
-        for i in range(torque.size):
-            low, high = torque[i] - coulomb, torque[i] + coulomb
-            if low > 0.0:
-                low *= forward
-            else:
-                low = low / backward if backward > 0.0 else -np.inf
-            if high < 0.0:
-                high *= forward
-            else:
-                high = high / backward if backward > 0.0 else np.inf
-            held = min(max(held, low), high)
-            out[i] = held
-    return out
+    low, high = torque - coulomb, torque + coulomb
+    least, most = (low / backward, high / backward) if backward > 0.0 else (-np.inf, np.inf)
+    low, high = np.where(low > 0.0, low * forward, least), np.where(high < 0.0, high * forward, most)
+    return _within(low, high, float(np.mean(torque)))
 
 
-@jit
 def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float) -> np.ndarray:
     """Return the torque (n,), N m, that the motor's side feels of a load whose torque (n,) goes to and fro.
 
@@ -86,12 +67,17 @@ def entering(torque: np.ndarray, coulomb: float, forward: float, backward: float
     forward, backward : float
         As in `clearance_mj.physical.Efficiency`.
     """
-    into, held = np.empty(torque.size), np.mean(torque)
+    low = np.where(torque > 0.0, torque * backward, torque / forward) - coulomb
+    high = np.where(torque > 0.0, torque / forward, torque * backward) + coulomb
+    return _within(low, high, float(np.mean(torque)))
+
+
+@jit
+def _within(low: np.ndarray, high: np.ndarray, held: float) -> np.ndarray:
+    """What stays as it is, but for bounds (n,) that move it: gone through twice, the first time to forget its start."""
+    found = np.empty(low.size)
     for _ in range(2):
-        for i in range(torque.size):
-            z = torque[i]
-            low = (z * backward if z > 0.0 else z / forward) - coulomb
-            high = (z / forward if z > 0.0 else z * backward) + coulomb
-            held = min(max(held, low), high)
-            into[i] = held
-    return into
+        for i in range(low.size):
+            held = min(max(held, low[i]), high[i])
+            found[i] = held
+    return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import mujoco
@@ -86,19 +85,17 @@ def add_found_drive(
         zero = math.degrees(drive.zero) if spec.compiler.degree else drive.zero
         joint.springref = (own_spring * joint.springref + added * zero) / (own_spring + added)
         joint.stiffness[0] = own_spring + added
-    return tuple(_left_out(drive))
+    return _left_out(drive)
 
 
-def _left_out(drive: Drive) -> Iterator[str]:
-    if drive.stiffness < 0:
-        yield "the spring at the motor, which is negative"
-    if drive.zero:
-        yield f"the load's angle {drive.zero:.4g} rad at angle 0 of the motor: motor's angles count from the load's 0"
-    if drive.torque_zero:
-        yield f"the {drive.torque_zero:.4g} N m that the motor's sensor shows besides"
-    if drive.entrance_compliance:
-        yield "where along its length it is elastic"
-    if drive.compliance_growth:
-        yield "the growth of its compliance with the angle"
-    if drive.curvature:
-        yield "the change of its ratio with the angle"
+def _left_out(drive: Drive) -> tuple[str, ...]:
+    zero = f"the load's angle {drive.zero:.4g} rad at angle 0 of the motor: motor's angles count from the load's 0"
+    found = (
+        (drive.stiffness < 0, "the spring at the motor, which is negative"),
+        (drive.zero, zero),
+        (drive.torque_zero, f"the {drive.torque_zero:.4g} N m that the motor's sensor shows besides"),
+        (drive.entrance_compliance, "where along its length it is elastic"),
+        (drive.compliance_growth, "the growth of its compliance with the angle"),
+        (drive.curvature, "the change of its ratio with the angle"),
+    )
+    return tuple(words for is_there, words in found if is_there)

@@ -197,10 +197,8 @@ def _factor(what: str, header: str, sign: float, unit: str, notes: list[str]) ->
     if not unit and header != what and not header.endswith(FIELDS):
         unit = ending if ending in UNITS[quantity] else next(iter(UNITS[quantity]))
         notes.append(f'"{header}" is taken for {unit}, {"as its name ends" if unit == ending else "without a unit"}')
-    try:
+    with naming(f'column "{header}" ({what})', form="{}: {}; or a number of these, such as [0.05 Nm]"):
         return sign * (unit_factor(unit, quantity) if unit else 1.0)
-    except RecordError as error:
-        raise RecordError(f'column "{header}" ({what}): {error}; or a number of these, such as [0.05 Nm]') from None
 
 
 def _last_digit(time: np.ndarray) -> float:

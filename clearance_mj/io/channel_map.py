@@ -83,10 +83,8 @@ class ChannelMap(Shown):
         """
         text = "\n".join(read_lines(path))
         with naming(path):
-            try:
+            with naming("is no TOML file", tomllib.TOMLDecodeError, RecordError, "{} ({})"):
                 found = tomllib.loads(text)
-            except tomllib.TOMLDecodeError as error:
-                raise RecordError(f"is no TOML file ({error})") from None
             channels = found.get("channels")
             if not isinstance(channels, dict) or not all(isinstance(v, str) for v in channels.values()):
                 raise RecordError('needs a table [channels] with lines such as "A3" = "acc:3 [g]"')

@@ -254,7 +254,8 @@ def channel_name(dof: str, quantity: str) -> str:
 def table_of_channels(channels: Sequence[Channel]) -> tuple[list[str], np.ndarray]:
     """Return the headers and numbers (n_t, n) of time records, without time; raw ones under their own names."""
     require_one_time(channels)
-    headers = [_header(channel) for channel in channels]
+    named = map(raw_header, channels)
+    headers = [f"{name} [{unit}]" if unit or split_header(name)[1] else name for name, unit in named]
     twice = next((h for h in headers if headers.count(h) > 1), None)
     if twice:
         raise RecordError(f'two channels would be columns "{twice}"; give each its own node, or write .uff')
@@ -271,11 +272,6 @@ def raw_header(channel: Channel) -> tuple[str, str]:
     if _is_name(_name(channel.name)) or is_time(channel.name):
         raise RecordError(f'channel "{channel.name}" would be read as another from a table; rename it, or write .uff')
     return channel.name, unit
-
-
-def _header(channel: Channel) -> str:
-    name, unit = raw_header(channel)
-    return f"{name} [{unit}]" if unit or split_header(name)[1] else name
 
 
 def frf_names(frf: FRF) -> tuple[list[str], list[str]]:

@@ -37,14 +37,12 @@ class FileContents(Shown):
     @property
     def frf(self) -> FRF:
         """The FRFs; refuses several that do not fit into one."""
-        found: FRF = self.pick("frf")
-        return found
+        return self.pick("frf")
 
     @property
     def modes(self) -> Modes:
         """The modes; refuses several sets."""
-        found: Modes = self.pick("modes")
-        return found
+        return self.pick("modes")
 
     @property
     def parts(self) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import AfterValidator, Field
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import replacing
 from ..core.overview import Overview, Shown, few
@@ -183,10 +184,8 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
         that the folder's list of records does not name.
     """
     path = Path(path)
-    try:
+    with naming(path):
         records = Dataset(rig, tuple(records)).records
-    except RecordError as error:
-        raise RecordError(f"{path}: {error}") from None
     for record in records:
         if record.rig != rig:
             raise RecordError(f'{path}: record "{record.name}" was measured on another rig, "{record.rig.name}"')
@@ -194,10 +193,8 @@ def write_dataset(path: str | Path, rig: Rig, records: Sequence[Record]) -> None
     added = _added(records, known) if known else None
     new = [record for record in records if not _is_from(record, path)] if added is None else added
     head = "" if added is None else (path / "dataset.toml").read_text(encoding="utf-8").rstrip() + "\n\n"
-    try:
+    with naming(f"{path}: a provenance holds what TOML cannot", TypeError, RecordError):
         text = head + tomli_w.dumps({"records": [_table(record) for record in (records if added is None else added)]})
-    except TypeError as error:
-        raise RecordError(f"{path}: a provenance holds what TOML cannot: {error}") from None
     _refuse_others(path, rig, new, known)
     if not (path / "rig.toml").exists() or (known and known.rig != rig):
         rig.copied(path / "structure").save(path / "rig.toml")
@@ -281,13 +278,11 @@ class _Entry:
     def record(self, folder: Path, rig: Rig, where: str) -> Record:
         channels = FileChannels(folder / self.file, scan_uff(folder / self.file), self.fs)
         of_excitation = self.kind, self.excitation, self.level, self.seed, self.band
-        try:
+        with naming(where):
             return Record(
                 self.name, self.role, rig, self.fs, channels, *of_excitation, self.provenance, self.direction,
                 self.spin, self.left_out,
             )  # fmt: skip
-        except RecordError as error:
-            raise RecordError(f"{where}: {error}") from None
 
 
 @checked(RecordError)
@@ -300,21 +295,10 @@ class _List:
 
 def _table(record: Record) -> dict[str, Any]:
     """Return what dataset.toml says of a record."""
-    table = {
-        "name": record.name,
-        "file": f"{record.name}.uff",
-        "role": record.role,
-        "excitation": record.description,
-        "kind": record.excitation_kind,
-        "fs": record.fs,
-        "level": record.level,
-        "seed": record.seed,
-        "band": record.band,
-        "provenance": record.provenance,
-        "direction": record.direction,
-        "spin": None if record.spin is None else to_plain(record.spin),
-        "left_out": list(record.left_out) or None,
-    }
+    table: dict[str, Any] = {"name": record.name, "file": f"{record.name}.uff", "role": record.role}
+    table |= {"excitation": record.description, "kind": record.excitation_kind}
+    table |= {name: getattr(record, name) for name in ("fs", "level", "seed", "band", "provenance", "direction")}
+    table |= {"spin": record.spin and to_plain(record.spin), "left_out": list(record.left_out) or None}
     return {key: value for key, value in table.items() if value is not None}
 
 

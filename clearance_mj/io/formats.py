@@ -151,11 +151,6 @@ def read_channels(
         return channel_map.apply(obj) if channel_map else obj
 
 
-def _stem(path: Path) -> str:
-    """File name without its suffix and .gz: "lev_0.5" of lev_0.5.csv.gz."""
-    return Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
-
-
 def read_record(
     path: str | PathLike[str],
     rig: Rig,
@@ -176,7 +171,8 @@ def read_record(
     """
     path = Path(path)
     channels = read_channels(path, columns, fs, rig, units, channel_map, resample)
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", _stem(path))[:64].lstrip("._-") or "record"
+    stem = Path(path.stem).stem if path.suffix.lower() == ".gz" else path.stem
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", stem)[:64].lstrip("._-") or "record"
     origin = {"file": path.name}
     with naming(path):
         driven = kind or ("spin" if role == "orbit" else driving_kind(channels, rig))
@@ -264,16 +260,14 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         raise RecordError(f"{path}: compressed files are read, not written")
     if isinstance(obj, Response) and Response not in known.holds and Channel in known.holds:
         obj = [*to_channels(obj, rig), *force_channels(obj, rig)]
-    if isinstance(obj, FileContents):
-        if known.geometry:
-            known.write(path, obj, rig)  # type: ignore[misc]
-            return
+    whole = isinstance(obj, FileContents) and known.geometry
+    if isinstance(obj, FileContents) and not whole:
         fitting = {name: part for name, part in obj.parts.items() if _kind(part) in known.holds}
         if len(fitting) != 1:
             names = ", ".join(f'"{name}"' for name in fitting) or f"none of {', '.join(obj.parts)}"
             raise RecordError(f"{path}: {known.name} files take one of {names}; choose it (what=, --what)")
         (obj,) = fitting.values()
-    if known.write is None or _kind(obj) not in known.holds:
+    if known.write is None or not (whole or _kind(obj) in known.holds):
         suffixes = [suffix for suffix, f in FORMATS.items() if f.write and _kind(obj) in f.holds]
         instead = f"; use {', '.join(suffixes)}" if suffixes else ""
         raise RecordError(
@@ -281,10 +275,7 @@ def write(path: str | PathLike[str], obj: object, rig: Rig | None = None) -> Non
         )
     if isinstance(obj, FRF) and obj.window_rate and known.name in ("CSV", "MATLAB"):
         note(path, [f"has no place for the exponential window of the FRFs, {obj.window_rate:.4g} 1/s; .uff has"])
-    if known.geometry:
-        known.write(path, obj, rig)
-    else:
-        known.write(path, obj)
+    known.write(path, obj, *([rig] if known.geometry else []))
 
 
 def to_channels(response: Response, rig: Rig | None = None) -> list[Channel]:

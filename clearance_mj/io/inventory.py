@@ -43,8 +43,8 @@ class Item:
 
     def summary(self) -> dict[str, Any]:
         """Return it as plain data."""
-        names = ("kind", "name", "place", "quantity", "unit", "size", "rate", "rms", "peak")
-        return {name: getattr(self, name) for name in names} | {"sparkline": sparkline(self.course)}
+        plain = {name: value for name, value in vars(self).items() if name != "course"}
+        return plain | {"sparkline": sparkline(self.course)}
 
 
 def inventory(obj: object, rig: Rig | None = None) -> list[Item]:

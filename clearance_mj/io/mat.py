@@ -92,10 +92,8 @@ def read_variables(path: str | PathLike[str]) -> dict[str, Value]:
             f"{path}: is a MATLAB file of version 7.3, which is not read; save it in MATLAB with "
             "save(file, '-v7'), or write CSV"
         )
-    try:
+    with naming(f"{path}: not a whole MATLAB file", (RecordError, ValueError), RecordError):  # a shape beyond numpy's
         return arrays(data)
-    except (RecordError, ValueError) as error:  # ValueError: a shape beyond what numpy can
-        raise RecordError(f"{path}: not a whole MATLAB file: {error}") from None
 
 
 def _contents(variables: Mapping[str, Value], mapped: Mapping[str, str], rates: Rates) -> Contents:

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, overload
 import numpy as np
 from pydantic import AfterValidator, Field, SkipValidation
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown
 from ..core.validation import NotNegative, Positive, Text, Whole, checked
@@ -97,14 +98,12 @@ class Record(Shown):
     def __post_init__(self) -> None:
         if not isinstance(self.channels, FileChannels):
             object.__setattr__(self, "channels", tuple(self.channels))
-        try:
+        with naming(f'record "{self.name}"'):
             if self.band and self.fs < 2 * self.band[1]:
                 raise RecordError(f"fs {self.fs:g} Hz is below twice the band's upper end {self.band[1]:g} Hz")
             self._check_left_out()
             self._check_channels(self._headers)
             self._check_turning(self._headers)
-        except RecordError as error:
-            raise RecordError(f'record "{self.name}": {error}') from None
 
     def _check_left_out(self) -> None:
         sensors = self.rig.sensor_labels
@@ -267,12 +266,10 @@ class Record(Shown):
         if spin is None:
             return None
         pulses = next(c.value for c in self.channels if c.label == KEYPHASOR)
-        try:
+        with naming(f'record "{self.name}"'):
             sense, stated = -1.0 if spin.speed + spin.rate < 0 else 1.0, None if spin.inertia else spin.angle_at
             found = turning_of_pulses(pulses, self.fs, sense, spin.pulses, stated)
             self._check_speed(spin, found)
-        except RecordError as error:
-            raise RecordError(f'record "{self.name}": {error}') from None
         return found
 
     @staticmethod

@@ -200,24 +200,16 @@ def _dataset(path: Path) -> xr.Dataset | dict[str, Any]:
         fields = {name: v.values for name, v in parts.items()} | {f"{name}Header": v.attrs for name, v in parts.items()}
         return found if KIND in found.attrs else found.attrs | fields
     _require_hdf5()
-    _require_stored(path, most_unpacked(len(data)))
-    import h5py
-
-    with h5py.File(path) as file:
-        if KIND not in file.attrs:
-            return fields_of_hdf5(file)
-    return xr.load_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort")
-
-
-def _require_stored(path: Path, most: int) -> None:
-    """Refuse numbers that are declared but not there; HDF5 would fill them up when it reads them."""
     import h5py
 
     sizes: list[int] = []
     with h5py.File(path) as file:
         file.visititems(lambda _, item: sizes.append(item.nbytes) if isinstance(item, h5py.Dataset) else None)
-    if sum(sizes) > most:
-        raise RecordError(TOO_DENSE)
+        if sum(sizes) > most_unpacked(len(data)):  # HDF5 fills up numbers that are declared but not there
+            raise RecordError(TOO_DENSE)
+        if KIND not in file.attrs:
+            return fields_of_hdf5(file)
+    return xr.load_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort")
 
 
 def _require_hdf5() -> None:

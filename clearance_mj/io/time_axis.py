@@ -105,8 +105,7 @@ def _interpolated(time: np.ndarray, rate: float, notes: list[str]) -> TimeAxis:
 
 
 def _spline(time: np.ndarray, value: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    found: np.ndarray = make_interp_spline(time, value, min(3, time.size - 1))(instants)
-    return found
+    return make_interp_spline(time, value, min(3, time.size - 1))(instants)
 
 
 def since_start(value: np.ndarray, scale: float, name: str, notes: list[str], unit: str) -> tuple[np.ndarray, float]:

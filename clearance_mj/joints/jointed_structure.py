@@ -32,7 +32,6 @@ from ..signals.nonlinear import periods
 from ..signals.response import Response
 from ..signals.welch import lines_within
 from ..structure import ModalStructure, modes_from_frf
-from ..structure.base import parse_dof
 
 __all__ = ["JOINT_NODE", "JointedStructure", "fit_jointed_structure"]
 
@@ -230,7 +229,8 @@ class _Levels:
         rig = Rig(
             "structure with joints", None,
             tuple(Bushing(a, FREE, 0.0, Grease(0.0), Contact(1.0), to=b) for a, b in ends),
-            tuple(Sensor(_node(label), label) for label in self.sensors), shaker=Shaker("force", self.drive),
+            tuple(Sensor(int(label.partition(":")[0]), label) for label in self.sensors),
+            shaker=Shaker("force", self.drive),
             structure=_structure(frequency, ratios, (*self.sensors, *places), shapes),
         )  # fmt: skip
         springs = np.maximum(springs, WEAKEST * springs.sum())
@@ -288,9 +288,3 @@ def _structure(frequency: np.ndarray, ratios: np.ndarray, dofs: Sequence[str], s
     order = np.argsort(frequency)
     rows = tuple(map(tuple, shapes[:, order].tolist()))
     return ModalStructure(tuple(frequency[order].tolist()), tuple(ratios[order].tolist()), tuple(dofs), rows)
-
-
-def _node(label: str) -> int:
-    dof = parse_dof(label)
-    assert dof is not None
-    return int(dof[0])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import mujoco
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import LawError, ModelError
 from .softness import solref_solimp, written
 
@@ -79,10 +80,8 @@ def compiled(target: Target) -> mujoco.MjModel:
         return target
     if not isinstance(target, mujoco.MjSpec):
         raise ModelError(f"got {type(target).__name__}, needs a mujoco.MjSpec or a mujoco.MjModel")
-    try:
+    with naming("the specification does not compile", ValueError, ModelError):
         return target.compile()
-    except ValueError as error:
-        raise ModelError(f"the specification does not compile: {error}") from None
 
 
 def specification(spec: mujoco.MjSpec) -> mujoco.MjSpec:
@@ -331,7 +330,6 @@ def _write_model(model: mujoco.MjModel, kind: str, name: str, k: float, c: float
     inverse = inverse_inertia(model, kind, index)
     if kind == "tendon" and not model.tendon_length0[index]:  # whose direction there is arbitrary
         inverse = model.tendon_invweight0[index] = max(inverse, _of_its_ends(model, index))
-    inverse = _usable(inverse, kind, name)
     solref, solimp = there.model
     getattr(model, solref)[index], getattr(model, solimp)[index] = _checked(kind, name, solref_solimp, k, c, inverse)
     for field in there.starts.values():
@@ -352,7 +350,6 @@ def _write_spec(spec: mujoco.MjSpec, model: mujoco.MjModel, kind: str, name: str
     inverse = inverse_inertia(model, kind, index)
     if inverse <= 0 and kind == "tendon":
         return  # no number would do; `apply` to the compiled model
-    inverse = _usable(inverse, kind, name)
     for field, value in zip(there.spec, _checked(kind, name, written, k, c, inverse)):
         setattr(element, field, value)
     for field in there.starts:
@@ -360,13 +357,8 @@ def _write_spec(spec: mujoco.MjSpec, model: mujoco.MjModel, kind: str, name: str
 
 
 def _checked(kind: str, name: str, mapping: Any, k: float, c: float, inverse: float) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        return mapping(k, c, inverse)
-    except LawError as error:
-        raise ModelError(f'{KINDS[kind].noun} "{name}": {error}') from None
-
-
-def _usable(inverse: float, kind: str, name: str) -> float:
+    noun = f'{KINDS[kind].noun} "{name}"'
     if inverse <= 0:
-        raise ModelError(f'{KINDS[kind].noun} "{name}" moves nothing that has an inertia, so it cannot be soft')
-    return inverse
+        raise ModelError(f"{noun} moves nothing that has an inertia, so it cannot be soft")
+    with naming(noun, LawError, ModelError):
+        return mapping(k, c, inverse)

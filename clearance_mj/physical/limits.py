@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 
 from ..core.errors import ModelError
-from .elements import Target, compiled, find, give, name_of, softness
+from .elements import KINDS, Target, compiled, find, give, name_of, softness
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
@@ -74,22 +74,16 @@ def tendon_limit(
 
 
 def _limits(target: Target, kind: str, elements: Any, k: float | None, c: float | None, law: Law | None) -> None:
-    model, (limited, ranges, object_type) = compiled(target), _FIELDS[kind]
+    model, fields = compiled(target), "jnt" if kind == "joint" else kind
     names = [name_of(e) for e in (elements if isinstance(elements, list | tuple) else [elements])]
-    ids = [find(model, object_type, name) for name in names]
+    ids = [find(model, KINDS[kind].object, name) for name in names]
     for name, i in zip(names, ids):
-        if not getattr(model, limited)[i]:
+        if not getattr(model, f"{fields}_limited")[i]:
             raise ModelError(f'{kind} "{name}" has no limits; give it a range (and limited="true")')
-    widths = getattr(model, ranges)[ids] @ (-0.5, 0.5)
+    widths = getattr(model, f"{fields}_range")[ids] @ (-0.5, 0.5)
     wanted = [softness(k, c, law, float(width)) for width in (widths if law else widths[:1])]
     for some, softest in zip([[name] for name in names] if law else [names], wanted):
         give(target, kind, some, softest)
-
-
-_FIELDS = {
-    "joint": ("jnt_limited", "jnt_range", mujoco.mjtObj.mjOBJ_JOINT),
-    "tendon": ("tendon_limited", "tendon_range", mujoco.mjtObj.mjOBJ_TENDON),
-}
 
 
 def contact(
@@ -151,8 +145,7 @@ def contact(
     if isinstance(target, mujoco.MjModel):
         if not set(wanted) <= pairs.keys():
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
-        for pair in wanted:
-            model.pair_dim[pairs[pair]] = 1
+        model.pair_dim[[pairs[pair] for pair in wanted]] = 1
         give(model, "pair", [_pair_name(model, pairs[pair]) for pair in wanted], wanted_softness)
     else:
         give(target, "pair", _explicit(target, model, wanted), wanted_softness)

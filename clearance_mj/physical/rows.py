@@ -102,8 +102,7 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[Pose]:
 
 def _padded(rows: Iterable[Row], size: int) -> Iterator[Row]:
     """Yield rows that move no rotor."""
-    for row in rows:
-        yield row._replace(direction=np.pad(row.direction, (0, size - len(row.direction))))
+    return (row._replace(direction=np.pad(row.direction, (0, size - len(row.direction)))) for row in rows)
 
 
 def _turning(model: mujoco.MjModel, data: mujoco.MjData, inside: list[PlacedDrive]) -> Iterator[Row]:

@@ -6,6 +6,7 @@ proportion to the rig's, so that every engine takes them for what they are: furt
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
@@ -18,9 +19,9 @@ from pydantic import Field
 from ..core.errors import RigError
 from ..core.plain_numbers import number_in, with_number
 from ..core.validation import NotNegative, Number, Positive, Text, checked
-from .base import Point, Rows, Structure, Turning, dof_vector, in_other_plane, ratios_of_modes, rocked
+from .base import Point, Rows, Structure, Turning, dof_vector, in_other_plane, rocked
 from .beam import Beam
-from .reduction import Modes, reduced
+from .reduction import Modes, modal_damping, reduced
 from .section import Material
 from .shaft import Shaft
 from .shafts import Spring
@@ -257,7 +258,7 @@ def whole(
                 found[i, n + housed.index(j)] = 1.0
                 below = attached.places[j]
             elif isinstance(point, str) and point.startswith(FOOT):
-                below = _unquoted(point[len(FOOT) :])
+                below = ast.literal_eval(point[len(FOOT) :])
             else:
                 on_structure.append(i)
             found[i, first:] = attached.foot_motion(below)
@@ -289,19 +290,13 @@ def _turning(planes: Sequence[_Plane], size: int) -> Callable[[], Turning] | Non
     return lambda: Turning(*(np.pad(part @ shapes, ((0, 0), (0, size - shapes.shape[1]))) for part in of_shaft()))
 
 
-def _unquoted(text: str) -> float | str:
-    return text[1:-1] if text[0] in "'\"" else float(text)
-
-
 def _planes(structure: Structure, planes: Planes | None) -> list[tuple[Structure, float]]:
     """The structure in each bending plane, and the share of a motion along Z that is in it."""
     if planes is None:
         return [(structure, 1.0)]
-    half = planes.difference / 2
-    return [
-        (_stiffened(structure, 1 + half), math.cos(planes.angle)),
-        (_stiffened(structure, 1 - half), math.sin(planes.angle)),
-    ]
+    factors = 1 + planes.difference / 2, 1 - planes.difference / 2
+    shares = math.cos(planes.angle), math.sin(planes.angle)
+    return [(_stiffened(structure, factor), share) for factor, share in zip(factors, shares)]
 
 
 def _stiffened(structure: Structure, factor: float) -> Structure:
@@ -341,11 +336,7 @@ def _plane(
     acting = [[(p, s) for p, s in load if p in kept] for load in loads]
     found = reduced(linear, held, [], [sum(s * rows([p])[0] for p, s in load) for load in acting if load], modes)
     shapes = found.shapes
-    eta1, eta2 = linear.rayleigh
-    ratios = ratios_of_modes(linear.ratios, found.omega.size)
-    damping = np.diag(eta1 + eta2 * found.omega**2 + 2 * found.omega * ratios)
-    if linear.viscous is not None:
-        damping = damping + shapes.T @ (linear.viscous @ shapes)
+    damping = modal_damping(linear, found.omega, shapes)
     turned = None if rocking is None else shapes.T @ rocking
     cross = np.zeros_like(damping) if linear.cross is None else shapes.T @ (linear.cross @ shapes)
     return _Plane(found, damping, cross, shapes.T @ influence, turned, rows, share, linear.turning)

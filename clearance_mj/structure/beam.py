@@ -230,17 +230,13 @@ def _functions(beam: Beam, modes: int, forces: np.ndarray, x: np.ndarray, order:
     """Ritz functions at x: cantilever modes, then what they leave of the static shapes, scaled to their size."""
     shapes = _shape(x, modes, beam.length, order)
     rest = static_deflection(beam, x, forces, order) - shapes @ _static_shares(beam, modes, forces)
-    return np.hstack((shapes, rest * _scale(beam)))
+    return np.hstack((shapes, rest * (3 * beam.bending_stiffness / beam.length**3)))
 
 
 def _static_shares(beam: Beam, modes: int, forces: np.ndarray) -> np.ndarray:
     """(modes, n_forces) shares Y_i(a)/K_i of the modes in the static deflection under a unit force at a."""
     stiffness = beam.bending_stiffness * (cantilever_roots(modes) / beam.length) ** 4 * beam.length
     return (cantilever_mode(forces, modes, beam.length) / stiffness).T
-
-
-def _scale(beam: Beam) -> float:
-    return 3 * beam.bending_stiffness / beam.length**3
 
 
 def _quadrature(length: float, breaks: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:

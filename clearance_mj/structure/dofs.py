@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.files import read_lines
 from .base import AXES, parse_dof
@@ -96,7 +97,7 @@ def read_dofs(name: str) -> Dofs:
     path = Path(name)
     try:
         lines = read_lines(path)
-        table = csv.reader(lines, delimiter=_delimiter(lines[0] if lines else ""))
+        table = csv.reader(lines, delimiter=max(",;\t", key="".join(lines[:1]).count))
         rows = [[cell.strip() for cell in row] for row in table if any(row)]
     except RecordError as error:  # names the file
         raise ValueError(str(error)) from None
@@ -111,16 +112,7 @@ def read_dofs(name: str) -> Dofs:
         if len(row) != len(header):
             raise ValueError(f"{path}: row {i} has {len(row)} cells, the first line {len(header)}")
     columns = dict(zip(header, zip(*rows[1:])))
-    try:
+    with naming(f"{path}: x, y and z must be numbers", ValueError, ValueError, "{} ({})"):
         places = np.array([columns[axis] for axis in "xyz"], dtype=float).T if {"x", "y", "z"} <= set(header) else None
-    except ValueError as error:
-        raise ValueError(f"{path}: x, y and z must be numbers ({error})") from None
-    try:
+    with naming(path, ValueError):
         return dof_table(map(":".join, zip(columns.get("node", ()), columns.get("direction", ()))), places)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-
-
-def _delimiter(line: str) -> str:
-    """Comma, semicolon or tab, whichever the first line has."""
-    return max(",;\t", key=line.count)

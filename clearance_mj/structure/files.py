@@ -23,11 +23,8 @@ __all__ = ["FileName", "absolute", "content", "embedded", "is_embedded", "opened
 _EMBEDDED = "data:application/octet-stream;base64,"
 
 
-def _text(value: object) -> object:
-    return str(value) if isinstance(value, Path) else value
-
-
-FileName: TypeAlias = Annotated[Text, BeforeValidator(_text)]  # A text, or a pathlib.Path.
+# A text, or a pathlib.Path.
+FileName: TypeAlias = Annotated[Text, BeforeValidator(lambda value: str(value) if isinstance(value, Path) else value)]
 
 
 def embedded(data: bytes) -> str:

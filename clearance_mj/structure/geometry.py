@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.checks import DIRECTIONS, NOWHERE
+from ..core.checks import DIRECTIONS, NOWHERE, naming
 from ..core.errors import RecordError
 from ..core.overview import Overview, Shown, few, span
 from ..signals import labelled
@@ -223,7 +223,8 @@ class Geometry(Shown, ArrayData):
         labelled.require_kind(ds, "geometry")
         position = labelled.values(ds, "position", "node", "axis")
         local = labelled.values(ds, "displacement_system", "node")
-        try:
+        wrong = TypeError, ValueError, OverflowError
+        with naming("its lines, elements or systems are no geometry", wrong, RecordError):
             numbers = tuple(int(label) for label in labelled.labels(ds, "node")) if position.size else ()
             lines = tuple(tuple(map(int, line)) for line in labelled.from_json(ds, "lines"))
             elements = tuple(Element(n, tuple(nodes), kind) for n, nodes, kind in labelled.from_json(ds, "elements"))
@@ -231,7 +232,4 @@ class Geometry(Shown, ArrayData):
                 CoordinateSystem(number, tuple(origin), tuple(map(tuple, axes)), name, kind)
                 for number, origin, axes, name, kind in labelled.from_json(ds, "systems")
             )
-            found = cls(numbers, position, lines, elements, systems, tuple(int(number) for number in local))
-        except (TypeError, ValueError, OverflowError) as error:
-            raise RecordError(f"its lines, elements or systems are no geometry: {error}") from None
-        return found
+            return cls(numbers, position, lines, elements, systems, tuple(int(number) for number in local))

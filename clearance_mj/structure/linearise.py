@@ -151,8 +151,7 @@ def _force(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[np.ndarray, floa
 
 def _modes(state: _State) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness per mass, 1/s², from the lowest on, and motions of unit mass."""
-    squares, shapes = scipy.linalg.eigh(state.stiffness, state.mass)
-    return squares, shapes
+    return scipy.linalg.eigh(state.stiffness, state.mass)
 
 
 def _damping(model: mujoco.MjModel, data: mujoco.MjData, allowed: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse
 from pydantic import Field, PlainValidator, WithJsonSchema
 
+from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.files import replacing
 from ..core.validation import NotNegative, Share, Text, checked
@@ -215,10 +216,8 @@ class Matrices(StructureOfFiles):
 
 def _named(name: str, function: Callable[[str], T], value: str) -> T:
     """Call a function; its errors begin with the field's name."""
-    try:
+    with naming(name, ValueError, ValueError, "{} {}"):
         return function(value)
-    except ValueError as error:
-        raise ValueError(f"{name} {error}") from None
 
 
 def _read(structure: Matrices) -> tuple[dict[str, Matrix], Dofs]:
@@ -291,8 +290,6 @@ def _fixed(texts: tuple[str, ...], dofs: Dofs) -> np.ndarray:
     held = np.zeros(len(dofs.names), dtype=bool)
     for i, text in enumerate(texts):
         names = [text] if ":" in text else dofs.of_node(text)
-        try:
+        with naming(f"fixed[{i}]", ValueError, ValueError, "{} {}"):
             held[[dofs.find(name)[0] for name in names or [f"{text}:X"]]] = True
-        except ValueError as error:
-            raise ValueError(f"fixed[{i}] {error}") from None
     return held

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.matlab import arrays
 from .dofs import Dofs, dof_table
@@ -29,6 +30,7 @@ _BODY = re.compile(rb"[^\n]*\n(?:[ \t\r]*(?:%[^\n]*)?\n)*")
 """what comes before a Matrix Market file's size and numbers: its first line and comments"""
 _NUMERALS = b"0123456789+-.eEnaifNAIF \t\r\n"
 SUFFIXES = (".npz", ".mat", ".mtx", ".npy")
+WHY = "{} ({})"  # numpy, scipy, zipfile and zlib raise errors of many kinds over damaged files
 MAX_UNPACKED = 2**31  # bytes of a compressed MATLAB file: a full matrix of zeros packs well
 MAX_ROWS = 1_000_000  # rows of a matrix; ten times what can be reduced in reasonable time
 
@@ -67,13 +69,13 @@ def read_matrix(what: str, name: str) -> Matrix:
     if path.suffix.lower() == ".mtx":
         return as_matrix(str(path), _matrix_market(path))
     if path.suffix.lower() == ".npy":
-        try:
+        with naming(f"{path}: not a whole .npy file of numbers", (ValueError, EOFError), ValueError, WHY):
             return as_matrix(str(path), np.load(path, mmap_mode="r"))
-        except (ValueError, EOFError) as error:
-            raise ValueError(f"{path}: not a whole .npy file of numbers ({error})") from None
     variables = _variables(name)
     if {"data", "indices", "indptr", "shape"} <= variables.keys():
-        return as_matrix(str(path), _saved_by_scipy(path))
+        with naming(f"{path}: not a sparse matrix of scipy.sparse.save_npz", Exception, ValueError, WHY):
+            saved = scipy.sparse.load_npz(path)
+        return as_matrix(str(path), saved)
     held = ", ".join(variables) or "nothing"
     named = [n for n in VARIABLES[what] if n in variables or f"{n}_data" in variables] or [*variables]
     if len(named) != 1:
@@ -100,7 +102,8 @@ def write_model(file: BinaryIO, matrices: Mapping[str, Matrix], dofs: Dofs) -> N
 def _matrix_market(path: Path) -> Any:
     """The matrix of a file, after a look at how large it says it is."""
     data = path.read_bytes() + b"\n"  # scipy 1.17 reads on behind a number that ends the file
-    try:
+    wrong = ValueError, OverflowError, TypeError, MemoryError
+    with naming(f"{path}: not a Matrix Market file that can be used", wrong, ValueError, WHY):
         if strange := _BODY.sub(b"", data, count=1).translate(None, _NUMERALS):  # and behind what is none
             raise ValueError(f"it holds {strange[:10]!r} among the numbers")
         rows, columns, entries, _, field, _ = scipy.io.mminfo(io.BytesIO(data))
@@ -110,15 +113,6 @@ def _matrix_market(path: Path) -> Any:
         if entries > len(data):
             raise ValueError(f"it declares {entries} numbers, which do not follow")
         return scipy.io.mmread(io.BytesIO(data), spmatrix=False)
-    except (ValueError, OverflowError, TypeError, MemoryError) as error:
-        raise ValueError(f"{path}: not a Matrix Market file that can be used ({error})") from None
-
-
-def _saved_by_scipy(path: Path) -> Any:
-    try:
-        return scipy.sparse.load_npz(path)
-    except Exception as error:  # scipy raises errors of many kinds over damaged files
-        raise ValueError(f"{path}: not a sparse matrix of scipy.sparse.save_npz ({error})") from None
 
 
 def _check_rows(rows: int, columns: int) -> None:
@@ -130,20 +124,17 @@ def _variables(name: str) -> dict[str, Any]:
     """What a .npz or .mat file holds, by name."""
     path = Path("arrays.npz" if is_embedded(name) else name)
     if path.suffix.lower() == ".npz":
-        try:
+        with naming(f"{path}: not a whole .npz file of numbers and texts", Exception, ValueError, WHY):
             with opened(name) as stream, zipfile.ZipFile(stream) as file:
                 return {member.filename.removesuffix(".npy"): _array(file, member) for member in file.infolist()}
-        except Exception as error:  # zipfile, zlib and numpy raise errors of many kinds over damaged files
-            raise ValueError(f"{path}: not a whole .npz file of numbers and texts ({error})") from None
     if path.suffix.lower() != ".mat":
         raise ValueError(f"{path}: matrices are read from {', '.join(SUFFIXES)} files")
-    try:
-        data = path.read_bytes()
+    data = path.read_bytes()
+    wrong = RecordError, ValueError  # ValueError: a shape beyond what numpy can
+    with naming(f"{path}: not a whole MATLAB file", wrong, ValueError, WHY):
         if data[124:128] in (b"\x00\x02IM", b"\x02\x00MI"):
             raise ValueError("version 7.3; save it in MATLAB with save(file, '-v7')")
         return arrays(data, MAX_UNPACKED)
-    except (RecordError, ValueError) as error:  # ValueError: a shape beyond what numpy can
-        raise ValueError(f"{path}: not a whole MATLAB file ({error})") from None
 
 
 def _array(file: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
@@ -164,13 +155,11 @@ def _variable(path: str | Path, variables: Mapping[str, Any], name: str) -> Any:
     data, indices, indptr, shape = (variables.get(f"{name}_{part}") for part in ("data", "indices", "indptr", "shape"))
     if indices is None or indptr is None or shape is None:
         raise ValueError(f"{path}: {name}_data needs {name}_indices, {name}_indptr and {name}_shape beside it")
-    try:
+    parts = f"{name}_data, {name}_indices, {name}_indptr and {name}_shape"
+    with naming(f"{path}: {parts} do not fit", Exception, ValueError):
         rows, columns = (int(n) for n in np.asarray(shape).tolist())
         _check_rows(rows, columns)
         return scipy.sparse.csr_array((data, indices, indptr), shape=(rows, columns))
-    except Exception as error:  # scipy raises errors of many kinds over parts that do not fit
-        parts = f"{name}_data, {name}_indices, {name}_indptr and {name}_shape"
-        raise ValueError(f"{path}: {parts} do not fit: {error}") from None
 
 
 def as_matrix(where: str, value: Any) -> Matrix:
@@ -183,13 +172,11 @@ def as_matrix(where: str, value: Any) -> Matrix:
         if value.ndim != 2 or value.dtype.kind not in "fiuc":
             raise ValueError(f"{where}: must be a matrix of numbers, got {value.dtype} of shape {value.shape}")
     elif value.format in ("csr", "csc", "bsr"):
-        try:
+        with naming(f"{where}: no matrix that can be used", ValueError, ValueError, WHY):
             _check_rows(*value.shape)
             value.check_format(full_check=True)  # compiled functions trust the indices
             if np.any(np.diff(value.indptr) < 0):  # not looked at where the last one is 0
                 raise ValueError("indptr must not fall")
-        except ValueError as error:
-            raise ValueError(f"{where}: no matrix that can be used ({error})") from None
     if value.shape[0] != value.shape[1] or not value.shape[0]:
         raise ValueError(f"{where}: must be square, got {value.shape[0]} x {value.shape[1]}")
     if value.dtype.kind == "c":
@@ -224,7 +211,5 @@ def _dofs(path: str, variables: Mapping[str, Any]) -> Dofs | None:
         texts = [f"{node:.0f}:{direction:.0f}" for node, direction in found]
     else:
         texts = [str(text).strip() for text in ([found] if isinstance(found, str) else np.ravel(found).tolist())]
-    try:
+    with naming(path, (TypeError, ValueError), ValueError):
         return dof_table(texts, None if places is None else np.asarray(places, dtype=float))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{path}: {error}") from None

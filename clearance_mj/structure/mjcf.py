@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from pydantic import Field
 
+from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Share, Text, checked
 from .base import AXES, Assembly, StructureOfFiles, parse_dof, register
@@ -132,7 +133,5 @@ def _linearised(structure: Mjcf) -> Linearised:
             known = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, i) for i in range(model.nkey)]
             has = f"it has {', '.join(filter(None, known))}" if any(known) else "it has none with a name"
             raise ValueError(f'keyframe "{structure.keyframe}" is none of {name}; {has}')
-    try:
+    with naming(f"file {name}", ValueError):
         return linearised(model, key)
-    except ValueError as error:
-        raise ValueError(f"file {name}: {error}") from None

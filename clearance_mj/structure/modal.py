@@ -9,8 +9,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from .attached import Attached, whole
-from .base import Assembly, Rows, Structure, Turning, dof_vector, ratios_of_modes
-from .reduction import reduced, vibration_modes
+from .base import Rows, Structure, Turning, dof_vector
+from .reduction import modal_damping, reduced, vibration_modes
 
 __all__ = ["Reduction", "reduction"]
 
@@ -49,7 +49,19 @@ def reduction(
     ``supports`` are springs from points to the base.
     """
     if attached:
-        return _with_attached(structure, joined, masses, forces, springs, modes, attached, supports)
+        acting = [tuple(zip(pair, (1.0, -1.0))) for pair in joined]
+        acting += [((point, factor),) for point, factor in (*forces, *((point, 1.0) for point, _ in supports))]
+        both = whole(structure, attached, masses, acting, modes)
+        clearances = [np.array([1.0, -1.0])[: len(pair)] @ both.rows(pair) for pair in joined]
+        sprung = [*zip(springs, clearances), *((k, both.rows([point])[0]) for point, k in supports)]
+        stiffness = both.stiffness + sum(k * np.outer(row, row) for k, row in sprung)
+        omega, shapes = vibration_modes(both.mass, stiffness)
+        transform = _upwards(structure, both.rows, shapes)
+        viscous, cross = (transform.T @ matrix @ transform for matrix in (both.viscous, both.cross))
+        return Reduction(
+            omega, *_coupled(viscous), both.influence, both.rows, transform, both.turning,
+            cross if both.cross.any() else np.zeros((0, 0)),
+        )  # fmt: skip
     points = [point for pair in joined for point in pair] + [point for point, _ in (*masses, *forces, *supports)]
     linear = structure.assemble(tuple(dict.fromkeys(points)), modes)
     rows = linear.rows
@@ -64,34 +76,8 @@ def reduction(
     found = reduced(linear, held, [*zip(springs, clearances), *zip((k for _, k in supports), held_at)], loads, modes)
     transform = _upwards(structure, rows, found.shapes)
     cross = np.zeros((0, 0)) if linear.cross is None else transform.T @ (linear.cross @ transform)
-    damping = _damping(linear, found.omega, transform)
+    damping = _coupled(modal_damping(linear, found.omega, transform))
     return Reduction(found.omega, *damping, influence, rows, transform, linear.turning, cross)
-
-
-def _with_attached(
-    structure: Structure,
-    joined: tuple[tuple[float | str, ...], ...],
-    masses: _Loads,
-    forces: _Loads,
-    springs: tuple[float, ...],
-    modes: int,
-    attached: Attached,
-    supports: _Loads,
-) -> Reduction:
-    """The same of a structure and what it has beside it."""
-    loads = [tuple(zip(pair, (1.0, -1.0))) for pair in joined]
-    loads += [((point, factor),) for point, factor in (*forces, *((point, 1.0) for point, _ in supports))]
-    found = whole(structure, attached, masses, loads, modes)
-    clearances = [np.array([1.0, -1.0])[: len(pair)] @ found.rows(pair) for pair in joined]
-    sprung = [*zip(springs, clearances), *((k, found.rows([point])[0]) for point, k in supports)]
-    stiffness = found.stiffness + sum(k * np.outer(row, row) for k, row in sprung)
-    omega, shapes = vibration_modes(found.mass, stiffness)
-    transform = _upwards(structure, found.rows, shapes)
-    viscous, cross = (transform.T @ matrix @ transform for matrix in (found.viscous, found.cross))
-    return Reduction(
-        omega, *_coupled(viscous.diagonal(), viscous), found.influence, found.rows, transform, found.turning,
-        cross if found.cross.any() else np.zeros((0, 0)),
-    )  # fmt: skip
 
 
 def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndarray:
@@ -103,21 +89,11 @@ def _upwards(structure: Structure, rows: Rows, transform: np.ndarray) -> np.ndar
     return np.asarray(transform * np.where(tip < 0, -1.0, 1.0))
 
 
-def _damping(linear: Assembly, omega: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Damping of each mode, and what couples them."""
-    eta1, eta2 = linear.rayleigh
-    damping = eta1 + eta2 * omega**2
-    damping = damping + 2 * omega * ratios_of_modes(linear.ratios, omega.size)
-    if linear.viscous is None:
-        return damping, np.zeros((0, 0))
-    viscous = shapes.T @ (linear.viscous @ shapes)
-    return _coupled(damping + viscous.diagonal(), viscous)
-
-
-def _coupled(damping: np.ndarray, viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _coupled(viscous: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Damping of each mode, and what of a damping matrix couples them."""
+    damping = viscous.diagonal().copy()
     skew, largest = (viscous - viscous.T) / 2, np.abs(viscous).max(initial=0.0)
-    coupling = (viscous + viscous.T) / 2 - np.diag(viscous.diagonal())
+    coupling = (viscous + viscous.T) / 2 - np.diag(damping)
     if np.any(np.abs(skew) > SKEW * largest):
         coupling += skew
     return damping, coupling if np.any(np.abs(coupling) > COUPLING * damping.max(initial=0.0)) else np.zeros((0, 0))

@@ -158,10 +158,8 @@ def _read_csv(lines: list[str]) -> dict[str, Any]:
 
 
 def _numbers(name: str, cells: list[str], count: int) -> list[float]:
-    try:
+    with naming(f'row "{name}"', ValueError, RecordError):
         found = [float(cell) for cell in cells[:count]]
-    except ValueError as error:
-        raise RecordError(f'row "{name}": {error}') from None
     if len(found) < count:
         raise RecordError(f'row "{name}" has {len(found)} numbers, needs {count}')
     return found

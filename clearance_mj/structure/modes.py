@@ -18,6 +18,7 @@ import numpy as np
 import pydantic
 from pydantic import AfterValidator, Field
 
+from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.files import write_text
 from ..core.validation import NotNegative, Number, Positive, Share, Text, checked
@@ -133,10 +134,8 @@ class ModalStructure(Structure):
         assert self.residual_flexibility is not None
         self._check_size("residual_flexibility", self.residual_flexibility, len(self.dofs), len(self._residual_at))
         for i, dof in enumerate(self._residual_at):
-            try:
+            with naming(f"residual_dofs[{i}]", ValueError, ValueError, "{} {}"):
                 self.check(dof)
-            except ValueError as error:
-                raise ValueError(f"residual_dofs[{i}] {error}") from None
         own = self._rows(self._residual_at, np.array(self.residual_flexibility))
         if np.abs(own - own.T).max() > NEGATIVE * np.abs(own).max(initial=0.0):
             raise ValueError("residual_flexibility must be symmetric, as it is between points of one structure")

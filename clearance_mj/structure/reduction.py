@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse
 
-from .base import Assembly
+from .base import Assembly, ratios_of_modes
 from .large import factored, lowest, residual_shapes
 
-__all__ = ["Modes", "reduced", "vibration_modes"]
+__all__ = ["Modes", "modal_damping", "reduced", "vibration_modes"]
 
 SINGULAR = 1e-13  # eigenvalues of a scaled stiffness (at most 1) that are 0 but for rounding
 SOFT_EIGENVALUE = 1e-7  # eigenvalues of a scaled stiffness below which the other modes would lose their digits
@@ -104,6 +104,13 @@ def _modes(mass: np.ndarray, basis: np.ndarray) -> Modes:
         raise ValueError("the structure's mass is negative in some motion; check the signs in M")
     omega = 1 / np.sqrt(np.maximum(inverse_omega2[::-1], MASSLESS * largest))
     return Modes(omega, basis @ (rotation[:, ::-1] * omega))
+
+
+def modal_damping(linear: Assembly, omega: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Return the damping matrix (n, n) 1/s of vibrations with unit modal mass: of their ratios and of the structure."""
+    eta1, eta2 = linear.rayleigh
+    found = np.diag(eta1 + eta2 * omega**2 + 2 * omega * ratios_of_modes(linear.ratios, omega.size))
+    return found if linear.viscous is None else found + shapes.T @ (linear.viscous @ shapes)
 
 
 def reduced(

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.linalg
 from pydantic import Field
 
+from ..core.checks import naming
 from ..core.errors import RigError
 from ..core.validation import NotNegative, Share, checked
 from .base import SHAFT_NAME, Assembly, Point, Structure, in_other_plane, parse_direction, parse_place, register
@@ -71,10 +72,8 @@ class Shafts(Structure):
                 raise ValueError(f"parts[{i}].damping_ratios: only the modes of the whole have them; give them there")
         for i, spring in enumerate(self.springs):
             for field, point in zip(("position", "to"), spring.joined):
-                try:
+                with naming(f"springs[{i}].{field}", ValueError, ValueError, "{} {}"):
                     self.check(point)
-                except ValueError as error:
-                    raise ValueError(f"springs[{i}].{field} {error}") from None
             if spring.to == spring.position:
                 raise ValueError(f"springs[{i}].to is the spring's own position; give another point")
 

@@ -14,7 +14,7 @@ import pandas as pd
 import xarray as xr
 
 from ..clearance.law import Law
-from ..core.cache import ResultCache, digest
+from ..core.cache import ResultCache, digest, load_arrays, save_arrays
 from ..io.dataset import Record
 from ..io.results import with_parts, without_parts
 from ..model import Model
@@ -138,16 +138,7 @@ def arrays(
     cache: ResultCache | None, name: str, inputs: object, compute: Callable[[], dict[str, np.ndarray]]
 ) -> dict[str, np.ndarray]:
     """Return named arrays from the cache, or compute them."""
-
-    def save(found: dict[str, np.ndarray], path: Path) -> None:
-        with path.open("wb") as file:
-            np.savez(file, **found)  # type: ignore[arg-type]
-
-    def load(path: Path) -> dict[str, np.ndarray]:
-        with np.load(path) as data:
-            return {key: data[key] for key in data}
-
-    return compute() if cache is None else cache.get(name, inputs, compute, save, load, ".npz")
+    return compute() if cache is None else cache.get(name, inputs, compute, save_arrays, load_arrays, ".npz")
 
 
 def _to_netcdf(data: xr.Dataset, path: Path) -> None:

@@ -133,12 +133,10 @@ class Plan:
         if parameters is None:
             return rig, law, self._measured
         given = dict(parameters)
-        try:
+        with naming("excitation", (TypeError, ValueError, MemoryError), ClearanceError):
             if given.get("duration", 0) * given.get("fs", 0) > MAX_SAMPLES:
                 raise ClearanceError(f"excitation: duration times fs is more than {MAX_SAMPLES} samples")
             return rig, law, getattr(excitations, given.pop("generator"))(**given)
-        except (TypeError, ValueError, MemoryError) as error:
-            raise ClearanceError(f"excitation: {error}") from None
 
     def evaluate(self, case: int) -> dict[str, np.ndarray] | str:
         """Compute a case.
@@ -215,15 +213,13 @@ class Plan:
     def _parts(self, case: int) -> tuple[Rig, Law, dict | None]:
         """Rig, law and the excitation's parameters of a case."""
         values = self.points[case].tolist()
-        try:
+        named = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
+        with naming(f"case {case} ({named})", ClearanceError, ClearanceError):
             changes = {place: v for group, v in zip(self._places, values) for place in group}
             data = with_numbers(self._data, {p: int(v) if p[-1] == "seed" else v for p, v in changes.items()})
             rig = Rig.from_dict(data["rig"])
             law = nominal_law(rig) if self.law is None else law_from_dict(data["law"])
             law.table(len(rig.bushings))
-        except ClearanceError as error:
-            named = ", ".join(f"{path} = {v:g}" for path, v in zip(self.paths, values))
-            raise ClearanceError(f"case {case} ({named}): {error}") from None
         return rig, law, data["excitation"]
 
 

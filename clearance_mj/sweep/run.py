@@ -110,12 +110,8 @@ def _is_begun(out: Path) -> bool:
 def _is_lock(out: Path, found: list[str]) -> bool:
     """Whether a folder holds nothing but the lock of a sweep that ended before it wrote its plan."""
     lock = out / LOCK
-    return (
-        found == [LOCK]
-        and lock.is_file()
-        and not lock.is_symlink()
-        and re.fullmatch(rb"\d*", lock.read_bytes()) is not None
-    )
+    is_alone = found == [LOCK] and lock.is_file() and not lock.is_symlink()
+    return is_alone and re.fullmatch(rb"\d*", lock.read_bytes()) is not None
 
 
 def _plan(path: Path) -> dict[str, Any]:

@@ -8,7 +8,6 @@ of a bootstrap over the samples.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,21 +73,16 @@ def quantities(results: xr.Dataset) -> dict[str, np.ndarray]:
 
     They are natural frequencies, frequency and height of the FRF's peaks, and mean RMSE over the sensors.
     """
-    return dict(_quantities(results))
-
-
-def _quantities(results: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
-    for i, column in enumerate(results["natural_frequency"].values.T, 1):
-        yield f"natural frequency {i} (Hz)", column
+    frequencies = results["natural_frequency"].values.T
+    found = {f"natural frequency {i} (Hz)": column for i, column in enumerate(frequencies, 1)}
     if "peak_frequency" in results:
-        for i, column in enumerate(results["peak_frequency"].values.T, 1):
-            yield f"frequency of peak {i} (Hz)", column
+        found |= {f"frequency of peak {i} (Hz)": x for i, x in enumerate(results["peak_frequency"].values.T, 1)}
         with np.errstate(divide="ignore"):
             decibels = 20 * np.log10(results["peak_magnitude"].values.T)
-        for i, column in enumerate(decibels, 1):
-            yield f"height of peak {i} (dB)", column
+        found |= {f"height of peak {i} (dB)": column for i, column in enumerate(decibels, 1)}
     if "rmse" in results:
-        yield "RMSE (dB)", results["rmse"].values.mean(axis=1)
+        found["RMSE (dB)"] = results["rmse"].values.mean(axis=1)
+    return found
 
 
 def sensitivity(results: xr.Dataset, samples: int) -> Sensitivity:

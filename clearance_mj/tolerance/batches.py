@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.cache import ResultCache
+from ..core.cache import ResultCache, load_arrays, save_arrays
 from ..core.tasks import print_duration, run_tasks, workers_to_use
 from ..model import Model
 from ..periodic.in_gap import resonances
@@ -61,8 +61,8 @@ def total_of(
         of_designs[batch.first] = found.of_designs
 
     for batch in batches if cache else ():
-        if cache and (known := cache.find("batch", _inputs(settings, batch), _read, ".npz")) is not None:
-            add(batch, known)
+        if cache and (known := cache.find("batch", _inputs(settings, batch), load_arrays, ".npz")) is not None:
+            add(batch, Rattling(**known))
     left = [batch for batch in batches if batch.first not in of_designs]
     compute = functools.partial(rattling_of, settings)
     alone = workers == 1 and not scheduler and not executor
@@ -76,7 +76,7 @@ def total_of(
     for batch, found in run:
         add(batch, found)
         if cache:
-            cache.keep("batch", _inputs(settings, batch), found, _write, ".npz")
+            cache.keep("batch", _inputs(settings, batch), found._asdict(), save_arrays, ".npz")
     if cache:
         cache.drop_unused()
     return Rattling(counts, np.concatenate([of_designs[batch.first] for batch in batches], axis=1))
@@ -90,13 +90,3 @@ def _inputs(settings: Settings, batch: Batch) -> object:
     limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
     how = settings.kind, settings.harmonics, settings.samples, settings.modes, settings.reach
     return models, designs.names, *arrays, limit, *how
-
-
-def _write(result: Rattling, path: Path) -> None:
-    with path.open("wb") as file:
-        np.savez_compressed(file, counts=result.counts, of_designs=result.of_designs)
-
-
-def _read(path: Path) -> Rattling:
-    with np.load(path) as found:
-        return Rattling(found["counts"], found["of_designs"])

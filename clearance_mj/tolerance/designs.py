@@ -30,7 +30,7 @@ class DrawingRule:
 
     def __init__(self, numbers: Sequence[Scattered], correlations: Sequence[Correlation], model: Model):
         self.model = model
-        data = _plain(model)
+        data = {"rig": model.rig.to_dict(), "law": None if is_datasheet(model) else model.law.to_dict()}
         found = [(each, key) for each in numbers for key in _keys(data, each.of)]
         self.keys = [key for _, key in found]
         self.names = [_name(key) for key in self.keys]
@@ -49,15 +49,12 @@ class DrawingRule:
         ends = np.array([_UNIT_INTERVAL, 1 - _UNIT_INTERVAL])
         for i, (number, name) in enumerate(zip(self.numbers, self.names)):
             reach = number.quantile(ends, self.values[i], self.gaps[i])
+            unit = "" if name.startswith(LAW) else f" {unit_of(name)}".rstrip()
+            ends_in_words = f"{reach[0]:.4g} to {reach[1]:.4g}{unit}"
             for value in reach:
-                try:
+                what = f"scatter of {name} reaches from {ends_in_words}; at {value:.4g} the model is impossible"
+                with naming(what, ClearanceError, ClearanceError):
                     changed(self.model, [self.keys[i]], [value])
-                except ClearanceError as error:
-                    unit = "" if name.startswith(LAW) else f" {unit_of(name)}".rstrip()
-                    raise ClearanceError(
-                        f"scatter of {name} reaches from {reach[0]:.4g} to {reach[1]:.4g}{unit}; at {value:.4g} the "
-                        f"model is impossible: {error}"
-                    ) from None
 
     def deviations(self, designs: Designs) -> np.ndarray:
         """Return how far numbers of designs are from their middles, over the distance of their limits.
@@ -167,10 +164,6 @@ def changed(model: Model, keys: Sequence[Key], values: Sequence[float]) -> Model
 def is_datasheet(model: Model) -> bool:
     """Return whether a model's law is that of its rig file."""
     return model.law == nominal_law(model.rig)
-
-
-def _plain(model: Model) -> dict[str, Any]:
-    return {"rig": model.rig.to_dict(), "law": None if is_datasheet(model) else model.law.to_dict()}
 
 
 def _keys(data: dict[str, Any], path: str) -> list[Key]:

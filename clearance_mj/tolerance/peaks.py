@@ -213,7 +213,8 @@ def peaks_of_record(
         raise ExcitationError("less than a second of the excitation is left after settling; give a longer one")
     record = Block(*parts)
     duration = record.depth.shape[1] / noise.fs
-    ratio, run = 3600.0 * hours / duration, _run(rig, law, noise.fs)
+    lowest = float(natural_frequencies(rig_in_gap(rig, law), 1)[0])
+    ratio, run = 3600.0 * hours / duration, round(noise.fs / max(lowest, LOWEST))
     rates = tuple(impact_rate(impacts, duration) for impacts in record.impacts)
     touch = np.array([_touch(depth, rate, run, ratio, duration) for depth, rate in zip(record.depth, rates)])
     values, least = {
@@ -232,12 +233,6 @@ def peaks_of_record(
         np.maximum(values.max(axis=1), 0.0), limit, peaks,
         {"rig": rig.to_dict(), "law": law.to_dict(), "excitation": dict(noise.description)},
     )  # fmt: skip
-
-
-def _run(rig: Rig, law: Law, fs: float) -> int:
-    """Samples that end a cluster: a period of the lowest frequency in the gap, at most a second."""
-    lowest = float(natural_frequencies(rig_in_gap(rig, law), 1)[0])
-    return round(fs / max(lowest, LOWEST))
 
 
 def _touch(depth: np.ndarray, rate: ImpactRate, run: int, ratio: float, duration: float) -> float:

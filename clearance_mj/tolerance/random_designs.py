@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.special
@@ -29,10 +29,7 @@ from ..rig import Rig
 from ..signals.psd import PSD
 from .designs import Designs
 from .impacts import Block, lanes_of, march
-from .peaks import QUANTITIES, SETTLING, noise_of, peaks_of_record
-
-if TYPE_CHECKING:
-    from .peaks import HourPeaks
+from .peaks import QUANTITIES, SETTLING, HourPeaks, noise_of, peaks_of_record
 
 __all__ = ["DesignPeaks", "LevelPeaks", "peaks_of_designs", "peaks_over_production", "random_production"]
 

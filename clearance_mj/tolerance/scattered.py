@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field
 from scipy.stats import norm
 
+from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.validation import Number, Text, checked
 from ..rig.tolerance import Tolerance
@@ -56,19 +57,16 @@ class Scattered:
         """How wide, in SI units or as a share of the value, and which of the two."""
         given = self.std if self.std is not None else self.within
         assert given is not None
-        try:
+        with naming(f"scatter of {self.of}", (ValueError, ClearanceError), ClearanceError):
             if self.of.startswith(LAW):
-                match = _SHARE.fullmatch(given)
-                if not match:
-                    raise ValueError(f'"{given}" is no share of the value, such as "5 %"')
+                if not (match := _SHARE.fullmatch(given)):
+                    raise ClearanceError(f'"{given}" is no share of the value, such as "5 %"')
                 size, relative = float(match[1]) / 100, True
             else:
                 tolerance = Tolerance(self.of, given)
                 size, relative = tolerance.size, tolerance.relative
-        except (ValueError, ClearanceError) as error:
-            raise ClearanceError(f"scatter of {self.of}: {error}") from None
-        if size == 0:
-            raise ClearanceError(f'scatter of {self.of}: "{given}" is none; leave it out')
+            if size == 0:
+                raise ClearanceError(f'"{given}" is none; leave it out')
         return size, relative
 
     def half_width(self, value: float, gap: float | None = None) -> tuple[float, float]:

@@ -232,7 +232,7 @@ def _tightened(
     rule = scatter.rule(model)
     drawn = rule.draw(n_designs, seed)
     first, names = first_levels(drawn, ""), tuple(number.of for number in scatter.numbers)
-    share = float(np.mean(first <= level))
+    share, share_limits = _share(first, level)
     learnt = learn(rule.deviations(drawn), np.log(np.minimum(first, LOOKED_AHEAD * level)))
     dense = rule.deviations(rule.draw(POINTS, seed))
     alone = _Shares(learnt, dense, math.log(level), rule.owner)
@@ -243,11 +243,9 @@ def _tightened(
     cost, new_share, limits = math.nan, math.nan, (math.nan, math.nan)
     if cheapest:
         cost = sum(prices[name] * (1 / width - 1) for name, width in cheapest.items())
-        again = first_levels(tightened.draw(model, n_designs, seed), "tightened")
-        new_share = float(np.mean(again <= level))
-        limits = _limits(new_share, n_designs)
+        new_share, limits = _share(first_levels(tightened.draw(model, n_designs, seed), "tightened"), level)
     found = Tightening(
-        level, what, allowed, names, share, _limits(share, n_designs), np.array(widths), np.array(without), cheapest,
+        level, what, allowed, names, share, share_limits, np.array(widths), np.array(without), cheapest,
         cost, tightened, new_share, limits, 20 / math.log(10) * learnt.error, unit,
     )  # fmt: skip
     if share <= allowed or cheapest or np.any(found.width < 1):
@@ -258,11 +256,8 @@ def _tightened(
         return first_levels(scatter.draw(other, n_designs, seed), f"gap_{factor:.6g}")
 
     factor, again = _gap(with_gap, first, level, allowed)
-    gap_share = float(np.mean(again <= level))
-    return replace(
-        found, gap=factor, gaps=tuple(factor * bushing.gap for bushing in model.rig.bushings), gap_share=gap_share,
-        gap_limits=_limits(gap_share, n_designs),
-    )  # fmt: skip
+    gaps, (gap_share, limits) = tuple(factor * bushing.gap for bushing in model.rig.bushings), _share(again, level)
+    return replace(found, gap=factor, gaps=gaps, gap_share=gap_share, gap_limits=limits)
 
 
 def _gap(
@@ -289,9 +284,11 @@ def _gap(
     return math.exp(best), found[best]
 
 
-def _limits(share: float, designs: int) -> tuple[float, float]:
-    low, high = share_interval(share, designs)
-    return float(low), float(high)
+def _share(first: np.ndarray, level: float) -> tuple[float, tuple[float, float]]:
+    """Share of designs whose first level is at most a level, and its interval."""
+    share = float(np.mean(first <= level))
+    low, high = share_interval(share, first.size)
+    return share, (float(low), float(high))
 
 
 class _Shares:

@@ -4,25 +4,14 @@ from __future__ import annotations
 
 import itertools
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ..core.checks import DIRECTIONS, NAME_LIMIT, NOWHERE, require_finite
 from ..core.errors import RecordError
-from .fields import (
-    CLOSE,
-    DELIMITER,
-    SI,
-    Units,
-    closing_line,
-    decoded,
-    read_dof,
-    read_integer,
-    read_real,
-    with_exponents,
-)
+from .fields import CLOSE, DELIMITER, Units, closing_line, decoded, read_dof, read_integer, read_real, with_exponents
 from .kinds import FUNCTION_TYPES
 
 TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
@@ -71,6 +60,15 @@ class Header:
         """Function type in words."""
         return FUNCTION_TYPES[self.kind] if 0 <= self.kind < len(FUNCTION_TYPES) else f"function of type {self.kind}"
 
+    def is_over(self, abscissa_type: int) -> bool:
+        """Whether its abscissa is of a type, or its type is not said."""
+        return self.abscissa_type in (abscissa_type, *UNSAID)
+
+    @property
+    def is_frf(self) -> bool:
+        """Whether it is a ratio over frequency."""
+        return self.kind in (FREQUENCY_RESPONSE, TRANSMISSIBILITY) and self.is_over(FREQUENCY)
+
     @property
     def is_complex(self) -> bool:
         """Whether the samples are complex."""
@@ -96,7 +94,7 @@ class Function(Header):
     end: int = 0  #: bytes begin:end of the file are the samples
     dtype: str | None = None  #: of the ordinate in a binary body; None: text
     axis_dtype: str | None = None  #: of the abscissa in it
-    units: Units = SI
+    units: Units = field(default_factory=Units)
 
 
 def read_function(data: bytes, begin: int, binary: bool, number: int, units: Units) -> tuple[Function, int]:
@@ -305,6 +303,21 @@ def function_block(header: Header, values: np.ndarray) -> bytes:
         _axis_line(0, "NONE", "NONE"),
     ]
     return (DELIMITER + "\n".join((*lines, ""))).encode() + values.tobytes() + DELIMITER.encode()
+
+
+def spectrum_block(abscissa: np.ndarray, values: np.ndarray, **fields: Any) -> bytes:
+    """Return the bytes of a data set of real or complex numbers in double precision; ``fields`` are of its `Header`.
+
+    Its lines are even if six digits of the first and of their distance tell each exactly.
+    """
+    first, step = f"{abscissa[0]:.5e}", f"{np.ptp(abscissa[:2]):.5e}"
+    lines = float(first) + np.arange(abscissa.size) * float(step)
+    even = float(step) > 0 and np.array_equal(lines, abscissa)
+    fields |= {"first": float(first), "step": step} if even else {"first": 0.0, "step": "0.0"}
+    is_complex = np.iscomplexobj(values)
+    header = Header(ordinate=COMPLEX64 if is_complex else REAL64, size=abscissa.size, even=even, **fields)
+    columns = [*([] if even else [abscissa]), *([values.real, values.imag] if is_complex else [values])]
+    return function_block(header, np.stack(columns, axis=1).astype("<f8"))
 
 
 def _axis_line(kind: int, label: str, unit: str) -> str:

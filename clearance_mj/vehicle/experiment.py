@@ -125,17 +125,13 @@ class Outcome:
 @functools.lru_cache(maxsize=32)
 def _task(manoeuvre: str | None, length_factor: float | None, speed: float, trail: float, preview: float) -> Task:
     if manoeuvre is None:
-        path = double_lane_change(_length_factor(speed) if length_factor is None else length_factor)
+        nearest = min(LENGTH_FACTORS, key=lambda known: abs(known - speed))
+        path = double_lane_change(LENGTH_FACTORS[nearest] if length_factor is None else length_factor)
     elif length_factor is None:
         path = get_manoeuvre(manoeuvre).path()
     else:
         raise ManoeuvreError(f'length_factor is that of the double lane change; manoeuvre "{manoeuvre}" has none')
     return nominal_task(path, speed / 3.6, trail, preview=preview)
-
-
-def _length_factor(speed: float) -> float:
-    """That of the nearest reported speed."""
-    return LENGTH_FACTORS[min(LENGTH_FACTORS, key=lambda known: abs(known - speed))]
 
 
 def _regime(regime: str) -> Regime:

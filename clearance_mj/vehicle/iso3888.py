@@ -70,10 +70,8 @@ def iso_lane_change(length_factor: float = 1.0) -> Path:
     path is off the centre by at most 0.124 m, less than the free width on either side.
     """
     gates = iso3888_gates(length_factor=length_factor)
-    changes = _between_centres(gates)
-    return lane_changes(
-        f"iso-3888-1 x {length_factor:g}", changes, -30.0 * length_factor, gates[-1].end + 30.0 * length_factor
-    )
+    name, before = f"iso-3888-1 x {length_factor:g}", 30.0 * length_factor
+    return lane_changes(name, _between_centres(gates), -before, gates[-1].end + before)
 
 
 def obstacle_avoidance() -> Path:

@@ -171,15 +171,10 @@ def _runge_kutta(
     for step in range(wheel_angle.size):
         x[2], load = wheel_angle[step], loads[step]
         _rates(x, p, u, load, k1)
-        for i in range(n):
-            inner[i] = x[i] + h / 2 * k1[i]
-        _rates(inner, p, u, load, k2)
-        for i in range(n):
-            inner[i] = x[i] + h / 2 * k2[i]
-        _rates(inner, p, u, load, k3)
-        for i in range(n):
-            inner[i] = x[i] + h * k3[i]
-        _rates(inner, p, u, load, k4)
+        for share, before, after in ((h / 2, k1, k2), (h / 2, k2, k3), (h, k3, k4)):
+            for i in range(n):
+                inner[i] = x[i] + share * before[i]
+            _rates(inner, p, u, load, after)
         for i in range(n):
             x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
     return x

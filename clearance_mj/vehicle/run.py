@@ -58,8 +58,8 @@ class Run:
             found[f"peak_{name}"] = values.max()
             found[f"rms_{name}"] = np.sqrt(np.mean(values**2))
             found[f"p95_{name}"] = np.percentile(values, 95)
-        for name in ("yaw_rate", "yaw_rate_error", "lateral_acceleration", "sideslip"):
-            found[f"peak_{name}"] = np.abs(getattr(self, name)).max()
+        peaks = ("yaw_rate", "yaw_rate_error", "lateral_acceleration", "sideslip")
+        found |= {f"peak_{name}": np.abs(getattr(self, name)).max() for name in peaks}
         turns, sides = np.diff(self.wheel_angle), self.contact[self.contact != 0]
         found["peak_steer_rate"] = np.abs(turns / np.diff(self.time)).max()
         found["steer_variation"] = np.abs(turns).sum()

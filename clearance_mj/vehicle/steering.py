@@ -19,6 +19,7 @@ import numpy as np
 from ..clearance.kernel import greases_of
 from ..clearance.law import ConstantLaw, Law
 from ..clearance.modelled import nominal_law
+from ..core.checks import naming
 from ..core.errors import ClearanceError, ManoeuvreError
 from ..core.units import quantity_of
 from ..engines import Engine, get_engine
@@ -148,10 +149,8 @@ class Steering:
 
     def _engine(self) -> Engine | None:
         """The engine that simulates the shaft, if one does."""
-        try:
+        with naming('steering.fidelity is "play" or an engine', ClearanceError, ManoeuvreError):
             return None if self.fidelity == "play" else get_engine(self.fidelity)
-        except ClearanceError as error:
-            raise ManoeuvreError(f'steering.fidelity is "play" or an engine: {error}') from None
 
 
 _RANGES = (

@@ -154,8 +154,7 @@ class _Problem:
         speed = np.exp(np.clip(pace, -50.0, 50.0))
         by = np.zeros((m, p.size))  # of log κ
         by[:, 1] = 1.0
-        for i in range(1, m):
-            by[i:, 1 + i] = self.walk[i - 1]
+        by[:, 2:] = np.tri(m, m - 1, -1) * self.walk
         of_speed = speed[:, None] * by
         of_worn = np.zeros((m, p.size))
         of_worn[1:] = np.cumsum(self.pieces[:, None] * (of_speed[1:] + of_speed[:-1]) / 2, axis=0)

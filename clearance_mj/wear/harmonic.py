@@ -201,14 +201,10 @@ class SineSource(Source):
             for _ in range(PERIODS):
                 march.advance(period)
             counted = [march.advance(period) for _ in range(COUNTED)]
-            if found := self._periodic(model, counted[-1].points[::factor].T):
+            found = self._near(counted[-1].points[::factor].T @ self._solver(model).grid.project.T, model)
+            if found and not _is_unstable(found):
                 return _vibration(found)
         return averaged([piece.rubbing for piece in counted], march.state)
-
-    def _periodic(self, model: Model, x: np.ndarray) -> _Periodic | None:
-        """The stable periodic vibration near a period (n_points, samples) of a march, if there is one."""
-        found = self._near(x @ self._solver(model).grid.project.T, model)
-        return None if found is None or _is_unstable(found) else found
 
 
 def _is_unstable(found: _Periodic) -> bool:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..identify import Twin
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +42,7 @@ class GapHistory(ArrayData):
     """(n, n_bushings) standard deviation of each, m"""
 
     def __post_init__(self) -> None:
-        self._set(**{name: read_only(getattr(self, name)) for name in ("hours", "gap", "std")})
+        self._freeze()
         if self.hours.ndim != 1 or self.gap.ndim != 2 or not len(self.hours) == len(self.gap) == len(self.std):
             raise RecordError("a history is hours (n,) with gap and std (n, n_bushings)")
         if self.gap.shape != self.std.shape:
@@ -137,14 +138,11 @@ class GapHistory(ArrayData):
         """
         import pandas as pd
 
-        try:
+        wrong = OSError, ValueError  # an empty or torn table is a ValueError
+        with naming(f"{path}: cannot be read as CSV", wrong, RecordError, "{} ({})"):
             table = pd.read_csv(path)
-        except (OSError, ValueError) as error:  # an empty or torn table is a ValueError
-            raise RecordError(f"{path}: cannot be read as CSV ({error})") from None
-        try:
+        with naming(path):
             return cls._of_table(table, n_bushings)
-        except RecordError as error:
-            raise RecordError(f"{path}: {error}") from None
 
     @classmethod
     def _of_table(cls, table: pd.DataFrame, n_bushings: int) -> GapHistory:
@@ -152,10 +150,8 @@ class GapHistory(ArrayData):
 
         if missing := [name for name in COLUMNS if name not in table.columns]:
             raise RecordError(f"has no column {', '.join(missing)}; a history has {', '.join(COLUMNS)}")
-        try:
+        with naming("holds what is no number", (ValueError, TypeError), RecordError, "{} ({})"):
             rows = np.column_stack([pd.to_numeric(table[name]).to_numpy(float) for name in COLUMNS])
-        except (ValueError, TypeError) as error:
-            raise RecordError(f"holds what is no number ({error})") from None
         bushings = rows[:, 1]
         if not np.all(np.isin(bushings, np.arange(n_bushings))):
             wrong = bushings[~np.isin(bushings, np.arange(n_bushings))][0]

@@ -12,7 +12,7 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..model import Model
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from .growth import clearances_of
 from .hours import REACHED, Moment, wear_on
 from .operation import Operation
@@ -78,8 +78,7 @@ class Life(ArrayData):
     """ "limit", "hours" or "no rubbing": why the prediction ends"""
 
     def __post_init__(self) -> None:
-        for name in ("limit", "hours", "gap", "offset", "rate", "rubbing", "error"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._freeze()
 
     @property
     def life(self) -> float:

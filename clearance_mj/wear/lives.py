@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.cache import ResultCache
+from ..core.cache import ResultCache, load_arrays, save_arrays
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..core.tasks import run_tasks
 from ..model import Model
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from .coefficients import drawn_models
 from .growth import clearances_of
 from .life import ACCURACY, LONGEST, Life, gap_limits, predict_life
@@ -44,7 +44,7 @@ class Lives(ArrayData):
     """(n, m, n_bushings) m; a machine keeps its gaps once its life has ended"""
 
     def __post_init__(self) -> None:
-        self._set(**{name: read_only(getattr(self, name)) for name in ("life", "hours", "gap")})
+        self._freeze()
 
     def quantile(self, share: float) -> float:
         """Return the hours after which a share of the machines has reached a limit; infinite if less ever does.
@@ -135,22 +135,11 @@ def _drawn(
 ) -> dict[str, Any]:  # fmt: skip
     """Life, hours and gaps of one drawn machine."""
     model = models[i]
+    compute = partial(_found, model, operation, limits, hours, accuracy)
     if cache is None:
-        return _found(model, operation, limits, hours, accuracy)
+        return compute()
     inputs = model.rig.content(), model.law.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
-
-    def save(found: dict[str, Any], path: Path) -> None:
-        with path.open("wb") as file:
-            np.savez(file, **found)
-
-    def load(path: Path) -> dict[str, Any]:
-        with np.load(path) as file:
-            return dict(file)
-
-    def compute() -> dict[str, Any]:
-        return _found(model, operation, limits, hours, accuracy)
-
-    return ResultCache(Path(cache)).get("life", inputs, compute, save, load, ".npz")
+    return ResultCache(Path(cache)).get("life", inputs, compute, save_arrays, load_arrays, ".npz")
 
 
 def _found(model: Model, operation: Operation, limits: np.ndarray, hours: float, accuracy: float) -> dict[str, Any]:

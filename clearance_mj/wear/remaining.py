@@ -12,7 +12,7 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError, RecordError
 from ..core.kinds import checks_kinds
 from ..model import Model
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from .clock import HORIZON, PaceSamples, find_pace
 from .coefficients import spreads
 from .growth import changed, clearances_of, with_clearances
@@ -60,8 +60,7 @@ class Remaining(ArrayData):
     """(n_bushings,) RMS of what the history misses, over its errors"""
 
     def __post_init__(self) -> None:
-        for name in ("limit", "coefficient", "hours", "drift", "misfit"):
-            self._set(**{name: read_only(getattr(self, name))})
+        self._freeze()
 
     def interval(self, level: float = 0.9) -> np.ndarray:
         """Return limits (2, n_bushings) between which the remaining hours lie with a probability.

@@ -32,10 +32,8 @@ def march_planar(
         failed, _ = advance(steps + i, part, h, lanes, shaft, motion, clearance, greases, contacts, out, 0)
         if failed >= 0:
             return i
-        for m in range(q.shape[1]):
-            q[i, m] = motion.q[m, 0]
-        for end in range(impact.shape[1]):
-            impact[i, end] = clearance.numbers[end]
+        q[i] = motion.q[:, 0]
+        impact[i] = clearance.numbers[: impact.shape[1]]
     return -1
 
 
@@ -56,6 +54,5 @@ def march_round(
         )
         if failed >= 0:
             return i
-        for m in range(q.shape[1]):
-            q[i, m] = motion.q[m]
+        q[i] = motion.q
     return -1

@@ -31,7 +31,7 @@ from ..channels import Channel, ChannelHeader
 from ..contents import FileContents
 from ..gaps import gapless_channels
 from ..registry import Format, register
-from .frfs import frf_blocks, is_frf, read_frfs
+from .frfs import frf_blocks, read_frfs
 from .functions import channel_block, distinct_names, is_of_time, read_channel_header, read_samples, why_no_record
 from .geometry import GEOMETRY_SETS, geometry_sets, read_geometry_blocks, rig_geometry
 from .spectra import read_spectra, spectra_blocks
@@ -121,7 +121,7 @@ def _read(data: bytes, reference: str | None, units: str | None) -> tuple[FileCo
     parts = [read_samples(data, f, notes, name) for f, name in zip(records, distinct_names(records))]
     channels = gapless_channels(parts, notes) if parts else []
     frfs, left = read_frfs(data, others, reference, notes)
-    rest = [f for f in others if not is_frf(f) and f.kind != COHERENCE]
+    rest = [f for f in others if not f.is_frf and f.kind != COHERENCE]
     spectra = read_spectra(data, [*rest, *left]) if reference is None or not frfs else []
     geometry = read_geometry_blocks(blocks, notes)
     modes = tuple(_modes(shapes) for shapes in read_modes(blocks))
@@ -232,11 +232,9 @@ def _header(title: str) -> str:
 
 def _channels(obj: object) -> list[Channel]:
     found = getattr(obj, "channels", obj)
-    channels: list[Channel] = []
-    for item in found if isinstance(found, Iterable) else [found]:
-        if not isinstance(item, Channel):
-            raise RecordError(f"needs a sequence of Channel, a Record or an FRF, got {type(item).__name__}")
-        channels.append(item)
+    channels: list[Any] = [*found] if isinstance(found, Iterable) else [found]
+    if wrong := [type(item).__name__ for item in channels if not isinstance(item, Channel)]:
+        raise RecordError(f"needs a sequence of Channel, a Record or an FRF, got {wrong[0]}")
     if not channels:
         raise RecordError("there is no channel")
     return channels

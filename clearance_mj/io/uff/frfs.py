@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,23 +14,11 @@ from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...signals.frf import FRF
 from ...signals.references import join_references
-from ...universal.dataset_58 import (  # fmt: skip
-    COHERENCE,
-    COMPLEX64,
-    FREQUENCY,
-    FREQUENCY_RESPONSE,
-    REAL64,
-    TRANSMISSIBILITY,
-    UNSAID,
-    Function,
-    Header,
-    function_block,
-    samples,
-)
+from ...universal.dataset_58 import COHERENCE, FREQUENCY, FREQUENCY_RESPONSE, Function, samples, spectrum_block
 from ...universal.dataset_164 import Measure, frf_measure
 from .functions import abscissa
 
-__all__ = ["even_lines", "frf_blocks", "is_frf", "read_frfs"]
+__all__ = ["frf_blocks", "read_frfs"]
 
 Pair = tuple[str, str]  # response and reference
 _WINDOW = re.compile(r"exponential window (\S+) 1/s")
@@ -61,22 +49,16 @@ class _Group:
         return pair if free and np.array_equal(frequency, self.frequency) else None
 
 
-def is_frf(function: Function) -> bool:
-    """Whether a function is an FRF over frequency."""
-    kinds = FREQUENCY_RESPONSE, TRANSMISSIBILITY
-    return function.kind in kinds and function.abscissa_type in (FREQUENCY, *UNSAID)
-
-
 def read_frfs(
     data: bytes, functions: Sequence[Function], reference: str | None, notes: list[str]
 ) -> tuple[list[FRF], list[Function]]:
     """Return the FRFs of a file, as few as hold them all, and the coherences that belong to none of them."""
     groups: list[_Group] = []
-    named = list(dict.fromkeys(f.reference for f in functions if is_frf(f)))
+    named = list(dict.fromkeys(f.reference for f in functions if f.is_frf))
     if reference is not None and named and reference not in named:
         raise RecordError(f"holds FRFs to {', '.join(named)}; not {reference}")
     for f in functions:
-        if not is_frf(f) or reference not in (None, f.reference):
+        if not f.is_frf or reference not in (None, f.reference):
             continue
         with naming(f"data set {f.number}"):
             measure, pair = frf_measure(f, notes), (f.response, f.reference)
@@ -84,7 +66,7 @@ def read_frfs(
         group = next((g for g in groups if g.fits(f.kind, measure, frequency, pair)), None)
         if group is None:
             groups.append(group := _Group(f.kind, measure, frequency))
-        group.functions[pair] = replace(f)
+        group.functions[pair] = f
     left = [f for f in functions if f.kind == COHERENCE and not _joined(data, f, groups, len(named) == 1)]
     return [_frf(data, group) for group in groups], left
 
@@ -127,37 +109,22 @@ def frf_blocks(frf: FRF) -> list[bytes]:
     return [block for reference in frf.references for block in _frf_blocks(frf.to_reference(reference))]
 
 
-def even_lines(frequency: np.ndarray) -> dict[str, Any]:
-    """Return what a `Header` says of lines: number, whether even, first and step in six digits."""
-    first, step = f"{frequency[0]:.5e}", f"{np.ptp(frequency[:2]):.5e}"
-    lines = float(first) + np.arange(frequency.size) * float(step)
-    even = float(step) > 0 and np.array_equal(lines, frequency)
-    size = {"size": frequency.size, "even": even}
-    return size | ({"first": float(first), "step": step} if even else {"first": 0.0, "step": "0.0"})
-
-
 def _frf_blocks(frf: FRF) -> Iterator[bytes]:
     """FRFs to one reference, then their coherences."""
     for label in (frf.reference, *frf.responses):
         check_dof(label)
-    lines = even_lines(frf.frequency)
-    plain = Header(kind=COHERENCE, reference=frf.reference, ordinate=REAL64, abscissa_type=FREQUENCY, **lines)
     note = f"exponential window {frf.window_rate:.9g} 1/s" if frf.window_rate else "NONE"
-    ratios = [
-        replace(plain, kind=FREQUENCY_RESPONSE, ordinate=COMPLEX64, note=note, **_of_ratio(quantity, frf.unit_label))
-        for quantity in frf.row_quantities
-    ]
-    axis = () if plain.even else (frf.frequency,)
-    coherences = [plain] * len(ratios)
+    kind: dict[str, Any] = {"kind": FREQUENCY_RESPONSE, "note": note}
+    ratios = [kind | _of_ratio(quantity, frf.unit_label) for quantity in frf.row_quantities]
+    coherences: list[dict[str, Any]] = [{"kind": COHERENCE}] * len(ratios)
     for what, headers, rows in (("FRF", ratios, frf.value), ("coherence", coherences, frf.coherence)):
         for header, label, row in zip(headers, frf.responses, () if rows is None else rows[:, 0]):
             if what == "coherence" and np.isnan(row).all():
                 continue  # of a function whose coherence is not known
             require_finite(row, f"{what} {label}")
-            parts = (row.real, row.imag) if np.iscomplexobj(row) else (row,)
             to = "" if frf.reference == NOWHERE else f" / {frf.reference}"
-            own = replace(header, name=f"{what} {label}{to}", response=label)
-            yield function_block(own, np.stack((*axis, *parts), axis=1).astype("<f8"))
+            place = {"name": f"{what} {label}{to}", "response": label, "reference": frf.reference}
+            yield spectrum_block(frf.frequency, row, abscissa_type=FREQUENCY, **place, **header)
 
 
 def _of_ratio(quantity: str, label: str) -> dict[str, Any]:

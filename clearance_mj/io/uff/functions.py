@@ -11,17 +11,7 @@ import numpy as np
 from ...core.checks import NAME_LIMIT, NOWHERE, even_rate, naming, simplest_rate
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
-from ...universal.dataset_58 import (  # fmt: skip
-    REAL32,
-    TIME,
-    TIME_FUNCTION,
-    UNSAID,
-    Function,
-    Header,
-    function_block,
-    numbers,
-    samples,
-)
+from ...universal.dataset_58 import REAL32, TIME, TIME_FUNCTION, Function, Header, function_block, numbers, samples
 from ...universal.dataset_164 import time_measure
 from ..channels import Channel, ChannelHeader
 from ..gaps import Samples
@@ -43,7 +33,7 @@ def why_no_record(data: bytes, function: Function) -> str:
     """Return why a function of time is no record, which is real and in even steps; "" if it is one."""
     if function.is_complex and np.any(samples(data, function).imag):
         return "a time record must be real, its samples are complex"
-    if function.abscissa_type not in (TIME, *UNSAID):
+    if not function.is_over(TIME):
         return f"abscissa type {function.abscissa_type} of a time record must be 17 (time)"
     try:
         _timing(data, function, [])

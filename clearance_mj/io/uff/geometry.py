@@ -105,8 +105,7 @@ def _global(node: Node, systems: dict[int, CoordinateSystem], notes: list[str]) 
         else:
             theta, phi = place[1] * angles[0], place[2] * angles[1]
             place = [r * np.sin(theta) * np.cos(phi), r * np.sin(theta) * np.sin(phi), r * np.cos(theta)]
-    moved: list[float] = (np.array(system.origin) + np.array(place) @ np.array(system.axes)).tolist()
-    return moved
+    return (np.array(system.origin) + np.array(place) @ np.array(system.axes)).tolist()
 
 
 def _line(block: Block) -> tuple[int, ...]:

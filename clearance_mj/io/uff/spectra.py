@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,21 +13,10 @@ from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...core.units import unit_factor
 from ...signals.spectra import POWERS, RATIOS, Spectra
-from ...universal.dataset_58 import (  # fmt: skip
-    COMPLEX64,
-    FREQUENCY,
-    REAL64,
-    TIME,
-    UNSAID,
-    Function,
-    Header,
-    function_block,
-    samples,
-)
+from ...universal.dataset_58 import FREQUENCY, TIME, UNSAID, Function, samples, spectrum_block
 from ...universal.dataset_164 import Measure, label_of
 from ...universal.fields import SI, quantity_of
 from ...universal.kinds import FUNCTION_TYPES
-from .frfs import even_lines
 from .functions import abscissa, name_of
 
 __all__ = ["read_spectra", "spectra_blocks"]
@@ -122,29 +111,14 @@ def spectra_blocks(spectra: Spectra) -> Iterator[bytes]:
     if spectra.kind not in FUNCTION_TYPES:
         raise RecordError(f'kind "{spectra.kind}" is no function type; use {", ".join(FUNCTION_TYPES)}')
     types = {axis: code for code, (axis, _) in _AXES.items()}
-    is_complex = np.iscomplexobj(spectra.value)
-    header = Header(
-        kind=FUNCTION_TYPES.index(spectra.kind),
-        ordinate=COMPLEX64 if is_complex else REAL64,
-        abscissa_type=types.get(spectra.axis, 0),
-        axis_label=spectra.axis,
-        axis_unit=spectra.axis_unit or "NONE",
-        **even_lines(spectra.abscissa),
-    )
-    axis = () if header.even else (spectra.abscissa,)
+    axis: dict[str, Any] = {"abscissa_type": types.get(spectra.axis, 0), "axis_unit": spectra.axis_unit or "NONE"}
+    axis |= {"axis_label": spectra.axis, "kind": FUNCTION_TYPES.index(spectra.kind)}
     labels = zip(spectra.names, spectra.responses, spectra.references, spectra.quantities, spectra.units)
     for row, (name, response, reference, quantity, unit) in zip(spectra.value, labels):
         check_dof(response)
         check_dof(reference)
         require_finite(row, f"{spectra.kind} {name}")
         plain = unit.replace("(m/s²)²", "(m/s^2)^2").replace("²", "^2")
-        own = replace(
-            header,
-            name=name,
-            response=response,
-            reference=reference,
-            numerator=QUANTITIES[quantity].codes[0] if quantity in QUANTITIES else 0,
-            unit=plain or "NONE",
-        )
-        parts = (row.real, row.imag) if is_complex else (row,)
-        yield function_block(own, np.stack((*axis, *parts), axis=1).astype("<f8"))
+        place = {"name": name, "response": response, "reference": reference, "unit": plain or "NONE"}
+        code = QUANTITIES[quantity].codes[0] if quantity in QUANTITIES else 0
+        yield spectrum_block(spectra.abscissa, row, numerator=code, **place, **axis)

@@ -223,19 +223,15 @@ def _joined(name: str, columns: Mapping[int, np.ndarray]) -> np.ndarray:
 
 
 def _read(path: Path) -> tuple[list[str], np.ndarray]:
-    try:
+    with naming(f"{path} cannot be read", (OSError, UnicodeDecodeError), RecordError):
         with plain_file(path).open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path} cannot be read: {error}") from None
     names = [name.strip() for name in rows[0]] if rows else []
     for i, row in enumerate(rows[1:], start=2):
         if len(row) != len(names):
             raise RecordError(f"{path}, row {i}: {len(row)} cells for {len(names)} columns")
-    try:
+    with naming(path, ValueError, RecordError):
         return names, np.array(rows[1:], dtype=float).reshape(-1, len(names))
-    except ValueError as error:
-        raise RecordError(f"{path}: {error}") from None
 
 
 def _why_not(name: str, base: str, kinds: list[str], known: Mapping[str, list[str]]) -> str:

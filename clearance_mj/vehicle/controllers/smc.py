@@ -38,14 +38,14 @@ def saturation(value: float) -> float:
 
 
 class SlidingRun(ModelRun):
-    """What sliding mode controllers share: the surface."""
+    """What sliding mode controllers share: the surface; their settings have look_ahead, convergence and layer."""
 
-    def __init__(self, task: Task, look_ahead: float, convergence: float, layer: float):
+    def __init__(self, task: Task, settings: Any):
         super().__init__(task)
         A, _, _ = self.model.continuous
         self._lateral, self._yaw = A[2, 2:4].tolist(), A[3, 2:4].tolist()
-        self._look_ahead, self._convergence, self._layer = look_ahead, convergence, layer
-        self._gain = input_gain(self.model, look_ahead)
+        self.settings = settings
+        self._gain = input_gain(self.model, settings.look_ahead)
         self._path = FeasiblePath(task, self.model)
         self.sliding = 0.0
         """s at the last sample, m/s"""
@@ -53,7 +53,7 @@ class SlidingRun(ModelRun):
     def surface(self, seen: Observation) -> tuple[float, float]:
         """Return s, m/s, and ds/dt without steering, f + λ de/dt, m/s², for when the wheel will have answered."""
         e_y, e_psi, lateral_speed, yaw_rate, _, _ = self.predictor.predicted(seen).tolist()
-        speed, look_ahead, sideslip = seen.speed, self._look_ahead, self.model.steady_sideslip
+        speed, look_ahead, sideslip = seen.speed, self.settings.look_ahead, self.model.steady_sideslip
         offset, heading, curvature, turning, bending = self._path.ahead(seen)
         e_y, e_psi = e_y - offset, e_psi - heading
         error = e_y + look_ahead * (e_psi + sideslip * curvature)
@@ -62,12 +62,12 @@ class SlidingRun(ModelRun):
         yaw = self._yaw[0] * lateral_speed + self._yaw[1] * yaw_rate
         drift = lateral + speed * (yaw_rate - speed * curvature)
         drift += look_ahead * (yaw - speed * turning + sideslip * bending)
-        return rate + self._convergence * error, drift + self._convergence * rate
+        return rate + self.settings.convergence * error, drift + self.settings.convergence * rate
 
     def wheel_angle(self, seen: Observation) -> float:
         """Cancel the drift and approach the surface."""
         self.sliding, drift = self.surface(seen)
-        self.depth = abs(self.sliding) / self._layer
+        self.depth = abs(self.sliding) / self.settings.layer
         return (-drift - self.reaching(self.sliding)) / self._gain
 
     @abstractmethod
@@ -91,12 +91,8 @@ class SlidingMode(Controller):
 
 
 class _BoundaryLayer(SlidingRun):
-    def __init__(self, task: Task, settings: SlidingMode):
-        super().__init__(task, settings.look_ahead, settings.convergence, settings.layer)
-        self._settings = settings
-
     def reaching(self, value: float) -> float:
-        p = self._settings
+        p: SlidingMode = self.settings
         return p.reaching * value + p.switching * saturation(value / p.layer)
 
 

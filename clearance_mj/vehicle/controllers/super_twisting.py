@@ -31,12 +31,10 @@ class SuperTwisting(Controller):
 
 
 class _Twisting(SlidingRun):
-    def __init__(self, task: Task, settings: SuperTwisting):
-        super().__init__(task, settings.look_ahead, settings.convergence, settings.layer)
-        self._settings, self._integral = settings, 0.0
+    _integral = 0.0
 
     def reaching(self, value: float) -> float:
-        p = self._settings
+        p: SuperTwisting = self.settings
         self._integral += p.integral * saturation(value / p.layer) * self.task.period
         return p.root * value / math.sqrt(max(abs(value), p.layer)) + self._integral
 
