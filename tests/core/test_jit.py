@@ -189,7 +189,7 @@ PAIRS = {
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): [
         "periodic.forces._grease_over_period"
     ],
-    ("periodic/harmonic_balance.py", "to[a, k] += numbers", "to[a, k] -= numbers"): ["periodic.at_one_frequency._left"],
+    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.at_one_frequency._left"],
     ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): [
         "vehicle.steering_run._lost_motion",
         "vehicle.twin_model.simulate",
