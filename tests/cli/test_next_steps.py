@@ -24,7 +24,7 @@ FS, SECONDS, BAND = 1024.0, 6.0, (5.0, 220.0)
 FRAME = [f"{ROOT}/models/pump_frame/{name}" for name in ("M.mtx", "K.mtx", "dofs.csv")]
 KINDS = {
     "beam": "", "force": "--force-at 0.4", "shaft": "--kind shaft", "deep shaft": "--kind shaft --diameter 0.1",
-    "shafts": "--kind shafts", "in space": "--motion spatial",
+    "shafts": "--kind shafts", "in space": "--shape round",
     "turning": "--kind shaft --spin 50Hz --unbalance 0.5 20g-mm",
     "matrices": f"--kind matrices --units mm-t-s --bushings 36:Y --sensors 33:+Y 34:+Y --force-at 18:+Y "
     f"--file {' '.join(FRAME)}",

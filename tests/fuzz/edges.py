@@ -19,7 +19,7 @@ from . import command_lines
 
 NEW = {
     "beam": "", "a force": "--force-at 0.4", "shaft": "--kind shaft", "deep shaft": "--kind shaft --diameter 0.1",
-    "shafts": "--kind shafts", "turning": "--kind shaft --spin 50Hz", "in space": "--motion spatial",
+    "shafts": "--kind shafts", "turning": "--kind shaft --spin 50Hz", "in space": "--shape round",
     "mass on a support": "--kind shaft --mass 0.0 2.0", "one sensor": "--sensors 0.5",
 }  # fmt: skip
 LINES = (
