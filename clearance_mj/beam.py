@@ -42,7 +42,7 @@ def natural_frequencies(rig: Rig, n: int) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n,)
-        Hz; fewer where the structure has fewer modes.
+        Hz; fewer where the structure has fewer modes. Bearings count with their largest stiffness along z.
     """
     return _in_gap(rig, n + 16).omega[:n] / (2 * np.pi)
 
@@ -71,7 +71,7 @@ def mode_shapes(rig: Rig, x: Sequence[float | str] | np.ndarray, n: int) -> np.n
 
 @checks_kinds
 def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
-    """Return the linear model of the rig in the gap, the grease a spring and damper at each bushing.
+    """Return the linear model of the rig in the gap, the grease a spring and damper at each bushing, at its mean spin.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def state_space(rig: Rig, n_modes: int = 16) -> control.StateSpace:
     sensors, probes, force = model.sensor_rows, model.at_probes({}), model.input(kind)
     if kind == "base" and (sensors.on_base * (sensors.order < 2)).any():
         raise RigError(f'rig {rig.name!r}: the base\'s own motion is no state; give its sensors relative_to = "base"')
-    state = model.state()
+    state = model.state(rig.spin.mean if rig.spin else 0.0)
     b_matrix = np.concatenate((np.zeros(model.size), force))[:, None]
     seen = sensors.accelerations @ state[model.size :]
     seen += sensors.readings.reshape(-1, 2 * model.size) if sensors.readings.size else 0.0

@@ -162,6 +162,16 @@ class LinearModel(RigRows):
         """
         return _sum(self.coupling, *(bearing.damping(spin) for bearing in self.bearings))
 
+    def elastic(self, spin: float = 0.0) -> np.ndarray:
+        """Return K (n, n) at a spin, 1/s², without what damping that turns adds.
+
+        Parameters
+        ----------
+        spin : float
+            Ω, rad/s.
+        """
+        return _sum(np.diag(self.omega**2), self.springs_at(spin))
+
     def stiff(self, spin: float = 0.0) -> np.ndarray:
         """Return the stiffness K + Ω H (n, n) at a spin, 1/s².
 
@@ -170,7 +180,7 @@ class LinearModel(RigRows):
         spin : float
             Ω, rad/s.
         """
-        return _sum(np.diag(self.omega**2), self.springs_at(spin), spin * self.circulatory)
+        return _sum(self.elastic(spin), spin * self.circulatory)
 
     def viscous(self, spin: float = 0.0) -> np.ndarray:
         """Return the damping C + Ω G (n, n) at a spin, 1/s.

@@ -182,7 +182,9 @@ def laws_of(rig: Rig, law: Law) -> Laws:
     return Laws(*records, k, c, memory, linear, max(max(grease.states() for grease in greases), 1))
 
 
-def coordinates_of(model: LinearModel, stiff: float, stiffest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def coordinates_of(
+    model: LinearModel, stiff: float, stiffest: np.ndarray, spin: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Return orthonormal coordinates (n_rows, r) of points in which they move enough to matter, and whose they are.
 
     Parameters
@@ -193,9 +195,11 @@ def coordinates_of(model: LinearModel, stiff: float, stiffest: np.ndarray) -> tu
         Contact stiffness times compliance from which on a motion matters.
     stiffest : ndarray, shape (n_bushings,)
         Stiffest contact of each clearance, N/m.
+    spin : float
+        rad/s, at which bearings are what they are.
     """
     at, d, count = model.at_points, model.n_coordinates, len(stiffest)
-    compliance = at @ np.linalg.solve(model.stiff(), at.T)
+    compliance = at @ np.linalg.solve(model.elastic(spin), at.T)
     columns, owner = [], []
     for j, direction in np.ndindex(count, d):
         rows = [d * point + direction for point in (j, count + 2 * j, count + 2 * j + 1)]

@@ -6,6 +6,7 @@ be symmetric: a cross-coupled stiffness k_yz = -k_zy > 0 drives whirl in the sen
 
 from __future__ import annotations
 
+import functools
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -87,11 +88,6 @@ class Bearing:
         return tuple((along_axis(self.position, axis), self.stiffest["YZ".index(axis)]) for axis in axes)
 
     @property
-    def is_constant(self) -> bool:
-        """Whether it is a spring and a damper alike at every spin, without coupling."""
-        return len(self.stiffness) == len(self.damping) == 1 and not any(self.stiffness[0][1:3] + self.damping[0][1:3])
-
-    @property
     def is_isotropic(self) -> bool:
         """Whether it is the same in every direction across the shaft: a circle stays one in it."""
         yy, yz, zy, zz = np.vstack((self.stiffness, self.damping)).T
@@ -113,12 +109,16 @@ class Bearing:
         if self.spin and not self.spin[0] <= spin <= self.spin[-1]:
             raise RigError(
                 f"the bearing at {self.position} is known from {self.spin[0]:g} to {self.spin[-1]:g} rad/s, not at "
-                f"{spin:g} rad/s; extend its table"
+                f"{spin:g} rad/s; extend its table, or ask for spins within it"
             )
         return Coefficients(*(_between(self.spin, rows, spin) for rows in (self.stiffness, self.damping)))
 
 
 def _between(speeds: tuple[float, ...], rows: tuple[_Row, ...], spin: float) -> np.ndarray:
     """(2, 2) coefficients at a spin: those of the only row, or between rows by Fritsch & Butland's cubics (1984)."""
-    found = rows[0] if len(rows) == 1 else scipy.interpolate.PchipInterpolator(speeds, rows)(spin)
-    return np.reshape(found, (2, 2))
+    return np.reshape(rows[0] if len(rows) == 1 else _curve(speeds, rows)(spin), (2, 2))
+
+
+@functools.lru_cache(maxsize=128)
+def _curve(speeds: tuple[float, ...], rows: tuple[_Row, ...]) -> scipy.interpolate.PchipInterpolator:
+    return scipy.interpolate.PchipInterpolator(speeds, rows)

@@ -212,7 +212,7 @@ def dry_whirls(
         return found.imag + friction * found.real
 
     found = []
-    for whirl in _roots(driven, circling, np.inf):
+    for whirl in _roots(driven, circling, spin, np.inf):
         against = -(1 / circling.receptance(-whirl, spin)).real  # k_c (1 - δ/ρ)
         if 0 < against < circling.stiffness:
             found.append(DryWhirl(whirl, circling.gap / (1 - against / circling.stiffness), friction))
@@ -250,7 +250,7 @@ def rolling_whirls(rig: Rig, friction: float, spin: float, bushing: int = 0, n_m
         return free.real + abs(free) ** 2 * circling.stiffness * (1 - circling.gap * whirl / rolled)
 
     found = []
-    for whirl in _roots(apart, circling, rolled / circling.gap):
+    for whirl in _roots(apart, circling, spin, rolled / circling.gap):
         against = 1 / circling.receptance(-whirl, spin)
         acting = against.imag / against.real
         if against.real < 0 and 0 <= acting <= friction:
@@ -258,10 +258,10 @@ def rolling_whirls(rig: Rig, friction: float, spin: float, bushing: int = 0, n_m
     return tuple(found)
 
 
-def _roots(function: Callable[[float], float], circling: _Circling, highest: float) -> list[float]:
+def _roots(function: Callable[[float], float], circling: _Circling, spin: float, highest: float) -> list[float]:
     """Return the whirls, rad/s, at which a function is zero; none is faster than the shaft with the contact closed."""
     lowest, n = circling.model.omega[0], circling.at.size
-    closed = circling.model.stiff()[:n, :n] + circling.stiffness * np.outer(circling.at, circling.at)
+    closed = circling.model.elastic(spin)[:n, :n] + circling.stiffness * np.outer(circling.at, circling.at)
     fastest = min(highest, 2 * float(np.sqrt(np.linalg.eigvalsh(closed)[-1])))
     grid = np.geomspace(0.1 * lowest, fastest, WHIRLS)
     value = np.array([function(whirl) for whirl in grid])

@@ -21,6 +21,7 @@ from ..rig import Rig
 __all__ = ["TurningShaft", "rising", "turning_shaft"]
 
 UNSTABLE = -1e-9  # damping ratio below which a motion grows; rounding leaves an undamped one within it
+FROZEN_SPINS = 201  # of a table of bearings, between which critical speeds are looked for
 POINTS = 41  # along the shaft, at which the sense of a whirl is found
 
 
@@ -113,16 +114,38 @@ class TurningShaft:
 
     @property
     def critical_motions(self) -> Poles:
-        """Motions a e^(iΩt) of the undamped shaft at its critical speeds Ω: ω² a = Ω² (1 - i G) a."""
+        """Motions a e^(iΩt) of the undamped shaft at its critical speeds Ω: K(Ω) a = Ω² (1 - i G) a.
+
+        Of bearings the symmetric part of the stiffness counts; those with a table are known within it alone.
+        """
         model = self.model
         if not model.omega.all():
             raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
-        if not all(held.bearing.is_constant for held in model.bearings):
-            raise RigError(
-                f"rig {self.rig.name!r}: its bearings couple both directions or change with the spin, so that critical "
-                "speeds are where its Campbell diagram meets the line of the spin"
+        tables = [held.bearing.spin for held in model.bearings if held.bearing.spin]
+        if not tables:
+            return self._critical_of(0.0)
+        spins = np.linspace(max(0.0, *(t[0] for t in tables)), min(t[-1] for t in tables), FROZEN_SPINS)
+        apart = np.array([self._critical_of(spin).value.imag - spin for spin in spins])
+        found = []
+        for i, j in np.argwhere(apart[:-1] * apart[1:] < 0).tolist():
+            at = scipy.optimize.brentq(lambda s, j=j: self._critical_of(s).value[j].imag - s, spins[i], spins[i + 1])
+            found.append(self._critical_of(at).selected([j]))
+        found.sort(key=lambda motion: motion.value[0].imag)
+        parts = [Poles(np.empty(0, complex), np.empty((model.size, 0), complex)), *found]
+        return Poles(np.concatenate([p.value for p in parts]), np.hstack([p.motion for p in parts]))
+
+    def _critical_of(self, spin: float) -> Poles:
+        """Critical motions of the shaft with the bearings that it has at a spin, by rising speed."""
+        model, stiffness = self.model, self.model.elastic(spin)
+        try:
+            inverse, motion = scipy.linalg.eigh(
+                np.eye(model.size) - 1j * model.gyroscopic, (stiffness + stiffness.T) / 2
             )
-        inverse, motion = scipy.linalg.eigh(np.eye(model.size) - 1j * model.gyroscopic, model.stiff())
+        except np.linalg.LinAlgError:
+            raise RigError(
+                f"rig {self.rig.name!r}: at {spin:g} rad/s its bearings leave the shaft a motion without stiffness, so "
+                "that it has no critical speeds"
+            ) from None
         kept = np.flatnonzero(inverse > np.finfo(float).eps * inverse.max())[::-1]
         return Poles(1j / np.sqrt(inverse[kept]), motion[:, kept])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from numpy.testing import assert_allclose
 from clearance_mj.core.errors import RigError
 from clearance_mj.rig import Bearing
 from clearance_mj.rig.bearing_tables import read_bearing_table
+
+from ..io.sheets_by_hand import ods, xlsx
 
 HEAD = "speed (rpm),kyy (N/m),kyz (N/m),kzy (N/m),kzz (N/m),cyy (N s/m),czz (N s/m)\n"
 
@@ -37,6 +40,23 @@ def test_units_may_stand_beneath_or_above_and_directions_may_be_those_of_a_shaft
         assert_allclose(found["spin"], [2 * np.pi])
         assert_allclose(found["stiffness"], [[100 * factor, 10 * factor, 0, 100 * factor]])
         assert_allclose(found["damping"], [[factor, 0, 0, factor]])
+
+
+@pytest.mark.parametrize("writer", [xlsx, ods])
+def test_sheets_are_read_as_ross_reads_them(tmp_path: Path, writer: Callable[..., None]) -> None:
+    """A title, names in one row, units beneath, numbers: XLTRC2's sheet, whose x and y are y and z here."""
+    pytest.importorskip("python_calamine")
+    rows = [
+        ["Bearing, two-axial-groove"], ["Speed", "Kxx", "Kxy", "Kyx", "Kyy", "Cxx", "Cxy", "Cyx", "Cyy"],
+        ["rpm", *["N/m"] * 4, *["N-s/m"] * 4], [1000, 1e7, 2e6, -3e6, 1.5e7, 1e4, 10, 20, 2e4],
+        [2000, 2e7, 3e6, -4e6, 2.5e7, 3e4, 30, 40, 4e4],
+    ]  # fmt: skip
+    path = tmp_path / f"bearing.{writer.__name__}"
+    writer(path, Bearing=rows)
+    found = read_bearing_table(path)
+    assert_allclose(found["spin"], np.array([1000, 2000]) * np.pi / 30)
+    assert found["stiffness"] == [[1e7, 2e6, -3e6, 1.5e7], [2e7, 3e6, -4e6, 2.5e7]]
+    assert found["damping"] == [[1e4, 10.0, 20.0, 2e4], [3e4, 30.0, 40.0, 4e4]]
 
 
 def test_what_ross_saved_is_read(tmp_path: Path) -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import scipy.optimize
 from numpy.testing import assert_allclose
 
 import clearance_mj as cm
+from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError, RigError
 from clearance_mj.rig import Bearing, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.rotors import turning_shaft
@@ -107,14 +110,53 @@ def test_a_bearing_without_coupling_is_a_support_of_springs_and_dampers() -> Non
     )
 
 
+def test_critical_speeds_in_bearings_that_stiffen_with_the_spin() -> None:
+    """Ω² m = 1/(1/(2 k(Ω)) + 1/k_shaft) of a disc in the middle of a light shaft, k = k0 + a Ω, solved here.
+
+    What couples both directions with opposite signs is no stiffness: the critical speeds are the same with it.
+    """
+    slope, speeds = 2e3, np.linspace(0.0, 2000.0, 5)
+
+    def apart(spin: float) -> float:
+        return 1 / (1 / (2 * (STIFFNESS + slope * spin)) + 1 / BENDING) - MASS * spin**2
+
+    expected = scipy.optimize.brentq(apart, 100.0, 1900.0)
+    for cross in (0.0, 3e5):
+        rows = [(STIFFNESS + slope * s, cross, -cross, STIFFNESS + slope * s) for s in speeds]
+        held = [Bearing(x, rows, DAMPING, tuple(speeds.tolist())) for x in (0.0, 1.0)]  # type: ignore[arg-type]
+        found = turning_shaft(rotor(*held, density=1e-3)).critical_speeds
+        assert_allclose(found[:2], expected, rtol=1e-5)  # backward and forward alike: the disc does not tilt
+        assert found.max() <= 2000.0
+
+
+def test_commands_of_rotors_take_a_table_of_a_bearing(tmp_path: Path) -> None:
+    """Campbell diagram and unbalance response of the shipped rotor with a seal whose stiffness grows with the spin."""
+    (tmp_path / "seal.csv").write_text("speed (rpm),kyy (N/m),kyz,kzz,cyy (N s/m)\n0,0,0,0,50\n8000,1e5,2e4,1e5,50\n")
+    text = (Path(__file__).parents[2] / "models" / "rotor.toml").read_text(encoding="utf-8")
+    (tmp_path / "rotor.toml").write_text(text + '\n[[bearings]]\nposition = 0.5\ntable = "seal.csv"\n')
+    for command, option in (("campbell", "--speeds"), ("unbalance", "--speeds")):
+        out = tmp_path / command
+        assert main([command, str(tmp_path / "rotor.toml"), option, "0", "600", "--quiet", "--out", str(out)]) == 0
+        speed = np.genfromtxt(out / "critical_speeds.csv", delimiter=",", names=True)["spin_rev_min"]
+        stiffer = np.atleast_1d(speed).max()
+        assert stiffer > 1.01 * 1418  # of the rotor without the seal, docs/rotors.md
+
+
 def test_what_bearings_do_not_allow_is_said_in_a_line() -> None:
     seal = of_seal(0.0, 100.0)
     with pytest.raises(
         RigError, match=r"bearings\[0\].spin reaches from 0 to 100 rad/s, and the shaft turns at 200 rad"
     ):
         rotor(seal, spin=Spin(200.0))
-    with pytest.raises(RigError, match="critical speeds are where its Campbell diagram meets the line of the spin"):
-        _ = turning_shaft(rotor(seal, of_seal(1.0, 100.0))).critical_speeds
+    with pytest.raises(
+        RigError, match=r"known from 0 to 100 rad/s, not at 150 rad/s; extend its table, or ask for spins"
+    ):
+        turning_shaft(rotor(seal, of_seal(1.0, 100.0))).poles(150.0)
+    falling = Bearing(0.0, ((1e5, 0.0, 0.0, 1e5), (-1e5, 0.0, 0.0, -1e5)), 1.0, (0.0, 100.0))  # type: ignore[arg-type]
+    with pytest.raises(
+        RigError, match="its bearings leave the shaft a motion without stiffness, so that it has no crit"
+    ):
+        _ = turning_shaft(rotor(falling, dataclasses.replace(falling, position=1.0))).critical_speeds
     with pytest.raises(ClearanceError, match="links knows no bearings; use modal"):
         cm.simulate(rotor(constant(0.0, 1.0)), _hit(2048.0), engine="links")
     with pytest.raises(RigError, match=r"bearings\[0\].position 3 m lies outside"):

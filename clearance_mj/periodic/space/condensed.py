@@ -70,7 +70,7 @@ def round_condensed(
     modes : int
         Modes of each plane.
     speed : float
-        rad/s: a spin that occurs, by which the stiffness of films is estimated.
+        rad/s: a spin that occurs, by which the stiffness of films and bearings is estimated.
 
     Raises
     ------
@@ -90,13 +90,13 @@ def round_condensed(
         drive[1] = levels[0] * (structure.unbalance[0] - 1j * structure.unbalance[1])
     elif levels:
         drive[1 : len(levels) + 1] = np.outer(levels, structure.input(kind))
-    stiffness = structure.stiff(speed)
+    stiffness = structure.elastic(speed)
     if np.linalg.eigvalsh(stiffness + stiffness.T)[0] <= 2e-12 * structure.omega.max() ** 2:
         raise without_stiffness(rig)
     of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
     on_modes = float(np.max(np.repeat(of_contact, 2) * np.sum(structure.at_bushings**2, axis=1)))
-    basis, owner = coordinates_of(structure, STIFF, stiffest)
+    basis, owner = coordinates_of(structure, STIFF, stiffest, speed)
     room = min(b.gap - np.hypot(b.offset_y, b.offset) for b in rig.bushings)
     return RoundCondensed(
         model, kind, modes, DrivenModel(structure, drive, kind == UNBALANCE), basis, owner, laws, float(room),

@@ -57,7 +57,7 @@ def _receptance(moved: np.ndarray, j: int) -> complex:
 
 
 def _frequencies(system: RoundCondensed, speed: float, j: int, friction: float) -> list[float]:
-    squares = np.linalg.eigvalsh(system.driven.model.stiff())
+    squares = np.linalg.eigvalsh(system.driven.model.elastic(speed))
     fastest = 2 * np.sqrt(max(system.stiffest, squares[0]) + squares[0])
     grid = np.geomspace(LOWEST * np.sqrt(squares[0]), fastest, WHIRLS)
     sense = 1.0 if speed > 0 else -1.0
