@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import RigError
 from ..rig import Bearing, Rig
+from ..signals.arrays import read_only
 from .poles import Poles
 from .rows import RigRows
 
@@ -100,19 +101,7 @@ class LinearModel(RigRows):
         RigError
             If the structure does not tell what the excitation does to it, or the base moves none of its masses.
         """
-        kind = "base" if kind == "spin" else kind
-        if refusal := self.rig.linear.refusal(kind):
-            raise RigError(f"rig {self.rig.name!r}: {refusal}")
-        if kind != "base":
-            return self.push(number)
-        along = self.rig.inputs[number].unit_direction
-        force = -(self.influence @ along)
-        if not force.any():
-            raise RigError(
-                f"rig {self.rig.name!r}: the base moves along {tuple(along.tolist())}, which moves no mass of the "
-                "structure; give another shaker.direction"
-            )
-        return force
+        return _input(self, "base" if kind == "spin" else kind, number)
 
     def driven(self, tested: Rig) -> tuple[LinearModel, float]:
         """Return the model driven as in a test, and its spin, rad/s; that of slots keeps its own shaker's direction.
@@ -367,7 +356,24 @@ def _sum(*parts: np.ndarray) -> np.ndarray:
     return functools.reduce(np.add, [part for part in parts if part.size] or [no_matrix()])
 
 
-@functools.lru_cache(maxsize=64)  # of models, which are never equal to another one
+@functools.lru_cache(maxsize=256)  # of models, which are never equal to another one, here and below
+def _input(model: LinearModel, kind: str, number: int) -> np.ndarray:
+    rig = model.rig
+    if refusal := rig.linear.refusal(kind):
+        raise RigError(f"rig {rig.name!r}: {refusal}")
+    if kind != "base":
+        return read_only(model.push(number))
+    along = rig.inputs[number].unit_direction
+    force = -(model.influence @ along)
+    if not force.any():
+        raise RigError(
+            f"rig {rig.name!r}: the base moves along {tuple(along.tolist())}, which moves no mass of the structure; "
+            "give another shaker.direction"
+        )
+    return read_only(force)
+
+
+@functools.lru_cache(maxsize=64)
 def _eigenmotions(model: LinearModel, spin: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eigenvalues (2 n,) and vectors (2 n, 2 n) of the state matrix with rows of one size, and their scale (2 n,)."""
     scale = np.concatenate((np.ones(model.size), np.maximum(model.omega, 1.0)))

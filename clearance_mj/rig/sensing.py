@@ -63,12 +63,16 @@ class SensorRows(NamedTuple):
         shaken : bool
             Whether the last input is the base's acceleration.
         """
-        found, turning = displacements(np.vstack((self.rows, probes))), 1j * omega[:, None]
+        found, count, orders = displacements(np.vstack((self.rows, probes))), self.order.size, set(self.order.tolist())
+        if orders == {2}:
+            found[:, :count] *= -(omega[:, None, None] ** 2)
+            found[:, :count, -1] += self.on_base * float(shaken)
+            return found
+        turning = 1j * omega[:, None]
         if self.rates.any():
-            found[:, : self.order.size] += turning[:, :, None] * displacements(self.rates)
-        orders = set(self.order.tolist())
+            found[:, :count] += turning[:, :, None] * displacements(self.rates)
         for order in orders:
-            rows = slice(self.order.size) if len(orders) == 1 else np.flatnonzero(self.order == order)
+            rows = np.flatnonzero(self.order == order)
             if order:
                 found[:, rows] *= (turning if order == 1 else -(omega[:, None] ** 2))[:, :, None]
             if shaken and order == 2:

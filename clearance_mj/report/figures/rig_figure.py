@@ -13,7 +13,7 @@ from ...rig.sensing import sensor_points
 from ...structure import Disc, Shaft, Spring
 from ..outline import outline, position_label
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
-from .rig_motion import draw_motion, words_of_motion
+from .rig_motion import draw_motion, instruments, words_of_motion
 from .rig_scheme import scheme
 from .rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
 
@@ -59,6 +59,8 @@ class _SideView:
             self._shaft(i, shaft)
         for spring in (*getattr(rig.linear, "springs", ()), *rig.springs):
             self._spring(spring)
+        for bearing in rig.bearings:
+            self._to_base(bearing.position, bool(np.any(bearing.damping)), bool(np.any(bearing.stiffness)))
         for i, bushing in enumerate(rig.bushings):
             self._bushing(i, bushing)
         for i in range(len(self.shafts)):
@@ -78,7 +80,7 @@ class _SideView:
         ax.set_ylim(PLATE - 0.62, self.top + 1.02)
         caption = (
             f"Rig “{rig.name}” out of its own data: to scale along the shaft, not across it; the gaps (radial) are "
-            f"drawn wide. Numbered squares: accelerometers. Yellow: grease. {' '.join(map(_words, self.shafts))}"
+            f"drawn wide. Numbered squares: {instruments(rig)}. Yellow: grease. {' '.join(map(_words, self.shafts))}"
             f"{words_of_motion(rig)}{_not_drawn(rig)}"
         )
         kind = "clamped shaft" if rig.beam else "shaft" if len(self.shafts) == 1 else f"{len(self.shafts)} shafts"
@@ -116,14 +118,18 @@ class _SideView:
 
     def _spring(self, spring: Spring) -> None:
         """A spring from shaft to shaft, or to the base."""
-        i, x = self.rig.linear.place(spring.position)
         if spring.to is None:
-            surface = self.level(i) - self.half(i, x)
-            draw_spring(self.pen, x, surface, surface - 0.42, bool(spring.damping), bool(spring.stiffness))
-            self.pen.ground(x, surface - 0.42)
+            self._to_base(spring.position, bool(spring.damping), bool(spring.stiffness))
         else:
+            i, x = self.rig.linear.place(spring.position)
             ends = self._faces((i, x), self.rig.linear.place(spring.to))
             draw_spring(self.pen, x, *ends, bool(spring.damping), bool(spring.stiffness))
+
+    def _to_base(self, point: float | str, damped: bool, sprung: bool) -> None:
+        """A spring and a damper from a shaft to the base."""
+        x, y, half = self._at(point)
+        draw_spring(self.pen, x, y - half, y - half - 0.42, damped, sprung)
+        self.pen.ground(x, y - half - 0.42)
 
     def _faces(self, one: tuple[int, float], other: tuple[int, float]) -> tuple[float, float]:
         """Heights of two shafts' surfaces that look at each other."""
@@ -220,6 +226,8 @@ def _not_drawn(rig: Rig) -> str:
     found += ["bushings on housings that give"] if any(b.housing for b in rig.bushings) else []
     found += ["two bending planes that differ"] if rig.planes else []
     found += ["a clamp with a mass of its own"] if rig.beam and rig.beam.clamp and rig.beam.clamp.mass else []
+    beside = {"constant loads": rig.loads, "orders of the spin": rig.orders, "further inputs": rig.shakers}
+    found += [words for words, there in beside.items() if there]
     return f" Not drawn: {', '.join(found)}." if found else ""
 
 

@@ -10,7 +10,7 @@ from ...rig import Rig
 from ..style import COLOURS, FONT
 from .rig_symbols import DARK, Pen
 
-__all__ = ["draw_motion", "words_of_motion"]
+__all__ = ["draw_motion", "instruments", "words_of_motion"]
 
 RPM = 30 / np.pi
 
@@ -41,6 +41,11 @@ def draw_motion(pen: Pen, rig: Rig, unbalances: Sequence[tuple[float, float, flo
         end = f" to {RPM * spin.until:.4g}" if spin.until is not None else ""
         words = f"{RPM * spin.speed:.4g}{end}\nrev/min"
         ax.text(x, 0.3, words, fontsize=FONT - 1, color=COLOURS[0], ha="center", va="bottom")
+
+
+def instruments(rig: Rig) -> str:
+    """Return what the numbered squares of a drawing are."""
+    return "accelerometers" if {sensor.quantity for sensor in rig.sensors} == {"acceleration"} else "sensors"
 
 
 def words_of_motion(rig: Rig) -> str:

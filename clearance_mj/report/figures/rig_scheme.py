@@ -10,7 +10,7 @@ from ...rig import Bushing, Rig
 from ...rig.sensing import sensor_points
 from ...structure.base import dof_vector, parse_dof
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
-from .rig_motion import words_of_motion
+from .rig_motion import instruments, words_of_motion
 from .rig_symbols import DARK, GREY
 
 PLATE, BOX = -1.4, 0.42  # heights of the base plate's top and of the structure
@@ -34,7 +34,7 @@ def scheme(rig: Rig) -> Drawing:
     caption = (
         f"Rig “{rig.name}”: its structure ({kind}) as a box with the degrees of freedom (node:direction) that are "
         "used, not to scale. Dark: clearances, to the base or to another degree of freedom; yellow: grease. Numbered "
-        f"squares: accelerometers.{' Above: where these degrees of freedom are.' if known else ''}"
+        f"squares: {instruments(rig)}.{' Above: where these degrees of freedom are.' if known else ''}"
         f"{words_of_motion(rig)}"
     )
     alt = f"Scheme of rig {rig.name}: {len(rig.bushings)} clearances, {len(rig.sensors)} sensors."
