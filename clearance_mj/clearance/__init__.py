@@ -1,6 +1,6 @@
 """The clearance element: gap, contact, grease, and the laws that set their parameters."""
 
-from . import contacts, greases
+from . import contacts, greases, walls
 from .contact import ContactModel
 from .contacts.cubic import Cubic
 from .contacts.hertz import Flores, HuntCrossley, LankaraniNikravesh
@@ -14,7 +14,7 @@ from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law
 from .modelled import nominal_law
-from .walls import describing_function, gap
+from .walls.slot import describing_function, gap
 
 __all__ = [
     "AmplitudeLaw",
@@ -42,4 +42,5 @@ __all__ = [
     "nominal_law",
     "periodic_amplitudes",
     "slip_stiffness",
+    "walls",
 ]

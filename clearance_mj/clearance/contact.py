@@ -12,7 +12,8 @@ from collections.abc import MutableSequence, Sequence
 
 from ..core.errors import LawError
 from ..core.validation import Registered, register
-from .pointers import CONTACT_ENERGY, CONTACT_LAW, address
+from .lanes import contact_law_of
+from .pointers import CONTACT_ENERGY, address
 
 __all__ = ["CONTACTS", "ContactModel", "Numbers", "register"]
 
@@ -79,7 +80,7 @@ class ContactModel(Registered, ABC):
     @classmethod
     def addresses(cls) -> tuple[int, int]:
         """Return the addresses of the compiled `law` and `energy`."""
-        return address(cls.law, CONTACT_LAW), address(cls.energy, CONTACT_ENERGY)
+        return address(cls.law, contact_law_of(1)), address(cls.energy, CONTACT_ENERGY)
 
     def force(self, depth: float, speed: float, impact_speed: float = 0.0) -> float:
         """Return the force against the penetration, N; it pulls only where the model adheres.

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from ..core.drawing import COLOURS, FONT, REPEAT, TEST, canvas, key, of_curves, tidy
 from ..rig import Rig
-from .cycle import cycle_force
-from .kernel import WithTable
+from .along import cycle_force
+from .record import WithTable
 from .table import LawTable
 
 __all__ = ["QUANTITIES", "AmplitudeCurve", "draw_curves", "draw_walls", "law_figure", "over_time_figure"]

@@ -6,15 +6,20 @@ kept: that of a lightly damped mode near its resonance, whose own filter leaves 
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import LawError
+from .contact import ContactModel
 from .grease import GreaseModel
 
-__all__ = ["harmonic_stiffness", "periodic_amplitudes", "slip_stiffness"]
+__all__ = ["equivalent_contact", "harmonic_stiffness", "periodic_amplitudes", "slip_stiffness"]
 
 SAMPLES = 1024  # of a period
+PHASES = 2000  # of a contact
 PERIODS = 2  # the second one has forgotten how the first one began (Masing's elements: after a quarter of it)
 
 
@@ -92,10 +97,10 @@ def harmonic_stiffness(model: GreaseModel, amplitude: ArrayLike, omega: float, n
 def _marched(model: GreaseModel, amplitude: float, omega: float, n_samples: int) -> complex:
     phase = 2 * np.pi * np.arange(PERIODS * n_samples + 1) / n_samples
     x, step = amplitude * np.cos(phase), 2 * np.pi / omega / n_samples
-    p, state, out, force = model.parameters(), [0.0] * model.states(), [0.0, 0.0], np.empty(x.size)
-    model.law(p, state, x[0], x[0], step, out)  # out of the middle at once
+    p, state, out, force = model.parameters(), [0.0] * model.states(1), [0.0, 0.0], np.empty(x.size)
+    model.law(p, state, (x[0],), (x[0],), 0.0, step, out)  # out of the middle at once
     for i in range(1, x.size):
-        model.law(p, state, x[i], x[i] - x[i - 1], step, out)
+        model.law(p, state, (x[i],), (x[i] - x[i - 1],), 0.0, step, out)
         force[i] = out[0] - out[1] * amplitude * omega * np.sin(phase[i])
     return complex(2 * np.mean(force[-n_samples:] * np.exp(-1j * phase[-n_samples:])) / amplitude)
 
@@ -136,3 +141,29 @@ def periodic_amplitudes(
     at = np.flatnonzero((excess[:-1] < 0) != (excess[1:] < 0))
     share = excess[at] / (excess[at] - excess[at + 1])  # exact for a linear oscillator
     return amplitude[at] + share * (amplitude[at + 1] - amplitude[at])
+
+
+def equivalent_contact(
+    models: Sequence[ContactModel], gaps: ArrayLike, amplitude: ArrayLike, omega: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """K and c (n, n_bushings) with which a spring and damper beyond the gap come closest to a contact model.
+
+    Least squares over a cycle x = A cos ωt, as identification finds them from records; A (n,) in m, ω
+    (n_bushings,) in rad/s; nan where A stays within the gap.
+    """
+    gaps, amplitude, omega = (np.asarray(v, dtype=float) for v in (gaps, amplitude, omega))
+    k, c = np.full((2, amplitude.size, gaps.size), np.nan)
+    for row, column in np.argwhere(amplitude[:, None] > gaps):
+        k[row, column], c[row, column] = _equivalent(models[column], gaps[column], amplitude[row], omega[column])
+    return k, c
+
+
+@functools.lru_cache(maxsize=1000)  # bushings are often alike
+def _equivalent(model: ContactModel, gap: float, amplitude: float, omega: float) -> np.ndarray:
+    # Half a cycle, from one reversal to the next, holds one contact from its beginning to its end.
+    within = np.arccos(gap / amplitude)
+    phase = -within + 2 * within * (np.arange(PHASES) + 0.5) / PHASES
+    depth, speed = amplitude * np.cos(phase) - gap, -omega * amplitude * np.sin(phase)
+    impact = omega * np.sqrt(amplitude**2 - gap**2)
+    force = [model.force(*at, impact) for at in zip(depth, speed)]
+    return np.linalg.lstsq(np.column_stack((depth, speed)), np.array(force), rcond=None)[0]

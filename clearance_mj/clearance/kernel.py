@@ -1,231 +1,280 @@
 """The one compiled kernel of clearances: engines, energy balances and identification take their steps with it.
 
-In every step a loop calls for each bushing `grease_step` and `follow_law`, and `contact_step` for each of its two ends.
+In every step a loop calls for each clearance `fill` and `follow_law`, and for each of its two ends the wall, `depth_in`
+of one coordinate or `touch` of two, and `press` of one coordinate or `rub` of two where it touches. Vectors are tuples
+of one coordinate or two, numbers plain or of all lanes (see lanes.py).
 
-Loops give displacements from rest. Where the shaft does not rest in the bushing's middle, grease models and amplitude
-laws are given its distance from there: that is what thins the film. At rest the grease's springs are in equilibrium
-with the shaft's static load, so that only what they change by moves it.
+Loops give displacements from the unloaded shaft. Where it does not stand in the middle, fillings and amplitude laws are
+given its distance from there: that is what thins the film. There the filling's springs are in equilibrium, so that only
+what they change by moves it. ``numbers`` are changed in place.
+
+Friction acts along t = x × n against the speed ṙ·t + R Ω of the shaft's surface: bristles follow it until their force
+is that of friction, then slide. They turn with n, so that a shaft may roll around its bushing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple, Protocol, get_type_hints
+from typing import Any
 
 import numpy as np
 
-from ..core.errors import LawError
-from ..core.jit import jit
-from ..rig import Bushing as OfRig
-from ..rig import Grease
-from .follower import end_values, impact_speed, lasting, signed_penetration
-from .grease import GreaseModel
-from .greases.bouc_wen import BoucWen
-from .lanes import signed
+from ..core.jit import inlined
+from .follower import SLOWEST_IMPACT, impact_speed, signed_penetration
+from .lanes import (
+    any_below, block, choose, exponential, larger, load, root, signed, smaller, spread, store, where_above,
+)  # fmt: skip
 from .pointers import at, call_law
-from .table import LawTable
+from .record import END_MEMORY, Bushing
+from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [
-    "Clearance", "clearance_records", "contact_step", "follow_law", "grease_step", "greases_of", "joined",
-    "one_each", "side_by_side", "tabulate",
+    "BRISTLES", "answered", "depth_in", "distance", "fill", "follow_law", "forget", "friction_limit", "keep_step",
+    "let_go", "press", "rub", "touch",
 ]  # fmt: skip
 
+BRISTLES = 3  # where an end remembers their deflection
 
-class Bushing:
-    """Record of what compiled loops know of a bushing."""
-
-    gap: float  # m
-    lower: float  # displacements from rest at which the walls are met, m; infinite without a wall
-    upper: float
-    offset: float  # m from the bushing's middle to the shaft at rest
-    preload: float  # of the grease's springs at rest, N
-    held: float  # by them at rest, J
-    step: float  # s
-    decay: float  # of the envelope in a step
-    by_amplitude: bool  # the law's abscissa is the envelope, m, instead of time, s
-    adhesion: bool  # the contact may pull
-    rows: int  # of the law's table
-    abscissa: int  # where it begins in the numbers
-    table: int  # where the contact's parameters begin, row after row
-    width: int  # how many they are in a row
-    grease: int  # where the grease's parameters begin
-    contact_law: int  # addresses of the models' functions
-    contact_energy: int
-    grease_law: int
-    grease_energy: int
+_loaded = of_one_or_two(
+    lambda numbers, row, like, lanes: (load(numbers, row, lanes),),
+    lambda numbers, row, like, lanes: (load(numbers, row, lanes), load(numbers, row + 1, lanes)),
+)
+_of_lane = of_one_or_two(
+    lambda numbers, row, like, lane, count: (numbers[row * count + lane],),
+    lambda numbers, row, like, lane, count: (numbers[row * count + lane], numbers[(row + 1) * count + lane]),
+)
 
 
-class State:
-    """Record of what a bushing remembers."""
-
-    displacement: float  # of the last step, m
-    envelope: float  # of the motion, m
-    impact: int  # where the memories of both ends' contacts begin, as in `follower`, m/s
-    grease: int  # where the state of the grease begins
-    contact: int  # where the contact's parameters begin that hold now
-    out: int  # where models write their two answers
+def _store_one(numbers: Any, row: Any, r: Any, lanes: Any) -> None:
+    store(numbers, row, r[0], lanes)
 
 
-BUSHING, STATE = (np.dtype(list(get_type_hints(kind).items()), align=True) for kind in (Bushing, State))
-"""The records as arrays have them"""
+def _store_two(numbers: Any, row: Any, r: Any, lanes: Any) -> None:
+    store(numbers, row, r[0], lanes)
+    store(numbers, row + 1, r[1], lanes)
 
 
-class Clearance(NamedTuple):
-    """A rig's bushings in records, and the numbers, of any number, that belong to them.
+_stored = of_one_or_two(_store_one, _store_two)
+_size = of_one_or_two(lambda r: 1, lambda r: 2)
 
-    Loops take it apart before they begin: compiled code counts references to arrays that it takes out of tuples.
+
+@inlined
+def keep_step(bushing: Bushing, numbers: np.ndarray) -> None:
+    """Keep what a clearance of one case remembers of a step before the next one changes it, for energies."""
+    for i in range(bushing.coordinates):
+        numbers[bushing.was + i] = numbers[bushing.place + i]
+    for i in range(bushing.states):
+        numbers[bushing.memory_was + i] = numbers[bushing.memory + i]
+    for i in range(bushing.width):
+        numbers[bushing.contact_was + i] = numbers[bushing.contact + i]
+
+
+@inlined
+def fill(bushing: Bushing, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[int, ...]) -> None:
+    """Move what fills a clearance to r, m; `answered` is then its force above that of the unloaded shaft, and damping.
+
+    The spin is in rad/s.
     """
-
-    bushings: np.ndarray  # (n_bushings,) `Bushing`
-    states: np.ndarray  # (n_bushings,) `State`, changed in place
-    numbers: np.ndarray  # (n,) speeds of impact of all ends, then what the records point at; changed in place
-
-
-class WithBushings(Protocol):
-    """A rig, or what else has bushings."""
-
-    @property
-    def bushings(self) -> Sequence[OfRig]:
-        """Bushings."""
-
-
-class WithTable(Protocol):
-    """A law."""
-
-    @property
-    def grease(self) -> Any:
-        """Grease of the bushings, or None."""
-
-    def table(self, n_bushings: int) -> LawTable:
-        """As `Law.table`."""
-
-
-def greases_of(rig: WithBushings, law: WithTable) -> list[GreaseModel]:
-    """Return the grease model of each bushing: the law's, if it has one, or else the rig's."""
-    return one_each([b.grease for b in rig.bushings] if law.grease is None else law.grease, len(rig.bushings))
+    dr = minus(r, _loaded(numbers, bushing.place, r, lanes))
+    _stored(numbers, bushing.place, r, lanes)
+    place, step = plus(r, _loaded(numbers, bushing.offset, r, lanes)), bushing.step
+    if bushing.filling_by_lane:
+        _stored(numbers, bushing.room, place, lanes)
+        _stored(numbers, bushing.room + 2, dr, lanes)
+        store(numbers, bushing.room + 4, spin, lanes)
+        count, size = len(lanes), _size(r)
+        for lane in range(count):
+            own = (bushing.room + 6) * count
+            call_law(
+                bushing.filling_law, at(numbers, bushing.filling * count + lane * bushing.filling_size),
+                at(numbers, bushing.memory * count + lane * bushing.states),
+                _of_lane(numbers, bushing.room, r, lane, count), _of_lane(numbers, bushing.room + 2, r, lane, count),
+                numbers[(bushing.room + 4) * count + lane], step, at(numbers, own),
+            )  # fmt: skip
+            for i in range(size + size * size):
+                numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+    else:
+        parameters, memory = block(numbers, bushing.filling, lanes), block(numbers, bushing.memory, lanes)
+        call_law(bushing.filling_law, parameters, memory, place, dr, spin, step, block(numbers, bushing.out, lanes))
+    elastic = minus(_loaded(numbers, bushing.out, r, lanes), _loaded(numbers, bushing.preload, r, lanes))
+    _stored(numbers, bushing.out, elastic, lanes)
 
 
-def one_each(greases: Sequence[Grease | GreaseModel], n: int) -> list[GreaseModel]:
-    """Return the model of each of n bushings, of what a rig or a law gives for all or each."""
-    if len(greases) not in (1, n):
-        raise LawError(f"the law holds grease for {len(greases)} bushings, the rig has {n}; give one or {n}")
-    models = [g if isinstance(g, GreaseModel) else BoucWen(g) for g in greases]
-    return models * n if len(models) == 1 else models
+@inlined
+def answered(bushing: Bushing, numbers: np.ndarray, i: int, lanes: tuple[int, ...]) -> Any:
+    """Return number i of what `fill` found: elastic forces, then damping; of two coordinates yy, yz, zy, zz."""
+    return load(numbers, bushing.out + i, lanes)
 
 
-def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearance:
-    """Put together what compiled loops with a step, s, know of a rig's bushings, at rest."""
-    n = len(rig.bushings)
-    table, bushings, states = law.table(n), np.zeros(n, BUSHING), np.zeros(n, STATE)
-    numbers: list[float] = [0.0] * 2 * n
-    place = tabulate(bushings, table, step, numbers)
-    for j, bushing in enumerate(rig.bushings):
-        bushings["gap"][j], bushings["offset"][j] = bushing.gap, bushing.offset
-        bushings["lower"][j], bushings["upper"][j] = bushing.walls
-    states["impact"] = 2 * np.arange(n)
-    for j, model in enumerate(greases_of(rig, law)):
-        bushings["grease_law"][j], bushings["grease_energy"][j] = model.addresses()
-        bushings["grease"][j] = place(model.parameters())
-        bushings["preload"][j], bushings["held"][j] = model.at_rest(rig.bushings[j].offset)
-        bushings["table"][j] = place(table.parameters[:, j].ravel())
-        states["grease"][j] = place([0.0] * model.states())
-        states["contact"][j] = place(table.parameters[0, j])
-        states["out"][j] = place([0.0, 0.0])
-    return Clearance(bushings, states, np.array(numbers, dtype=float))
+@inlined
+def distance(bushing: Bushing, numbers: np.ndarray, lanes: tuple[int, ...]) -> Any:
+    """Return how far the shaft is from the clearance's middle since the last `fill`, m."""
+    z = load(numbers, bushing.place, lanes) + load(numbers, bushing.offset, lanes)
+    if bushing.coordinates == 1:
+        return abs(z)
+    y = z
+    z = load(numbers, bushing.place + 1, lanes) + load(numbers, bushing.offset + 1, lanes)
+    return root(y * y + z * z)
 
 
-def tabulate(
-    bushings: np.ndarray, table: LawTable, step: float, numbers: list[float]
-) -> Callable[[Iterable[float]], int]:
-    """Write what a law's table says into records of bushings; return what adds more numbers and says where they are."""
-
-    def place(values: Iterable[float]) -> int:
-        start = len(numbers)
-        numbers.extend(values)
-        return start
-
-    bushings["step"] = step
-    bushings["decay"] = np.exp(-step / table.release) if table.by_amplitude else 0.0
-    bushings["rows"], _, bushings["width"] = table.parameters.shape
-    bushings["abscissa"] = place(table.abscissa)
-    for name in ("by_amplitude", "adhesion", "contact_law", "contact_energy"):
-        bushings[name] = getattr(table, name)
-    return place
-
-
-def side_by_side(parts: Sequence[Clearance]) -> Clearance:
-    """Return copies of the records of several rigs as those of one, rig after rig."""
-    return Clearance(*joined(parts, ("abscissa", "table", "grease"), ("impact", "grease", "contact", "out")))
-
-
-def joined(
-    parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], of_bushings: Sequence[str], of_states: Sequence[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return copies of records and numbers, part after part; the fields that are named say where numbers begin."""
-    bushings, states, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
-    start = np.repeat(np.cumsum([0, *(part[2].size for part in parts[:-1])]), [part[0].size for part in parts])
-    for records, names in ((bushings, of_bushings), (states, of_states)):
-        for name in names:
-            records[name] += start
-    return bushings, states, numbers
-
-
-@jit(inline="always")
-def grease_step(bushing: Bushing, state: State, numbers: np.ndarray, x: float) -> tuple[float, float]:
-    """Move the grease of a bushing to x, m; return its elastic force above that at rest, N, and its damping, N s/m.
-
-    ``state`` and ``numbers`` are changed in place, here and below.
-    """
-    dx = x - state.displacement
-    state.displacement = x
-    parameters, memory, out = at(numbers, bushing.grease), at(numbers, state.grease), at(numbers, state.out)
-    call_law(bushing.grease_law, parameters, memory, x + bushing.offset, dx, bushing.step, out)
-    return out[0] - bushing.preload, out[1]
-
-
-@jit(inline="always")
-def follow_law(bushing: Bushing, state: State, numbers: np.ndarray, x: float, time: float) -> None:
+@inlined
+def follow_law(bushing: Bushing, numbers: np.ndarray, time: float, lanes: tuple[int, ...]) -> None:
     """Find the contact's parameters at a time, s: linear between the law's rows, the ends hold beyond."""
-    last = bushing.rows - 1
+    last, count = bushing.rows - 1, len(lanes)
     if last == 0:
         return
-    state.envelope = max(abs(x + bushing.offset), state.envelope * bushing.decay)
-    now, abscissa = state.envelope if bushing.by_amplitude else time, at(numbers, bushing.abscissa)
-    row, after, share = 0, last, 0.0
-    if now >= abscissa[last]:
-        row = last
-    elif now > abscissa[0]:
-        while after - row > 1:  # numpy.searchsorted would count references
-            middle = (row + after) // 2
-            if abscissa[middle] <= now:
-                row = middle
-            else:
-                after = middle
-        share = (now - abscissa[row]) / (abscissa[row + 1] - abscissa[row])
-    values, table = at(numbers, state.contact), at(numbers, bushing.table + row * bushing.width)
-    for i in range(bushing.width):
-        values[i] = table[i]
-        if share > 0.0:
-            values[i] += share * (table[bushing.width + i] - table[i])
+    store(numbers, bushing.room, distance(bushing, numbers, lanes), lanes)
+    for lane in range(count):
+        reached, decay = bushing.envelope * count + lane, numbers[bushing.decay * count + lane]
+        numbers[reached] = max(numbers[bushing.room * count + lane], numbers[reached] * decay)
+        now = numbers[reached] if bushing.by_amplitude else time
+        row, after, share = 0, last, 0.0
+        if now >= numbers[(bushing.abscissa + last) * count + lane]:
+            row = last
+        elif now > numbers[bushing.abscissa * count + lane]:
+            while after - row > 1:  # numpy.searchsorted would count references
+                middle = (row + after) // 2
+                if numbers[(bushing.abscissa + middle) * count + lane] <= now:
+                    row = middle
+                else:
+                    after = middle
+            low = numbers[(bushing.abscissa + row) * count + lane]
+            share = (now - low) / (numbers[(bushing.abscissa + row + 1) * count + lane] - low)
+        width = bushing.width
+        values = at(numbers, bushing.contact * count + lane * width)
+        table = at(numbers, bushing.table * count + (lane * bushing.rows + row) * width)
+        for i in range(width):
+            values[i] = table[i]
+            if share > 0.0:
+                values[i] += share * (table[width + i] - table[i])
 
 
-@jit(inline="always")
-def contact_step(
-    bushing: Bushing, state: State, numbers: np.ndarray, end: int, x: float, speed: float, in_gap: bool
-) -> tuple[float, float, float]:
-    """Follow the contact of end 0 or 1; return signed penetration, m, stiffness, N/m, and damping, N s/m.
+@inlined
+def _spring_and_damper(
+    bushing: Bushing, numbers: np.ndarray, depth: Any, inwards: Any, impact: Any, lanes: tuple[int, ...]
+) -> Any:
+    """Return stiffness, N/m, and damping, N s/m, of one end: half of what the clearance's contact law answers."""
+    if bushing.contact_by_lane:
+        store(numbers, bushing.room, depth, lanes)
+        store(numbers, bushing.room + 1, inwards, lanes)
+        store(numbers, bushing.room + 2, impact, lanes)
+        count = len(lanes)
+        for lane in range(count):
+            given, own = bushing.room * count + lane, (bushing.room + 6) * count
+            call_law(
+                bushing.contact_law, at(numbers, bushing.contact * count + lane * bushing.width), numbers[given],
+                numbers[given + count], numbers[given + 2 * count], at(numbers, own),
+            )  # fmt: skip
+            for i in range(2):
+                numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+    else:
+        parameters, out = block(numbers, bushing.contact, lanes), block(numbers, bushing.out, lanes)
+        call_law(bushing.contact_law, parameters, depth, inwards, impact, out)
+    return 0.5 * load(numbers, bushing.out, lanes), 0.5 * load(numbers, bushing.out + 1, lanes)
 
-    A contact begins when the gap is used up, which fixes its impact speed, and is over in the gap. Each end, at x and
-    with a speed of its own, carries half of the bushing's stiffness and damping. ``in_gap``: return what a penetration
-    of 0 would meet also in the gap, instead of zeros, for a solver that looks for contacts itself.
+
+@inlined
+def depth_in(bushing: Bushing, numbers: np.ndarray, x: Any, lanes: tuple[int, ...]) -> Any:
+    """Return the penetration into one of two walls, m, > 0 into the upper one, < 0 into the lower, 0 between."""
+    return signed_penetration(x, load(numbers, bushing.wall, lanes), load(numbers, bushing.wall + 1, lanes))
+
+
+@inlined
+def forget(bushing: Bushing, numbers: np.ndarray, end: int, lanes: tuple[int, ...]) -> None:
+    """Let the contact of end 0 or 1 be over."""
+    memory, none = bushing.ends + END_MEMORY * end, spread(0.0, lanes)
+    store(numbers, memory, none, lanes)
+    store(numbers, memory + BRISTLES, none, lanes)
+
+
+@inlined
+def press(bushing: Bushing, numbers: np.ndarray, end: int, g: Any, speed: Any, lanes: tuple[int, ...]) -> Any:
+    """Follow the contact of end 0 or 1 at a signed penetration, m; return stiffness, N/m, and damping, N s/m.
+
+    A contact begins when the gap is used up, or at the other wall, which fixes its impact speed, and is over in the
+    gap. Each end, with a speed of its own, carries half of the clearance's stiffness and damping.
     """
-    g, memory = signed_penetration(x, bushing.lower, bushing.upper), at(numbers, state.impact + end)
-    if g == 0.0 and not in_gap:
-        memory[0] = 0.0
-        return 0.0, 0.0, 0.0
-    inwards = signed(speed, g)
-    if lasting(memory[0], g) == 0.0:  # a branch that is predicted is shorter here than lanes' chain of selections
-        memory[0] = signed(impact_speed(0.0, g, inwards), g)
-    parameters, out = at(numbers, state.contact), at(numbers, state.out)
-    k, c = end_values(bushing.contact_law, parameters, out, abs(g), inwards, abs(memory[0]))
-    return g, k, c
+    memory, inwards = bushing.ends + END_MEMORY * end, signed(speed, g)
+    impact = impact_speed(load(numbers, memory, lanes), g, inwards)
+    store(numbers, memory, signed(impact, g), lanes)
+    return _spring_and_damper(bushing, numbers, abs(g), inwards, impact, lanes)
+
+
+@inlined
+def touch(bushing: Bushing, numbers: np.ndarray, y: Any, z: Any, lanes: tuple[int, ...]) -> Any:
+    """Return how deep a point is in a wall of two coordinates, m, 0 in the gap, and the direction n along y and z."""
+    none = spread(0.0, lanes)
+    if bushing.coordinates == 1:  # what slides along the wall, and what presses
+        z = z + load(numbers, bushing.offset, lanes)
+        y = 0.0 * y
+    else:
+        y, z = y + load(numbers, bushing.offset, lanes), z + load(numbers, bushing.offset + 1, lanes)
+    reach = load(numbers, bushing.reach, lanes)
+    if not any_below(reach * reach - (y * y + z * z), 0.0):
+        return none, none, none
+    if bushing.wall_by_lane:
+        store(numbers, bushing.room, y, lanes)
+        store(numbers, bushing.room + 1, z, lanes)
+        count = len(lanes)
+        for lane in range(count):
+            given, own = bushing.room * count + lane, (bushing.room + 6) * count
+            parameters = at(numbers, bushing.wall * count + lane * bushing.wall_size)
+            call_law(bushing.wall_law, parameters, (numbers[given], numbers[given + count]), at(numbers, own))
+            for i in range(3):
+                numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+    else:
+        out = block(numbers, bushing.out, lanes)
+        call_law(bushing.wall_law, block(numbers, bushing.wall, lanes), (y, z), out)
+    depth = larger(load(numbers, bushing.out, lanes), 0.0)
+    return depth, load(numbers, bushing.out + 1, lanes), load(numbers, bushing.out + 2, lanes)
+
+
+@inlined
+def rub(
+    bushing: Bushing, numbers: np.ndarray, end: int, depth: Any, n_y: Any, n_z: Any, y: Any, z: Any, speed_y: Any,
+    speed_z: Any, spin: Any, lanes: tuple[int, ...],
+) -> Any:  # fmt: skip
+    """Follow the contact of end 0 or 1, of a depth along n, at y, z, m, and its bristles, as if nothing slid.
+
+    Returns stiffness, N/m, damping, N s/m, and the bristles' deflection, m. A contact begins when the gap is used up,
+    or on the other side, which fixes its impact speed. Each end carries half of stiffness and damping.
+    """
+    memory, inwards = bushing.ends + END_MEMORY * end, n_y * speed_y + n_z * speed_z
+    then_y, then_z = load(numbers, memory + 1, lanes), load(numbers, memory + 2, lanes)
+    before = where_above(load(numbers, memory, lanes), then_y * n_y + then_z * n_z)
+    impact = where_above(choose(before, larger(inwards, SLOWEST_IMPACT), before), depth)
+    bristles = 0.0 * depth
+    if bushing.rubs:
+        # Along the chord of the step: t in its middle is that of n at both its ends.
+        mean_y, mean_z = then_y + n_y, then_z + n_z
+        size = larger(root(mean_y * mean_y + mean_z * mean_z), TINY)
+        way_y, way_z = y - load(numbers, memory + 4, lanes), z - load(numbers, memory + 5, lanes)
+        slid = load(numbers, memory + BRISTLES, lanes) + (mean_y * way_z - mean_z * way_y) / size
+        slid += load(numbers, bushing.friction + 5, lanes) * spin * bushing.step
+        bristles = where_above(where_above(slid, before), depth)
+    store(numbers, memory, impact, lanes)
+    store(numbers, memory + 1, n_y, lanes)
+    store(numbers, memory + 2, n_z, lanes)
+    store(numbers, memory + BRISTLES, bristles, lanes)
+    store(numbers, memory + 4, y, lanes)
+    store(numbers, memory + 5, z, lanes)
+    k, c = _spring_and_damper(bushing, numbers, depth, inwards, impact, lanes)
+    return k, where_above(c, depth), bristles
+
+
+@inlined
+def friction_limit(bushing: Bushing, numbers: np.ndarray, normal: Any, sliding: Any, lanes: tuple[int, ...]) -> Any:
+    """Return the largest friction, N, under a normal force, N, at a speed of sliding, m/s."""
+    most, excess = load(numbers, bushing.friction, lanes) * normal, load(numbers, bushing.friction + 3, lanes)
+    if any_below(0.0 - excess, 0.0):
+        ratio = sliding * load(numbers, bushing.friction + 4, lanes)
+        most = most * (1.0 + excess * exponential(0.0 - ratio * ratio))
+    return most
+
+
+@inlined
+def let_go(bushing: Bushing, numbers: np.ndarray, end: int, force: Any, lanes: tuple[int, ...]) -> None:
+    """Let the bristles of an end slide to the deflection of a force, N, if they are bent beyond it."""
+    memory = bushing.ends + END_MEMORY * end + BRISTLES
+    most = force / larger(load(numbers, bushing.friction + 1, lanes), TINY)
+    bent = load(numbers, memory, lanes)
+    store(numbers, memory, smaller(larger(bent, 0.0 - most), most), lanes)

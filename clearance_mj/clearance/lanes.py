@@ -14,11 +14,13 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic, models, overload, register_jitable, register_model
 
 __all__ = [
-    "all_below", "any_below", "exponential", "larger", "load", "power", "register_contact_law",
-    "register_law", "rows", "signed", "smaller", "spread", "store", "where_above", "whole",
+    "all_below", "any_below", "block", "choose", "contact_law_of", "exponential", "filling_law_of", "joined", "larger",
+    "load", "packed", "power", "root", "signed", "smaller", "spread", "store", "wall_law_of", "where_above",
+    "whole",
 ]  # fmt: skip
 
 
@@ -121,6 +123,16 @@ def where_above(a, b):  # type: ignore[no-untyped-def]
 def signed(a, b):  # type: ignore[no-untyped-def]
     """Return the number a where b is above 0, and -a elsewhere."""
     return a if b > 0.0 else -a
+
+
+def choose(a, b, c):  # type: ignore[no-untyped-def]
+    """Return the number a where c is above 0, and b elsewhere."""
+    return a if c > 0.0 else b
+
+
+def root(a):  # type: ignore[no-untyped-def]
+    """Return the square root of a number that is not negative."""
+    return math.sqrt(a)
 
 
 @_of_plain_numbers
@@ -248,6 +260,38 @@ _define(signed, lambda builder, a, b: builder.select(_is_positive(builder, b), a
 _define(where_above, lambda builder, a, b: builder.select(_is_positive(builder, b), a, _zeros(a)))
 
 
+@intrinsic
+def _choose(_: Any, a: Any, b: Any, c: Any) -> Any:
+    kind = next(kind for kind in (a, b, c) if isinstance(kind, _Register))
+
+    def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
+        pairs = zip(values, signature.args)
+        x, y, z = (v if k == kind else _in_all_lanes(builder, v, kind.count) for v, k in pairs)
+        return builder.select(_is_positive(builder, z), x, y)
+
+    return kind(*(k if k == kind else types.float64 for k in (a, b, c))), generate
+
+
+@overload(choose)
+def _choose_of_any(a, b, c):  # type: ignore[no-untyped-def]
+    if any(isinstance(kind, _Register) for kind in (a, b, c)):
+        return lambda a, b, c: _choose(a, b, c)
+    return choose
+
+
+def _root_of(builder: Any, number: Any, count: int) -> Any:
+    function = ir.FunctionType(number.type, [number.type])
+    return builder.call(get_or_insert_function(builder.module, function, f"llvm.sqrt.v{count}f64"), [number])
+
+
+_root = _define_one(_root_of)
+
+
+@overload(root)
+def _root_of_any(a):  # type: ignore[no-untyped-def]
+    return (lambda a: _root(a)) if isinstance(a, _Register) else root
+
+
 def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:
     """Let "a below b" work on a register a and a register or plain number b: in all of the lanes, or in any."""
 
@@ -346,18 +390,6 @@ class _RowsModel(models.PrimitiveModel):
 
 
 @intrinsic
-def _rows(_: Any, array: Any, row: Any, lanes: Any) -> Any:
-    """Return what a law reads and writes from a row on: rows(array, row, lanes)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        view = context.make_array(signature.args[0])(context, builder, values[0])
-        place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, lanes.count))])
-        return builder.bitcast(place, context.get_value_type(_Rows(lanes.count)))
-
-    return _Rows(lanes.count)(array, types.intp, lanes), generate
-
-
-@intrinsic
 def _get(_: Any, numbers: Any, row: Any) -> Any:
     def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
         found = builder.load(builder.gep(values[0], [values[1]]), align=8)
@@ -385,16 +417,68 @@ def _set_row(numbers, row, value):  # type: ignore[no-untyped-def]
     return (lambda numbers, row, value: _set(numbers, row, value)) if isinstance(numbers, _Rows) else None
 
 
-def register_law(count: int) -> Any:
-    """Return the signature of a grease's law that works on all lanes at once."""
-    numbers, register = _Rows(count), _Register(count)
-    return types.void(numbers, numbers, register, register, types.float64, numbers)
+@intrinsic
+def _block(_: Any, array: Any, row: Any, lanes: Any) -> Any:
+    """Return what a law reads and writes from a row on: block(array, row, lanes)."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        view, count = context.make_array(signature.args[0])(context, builder, values[0]), lanes.count
+        place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
+        return place if count == 1 else builder.bitcast(place, context.get_value_type(_Rows(count)))
+
+    return _numbers(lanes.count)(array, types.intp, lanes), generate
 
 
-def register_contact_law(count: int) -> Any:
-    """Return the signature of a contact's law that works on all lanes at once."""
-    numbers, register = _Rows(count), _Register(count)
-    return types.void(numbers, register, register, register, numbers)
+def _numbers(count: int) -> types.Type:
+    return types.CPointer(types.float64) if count == 1 else _Rows(count)
 
 
-rows: Any = _rows
+def filling_law_of(coordinates: int, count: int) -> Any:
+    """Return the signature of a filling's law of one coordinate or two that works on so many lanes at once."""
+    numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
+    vector = types.UniTuple(number, coordinates)
+    return types.void(numbers, numbers, vector, vector, number, types.float64, numbers)
+
+
+def contact_law_of(count: int) -> Any:
+    """Return the signature of a contact's law that works on so many lanes at once."""
+    numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
+    return types.void(numbers, number, number, number, numbers)
+
+
+def wall_law_of(count: int) -> Any:
+    """Return the signature of a wall's law that works on so many lanes at once."""
+    numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
+    return types.void(numbers, types.UniTuple(number, 2), numbers)
+
+
+def packed(lanes):  # type: ignore[no-untyped-def]
+    """Return the lanes in which modes and rows stand: those of the cases, or, of one case, four side by side."""
+    return (0, 1, 2, 3) if len(lanes) == 1 else lanes
+
+
+@overload(packed)
+def _packed(lanes):  # type: ignore[no-untyped-def]
+    return (lambda lanes: (0, 1, 2, 3)) if lanes.count == 1 else (lambda lanes: lanes)
+
+
+@intrinsic
+def _sum(_: Any, a: Any) -> Any:
+    def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
+        parts = [builder.extract_element(values[0], ir.IntType(32)(i)) for i in range(a.count)]
+        return builder.fadd(builder.fadd(parts[0], parts[1]), builder.fadd(parts[2], parts[3]))
+
+    return types.float64(a), generate
+
+
+def joined(a, lanes):  # type: ignore[no-untyped-def]
+    """Return the sum of the four parts of a number of one case, or of several cases the numbers themselves."""
+    raise NotImplementedError
+
+
+@overload(joined)
+def _joined(a, lanes):  # type: ignore[no-untyped-def]
+    return (lambda a, lanes: _sum(a)) if lanes.count == 1 else (lambda a, lanes: a)
+
+
+block: Any = _block

@@ -354,7 +354,7 @@ class ContactLaw(Law):
         self, gaps: Sequence[float], amplitude: np.ndarray, omega: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return what the models are equivalent to in a cycle; see `Law.over_amplitude`."""
-        from .cycle import equivalent_contact
+        from .harmonic import equivalent_contact
 
         return equivalent_contact(self.contact * (len(gaps) if len(self.contact) == 1 else 1), gaps, amplitude, omega)
 

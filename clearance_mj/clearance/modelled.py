@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 from ..core.errors import LawError
 from ..core.kinds import checks_kinds
 from ..rig import Grease, Rig
-from .kernel import greases_of
+from .record import fillings_of
 from .law import ConstantLaw, Law
 
 __all__ = ["Modelled", "nominal_law", "rig_and_law", "rig_in_gap"]
@@ -76,5 +76,5 @@ def rig_in_gap(rig: Rig, law: Law) -> Rig:
     """
     if law.grease is None:
         return rig
-    small = (Grease(*model.small_motion()) for model in greases_of(rig, law))
+    small = (Grease(*model.small_motion()) for model in fillings_of(rig, law))
     return rig.replace(bushings=tuple(dataclasses.replace(b, grease=g) for b, g in zip(rig.bushings, small)))

@@ -12,7 +12,7 @@ import scipy.optimize
 from ..core.errors import LawError
 from ..core.validation import Flag, NotNegative, Positive, checked, seldom
 from .contact import Numbers
-from .grease import GreaseModel
+from .grease import GreaseModel, Vector
 
 __all__ = ["OilBearing"]
 
@@ -53,26 +53,14 @@ class OilBearing(GreaseModel):
         """Eccentricity ratio beyond which the film stays as thin as there."""
         return min(self.widest, self.fullest)
 
-    def states(self) -> int:
-        """Nothing remembers the motion."""
-        return 0
-
-    def round_states(self) -> int:
+    def states(self, coordinates: int) -> int:
         """Nothing remembers the motion."""
         return 0
 
     @staticmethod
     def energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """A film holds no energy; what it loses is its damping's."""
-        out[0] = out[1] = 0.0
-
-    @staticmethod
-    def round_energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
         """A film holds no energy; what it loses is its forces'."""
         out[0] = out[1] = 0.0
 

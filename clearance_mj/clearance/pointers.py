@@ -15,12 +15,11 @@ from numba.extending import intrinsic
 from ..core.jit import OPTIONS, jit
 
 _NUMBER, _NUMBERS = types.float64, types.CPointer(types.float64)
-CONTACT_LAW = types.void(_NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
 CONTACT_ENERGY = types.float64(_NUMBERS, _NUMBER)
-GREASE_LAW = types.void(_NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBER, _NUMBERS)
-GREASE_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, _NUMBER, _NUMBER, _NUMBERS)
-ROUND_LAW = types.void(_NUMBERS, _NUMBERS, *[_NUMBER] * 6, _NUMBERS)
-ROUND_ENERGY = types.void(_NUMBERS, _NUMBERS, _NUMBERS, *[_NUMBER] * 4, _NUMBERS)
+FILLING_ENERGIES = {
+    d: types.void(_NUMBERS, _NUMBERS, _NUMBERS, *[types.UniTuple(_NUMBER, d)] * 2, _NUMBERS) for d in (1, 2)
+}
+"""of as many coordinates"""
 
 _COMPILED: dict[tuple[Callable[..., Any], Any], tuple[int, Any]] = {}
 
@@ -57,8 +56,6 @@ def caller(signature: Any) -> Any:
 
 
 call_contact_energy = caller(CONTACT_ENERGY)
-call_grease_energy = caller(GREASE_ENERGY)
-call_round_energy = caller(ROUND_ENERGY)
 
 
 @intrinsic

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import scipy.linalg
 
-from ..clearance.kernel import greases_of
+from ..clearance.record import fillings_of
 from ..clearance.law import Law
 from ..linear import RigRows
 from ..physical.elements import Softness, ask
@@ -210,7 +210,7 @@ def stable_step(
     and ``free`` (nv, n) a basis of the motions that supports allow.
     """
     contacts = np.transpose(law.largest([b.gap for b in rig.bushings]))
-    grease = [g.largest() for g in greases_of(rig, law)]
+    grease = [g.largest() for g in fillings_of(rig, law)]
     return stable_step_with(mass, joints, at_points, grease, contacts, armature, other, free)
 
 

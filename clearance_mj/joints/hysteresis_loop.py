@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..clearance.greases.bouc_wen import bouc_wen_step
-from ..clearance.walls import gap as penetration
+from ..clearance.walls.slot import gap as penetration
 from ..core.jit import jit
 
 __all__: list[str] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -12,6 +13,7 @@ from ..core.validation import NotNegative, Number, Positive, Share, checked, sel
 from ..structure import Point
 from ..structure.attached import Housing
 from ..structure.base import moved, parse_dof, parse_place
+from .walls import WALLS, Wall
 
 __all__ = ["Bushing", "Contact", "Friction", "Grease", "OilFilm"]
 
@@ -147,9 +149,11 @@ class Bushing:
     z, and of a rig with gravity without the shaft's weight"""
     stops: Literal["both", "upper", "lower"] = seldom(default="both")
     """where there is a wall: on both sides, or on that of positive or negative displacement alone"""
-    shape: Literal["slot", "stop", "round"] | None = seldom(default=None)
-    """of the walls: "slot", one on each side along z or the degree of freedom, "stop", one alone, or "round", a circle
-    in the y-z plane; None: as ``stops`` says, a slot or a stop"""
+    shape: str | None = seldom(default=None)
+    """of the walls: "slot", one on each side along z or the degree of freedom, "stop", one alone, "round", a circle in
+    the y-z plane, "oval", one with two lobes, or another known wall; None: as ``stops`` says, a slot or a stop"""
+    wall: dict[str, Number] | None = seldom(default=None)
+    """numbers of the shape beside the gap, such as those of `clearance.walls.oval.Oval`"""
     housing: Housing | None = seldom(default=None)
     """what holds the bushing where it gives; None: it is fixed to the base"""
     probe_delay: Number = seldom(default=0.0)
@@ -183,17 +187,32 @@ class Bushing:
                 f"film.asperities {self.film.asperities:g} m are as high as the gap {self.gap:g} m is wide; there is "
                 "no room for oil"
             )
-        if self.shape and self.shape != "round" and self.shape != self.of_stops:
+        if self.shape and self.shape not in WALLS:
+            raise ValueError(f'shape "{self.shape}" is unknown; known: {", ".join(WALLS)}')
+        if self.shape and not self.is_round and self.shape != self.of_stops:
             raise ValueError(f'shape "{self.shape}" stands beside stops "{self.stops}", which is a {self.of_stops}')
         if self.is_round and self.stops != "both":
             raise ValueError(f'stops "{self.stops}" is one wall; a round clearance has its wall all around')
+        if self.wall_model.reach(self.gap) <= 0:
+            raise ValueError(f"wall {self.wall} leaves no room in the gap {self.gap:g} m; it has less than it takes")
         if self.housing and self.to is not None:
             raise ValueError('housing holds a bushing to the base, and "to" says that it is on another part')
 
     @property
+    def n_coordinates(self) -> int:
+        """Coordinates: 1 of walls across one direction, 2, y and z, of a round clearance."""
+        return WALLS[self.shape].coordinates if self.shape else 1
+
+    @property
     def is_round(self) -> bool:
-        """Whether its wall is a circle: it has two coordinates, y and z."""
-        return self.shape == "round"
+        """Whether its wall is all around: it has two coordinates, y and z."""
+        return self.n_coordinates == 2
+
+    @functools.cached_property
+    def wall_model(self) -> Wall:
+        """Its wall."""
+        numbers = self.wall or ({} if self.stops == "both" else {"side": self.stops})
+        return WALLS[self.shape or self.of_stops](**numbers)
 
     @property
     def of_stops(self) -> Literal["slot", "stop"]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..clearance.kernel import greases_of
+from ..clearance.record import fillings_of
 from ..clearance.law import ConstantLaw, Law
 from ..clearance.modelled import nominal_law
 from ..core.checks import naming
@@ -129,7 +129,7 @@ class Steering:
         model = linear_model(rig)
         deflection = model.at_bushings / model.omega**2 @ model.input("force")
         share2 = (deflection / deflection[self.lever]) ** 2
-        grease_k, grease_c = np.transpose([g.small_motion() for g in greases_of(self.shaft, self.contact_law)])
+        grease_k, grease_c = np.transpose([g.small_motion() for g in fillings_of(self.shaft, self.contact_law)])
         stiffness, damping = 1 / deflection[self.lever] + sum(share2 * grease_k), sum(share2 * grease_c)
         contact = self.contact_law.largest([b.gap for b in self.shaft.bushings])[0][self.lever]
         values = (self.half_gap, contact * arm2, stiffness * arm2, damping * arm2, self.friction)

@@ -6,41 +6,26 @@ It holds λ k x²/2 + (1-λ) k z²/(2A) and loses (1-λ) k/A |z|ⁿ (β |z ẋ| 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from ...core.jit import jit
 from ...rig import Bushing, Grease
 from ..contact import Numbers
 from ..family import DECADE, FamilyParameter, FillingFamily, positive_parameter, register_family
-from ..grease import GreaseModel
+from ..grease import GreaseModel, Vector
 from ..lanes import any_below, larger, power, signed
+from ..vectors import TINY, along, answer, length, minus, of_one_or_two, plus, read, times, write
 
 __all__ = [
     "BoucWen",
     "Hysteretic",
     "LinearWithFilm",
-    "bouc_wen_step",
     "film_damping",
-    "round_slope",
     "spring_and_film",
     "values_of_film",
 ]
-
-
-@jit(inline="always")
-def bouc_wen_step(z: float, dx: float, a: float, beta: float, gamma: float, exponent: float) -> float:
-    """Advance the state z over the displacement dx, m, by the midpoint rule (second order in dx); β and γ in 1/mⁿ."""
-    half = z + 0.5 * dx * _slope(z, dx, a, beta, gamma, exponent)
-    return z + dx * _slope(half, dx, a, beta, gamma, exponent)
-
-
-@jit(inline="always")
-def _slope(z: float, dx: float, a: float, beta: float, gamma: float, exponent: float) -> float:
-    """dz/dx = A - |z|ⁿ (γ + β sign(dx z))."""
-    return a - power(abs(z), exponent) * (gamma + signed(beta, dx * z))
 
 
 @jit(inline="always")
@@ -78,71 +63,46 @@ class BoucWen(GreaseModel):
         return g.stiffness, g.damping / (g.film_limit if g.film_height else 1.0) ** 2
 
     @staticmethod
-    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
-        """Bouc-Wen does not depend on rate: its state is advanced over the displacement."""
+    def law(
+        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
+    ) -> None:
+        """Bouc-Wen does not depend on rate: its state is advanced over the displacement, by the midpoint rule."""
         if any_below(p[1], 1.0):  # else nothing slides
-            state[0] = bouc_wen_step(state[0], dx, p[2], p[3], p[4], p[5])
-        out[0] = p[0] * (p[1] * x + (1.0 - p[1]) * state[0])
-        out[1] = film_damping(x, p[6], p[7], p[8])
+            z = read(state, 0, r)
+            half = plus(z, times(0.5, slope(z, dr, p[2], p[3], p[4], p[5])))
+            write(state, 0, plus(z, slope(half, dr, p[2], p[3], p[4], p[5])))
+        force = times(p[0], plus(times(p[1], r), times(1.0 - p[1], read(state, 0, r))))
+        answer(out, force, film_damping(length(r), p[6], p[7], p[8]))
 
     @staticmethod
     def energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """See the module; the loss is that at the mean z of the step."""
-        spring, z = (1.0 - p[1]) * p[0] / p[2], 0.5 * (before[0] + state[0])
-        out[0] = 0.5 * (p[1] * p[0] * x * x + spring * state[0] * state[0])
-        out[1] = spring * abs(z) ** p[5] * (p[4] * z * dx + p[3] * abs(z * dx))
-
-    def round_states(self) -> int:
-        """Deflections along y and z."""
-        return 2
-
-    @staticmethod
-    def round_law(
-        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """As `law`, with the hysteresis of `round_slope` by the midpoint rule."""
-        if p[1] < 1.0:
-            slope_y, slope_z = round_slope(state[0], state[1], dy, dz, p[2], p[3], p[4], p[5])
-            half_y, half_z = state[0] + 0.5 * slope_y, state[1] + 0.5 * slope_z
-            slope_y, slope_z = round_slope(half_y, half_z, dy, dz, p[2], p[3], p[4], p[5])
-            state[0] += slope_y
-            state[1] += slope_z
-        out[0] = p[0] * (p[1] * y + (1.0 - p[1]) * state[0])
-        out[1] = p[0] * (p[1] * z + (1.0 - p[1]) * state[1])
-        out[2] = out[5] = film_damping(math.sqrt(y * y + z * z), p[6], p[7], p[8])
-        out[3] = out[4] = 0.0
-
-    @staticmethod
-    def round_energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """As `energy`: the loss is that at the mean deflection of the step."""
-        spring = (1.0 - p[1]) * p[0] / p[2]
-        mean_y, mean_z = 0.5 * (before[0] + state[0]), 0.5 * (before[1] + state[1])
-        along, size = mean_y * dy + mean_z * dz, math.sqrt(mean_y * mean_y + mean_z * mean_z)
-        out[0] = 0.5 * (p[1] * p[0] * (y * y + z * z) + spring * (state[0] * state[0] + state[1] * state[1]))
-        out[1] = spring * size ** p[5] * (p[4] * along + p[3] * abs(along))
+        """See the module; the loss is that at the mean deflection of the step."""
+        spring, now = (1.0 - p[1]) * p[0] / p[2], read(state, 0, r)
+        mean = times(0.5, plus(read(before, 0, r), now))
+        way = along(mean, dr)
+        out[0] = 0.5 * (p[1] * p[0] * along(r, r) + spring * along(now, now))
+        out[1] = spring * length(mean) ** p[5] * (p[4] * way + p[3] * abs(way))
 
 
-@jit(inline="always")
-def round_slope(
-    y: float, z: float, dy: float, dz: float, a: float, beta: float, gamma: float, exponent: float
-) -> tuple[float, float]:
-    """Return dz = A du - |z|ⁿ e (β |du·e| + γ du·e) along e = z/|z|, isotropic.
+def _slope_one(z: Any, dr: Any, a: Any, beta: Any, gamma: Any, exponent: Any) -> Any:
+    return (dr[0] * (a - power(abs(z[0]), exponent) * (gamma + signed(beta, dr[0] * z[0]))),)
 
-    Park, Wen & Ang (Earthquake Eng. Struct. Dyn. 14, 1986) have β (|du_y z_y| + |du_z z_z|) in the place of β |du·z|,
-    which would let the force depend on how the axes lie; on an axis both are the planar law.
-    """
-    size = math.sqrt(y * y + z * z)
-    if size == 0.0:
-        return a * dy, a * dz
-    along = (dy * y + dz * z) / size
-    drag = power(size, exponent) * (gamma * along + beta * abs(along)) / size
-    return a * dy - drag * y, a * dz - drag * z
+
+def _slope_two(z: Any, dr: Any, a: Any, beta: Any, gamma: Any, exponent: Any) -> Any:
+    size = larger(length(z), TINY)
+    way = along(dr, z) / size
+    drag = power(size, exponent) * (gamma * way + beta * abs(way)) / size
+    return minus(times(a, dr), times(drag, z))
+
+
+slope = of_one_or_two(_slope_one, _slope_two)
+"""dz = A du - |z|ⁿ e (β |du·e| + γ du·e) along e = z/|z|, isotropic; β and γ in 1/mⁿ.
+
+Park, Wen & Ang (Earthquake Eng. Struct. Dyn. 14, 1986) have β (|du_y z_y| + |du_z z_z|) in the place of β |du·z|, which
+would let the force depend on how the axes lie; on an axis both are the law of one coordinate.
+"""
 
 
 @register_family

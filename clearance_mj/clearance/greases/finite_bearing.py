@@ -21,9 +21,10 @@ from numba.extending import register_jitable
 
 from ...core.jit import jit
 from ..contact import Numbers
-from ..grease import register
+from ..grease import Vector, register
 from ..oil_bearing import OilBearing
 from ..reynolds import DIRECTIONS, RATIOS, STEP, THINNEST, film_table, turning_share
+from ..vectors import answer_film, in_plane
 
 __all__ = ["FiniteBearing"]
 
@@ -135,21 +136,13 @@ class FiniteBearing(OilBearing):
         return 0.0, self.scale * self._centred
 
     @staticmethod
-    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
-        """Squeeze film of a journal that does not turn, on a line through the middle; one at rest is pressed."""
-        away = 0.5 * math.pi if x * dx >= 0.0 else -0.5 * math.pi
-        out[0] = 0.0
-        out[1] = p[SCALE] * _power(p, min(abs(x) * p[PER_CLEARANCE], p[MOST]), away)[0]
-
-    @staticmethod
-    def round_law(
-        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
+    def law(
+        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
+    ) -> None:
         """See the module: what turning does is the elastic force; the direction of w is that of the last step."""
+        (y, z), (dy, dz) = in_plane(r), in_plane(dr)
         yy, yz, zz, turn_y, turn_z = _resistance(p, y, z, dy / step, dz / step, spin)
-        out[0], out[1] = -yy * turn_y - yz * turn_z, -yz * turn_y - zz * turn_z
-        out[2], out[3], out[4], out[5] = yy, yz, yz, zz
+        answer_film(out, r, -yy * turn_y - yz * turn_z, -yz * turn_y - zz * turn_z, yy, yz, yz, zz)
 
     def force(self, displacement: Any, velocity: Any, spin: float) -> np.ndarray:
         """Return the film's force on the journal, N; see `OilBearing.force`."""

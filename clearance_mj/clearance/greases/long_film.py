@@ -6,7 +6,6 @@ Fundamentals of Fluid Film Lubrication, 2004, chapter 11), here in every directi
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -16,8 +15,9 @@ from ...core.validation import NotNegative, Positive
 from ...rig import Bushing
 from ..contact import Numbers
 from ..family import FamilyParameter, FillingFamily, register_family
-from ..grease import GreaseModel, register
-from ..lanes import smaller
+from ..grease import GreaseModel, Vector, register
+from ..lanes import power, smaller
+from ..vectors import along, answer, length, times
 from .bouc_wen import spring_and_film
 
 __all__ = ["LongFilm", "LongFilmed"]
@@ -29,7 +29,7 @@ CLOSEST = 0.97  # largest eccentricity ratio: the film stays as thin as there
 def _damping(e: Any, damping: Any, per_height: Any) -> Any:
     ratio = smaller(e * per_height, CLOSEST)
     thin = 1.0 - ratio * ratio
-    return damping / (thin * thin**0.5)
+    return damping / (thin * power(thin, 0.5))
 
 
 @register
@@ -48,11 +48,7 @@ class LongFilm(GreaseModel):
         """Stiffness, damping and 1/h."""
         return self.stiffness, self.damping, 1 / self.height
 
-    def states(self) -> int:
-        """Nothing remembers the motion."""
-        return 0
-
-    def round_states(self) -> int:
+    def states(self, coordinates: int) -> int:
         """Nothing remembers the motion."""
         return 0
 
@@ -65,36 +61,18 @@ class LongFilm(GreaseModel):
         return self.stiffness, self.damping / (1 - CLOSEST**2) ** 1.5
 
     @staticmethod
-    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
+    def law(
+        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
+    ) -> None:
         """See the module."""
-        out[0] = p[0] * x
-        out[1] = _damping(abs(x), p[1], p[2])
+        answer(out, times(p[0], r), _damping(length(r), p[1], p[2]))
 
     @staticmethod
     def energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
         """The spring's."""
-        out[0] = 0.5 * p[0] * x * x
-        out[1] = 0.0
-
-    @staticmethod
-    def round_law(
-        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """See the module: the same in all directions."""
-        out[0], out[1] = p[0] * y, p[0] * z
-        out[2] = out[5] = _damping(math.sqrt(y * y + z * z), p[1], p[2])
-        out[3] = out[4] = 0.0
-
-    @staticmethod
-    def round_energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """The spring's."""
-        out[0] = 0.5 * p[0] * (y * y + z * z)
+        out[0] = 0.5 * p[0] * along(r, r)
         out[1] = 0.0
 
 

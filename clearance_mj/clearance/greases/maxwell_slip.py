@@ -7,7 +7,6 @@ that friction falls with speed: R. Stribeck, Z. VDI 46, 1902, in the form of Bo 
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
@@ -18,8 +17,9 @@ from ...core.validation import NotNegative, Number, Positive
 from ...rig import Bushing
 from ..contact import Numbers
 from ..family import EarlierFit, FamilyParameter, FillingFamily, GapForces, positive_parameter, register_family
-from ..grease import GreaseModel, register
-from ..lanes import any_below, exponential, larger, smaller, whole
+from ..grease import GreaseModel, Vector, register
+from ..lanes import any_below, exponential, whole
+from ..vectors import along, answer, length, minus, plus, read, times, within, write
 from .bouc_wen import film_damping, spring_and_film, values_of_film
 
 __all__ = ["Friction", "MaxwellSlip", "StribeckFriction", "slip_start"]
@@ -69,9 +69,9 @@ class MaxwellSlip(GreaseModel):
         """Before anything slides."""
         return self.elastic + sum(self.springs), self.damping
 
-    def states(self) -> int:
+    def states(self, coordinates: int) -> int:
         """One deflection for each spring, m."""
-        return len(self.springs)
+        return coordinates * len(self.springs)
 
     def parameters(self) -> tuple[float, ...]:
         """N, k, c, 1/h (0 without film), ε, r - 1, 1/v, the springs, the forces."""
@@ -84,79 +84,38 @@ class MaxwellSlip(GreaseModel):
         return self.small_motion()[0], self.damping / (self.film_limit if self.film_height else 1.0) ** 2
 
     @staticmethod
-    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
-        """Each spring follows the motion up to its limit: exact for any step."""
-        n, force, more = whole(p[0]), p[1] * x, p[5]
+    def law(
+        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
+    ) -> None:
+        """Each spring follows the motion up to its limit, exactly for any step: it returns along its own direction."""
+        n, force, more = whole(p[0]), times(p[1], r), p[5]
         if any_below(0.0 - more, 0.0):
-            ratio = dx / step * p[6]
+            ratio = length(dr) / step * p[6]
             more = more * exponential(0.0 - ratio * ratio)
         for i in range(n):
             limit = (1.0 + more) * p[7 + n + i] / p[7 + i]
-            state[i] = smaller(larger(state[i] + dx, 0.0 - limit), limit)
-            force += p[7 + i] * state[i]
-        out[0] = force
-        out[1] = film_damping(x, p[2], p[3], p[4])
+            z = within(plus(read(state, i, r), dr), limit)
+            write(state, i, z)
+            force = plus(force, times(p[7 + i], z))
+        answer(out, force, film_damping(length(r), p[2], p[3], p[4]))
 
     @staticmethod
     def energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], x: float, dx: float, out: Numbers
+        p: Sequence[float], before: Sequence[float], state: Sequence[float], r: Vector, dr: Vector, out: Numbers
     ) -> None:
-        """½ k x² + Σ ½ kᵢ zᵢ², and the force of each spring times the way that its slider went.
+        """½ k r² + Σ ½ kᵢ zᵢ², and the force of each spring times the way that its slider went.
 
-        Where the force has fallen since the step before, it is the mean of the two.
+        Where the force along that way has fallen since the step before, it is the mean of the two.
         """
         n = int(p[0])
-        stored = p[1] * x * x
+        stored = p[1] * along(r, r)
         lost = 0.0
         for i in range(n):
-            stored += p[7 + i] * state[i] * state[i]
-            now = abs(state[i])
-            lost += p[7 + i] * max(now, 0.5 * (now + abs(before[i]))) * abs(before[i] + dx - state[i])
-        out[0] = 0.5 * stored
-        out[1] = lost
-
-    def round_states(self) -> int:
-        """Deflections of each spring along y and z, m."""
-        return 2 * len(self.springs)
-
-    @staticmethod
-    def round_law(
-        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """Each spring follows the motion up to its limit, back to which it returns along its own direction."""
-        n, more = int(p[0]), p[5]
-        force_y, force_z = p[1] * y, p[1] * z
-        if more > 0.0:
-            ratio = (dy * dy + dz * dz) / (step * step) * p[6] * p[6]
-            more = more * math.exp(-ratio)
-        for i in range(n):
-            limit = (1.0 + more) * p[7 + n + i] / p[7 + i]
-            to_y, to_z = state[2 * i] + dy, state[2 * i + 1] + dz
-            size = math.sqrt(to_y * to_y + to_z * to_z)
-            if size > limit:
-                to_y, to_z = to_y * limit / size, to_z * limit / size
-            state[2 * i], state[2 * i + 1] = to_y, to_z
-            force_y += p[7 + i] * to_y
-            force_z += p[7 + i] * to_z
-        out[0], out[1] = force_y, force_z
-        out[2] = out[5] = film_damping(math.sqrt(y * y + z * z), p[2], p[3], p[4])
-        out[3] = out[4] = 0.0
-
-    @staticmethod
-    def round_energy(
-        p: Sequence[float], before: Sequence[float], state: Sequence[float], y: float, z: float, dy: float, dz: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
-        """As `energy`, with the force of each spring after the step times the way that its slider went along it."""
-        n = int(p[0])
-        stored = p[1] * (y * y + z * z)
-        lost = 0.0
-        for i in range(n):
-            to_y, to_z = state[2 * i], state[2 * i + 1]
-            stored += p[7 + i] * (to_y * to_y + to_z * to_z)
-            slid_y, slid_z = before[2 * i] + dy - to_y, before[2 * i + 1] + dz - to_z
-            lost += p[7 + i] * (to_y * slid_y + to_z * slid_z)
+            then, z = read(before, i, r), read(state, i, r)
+            stored += p[7 + i] * along(z, z)
+            slid = minus(plus(then, dr), z)
+            now = along(z, slid)
+            lost += p[7 + i] * max(now, 0.5 * (now + along(then, slid)))
         out[0] = 0.5 * stored
         out[1] = lost
 

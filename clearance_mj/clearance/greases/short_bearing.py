@@ -13,7 +13,6 @@ pressure all around.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -21,9 +20,10 @@ import numpy as np
 from numba.extending import register_jitable
 
 from ..contact import Numbers
-from ..grease import register
-from ..lanes import smaller
+from ..grease import Vector, register
+from ..lanes import choose, larger, power, smaller
 from ..oil_bearing import OilBearing
+from ..vectors import TINY, answer_film, in_plane, length
 
 __all__ = ["ShortBearing"]
 
@@ -34,7 +34,7 @@ DIFFERENCE = 1e-30  # m and m/s, of derivatives along the imaginary axis, which 
 def _film(ratio: Any, cavitated: Any) -> tuple[Any, Any, Any, Any, Any]:
     """Factors of the film at an eccentricity ratio: of Ω radial and across, of speeds radial, coupled and across."""
     thin = 1.0 - ratio * ratio
-    root = thin**0.5
+    root = power(thin, 0.5)
     whole = 2.0 - cavitated  # an uncavitated film has pressure on both halves
     return (
         cavitated * 2.0 * ratio * ratio / (thin * thin),
@@ -66,33 +66,26 @@ class ShortBearing(OilBearing):
         return 0.0, self.scale * _film(0.0, float(self.cavitated))[2] / self.clearance
 
     @staticmethod
-    def law(p: Sequence[float], state: Numbers, x: float, dx: float, step: float, out: Numbers) -> None:
-        """Squeeze film of a journal that does not turn, on a line through the middle."""
-        ratio = smaller(abs(x) * p[1], p[2])
-        out[0] = 0.0 * x
-        out[1] = p[0] * p[1] * _film(ratio, p[3])[2]
-
-    @staticmethod
-    def round_law(
-        p: Sequence[float], state: Numbers, y: float, z: float, dy: float, dz: float, spin: float, step: float,
-        out: Numbers,
-    ) -> None:  # fmt: skip
+    def law(
+        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
+    ) -> None:
         """See the module: what turning does is the elastic force; the half with pressure is that of the last step."""
-        e = math.sqrt(y * y + z * z)
-        n_y, n_z = (y / e, z / e) if e > 0.0 else (1.0, 0.0)
-        ratio = min(e * p[1], p[2])
+        (y, z), (dy, dz), e = in_plane(r), in_plane(dr), length(r)
+        n_y, n_z = choose(y / larger(e, TINY), 1.0, e), choose(z / larger(e, TINY), 0.0, e)
+        ratio = smaller(e * p[1], p[2])
         spun, wedge, squeeze, mixed, across = _film(ratio, p[3])
         along = (n_y * dz - n_z * dy) / step * p[1]
-        side = -1.0 if ratio * spin < 2.0 * along else 1.0
+        side = choose(-1.0, 1.0, 2.0 * along - ratio * spin)
         radial, tangential = p[0] * side * spun * spin, p[0] * wedge * spin
-        out[0] = radial * n_y + tangential * n_z
-        out[1] = radial * n_z - tangential * n_y
         scale = p[0] * p[1]
-        rr, tt, rt, tr = scale * squeeze, scale * across, -scale * side * mixed, -scale * mixed
-        out[2] = rr * n_y * n_y - (rt + tr) * n_y * n_z + tt * n_z * n_z
-        out[3] = (rr - tt) * n_y * n_z + rt * n_y * n_y - tr * n_z * n_z
-        out[4] = (rr - tt) * n_y * n_z - rt * n_z * n_z + tr * n_y * n_y
-        out[5] = rr * n_z * n_z + (rt + tr) * n_y * n_z + tt * n_y * n_y
+        rr, tt, rt, tr = scale * squeeze, scale * across, 0.0 - scale * side * mixed, 0.0 - scale * mixed
+        yy = rr * n_y * n_y - (rt + tr) * n_y * n_z + tt * n_z * n_z
+        yz = (rr - tt) * n_y * n_z + rt * n_y * n_y - tr * n_z * n_z
+        zy = (rr - tt) * n_y * n_z - rt * n_z * n_z + tr * n_y * n_y
+        zz = rr * n_z * n_z + (rt + tr) * n_y * n_z + tt * n_y * n_y
+        answer_film(
+            out, r, radial * n_y + tangential * n_z, radial * n_z - tangential * n_y, yy, yz, zy, zz
+        )  # fmt: skip
 
     def force(self, displacement: Any, velocity: Any, spin: float) -> np.ndarray:
         """Return the film's force on the journal, N.

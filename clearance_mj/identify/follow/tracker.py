@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance.walls import penetration
+from ...clearance.walls.slot import penetration
 from ...estimate.beliefs import Belief
 from ...estimate.parameter import Parameter
 from ...rig import Rig

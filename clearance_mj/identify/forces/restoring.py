@@ -16,7 +16,7 @@ import numpy as np
 import scipy.fft
 from tqdm import tqdm
 
-from ...clearance.walls import penetration
+from ...clearance.walls.slot import penetration
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
 from ...linear import linear_model

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...clearance.walls import penetration
+from ...clearance.walls.slot import penetration
 from ...core.errors import RecordError
 from ...core.jit import jit
 from ...rig import Grease

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 from ...clearance import ConstantLaw, ContactLaw, KelvinVoigt, Law
 from ...clearance.contact import ContactModel
 from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamily, Family, FillingFamily
-from ...clearance.kernel import greases_of
+from ...clearance.record import fillings_of
 from ...core.errors import LawError
 from ...rig import Rig
 
@@ -51,7 +51,7 @@ def families_of(law: Law, rig: Rig) -> list[FamilyValues]:
     if len(contacts) != n:
         raise LawError(f"the law holds contacts for {len(contacts)} bushings, the rig has {n}; give one or {n}")
     found = []
-    for bushing, contact, grease in zip(rig.bushings, contacts, greases_of(rig, law)):
+    for bushing, contact, grease in zip(rig.bushings, contacts, fillings_of(rig, law)):
         of_contact = _family(CONTACT_FAMILIES, contact, "contact")
         of_filling = _family(FILLING_FAMILIES, grease, "grease")
         values = of_contact.values(bushing, contact) | of_filling.values(bushing, grease)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ...clearance.greases.bouc_wen import bouc_wen_step, film_damping
-from ...clearance.walls import penetration
+from ...clearance.walls.slot import penetration
 from ...core.errors import RecordError
 from ...core.jit import jit
 from ...estimate import Estimates, Parameter, Problem, Stop, one_by_one, sandwich, solve

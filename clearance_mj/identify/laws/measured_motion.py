@@ -16,7 +16,7 @@ import scipy.signal
 
 from ...clearance import ContactLaw, KelvinVoigt
 from ...clearance.grease import GreaseModel
-from ...clearance.walls import penetration
+from ...clearance.walls.slot import penetration
 from ...estimate.parameter import Parameter
 from ...rig import Bushing, Rig
 from ..forces.restoring import RestoringForce

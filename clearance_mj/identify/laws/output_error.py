@@ -20,7 +20,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ...clearance.law import Law
-from ...clearance.walls import penetration
+from ...clearance.walls.slot import penetration
 from ...core.errors import LawError, RecordError, SimulationError
 from ...engines import simulate_and_keep
 from ...estimate import Estimates, Parameter, Problem, SoftL1, Stop, jackknife, solve

@@ -6,7 +6,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ...clearance.law import TimeLaw
-from ...clearance.walls import describing_function
+from ...clearance.walls.slot import describing_function
 from ...core.errors import RecordError
 from ...io.dataset import Dataset
 from ...linear import LinearModel, linear_model

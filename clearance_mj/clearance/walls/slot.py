@@ -1,12 +1,40 @@
-"""The gap function and its describing function."""
+"""Two walls across one direction; the gap function and its describing function."""
 
-from typing import Any
+from collections.abc import MutableSequence, Sequence
+from typing import Any, ClassVar
 
 import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["describing_function", "gap", "penetration"]
+from ...rig.walls import Wall, register
+from ..lanes import larger, signed
+
+__all__ = ["Slot", "describing_function", "gap", "penetration"]
+
+
+@register
+class Slot(Wall):
+    """A wall on each side, a gap away from the middle."""
+
+    name: ClassVar[str] = "slot"
+    coordinates: ClassVar[int] = 1
+
+    @staticmethod
+    def law(p: Sequence[float], r: tuple[float, float], out: MutableSequence[float]) -> None:
+        """Return the depth in the nearer one of two parallel walls at -p[0] and p[1]."""
+        above, below = r[1] - p[1], 0.0 - r[1] - p[0]
+        out[0] = larger(above, below)
+        out[1] = 0.0 * r[1]
+        out[2] = signed(1.0 + 0.0 * r[1], above - below)
+
+    def reach(self, gap: float) -> float:
+        """Return the gap."""
+        return gap
+
+    def parameters(self, gap: float) -> tuple[float, ...]:
+        """Return how far the lower and the upper wall are from the middle."""
+        return gap, gap
 
 
 @numba.vectorize(["float64(float64, float64, float64)"], cache=True)

@@ -1,0 +1,24 @@
+"""One wall across one direction."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Literal
+
+from ...rig.walls import register
+from .slot import Slot
+
+__all__ = ["Stop"]
+
+
+@register
+class Stop(Slot):
+    """A wall a gap away from the middle, above it or below."""
+
+    name: ClassVar[str] = "stop"
+    side: Literal["upper", "lower"] = "upper"
+    """that of positive or of negative displacements"""
+
+    def parameters(self, gap: float) -> tuple[float, ...]:
+        """Return how far the lower and the upper wall are from the middle, infinite for the one that is not there."""
+        return (math.inf, gap) if self.side == "upper" else (gap, math.inf)

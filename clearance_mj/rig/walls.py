@@ -1,0 +1,64 @@
+"""What a wall of a clearance is: one class, which runs on every engine and along given motions."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import MutableSequence, Sequence
+from typing import ClassVar
+
+from ..core.errors import RigError
+from ..core.validation import Registered, register
+
+__all__ = ["WALLS", "Wall", "register"]
+
+WALLS: dict[str, type[Wall]] = {}
+"""The walls by the shape that rig files give them"""
+
+
+class Wall(Registered, ABC):
+    """The wall of a clearance. Subclasses are fields of numbers beside the gap and `law`, under `register`.
+
+    ``law`` is compiled, so it may call ``math``, numpy and other functions compiled by numba only.
+    """
+
+    known, refusal, called = WALLS, RigError, 'shape "{name}"'
+    coordinates: ClassVar[int] = 2
+    """of the clearance: 1 of walls across one direction, 2 of one in the y-z plane"""
+
+    @staticmethod
+    @abstractmethod
+    def law(p: Sequence[float], r: tuple[float, float], out: MutableSequence[float]) -> None:
+        """Find how deep a point is in the wall, and in which direction.
+
+        Parameters
+        ----------
+        p : sequence of float
+            The wall's `parameters`.
+        r : tuple of float
+            y and z from the clearance's middle, m; of a wall of one coordinate that coordinate stands in the place of
+            z, and what slides along the wall in that of y.
+        out : sequence of float
+            Filled with the depth, m, the distance to the nearest point of the wall, below 0 in the gap; and the unit
+            vector along y and z in which it grows.
+        """
+
+    @abstractmethod
+    def reach(self, gap: float) -> float:
+        """Return the distance from the middle, m, within which nothing touches.
+
+        Parameters
+        ----------
+        gap : float
+            Radial clearance, m.
+        """
+
+    def parameters(self, gap: float) -> tuple[float, ...]:
+        """Return the numbers that `law` gets: the gap, then the fields, unless a subclass has others.
+
+        Parameters
+        ----------
+        gap : float
+            Radial clearance, m.
+        """
+        return gap, *(float(getattr(self, f.name)) for f in dataclasses.fields(self))  # type: ignore[arg-type]
