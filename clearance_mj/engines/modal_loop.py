@@ -74,7 +74,7 @@ def advance(
     count, modes, width = len(lanes), inverse_mass.shape[0], len(side)
     n_rows, n_bushings, n_sensors, size = at_rows.shape[0], bushings.size, at_sensors.shape[0], out.shape[1]
     half, n_turning, tall = 0.5 * h, turned.shape[0], compliance.shape[1]
-    n_middles = n_rows // 3 if n_rows % 3 == 0 else places[n_bushings - 1, 0] + bushings[n_bushings - 1].coordinates
+    n_middles = places[n_bushings - 1, 0] + bushings[n_bushings - 1].coordinates if n_bushings else 0
     x, w, force = np.zeros((tall, count)), np.zeros((tall, count)), np.zeros((tall, count))
     ends, filled = np.zeros((2 * n_bushings * ENDS, count)), np.zeros((n_bushings * FILLED, count))
     total, middle, acceleration = np.zeros((modes, width)), np.zeros((modes, width)), np.zeros((modes, width))
@@ -89,8 +89,8 @@ def advance(
                 now = now + load(given, r * modes + m, side) * excitation[i, r]
             for r in range(n_turning):
                 now = now + load(turned, r * modes + m, side) * load(factors, r, lanes)
-            for r in range(springs.shape[0]):
-                now = now - load(springs, r * modes + m, side) * load(q, r, lanes)
+            if springs.shape[0]:
+                now = now - _of_columns(springs, m, modes, q, lanes)
             store(total, m, now, side)
             store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
         for row in range(n_rows):
@@ -156,6 +156,21 @@ def _product(
 
 
 @inlined
+def _of_columns(columns: np.ndarray, m: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...]) -> Any:
+    """Return pack m of the product of a matrix, which stands by columns, and a vector of modes."""
+    side, n, none = packed(lanes), columns.shape[0], spread(0.0, packed(lanes))
+    a, b, c, d = none, none, none, none  # sums that do not wait for each other
+    for r in range(0, n - 3, 4):
+        a = a + load(columns, r * modes + m, side) * load(vector, r, lanes)
+        b = b + load(columns, (r + 1) * modes + m, side) * load(vector, r + 1, lanes)
+        c = c + load(columns, (r + 2) * modes + m, side) * load(vector, r + 2, lanes)
+        d = d + load(columns, (r + 3) * modes + m, side) * load(vector, r + 3, lanes)
+    for r in range(n - n % 4, n):
+        a = a + load(columns, r * modes + m, side) * load(vector, r, lanes)
+    return (a + b) + (c + d)
+
+
+@inlined
 def _turn(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
     """Fill in what the forces that turn with a shaft are multiplied by."""
     for lane in range(count):
@@ -189,10 +204,7 @@ def _move(
             kick = half * load(inverse_mass, m, side) * load(total, m, side)
             store(middle, m, load(v, m, side) + kick, side)
         for m in range(modes):
-            damped = load(total, m, side)
-            for r in range(coupling.shape[0]):
-                damped = damped - load(coupling, r * modes + m, side) * load(middle, r, lanes)
-            store(total, m, damped, side)
+            store(total, m, load(total, m, side) - _of_columns(coupling, m, modes, middle, lanes), side)
     for m in range(modes):
         place = load(q, m, side)
         kicked = load(v, m, side) + h * load(inverse_mass, m, side) * load(total, m, side)
