@@ -19,7 +19,10 @@ from .interact import (
     ENDS, FILLED, fill_all, find_contacts, follow_contacts, sweep, torque_of_friction,
 )  # fmt: skip
 
-__all__ = ["ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "Linear", "Motion", "advance", "advance_whole"]
+__all__ = [
+    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "Linear", "Motion", "advance", "advance_whole",
+    "turn_forces", "turn_on",
+]  # fmt: skip
 
 SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
 """Of the turning: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of what friction slows down"""
@@ -79,10 +82,11 @@ def advance(
     ends, filled = np.zeros((2 * n_bushings * ENDS, count)), np.zeros((n_bushings * FILLED, count))
     total, middle, acceleration = np.zeros((modes, width)), np.zeros((modes, width)), np.zeros((modes, width))
     acts, pushed, factors = np.ones(2 * n_bushings, np.bool_), np.ones(tall, np.bool_), np.zeros((n_turning, count))
+    known = np.zeros((n_bushings, 2), np.bool_)
     for i in range(excitation.shape[0]):
         time = (steps + i) * h
         if n_turning:
-            _turn(turning, orders, time, count, factors)
+            turn_forces(turning, orders, time, count, factors)
         for m in range(modes):
             now = load(given, m, side) * excitation[i, 0]
             for r in range(1, excitation.shape[1]):
@@ -110,7 +114,7 @@ def advance(
         follow_contacts(bushings, numbers, places, x, w, spin, acts, compliance, half, lanes, ends)
         for _ in range(SWEEPS):
             sweep(
-                bushings, numbers, places, compliance, half, spin, acts, pushed, filled, ends, w, force, lanes
+                bushings, numbers, places, compliance, half, spin, acts, pushed, known, filled, ends, w, force, lanes
             )  # fmt: skip
         torque = torque_of_friction(bushings, numbers, acts, ends, lanes)
         for row in range(n_rows):
@@ -135,7 +139,7 @@ def advance(
             column = n_sensors + 3 * n_middles + n_bushings
             if out.shape[0] > column:
                 store(out, column * size + row, spin, lanes)
-            _turn_on(turning, torque, time, h, lanes)
+            turn_on(turning, torque, time, h, lanes)
     for lane in range(count):  # without clearances nothing else would stop it
         for m in range(modes * width // count):
             if not abs(q.ravel()[m * count + lane]) < np.inf:
@@ -171,7 +175,7 @@ def _of_columns(columns: np.ndarray, m: int, modes: int, vector: np.ndarray, lan
 
 
 @inlined
-def _turn(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
+def turn_forces(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
     """Fill in what the forces that turn with a shaft are multiplied by."""
     for lane in range(count):
         spin, angle = turning[SPIN, lane], turning[ANGLE, lane]
@@ -183,7 +187,7 @@ def _turn(turning: np.ndarray, orders: np.ndarray, time: float, count: int, fact
 
 
 @inlined
-def _turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tuple[int, ...]) -> None:
+def turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tuple[int, ...]) -> None:
     """Turn the shaft on by a step, under the torque of friction, N m."""
     spin, rate = load(turning, SPIN, lanes), load(turning, RATE, lanes)
     rate = where_above(rate, load(turning, END_TIME, lanes) - time)
