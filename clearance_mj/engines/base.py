@@ -113,7 +113,7 @@ def default_engine(rig: Rig) -> str:
     """
     from .linkage import cannot_be_linked
 
-    return "modal" if rig.is_spatial or cannot_be_linked(rig) else "links"
+    return "modal" if rig.moves_across or cannot_be_linked(rig) else "links"
 
 
 def get_engine(engine: str | Engine) -> Engine:

@@ -229,7 +229,7 @@ def cannot_be_linked(rig: Rig) -> str:
     rig : Rig
         The rig.
     """
-    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
+    shafts, others = rig.linear.shafts, "modal" if rig.moves_across else "modal or modal-mj"
     if not shafts:
         return f"links needs a shaft; use {others}"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):

@@ -48,7 +48,7 @@ class Links(Engine):
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """``safety`` times the stability limit of the chain with every contact and film at its hardest."""
-        if rig.is_spatial:
+        if rig.moves_across:
             return self.safety * largest_spatial_step(rig, law, self.links)
         whole, points = linkage(rig, self.links), _plant(rig, self.links).maps.at_points
         return self.safety * stable_step(whole.mass, whole.stiffness, points, rig, law, armature(whole), *whole.beside)
@@ -56,7 +56,7 @@ class Links(Engine):
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
         driven(linear_model(rig), kind)  # refuses what cannot be excited so
-        if rig.is_spatial:
+        if rig.moves_across:
             return SpatialMujocoRun(self, rig, law, kind, step, spatial_plant(rig, self.links))
         return MujocoRun(self, rig, law, kind, step, _plant(rig, self.links))
 
@@ -68,7 +68,7 @@ def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     of a collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
     For a spatial rig see `links_space.build_spatial`.
     """
-    if rig.is_spatial:
+    if rig.moves_across:
         return build_spatial(rig, links)
     whole = linkage(rig, links)
     spec = mujoco.MjSpec()
