@@ -16,6 +16,7 @@ import scipy.optimize
 
 from clearance_mj import physical
 from clearance_mj.clearance import (
+    AdamsImpact,
     ConstantLaw,
     ContactLaw,
     Cubic,
@@ -241,8 +242,11 @@ def test_hertz_damped_in_the_loops(loop, model, e, expected, measured):
     measured.equal(f"restitution, {model.__name__}, {loop} loop, e = {e}", rebound(mass), exact, HERTZ, rel=1e-6)
 
 
+NEW = [HuntCrossley1975(2.0, 1.2), Cubic(1.0, 3.0, 0.3), AdamsImpact(1.0, 1.5, 0.8, 0.3)]
+
+
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
-@pytest.mark.parametrize("contact", [HuntCrossley1975(2.0, 1.2), Cubic(1.0, 3.0, 0.3)], ids=lambda c: c.name)
+@pytest.mark.parametrize("contact", NEW, ids=lambda c: c.name)
 def test_new_contacts_in_the_loops(loop, contact, measured):
     exact = restitution(contact.force, speed=0.5)
     found = rebound(FreeMass(loop, ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))
