@@ -30,9 +30,9 @@ from clearance_mj.clearance import (
 from clearance_mj.clearance.kernel import clearance_records, greases_of
 from clearance_mj.clearance.lane_contacts import lane_contacts
 from clearance_mj.clearance.lane_greases import lane_greases
-from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
+from clearance_mj.engines import Modal, mujoco_loop
 from clearance_mj.engines.modal_loop import Motion, Shaft, advance
-from clearance_mj.engines.plant import Maps, set_solver
+from clearance_mj.engines.plant import Maps, Plant, Statics, set_solver
 from clearance_mj.linear import PlaneRows, RigRows
 from clearance_mj.rig import Bushing, Contact, Grease
 
@@ -150,8 +150,9 @@ class FreeMass:
         maps = Maps(np.ones((3, 1)), np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((2, 0), int), np.arange(2))
         along = PlaneRows(lambda points: np.ones((len(points), 1)), np.ones((1, 1)), slice(0, 1))
         rows = RigRows(self.rig, 1, (None, along))
-        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps, rows=rows)
-        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "base", self.step, plant)
+        statics = Statics(np.eye(1), np.zeros((1, 1)), np.eye(1), np.zeros((0, 0)), maps.at_points)
+        plant = Plant(model, maps, rows, statics)
+        run = mujoco_loop.MujocoRun(Modal(), self.rig, law, "base", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed
         self.simulate = lambda n: run.advance(np.zeros(n))
 
