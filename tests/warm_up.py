@@ -60,7 +60,7 @@ def lanes_in_space():
 
 
 def links():
-    for rig, engine in ((TABLE1, "links"), (TABLE1, "modal-mj"), (SPACE, "links")):
+    for rig, engine in ((TABLE1, "links"), (SPACE, "links")):
         cm.simulate(rig, NOISE, engine=engine)
     for rig in (TABLE1, SPACE):
         cm.energy_balance(rig, NOISE, engine="modal")

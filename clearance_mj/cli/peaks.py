@@ -23,7 +23,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--hours", type=float, default=1.0, help="time that is predicted, h (default: %(default)s)")
     option("--duration", type=seconds, default=60.0, help="s that are marched (default: %(default)s)")
     option("--seed", type=int, default=0, help="of the noise (default: %(default)s)")
-    option("--engine", default="modal", help="links, modal or modal-mj (default: %(default)s)")
+    option("--engine", default="modal", help="links or modal (default: %(default)s)")
     add_plugin(parser, "an engine, a contact or a grease")
 
 

@@ -5,17 +5,16 @@ from pathlib import Path
 
 from ..core.files import replacing
 from ..rig import Rig
-from . import mjcf
+from .links import build_links
 
 
 def main() -> None:
-    """Write ``<rig>_links.xml`` and ``<rig>_modes.xml``."""
+    """Write ``<rig>_links.xml``."""
     parser = argparse.ArgumentParser(prog="python -m clearance_mj.engines", description=__doc__)
     parser.add_argument("rig", type=Path, help="rig file (TOML)")
     path = parser.parse_args().rig
-    for name, text in mjcf(Rig.load(path)).items():
-        with replacing(path.with_name(f"{path.stem}_{name}.xml")) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+    with replacing(path.with_name(f"{path.stem}_links.xml")) as temporary:
+        temporary.write_text(build_links(Rig.load(path)).to_xml(), encoding="utf-8")
 
 
 if __name__ == "__main__":

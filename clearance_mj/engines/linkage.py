@@ -229,20 +229,20 @@ def cannot_be_linked(rig: Rig) -> str:
     rig : Rig
         The rig.
     """
-    shafts, others = rig.linear.shafts, "modal" if rig.moves_across else "modal or modal-mj"
+    shafts = rig.linear.shafts
     if not shafts:
-        return f"links needs a shaft; use {others}"
+        return "links needs a shaft; use modal"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
     for name, axis in directed_points(rig).items():
-        return f"links moves along its planes alone, and {name} names {axis}; use {others}"
+        return f"links moves along its planes alone, and {name} names {axis}; use modal"
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators), ("bearings", rig.bearings), ("orders", rig.orders),
         ("torques", any(load.torque for load in rig.loads)),
     ):  # fmt: skip
         if there:
-            return f"links knows no {what}; use {others}"
+            return f"links knows no {what}; use modal"
     return ""
 
 

@@ -67,6 +67,13 @@ def build_links(rig: Rig, links: int = 16) -> mujoco.MjSpec:
     Hinges are about -y, so that positive angles lift the shaft along z. A contact of shaft and base is an explicit pair
     of a collar (a sphere of the shaft's half depth, one at each bushing end) and one of the bushing's two plates.
     For a spatial rig see `links_space.build_spatial`.
+
+    Parameters
+    ----------
+    rig : Rig
+        A rig of shafts.
+    links : int
+        Number of links of each shaft.
     """
     if rig.moves_across:
         return build_spatial(rig, links)

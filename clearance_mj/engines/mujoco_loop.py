@@ -1,4 +1,4 @@
-"""The loop both MuJoCo engines run: before every step the law's softness, grease and excitation, then mj_step.
+"""The loop of rigs in a plane in MuJoCo: before every step the law's softness, grease and excitation, then mj_step.
 
 The loop is compiled and calls ``mj_step`` of the MuJoCo library directly, with views of the model's and data's own
 arrays: writing parameters before every step then costs next to nothing, many simulations run on threads without the
@@ -67,7 +67,7 @@ class MujocoRun(Run):
         from_constraint = contact_rows(plant.maps.at_points[n_bushings:], hold(self.model))
         self.data = mujoco.MjData(self.model)
         self.rest, self.sensors = None, plant.rows.sensor_rows
-        if plant.statics and (rig.gravity or rig.loads):
+        if rig.gravity or rig.loads:
             self.model.opt.gravity[2] = self.driving.gravity[1]
             where = np.arange(self.model.nv), plant.statics, given.steady
             self.rest = rest_in_mujoco(plant.rows, law, self.model, self.data, *where)

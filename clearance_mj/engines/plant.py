@@ -1,4 +1,4 @@
-"""What both MuJoCo engines share of their models: solver options, stable step, and the maps to the rig's points."""
+"""What MuJoCo models of a rig share: solver options, stable step, and the maps to the rig's points."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ class Plant:
     model: mujoco.MjModel  # compiled, not to be changed
     maps: Maps  # between its coordinates and the rig's points
     rows: RigRows  # how the rig's points move per coordinate
-    statics: Statics | None = None  # None where it knows no loads
+    statics: Statics
     decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
     armature: float | np.ndarray = ARMATURE  # of joints, (nv,): inertia over stiffness times the step squared
 

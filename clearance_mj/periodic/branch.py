@@ -88,7 +88,7 @@ class Branch(Vibrations):
     """(n,) of the shaft, rad/s, of a rig in space, whose clearances have a row along y and one along z each"""
 
     def __post_init__(self) -> None:
-        self._freeze()
+        super().__post_init__()
         if self.multipliers is not None:  # real where all of them are
             self._set(multipliers=read_only(self.multipliers, complex))
 

@@ -12,7 +12,7 @@ from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 from .compared_modes import mode_table, paired_modes
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from .ema import NO_MODES, Modes
@@ -66,8 +66,7 @@ class Comparison(Shown, ArrayData):
     """what the random error is known from, or why it is not"""
 
     def __post_init__(self) -> None:
-        self._set(**{name: read_only(getattr(self, name)) for name in ("frequency", "csac", "csf", *SENSOR_MEASURES)})
-        self._set(random_db=None if self.random_db is None else read_only(self.random_db))
+        super().__post_init__()
         by_sensor, by_mode = _frame(self.per_sensor), _frame(self.per_mode)
         unknown = {name: np.nan for name in BESIDE if name not in by_sensor}
         words = {} if "why" in by_mode else {"why": ""}

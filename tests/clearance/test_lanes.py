@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import (
+    AdamsImpact,
     AmplitudeLaw,
     ConstantLaw,
     ContactLaw,
@@ -165,6 +166,7 @@ CONTACTS = {
     "kelvin-voigt": [KelvinVoigt(1e4 * i, 3.0 * i, adhesion=i == 2) for i in range(1, 5)],
     "cubic": [Cubic(1e4, 1e11 * i, 2.0 * i, 1.5 * i) for i in range(4)],
     "hertz": [HuntCrossley(1e6, 0.9), HuntCrossley(1e5, 0.5, 1.0), HuntCrossley(1e8, 0.7, 2.1), Flores(1e6, 0.8)],
+    "adams-impact": [AdamsImpact(1e6, 1.0 + i / 2, 3.0 * i, 5e-5 * (i + 1)) for i in range(4)],
     "hunt-crossley-1975": [HuntCrossley1975(1e6, 1e4 * i, 1.0 + i / 2) for i in range(4)],
 }
 
