@@ -25,7 +25,7 @@ class Run(ABC):
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block of the excitation, (n,) or (n, n_inputs) in m/s² or N, one sample per step.
 
-        Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_bushings); and
+        Returns absolute accelerations, displacements, contact forces, grease forces: (n, n_sensors + 3 n_rows); and
         n_bushings columns more, 1 where an end of the bushing lies beyond its gap and 0 elsewhere, if the engine tells.
         Raises `SimulationError` if the simulation diverges or its solver warns.
         """
@@ -59,7 +59,7 @@ class Equations(NamedTuple):
     damping: np.ndarray  # (n, n) C
     stiffness: np.ndarray  # (n, n) K
     input: np.ndarray  # (n_inputs, n) b
-    points: np.ndarray  # (3 n_bushings, n) P: displacement of the bushings' middles, then both ends of each
+    points: np.ndarray  # (3 n_rows, n) P: displacement of the bushings' middles, then both ends of each
     speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
     cross: np.ndarray = np.zeros((0, 0))  # (n, n) skew stiffness beside K: what it takes is lost
 

@@ -27,13 +27,14 @@ class Completion:
         self.shares = np.concatenate([shares * (orders == order) for order in (1, 0)])
         self.base_moves = bool(shares.any())
         """whether a sensor reads the base's own motion"""
-        n, each, sensors = len(rig.bushings), rig.n_coordinates, len(rig.sensors)
+        n_sensors = len(rig.sensors)
         self.forces: list[tuple[int, int, float]] = []
         """column of a sensor, that of a force, and the factor"""
         for i, sensor in enumerate(rig.sensors):
             if (j := clearance_of(rig, sensor)) is not None:
-                for d, share in enumerate(sensor.unit_direction[1:] if each == 2 else [1.0]):
-                    self.forces += [(i, sensors + each * (k * n + j) + d, sensor.gain * share) for k in (1, 2) if share]
+                along = sensor.unit_direction[1:] if rig.bushings[j].is_round else np.ones(1)
+                for row, share in enumerate(along, rig.clearance_rows[j].start):
+                    self.forces += [(i, n_sensors + k * rig.n_rows + row, sensor.gain * share) for k in (1, 2) if share]
 
     def push(self, acceleration: np.ndarray) -> np.ndarray:
         """Return velocities, then displacements of the base (n, 2 n_inputs) at the next steps, of its accelerations."""

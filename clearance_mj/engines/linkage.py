@@ -84,7 +84,7 @@ class Linkage:
     @functools.cached_property
     def rows(self) -> RigRows:
         """How the rig's points move per coordinate."""
-        return RigRows(self.rig, 1, (None, PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))))
+        return RigRows(self.rig, (None, PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))))
 
     def _rows(self, kind: str, points: Points) -> np.ndarray:
         places = [self.rig.linear.place(point) for point in points]

@@ -61,7 +61,7 @@ class SpatialLinkage:
     def rows(self) -> RigRows:
         """How points move per coordinate, at clearances' ends on the straight links, where MuJoCo looks for contact."""
         y, z = (PlaneRows(p.along_own, np.eye(p.size), s, p.lever) for p, s in zip(self.planes, self.spans))
-        return RigRows(self.rig, 2, (y, z))
+        return RigRows(self.rig, (y, z))
 
     @functools.cached_property
     def influence(self) -> np.ndarray:

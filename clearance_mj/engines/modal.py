@@ -47,7 +47,7 @@ class Modal(Engine):
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
         model, stiffest = linear_model(rig, self.modes), stiffest_contacts(rig, law)
-        fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1).reshape(-1, model.n_coordinates)
+        fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1).reshape(-1, rig.n_coordinates)
         contact = np.sqrt(np.max(stiffest * np.max(moved, axis=1), initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact))

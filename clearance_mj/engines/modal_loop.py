@@ -1,220 +1,250 @@
-"""The compiled loop of the modal engine, for one simulation or several side by side; see modal.py.
+"""The compiled loop of the modal engine, for one case or several side by side; see modal.py.
 
-Every array has the lanes (see lanes.py) as its last axis; the bushings' records stand lane after lane.
+Cases side by side have the lanes (see lanes.py) as the last axis of all arrays, and share the clearances' records. Of
+one case modes stand four by four, and so do the rows of clearances where all of them change at once. One source serves
+both: what is `packed` is loaded in its own lanes, all other numbers in those of the cases.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..clearance.follower import signed_penetration
-from ..clearance.kernel import Clearance, contact_step, follow_law, grease_step
-from ..clearance.lane_contacts import LaneContacts, contact_in_lanes, penetration_in_lanes
-from ..clearance.lane_greases import LaneGreases, grease_in_lanes
-from ..clearance.lanes import all_below, larger, load, spread, store, where_above
-from ..core.jit import OPTIONS, jit
+from ..clearance.lanes import joined, larger, load, packed, spread, store, where_above
+from ..clearance.record import Clearance
+from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
-from .lane_modes import move_modes, read_motion
+from .interact import (
+    ENDS, FILLED, fill_all, find_contacts, follow_contacts, sweep, torque_of_friction,
+)  # fmt: skip
 
-__all__ = ["Motion", "Shaft", "advance", "advance_whole"]
+__all__ = ["ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "Linear", "Motion", "advance", "advance_whole"]
+
+SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
+"""Of the turning: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of what friction slows down"""
+SWEEPS = 2  # over all forces, in a step
 
 
-class Shaft(NamedTuple):
-    """The linear part of the equations, in modal coordinates."""
+class Linear(NamedTuple):
+    """The linear part of the equations in modal coordinates; the last axes, of modes, are packed."""
 
-    inverse_mass: np.ndarray  # (n,) smaller for high modes, see modal.py
+    inverse_mass: np.ndarray  # (n) smaller for high modes, see modal.py
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
-    at_points: np.ndarray  # (3 n_bushings, n) the bushings' middles (grease), then both ends of each (contact)
-    at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
     input: np.ndarray  # (n_inputs, n) force on the modes per unit of each input
-    base: np.ndarray  # (n_inputs, n_sensors) what sensors read of an input itself: of a base, with which they move
-    coupling: np.ndarray  # (n, n) damping per velocity in the middle of all other kicks; (0, 0) where it couples none
-    compliance: np.ndarray  # (3 n_bushings, 3 n_bushings) velocity of each point per unit impulse at each other
-    at_input: np.ndarray  # (n_inputs, 3 n_bushings) velocity of the points per unit impulse of each input
-    springs: np.ndarray = np.zeros((0, 0, 1))  # (n, n) stiffness that is not of the modes; (0, 0) where there is none
-    readings: np.ndarray = np.zeros((0, 2, 0, 1))  # (n_sensors, 2, n) as `round_scheme.RoundShaft` has them
+    turning: np.ndarray  # (n_turning, n) the same of what turns: Ω² cos φ and Ω² sin φ, then cos k φ, sin k φ of orders
+    orders: np.ndarray  # (n_orders,) k, for all cases
+    at_rows: np.ndarray  # (n_rows, n) displacement of the clearances' rows: all middles, then both ends of each
+    spans: np.ndarray  # (n_rows, 2) first packed modes that move each, and those after the last
+    compliance: np.ndarray  # (n_rows, rows) velocity of all rows, packed, per unit impulse at each
+    at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
+    of_sensors: np.ndarray  # (n_sensors, 2) as ``spans``
+    base: np.ndarray  # (n_inputs, n_sensors) what sensors read of an input itself, as numbers of the cases
+    springs: np.ndarray  # (n, n) by columns: stiffness that is not of the modes; (0, n) where there is none
+    coupling: np.ndarray  # (n, n) by columns: damping per velocity in the middle of all other kicks; or (0, n)
+    readings: np.ndarray  # (n_sensors, 2, n) what others read per coordinate and velocity; (0, 2, n) without others
 
 
 class Motion(NamedTuple):
-    """Modal coordinates, changed in place."""
+    """What changes from step to step, in place."""
 
-    q: np.ndarray  # (n,) now
-    v: np.ndarray  # (n,) velocity before the kick
-    q_before: np.ndarray  # (n,) a step ago
+    q: np.ndarray  # (n) now, packed, as the next two
+    v: np.ndarray  # (n) velocity before the kick
+    q_before: np.ndarray  # (n) a step ago
+    turning: np.ndarray  # (5,) see `SPIN`
 
 
 @jit(**OPTIONS)
 def advance(
-    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft, motion: Motion,
-    clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, out: np.ndarray, first: int,
+    steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: Linear, motion: Motion,
+    clearance: Clearance, places: np.ndarray, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Advance the state by all steps; return (step, record of the bushing) of a divergence, or -1, -1.
+    """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
-    ``excitation``: (n, n_inputs). ``out``: (columns, n, lanes), filled from its row ``first`` on with what
-    `Run.advance` returns, the forces of the bushings if there are columns for them.
+    ``excitation``: (n, n_inputs). ``turns``: whether a shaft turns. ``places``: as of `interact`. ``out``: (columns, n,
+    lanes), filled from its row ``first`` on with what `Run.advance` returns, forces and touch if there are columns.
     """
-    inverse_mass, flow, at_points, at_sensors, shape, base, coupling, compliance, at_input, springs, readings = shaft
-    q, v, q_before = motion
-    bushings, states, numbers = clearance
-    grease_law, contact_law = greases.law, contacts.law
-    count, n, n_sensors, n_points = len(lanes), q.shape[0], at_sensors.shape[0], at_points.shape[0]
-    n_bushings, size = n_points // 3, out.shape[1]
-    x, w, force = np.zeros((n_points, count)), np.zeros((n_points, count)), np.zeros((n_points, count))
-    elastic, viscous = np.zeros((n_points, count)), np.zeros((n_points, count))
-    side, least, share = np.ones((n_points, count)), np.full((n_points, count), -np.inf), np.zeros((n_points, count))
-    depth, limit = np.zeros((n_points, count)), np.zeros((n_bushings, count))
-    lower, upper = np.zeros((n_bushings, count)), np.zeros((n_bushings, count))
-    for j in range(n_bushings):
-        for lane in range(count):
-            bushing = bushings[lane * n_bushings + j]
-            limit[j, lane] = 1e3 * bushing.gap + 1.0
-            lower[j, lane], upper[j, lane] = bushing.lower, bushing.upper
-            for end in range(2):  # without adhesion a wall never pulls
-                least[n_bushings + 2 * j + end, lane] = -np.inf if bushing.adhesion else 0.0
-    total, acceleration, middle = np.zeros((n, count)), np.zeros((n, count)), np.zeros((n, count))
-    acts = np.ones(n_points, np.bool_)
-    half, nothing, one = 0.5 * h, spread(0.0, lanes), spread(1.0, lanes)
+    (
+        inverse_mass, flow, given, turned, orders, at_rows, spans, compliance, at_sensors, of_sensors, base, springs,
+        coupling, readings,
+    ) = linear  # fmt: skip
+    q, v, q_before, turning = motion
+    bushings, numbers = clearance
+    side = packed(lanes)
+    count, modes, width = len(lanes), inverse_mass.shape[0], len(side)
+    n_rows, n_bushings, n_sensors, size = at_rows.shape[0], bushings.size, at_sensors.shape[0], out.shape[1]
+    half, n_turning, tall = 0.5 * h, turned.shape[0], compliance.shape[1]
+    n_middles = n_rows // 3 if n_rows % 3 == 0 else places[n_bushings - 1, 0] + bushings[n_bushings - 1].coordinates
+    x, w, force = np.zeros((tall, count)), np.zeros((tall, count)), np.zeros((tall, count))
+    ends, filled = np.zeros((2 * n_bushings * ENDS, count)), np.zeros((n_bushings * FILLED, count))
+    total, middle, acceleration = np.zeros((modes, width)), np.zeros((modes, width)), np.zeros((modes, width))
+    acts, pushed, factors = np.ones(2 * n_bushings, np.bool_), np.ones(tall, np.bool_), np.zeros((n_turning, count))
     for i in range(excitation.shape[0]):
-        a = excitation[i, 0]
-        for j in range(n_bushings):  # its middle and both ends at once, so that less is loaded
-            left = n_bushings + 2 * j
-            middle_at, left_at, right_at, speed = nothing, nothing, nothing, half * a * load(at_input, j, lanes)
-            for m in range(n):
-                place, shape_there = load(q, m, lanes), load(at_points, j * n + m, lanes)
-                middle_at += shape_there * place
-                speed += shape_there * load(v, m, lanes)
-                left_at += load(at_points, left * n + m, lanes) * place
-                right_at += load(at_points, (left + 1) * n + m, lanes) * place
-            store(w, j, speed, lanes)
-            store(x, j, middle_at, lanes)
-            store(x, left, left_at, lanes)
-            store(x, left + 1, right_at, lanes)
-            if not all_below(abs(load(x, j, lanes)), load(limit, j, lanes)):
-                for lane in range(count):
-                    if not abs(x[j, lane]) < limit[j, lane]:
-                        return i, lane * n_bushings + j
-            for end in range(2):
-                p = left + end
-                acts[p] = contact_law[j] == 0 or penetration_in_lanes(contacts, j, end, x, p, lanes, depth)
-        for p in range(n_points):
-            store(force, p, nothing, lanes)
-            if p >= n_bushings and acts[p]:
-                speed = half * a * load(at_input, p, lanes)
-                for m in range(n):
-                    speed += load(at_points, p * n + m, lanes) * load(v, m, lanes)
-                store(w, p, speed, lanes)
-        _add_others(at_input, n_points, excitation, i, half, lanes, w, 0, 1)
-        for j in range(n_bushings):
-            if grease_law[j]:
-                grease_in_lanes(greases, j, x, h, lanes, elastic, viscous)
-            else:
-                for lane in range(count):
-                    record = lane * n_bushings + j
-                    found = grease_step(bushings[record], states[record], numbers, x[j, lane])
-                    elastic[j, lane], viscous[j, lane] = found
-            for end in range(2):
-                p = n_bushings + 2 * j + end
-                if contact_law[j]:
-                    if acts[p]:
-                        contact_in_lanes(contacts, j, end, depth, w, p, lanes, elastic, viscous, side)
-                    continue
-                acts[p] = False
-                for lane in range(count):
-                    record = lane * n_bushings + j
-                    bushing, state = bushings[record], states[record]
-                    if end == 0:
-                        follow_law(bushing, state, numbers, x[j, lane], (steps + i) * h)
-                    g, k, c = contact_step(bushing, state, numbers, end, x[p, lane], w[p, lane], False)
-                    elastic[p, lane], viscous[p, lane] = k * g, c
-                    if g != 0.0:
-                        acts[p], side[p, lane] = True, 1.0 if g > 0.0 else -1.0
-        for p in range(n_points):
-            if acts[p]:
-                own = half * load(compliance, p * n_points + p, lanes)
-                store(share, p, 1.0 / (1.0 + load(viscous, p, lanes) * own), lanes)
-        for _ in range(2):  # Gauss-Seidel: every force at the velocity that the other forces leave
-            for p in range(n_points):
-                if not acts[p]:
-                    continue
-                now, own = load(force, p, lanes), half * load(compliance, p * n_points + p, lanes)
-                free = load(w, p, lanes) + own * now
-                new = (load(elastic, p, lanes) + load(viscous, p, lanes) * free) * load(share, p, lanes)
-                if p >= n_bushings:
-                    new = load(side, p, lanes) * larger(load(side, p, lanes) * new, load(least, p, lanes))
-                change = half * (new - now)
-                for r in range(n_points):
-                    if acts[r]:
-                        store(w, r, load(w, r, lanes) - load(compliance, r * n_points + p, lanes) * change, lanes)
-                store(force, p, new, lanes)
-        for m in range(n):
-            store(total, m, load(shape, m, lanes) * a, lanes)
-        _add_others(shape, n, excitation, i, 1.0, lanes, total, 0, 1)
-        if springs.size:
-            for m in range(n):
-                for r in range(n):
-                    pull = load(springs, m * n + r, lanes) * load(q, r, lanes)
-                    store(total, m, load(total, m, lanes) - pull, lanes)
-        for p in range(n_points):
-            if acts[p]:
-                push = load(force, p, lanes)
-                for m in range(n):
-                    store(total, m, load(total, m, lanes) - load(at_points, p * n + m, lanes) * push, lanes)
-        move_modes(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
+        time = (steps + i) * h
+        if n_turning:
+            _turn(turning, orders, time, count, factors)
+        for m in range(modes):
+            now = load(given, m, side) * excitation[i, 0]
+            for r in range(1, excitation.shape[1]):
+                now = now + load(given, r * modes + m, side) * excitation[i, r]
+            for r in range(n_turning):
+                now = now + load(turned, r * modes + m, side) * load(factors, r, lanes)
+            for r in range(springs.shape[0]):
+                now = now - load(springs, r * modes + m, side) * load(q, r, lanes)
+            store(total, m, now, side)
+            store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
+        for row in range(n_rows):
+            store(x, row, _product(at_rows, row, spans[row, 0], spans[row, 1], modes, q, lanes), lanes)
+        j = find_contacts(bushings, numbers, places, x, lanes, ends, acts, pushed)
+        if j >= 0:
+            for lane in range(count):
+                if not abs(x[places[j, 0], lane]) < numbers[bushings[j].limit * count + lane]:
+                    return i, lane * n_bushings + j
+            return i, j
+        for row in range(n_rows):
+            if pushed[row]:
+                store(w, row, _product(at_rows, row, spans[row, 0], spans[row, 1], modes, middle, lanes), lanes)
+            store(force, row, spread(0.0, lanes), lanes)
+        spin = load(turning, SPIN, lanes)
+        fill_all(bushings, numbers, places, x, spin, time, compliance, half, lanes, filled)
+        follow_contacts(bushings, numbers, places, x, w, spin, acts, compliance, half, lanes, ends)
+        for _ in range(SWEEPS):
+            sweep(
+                bushings, numbers, places, compliance, half, spin, acts, pushed, filled, ends, w, force, lanes
+            )  # fmt: skip
+        torque = torque_of_friction(bushings, numbers, acts, ends, lanes)
+        for row in range(n_rows):
+            if pushed[row]:
+                push = load(force, row, lanes)
+                for m in range(spans[row, 0], spans[row, 1]):
+                    store(total, m, load(total, m, side) - load(at_rows, row * modes + m, side) * push, side)
+        _move(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
         row = first + i
-        for s in range(0, n_sensors, 3):  # three at once, the last one twice if need be
-            second, third = min(s + 1, n_sensors - 1), min(s + 2, n_sensors - 1)
-            value = load(base, s, lanes) * a
-            value_2, value_3 = load(base, second, lanes) * a, load(base, third, lanes) * a
-            for m in range(n):
-                moved = load(acceleration, m, lanes)
-                value += load(at_sensors, s * n + m, lanes) * moved
-                value_2 += load(at_sensors, second * n + m, lanes) * moved
-                value_3 += load(at_sensors, third * n + m, lanes) * moved
+        for s in range(n_sensors):
+            value = _product(at_sensors, s, of_sensors[s, 0], of_sensors[s, 1], modes, acceleration, lanes)
+            for r in range(excitation.shape[1]):
+                value = value + load(base, r * n_sensors + s, lanes) * excitation[i, r]
             store(out, s * size + row, value, lanes)
-            store(out, second * size + row, value_2, lanes)
-            store(out, third * size + row, value_3, lanes)
-        _add_others(base, n_sensors, excitation, i, 1.0, lanes, out, row, size)
         if readings.shape[0]:
-            read_motion(h, lanes, readings, q, q_before, acceleration, middle, row, out)
-        for j in range(n_bushings):
-            ends, column = n_bushings + 2 * j, n_sensors + j
-            store(out, column * size + row, load(x, j, lanes), lanes)
-            if out.shape[0] == n_sensors + n_bushings:
-                continue
-            contact = load(force, ends, lanes) + load(force, ends + 1, lanes)
-            store(out, (column + n_bushings) * size + row, contact, lanes)
-            store(out, (column + 2 * n_bushings) * size + row, load(force, j, lanes), lanes)
-            low, high, deep = load(lower, j, lanes), load(upper, j, lanes), nothing
-            for end in range(2):
-                deep += abs(signed_penetration(load(x, ends + end, lanes), low, high))
-            store(out, (column + 3 * n_bushings) * size + row, where_above(one, deep), lanes)
-    for lane in range(count):  # without bushings nothing else would stop it
-        for m in range(n):
-            if not abs(q[m, lane]) < np.inf:
+            _read(h, lanes, readings, q, q_before, acceleration, middle, row, out)
+        for m in range(n_middles):
+            store(out, (n_sensors + m) * size + row, load(x, m, lanes), lanes)
+        if out.shape[0] > n_sensors + n_middles:
+            _report(bushings, places, n_middles, force, ends, n_sensors, row, lanes, out)
+        if turns:
+            column = n_sensors + 3 * n_middles + n_bushings
+            if out.shape[0] > column:
+                store(out, column * size + row, spin, lanes)
+            _turn_on(turning, torque, time, h, lanes)
+    for lane in range(count):  # without clearances nothing else would stop it
+        for m in range(modes * width // count):
+            if not abs(q.ravel()[m * count + lane]) < np.inf:
                 return excitation.shape[0], lane * max(n_bushings, 1)
     return -1, -1
 
 
-@jit(inline="always")
-def _add_others(
-    rows: np.ndarray, count: int, excitation: np.ndarray, i: int, factor: float, lanes: tuple[int, ...],
-    out: np.ndarray, first: int, stride: int,
+@inlined
+def _product(
+    rows: np.ndarray, row: int, start: int, stop: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...]
+) -> Any:
+    """Return the product of a row and a vector of modes, between two packs of them."""
+    side = packed(lanes)
+    found = spread(0.0, side)
+    for m in range(start, stop):
+        found = found + load(rows, row * modes + m, side) * load(vector, m, side)
+    return joined(found, lanes)
+
+
+@inlined
+def _turn(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
+    """Fill in what the forces that turn with a shaft are multiplied by."""
+    for lane in range(count):
+        spin, angle = turning[SPIN, lane], turning[ANGLE, lane]
+        rate = turning[RATE, lane] if time < turning[END_TIME, lane] else 0.0
+        cos, sin = np.cos(angle), np.sin(angle)
+        factors[0, lane], factors[1, lane] = spin * spin * cos + rate * sin, spin * spin * sin - rate * cos
+        for k in range(orders.size):
+            factors[2 + 2 * k, lane], factors[3 + 2 * k, lane] = np.cos(orders[k] * angle), np.sin(orders[k] * angle)
+
+
+@inlined
+def _turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tuple[int, ...]) -> None:
+    """Turn the shaft on by a step, under the torque of friction, N m."""
+    spin, rate = load(turning, SPIN, lanes), load(turning, RATE, lanes)
+    rate = where_above(rate, load(turning, END_TIME, lanes) - time)
+    change = h * (rate - load(turning, PER_INERTIA, lanes) * torque)
+    store(turning, SPIN, spin + change, lanes)
+    store(turning, ANGLE, load(turning, ANGLE, lanes) + h * (spin + 0.5 * change), lanes)
+
+
+@inlined
+def _move(
+    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, coupling: np.ndarray, q: np.ndarray,
+    v: np.ndarray, q_before: np.ndarray, total: np.ndarray, middle: np.ndarray, acceleration: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add what all inputs but the first one do in a step, by their ``rows`` of so many numbers each."""
-    for r in range(1, excitation.shape[1]):
-        amount = factor * excitation[i, r]
-        for m in range(count):
-            place = first + m * stride
-            store(out, place, load(out, place, lanes) + amount * load(rows, r * count + m, lanes), lanes)
+    """Kick modes by their forces ``total``, let them flow freely for a step, and fill in their accelerations."""
+    side, modes, half, per_step2 = packed(lanes), inverse_mass.shape[0], 0.5 * h, 1.0 / (h * h)
+    if coupling.shape[0]:  # at the velocity in the middle of the kick of all other forces
+        for m in range(modes):
+            kick = half * load(inverse_mass, m, side) * load(total, m, side)
+            store(middle, m, load(v, m, side) + kick, side)
+        for m in range(modes):
+            damped = load(total, m, side)
+            for r in range(coupling.shape[0]):
+                damped = damped - load(coupling, r * modes + m, side) * load(middle, r, lanes)
+            store(total, m, damped, side)
+    for m in range(modes):
+        place = load(q, m, side)
+        kicked = load(v, m, side) + h * load(inverse_mass, m, side) * load(total, m, side)
+        store(v, m, load(flow, 2 * modes + m, side) * place + load(flow, 3 * modes + m, side) * kicked, side)
+        after = load(flow, m, side) * place + load(flow, modes + m, side) * kicked
+        # Force less ω² q would be the same, but a small difference of large numbers for high modes.
+        store(acceleration, m, (after - 2.0 * place + load(q_before, m, side)) * per_step2, side)
+        store(q_before, m, place, side)
+        store(q, m, after, side)
+
+
+@inlined
+def _read(
+    h: float, lanes: tuple[int, ...], readings: np.ndarray, q: np.ndarray, q_before: np.ndarray,
+    acceleration: np.ndarray, speed: np.ndarray, row: int, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Add what sensors that are no accelerometers read of modes at the time of the accelerations.
+
+    The velocity is the one that belongs to (q₊ - 2q + q₋)/h²: (q₊ - q₋)/(2h), with q₊ in ``q`` and q in ``q_before``;
+    ``speed`` is room for it.
+    """
+    side, modes, size = packed(lanes), q.shape[0], out.shape[1]
+    for m in range(modes):
+        moved = load(q, m, side) - load(q_before, m, side)
+        store(speed, m, moved / h - 0.5 * h * load(acceleration, m, side), side)
+    for s in range(readings.shape[0]):
+        value = load(out, s * size + row, lanes) + _product(readings, 2 * s, 0, modes, modes, q_before, lanes)
+        store(out, s * size + row, value + _product(readings, 2 * s + 1, 0, modes, modes, speed, lanes), lanes)
+
+
+@inlined
+def _report(
+    bushings: np.ndarray, places: np.ndarray, n_middles: int, force: np.ndarray, ends: np.ndarray, first: int,
+    row: int, lanes: tuple[int, ...], out: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill in the forces of contacts and fillings, and which clearances touch."""
+    size, one = out.shape[1], spread(1.0, lanes)
+    for j in range(bushings.size):
+        middle, size_j = places[j, 0], bushings[j].coordinates
+        for d in range(size_j):
+            a, b = places[j, 3 - size_j + d], places[j, 5 - size_j + d]
+            column = first + n_middles + middle + d
+            store(out, column * size + row, load(force, a, lanes) + load(force, b, lanes), lanes)
+            store(out, (column + n_middles) * size + row, load(force, middle + d, lanes), lanes)
+        deep = larger(abs(load(ends, ENDS * 2 * j, lanes)), abs(load(ends, ENDS * (2 * j + 1), lanes)))
+        store(out, (first + 3 * n_middles + j) * size + row, where_above(one, deep), lanes)
 
 
 @jit(**OPTIONS)
 def advance_whole(
-    excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], shaft: Shaft,
-    motion: Motion, clearance: Clearance, greases: LaneGreases, contacts: LaneContacts, before: np.ndarray,
-    out: np.ndarray,
+    excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
+    linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, before: np.ndarray, out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
 
@@ -227,7 +257,7 @@ def advance_whole(
     fill_before(before, filled, lanes, steps)
     while samples < last and done < excitation.shape[0]:
         part = excitation[done : done + BLOCK_SAMPLES * factor]
-        failed, record = advance(done, part, h, lanes, shaft, motion, clearance, greases, contacts, steps, filled)
+        failed, record = advance(done, part, h, lanes, turns, linear, motion, clearance, places, steps, filled)
         if failed >= 0:
             return done + failed, record
         done, filled = done + part.shape[0], filled + part.shape[0]

@@ -122,7 +122,7 @@ def _plant(rig: Rig, modes: int) -> Plant:
     pairs = np.zeros((limits.size, 0), dtype=int)
     sensors = ritz.sensor_rows
     maps = Maps(root * ritz.at_points, viscous, root * sensors.accelerations, pairs, limits, root * sensors.readings)
-    return Plant(model, maps, RigRows(rig, 1, (None, PlaneRows(rows, root * transform, span))))
+    return Plant(model, maps, RigRows(rig, (None, PlaneRows(rows, root * transform, span))))
 
 
 def _mass(rig: Rig, modes: int) -> float:

@@ -154,7 +154,7 @@ class Simulation:
         past = 0.0 if rest is None else rest
         self.interpolator = Interpolator(factor, *excitation.value.shape[:-1])
         self.decimator = Decimator(self.columns, factor, past)
-        of_probes = (b.probe_delay for b in rig.bushings for _ in range(rig.n_coordinates))
+        of_probes = (rig.bushings[j].probe_delay for j in rig.bushing_of_row)
         late = [*(s.delay for s in rig.sensors), *of_probes]
         delays = np.pad(late, (0, self.columns - len(late))) - rig.shaker.delay
         self.late = LateChannels(delays / self.step, factor, past) if delays.any() else None
@@ -244,9 +244,8 @@ class Simulation:
 
 def _blocks_of(rig: Rig) -> list[tuple[str, int]]:
     """What an engine returns beside the sensors, and how many columns of it."""
-    n, each = len(rig.bushings), rig.n_coordinates
-    found = [(name, each * n) for name in ("displacement", "contact_force", "grease_force")]
-    return [*found, ("contact_share", n), *([("spin", 1)] if rig.spin else [])]
+    found = [(name, rig.n_rows) for name in ("displacement", "contact_force", "grease_force")]
+    return [*found, ("contact_share", len(rig.bushings)), *([("spin", 1)] if rig.spin else [])]
 
 
 def _affordable(rig: Rig, law: Law, engine: Engine, fs: float) -> int:

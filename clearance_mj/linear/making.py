@@ -18,7 +18,7 @@ from ..rig import Rig
 from ..rig.extremes import computable
 from ..rig.loads import load_force
 from ..structure import Shaft, Structure
-from ..structure.base import Turning, along_axis
+from ..structure.base import Turning
 from ..structure.modal import Reduction
 from .model import HeldBearing, LinearModel, no_matrix
 from .rows import PlaneRows
@@ -59,14 +59,11 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
         damped = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
         of_planes: tuple[Structure, Structure] = (shaft.in_other_plane, shaft)
-        found = [rig.reduction(n_modes, grease, s, more=damped, across=y) for y, s in zip((True, False), of_planes)]
-    elif not rig.is_spatial:
-        found = [rig.reduction(n_modes, grease)]
-    elif across is not None:
-        found = [rig.reduction(n_modes, grease, s, across=y) for y, s in ((True, across), (False, rig.linear))]
+        found = [rig.reduction(n_modes, grease, s, more=damped, axes=axis) for axis, s in zip("YZ", of_planes)]
+    elif rig.is_spatial and across is not None:
+        found = [rig.reduction(n_modes, grease, s, axes=axis) for axis, s in zip("YZ", (across, rig.linear))]
     else:
-        joined = tuple(tuple(along_axis(p, axis) for p in pair) for pair in rig.clearance_points for axis in "YZ")
-        found = [rig.reduction(n_modes, grease, joined=joined)]
+        found = [rig.reduction(n_modes, grease)]
     ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
     moves = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
     y = moves[0] if len(moves) == 2 or across is None else None
@@ -84,9 +81,8 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         of_y, of_z = map(_coupled, found)
         gyroscopic = skew(of_y.polar.T @ of_z.polar)
         circulatory = skew(shaft.rayleigh[1] * of_y.strain.T @ of_z.strain)
-    n_coordinates = 2 if turns or rig.is_spatial else 1
     model = LinearModel(
-        rig, n_coordinates, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
+        rig, (y, moves[-1]), omega, damping, coupling, np.vstack(influence), gyroscopic, circulatory,
         found[0].springs,
     )  # fmt: skip
     if rig.loads:

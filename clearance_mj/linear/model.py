@@ -113,7 +113,7 @@ class LinearModel(RigRows):
         """
         along, shaker = tuple(tested.shaker.unit_direction.tolist()), self.rig.shaker
         spin = tested.spin.mean if tested.spin else 0.0
-        if self.n_coordinates == 1 or tuple(shaker.unit_direction.tolist()) == along:
+        if not self.rig.is_spatial or tuple(shaker.unit_direction.tolist()) == along:
             return self, spin
         rig = self.rig.replace(shaker=dataclasses.replace(shaker, direction=along))
         return dataclasses.replace(self, rig=rig), spin
@@ -124,10 +124,10 @@ class LinearModel(RigRows):
         Parameters
         ----------
         stiffness, damping : array_like, shape (n_bushings,)
-            N/m and N s/m, alike along y and z.
+            N/m and N s/m, of a round one alike along y and z.
         """
         rows = self.at_bushings
-        k, c = (np.repeat(np.asarray(v, dtype=float), self.n_coordinates) for v in (stiffness, damping))
+        k, c = (np.asarray(v, dtype=float)[self.rig.bushing_of_row] for v in (stiffness, damping))
         springs, coupling = _sum((rows.T * k) @ rows, self.springs), _sum((rows.T * c) @ rows, self.coupling)
         return dataclasses.replace(self, springs=springs, coupling=coupling)
 
@@ -320,7 +320,7 @@ class LinearModel(RigRows):
         itself = np.zeros((omega.size, 1, seen.shape[2]), dtype=complex)
         itself[:, :, -1] = 1.0
         found = np.concatenate((seen, itself), axis=1)
-        of_probes = np.repeat([b.probe_delay for b in rig.bushings], self.n_coordinates)[: len(probes)].tolist()
+        of_probes = [rig.bushings[j].probe_delay for j in rig.bushing_of_row[: len(probes)]]
         for i, delay in enumerate([*(s.delay for s in rig.sensors), *of_probes, rig.shaker.delay]):
             if delay:
                 found[:, i] *= np.exp(-1j * omega * delay)[:, None]

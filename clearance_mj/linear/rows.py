@@ -1,7 +1,8 @@
 """How the points of a rig move in coordinates of any kind: rows at its clearances, sensors, probes and shaker.
 
 A clearance has a row for each of its coordinates: a slot one, along z or its own degree of freedom, a round clearance
-two, along y, then z. Rows are ordered clearance by clearance, at their ends end by end, and at each point y before z.
+two, along y, then z. Rows are ordered clearance by clearance (`Rig.clearance_rows`), at their ends end by end, and at
+each point y before z.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 
 from ..rig import Rig
 from ..rig.loads import Order, order_forces
-from ..rig.points import probe_point
+from ..rig.points import moved_points, probe_point
 from ..rig.sensing import SensorRows, sensor_rows
 from ..structure.base import Rows, along_axis, in_other_plane, parse_direction
 
@@ -41,8 +42,6 @@ class RigRows:
 
     rig: Rig
     """the rig"""
-    n_coordinates: int
-    """rows of each clearance: 1 of a slot, 2 of a round one"""
     planes: tuple[PlaneRows | None, PlaneRows]
     """what moves points along y, None where nothing does, and along z"""
 
@@ -87,14 +86,11 @@ class RigRows:
         ndarray, shape (n_points, 2, n)
             1/sqrt(kg) for modes of unit mass; zeros along y where a planar rig's shafts do not move.
         """
-        return self._moved(_listed(points), False)
-
-    def _moved(self, points: list[float | str], ends: bool) -> np.ndarray:
-        found = np.zeros((len(points), 2, self.size))
+        at = _listed(points)
+        found = np.zeros((len(at), 2, self.size))
         for i, (axis, plane) in enumerate(zip("YZ", self.planes)):
             if plane is not None:
-                rows = plane.ends if ends and plane.ends else plane.rows
-                found[:, i, plane.span] = rows([along_axis(point, axis) for point in points]) @ plane.transform
+                found[:, i, plane.span] = plane.rows([along_axis(point, axis) for point in at]) @ plane.transform
         return found
 
     def directed(self, points: Sequence[float | str], direction: np.ndarray) -> np.ndarray:
@@ -122,19 +118,21 @@ class RigRows:
         return found
 
     def _relative(self, joined: Sequence[tuple[float | str, ...]], ends: bool = False) -> np.ndarray:
-        """Rows of first points less those of second ones, where there are any."""
-
-        def at(points: list[float | str]) -> np.ndarray:
-            return self.shapes(points)[:, None] if self.n_coordinates == 1 else self._moved(points, ends)
-
-        found = at([points[0] for points in joined])
-        second = [i for i, points in enumerate(joined) if len(points) > 1]
-        found[second] -= at([joined[i][1] for i in second])
-        return found.reshape(-1, self.size)
+        """Rows of first points less those of second ones, where there are any; as many points of each clearance."""
+        bushings = [b for b in self.rig.bushings for _ in range(len(joined) // len(self.rig.bushings))]
+        rows = [row for bushing, points in zip(bushings, joined) for row in moved_points(bushing, points)]
+        found = np.zeros((len(rows), self.size))
+        for axis, plane in zip("YZ", self.planes):
+            taps = [(i, *tap) for i, (along, at) in enumerate(rows) if along == axis for tap in zip(at, (1.0, -1.0))]
+            if taps and plane is not None:
+                row, at, sign = map(list, zip(*taps))
+                moves = (plane.ends if ends and plane.ends else plane.rows)(at) @ plane.transform
+                np.add.at(found[:, plane.span], row, np.array(sign)[:, None] * moves)
+        return found
 
     @functools.cached_property
     def at_bushings(self) -> np.ndarray:
-        """(n_rows, n) relative displacement in the middle of each clearance; n_rows = n_coordinates n_bushings."""
+        """(n_rows, n) relative displacement in the middle of each clearance."""
         return self._relative(self.rig.clearance_points)
 
     @functools.cached_property
@@ -150,8 +148,7 @@ class RigRows:
     @property
     def ends_by_row(self) -> np.ndarray:
         """(n_rows, 2, n) relative displacement at both ends for every row of `at_bushings`."""
-        ends = self.at_ends.reshape(-1, 2, self.n_coordinates, self.size)
-        return ends.swapaxes(1, 2).reshape(-1, 2, self.size)
+        return self.at_ends[self.rig.end_rows]
 
     def at_probes(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the displacements (n_rows, n) that probes in the clearances read, turned as in the rig file.
@@ -166,10 +163,10 @@ class RigRows:
         places = [values.get(f"probes[{j}].position") for j in range(len(rig.bushings))]
         points = [probe_point(j, b, at, bool(rig.fixture)) for j, (b, at) in enumerate(zip(rig.bushings, places))]
         found = self._relative(points)
-        if self.n_coordinates == 2:
-            for rows, bushing in zip(found.reshape(-1, 2, self.size), rig.bushings):
+        for rows, bushing in zip(rig.clearance_rows, rig.bushings):
+            if bushing.is_round:
                 cos, sin = np.cos(bushing.probe_angle), np.sin(bushing.probe_angle)
-                rows[:] = np.array([[cos, sin], [-sin, cos]]) @ rows
+                found[rows] = np.array([[cos, sin], [-sin, cos]]) @ found[rows]
         return found * np.array([values.get(f"probes[{i}].gain", 1.0) for i in range(len(found))])[:, None]
 
     @functools.cached_property
@@ -197,7 +194,7 @@ class RigRows:
         """
         shaker = self.rig.inputs[number]
         points, factors = shaker.pushed()
-        if self.n_coordinates == 1:  # a slot's shaft moves along z alone
+        if self.planes[0] is None:  # a shaft that moves along z alone
             return np.asarray(factors @ self.shapes(points))
         return np.asarray(factors @ self.directed(points, shaker.unit_direction))
 

@@ -217,7 +217,7 @@ def coordinates_of(
     spin : float
         rad/s, at which bearings are what they are.
     """
-    at, d, count = model.at_points, model.n_coordinates, len(stiffest)
+    at, d, count = model.at_points, model.rig.n_coordinates, len(stiffest)
     compliance = at @ np.linalg.solve(model.elastic(spin), at.T)
     columns, owner = [], []
     for j, direction in np.ndindex(count, d):

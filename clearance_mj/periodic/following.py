@@ -160,7 +160,8 @@ def branch_of(
     Those of the excitation, of the modes, and of forces and displacements of the points, N and m. ``level`` are the
     excitation's own harmonics (n, n_levels).
     """
-    system, d, rig = solver.system, model.n_coordinates, solver.system.rig
+    system, rig = solver.system, solver.system.rig
+    d = rig.n_coordinates
     count, turning = d * len(rig.bushings), 1j * np.arange(modes.shape[2]) * omega[:, None, None]
     acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * turning**2 * accelerated(rig)[:, None]
     if system.kind == "base":

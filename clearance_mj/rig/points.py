@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from ..core.plain_numbers import with_number
 from ..structure.attached import foot, housing_of
+from ..structure.base import along_axis, in_other_plane, parse_direction, parse_place
 from .clearance import Bushing
 
-__all__ = ["joined_points", "probe_point"]
+__all__ = ["joined_points", "moved_points", "probe_point"]
 
 _Points = tuple[float | str, ...]
 
@@ -30,6 +31,24 @@ def joined_points(number: int, bushing: Bushing, points: _Points, feet_move: boo
     if bushing.housing:
         return (*points, housing_of(number))
     return (*points, foot(points[0])) if feet_move else points
+
+
+def moved_points(bushing: Bushing, points: _Points) -> list[tuple[str, _Points]]:
+    """Return for each row of a clearance the axis, "Y" or "Z", of the plane that moves it, and its points there.
+
+    Parameters
+    ----------
+    bushing : Bushing
+        The bushing.
+    points : tuple of Point
+        As of `joined_points`. Those on shafts are named as `base.in_other_plane` does in the plane along y.
+    """
+    if bushing.is_round:
+        return [(axis, tuple(along_axis(point, axis) for point in points)) for axis in "YZ"]
+    axis, _ = parse_direction(bushing.position) or ("Z", 1)
+    if parse_place(bushing.position) and axis in ("Y", "RZ"):
+        return [("Y", tuple(map(in_other_plane, points)))]
+    return [("Z", points)]
 
 
 def probe_point(number: int, bushing: Bushing, place: float | None, feet_move: bool) -> _Points:

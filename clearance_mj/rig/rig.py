@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -36,7 +37,7 @@ from .loads import Load, Order, check_points, forced_points
 from .overview import bushing_rows, frequencies_in_words, inputs_in_words, structure_in_words
 from .plate import Plate, check_plate
 from .plausible import warn_of_units
-from .points import joined_points
+from .points import joined_points, moved_points
 from .schema import BEAM_OR_STRUCTURE, OF_BEARINGS, OF_OLDER_FILES
 from .sensing import check_sensors
 from .spans import check_bushings
@@ -180,8 +181,30 @@ class Rig(Shown):
 
     @property
     def n_coordinates(self) -> int:
-        """Number of coordinates of a clearance: 1 of a planar one, 2 (y, z) of a round one."""
+        """Rows of each clearance, for what knows clearances of one kind alone."""
         return 2 if self.is_spatial else 1
+
+    @functools.cached_property
+    def clearance_rows(self) -> list[slice]:
+        """Rows of each clearance in displacements and forces, `n_rows` in all; y before z of a round one."""
+        ends = np.cumsum([0, *(b.n_coordinates for b in self.bushings)]).tolist()
+        return [slice(*pair) for pair in pairwise(ends)]
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows of all clearances."""
+        return len(self.bushing_of_row)
+
+    @functools.cached_property
+    def bushing_of_row(self) -> np.ndarray:
+        """(n_rows,) number of the bushing that each row belongs to, from 0."""
+        return np.array([j for j, b in enumerate(self.bushings) for _ in range(b.n_coordinates)], dtype=int)
+
+    @functools.cached_property
+    def end_rows(self) -> np.ndarray:
+        """(n_rows, 2) where both ends of each row stand among those of all ends, which are bushing by bushing."""
+        pairs = [(rows.start + i, rows.stop + i) for rows in self.clearance_rows for i in range(rows.start, rows.stop)]
+        return np.array(pairs, dtype=int).reshape(-1, 2)
 
     @property
     def clearance_labels(self) -> list[str]:
@@ -216,35 +239,38 @@ class Rig(Shown):
 
     def reduction(
         self, modes: int, grease: bool = False, structure: Structure | None = None,
-        joined: tuple[tuple[float | str, ...], ...] | None = None, more: tuple[tuple[float | str, float], ...] = (),
-        across: bool = False,
+        more: tuple[tuple[float | str, float], ...] = (), axes: str = "",
     ) -> Reduction:  # fmt: skip
         """Return the structure with its point masses reduced to modes and static shapes; see `linear.linear_model`.
 
         Parameters
         ----------
         modes : int
-            Number of modes; one static shape for every bushing and point of a force shaker is added.
+            Number of modes; one static shape for every row of a clearance and point of a force shaker is added.
         grease : bool
             Count the in-gap stiffness of the grease to the structure's.
-        structure, joined, more
-            Instead of ``linear`` and `clearance_points`, and points of forces, with factors, beside the shaker's.
-        across : bool
-            Whether the structure is of shafts as they move along y; see `Structure.in_other_plane`.
+        structure, more
+            Instead of ``linear``, and points of forces, with factors, beside the shaker's.
+        axes : {"Y", "Z", "YZ"}, optional
+            "Y": the structure is of shafts as they move along y, see `Structure.in_other_plane`; by default "Z" of
+            shafts and "YZ" of others, whose points have directions.
 
         Raises
         ------
         RigError
             If its mass is not positive or its stiffness negative.
         """
-        masses = tuple((m.position, m.mass) for m in self.point_masses)
+        axes, masses = (
+            axes or ("Z" if self.linear.shafts else "YZ"),
+            tuple((m.position, m.mass) for m in self.point_masses),
+        )
         forces = (*forced_points(self.inputs, self.loads), *more)
-        pairs, greases = joined or self.clearance_points, [b.grease.stiffness for b in self.bushings if grease]
-        springs = tuple(k for k in greases for _ in range(len(pairs) // len(greases)))
-        attached = self.attached.in_other_plane if across else self.attached
-        if across:
+        moved = [(b, row) for b, points in zip(self.bushings, self.clearance_points) for row in moved_points(b, points)]
+        acting = [(b.grease.stiffness, points) for b, (axis, points) in moved if axis in axes]
+        attached = self.attached.in_other_plane if axes == "Y" else self.attached
+        if axes == "Y":
             masses, forces = (tuple((in_other_plane(p), x) for p, x in loads) for loads in (masses, forces))
-        axes = "YZ" if joined else "Y" if across else "Z"
+        pairs, springs = tuple(points for _, points in acting), tuple(k for k, _ in acting if grease)
         held = tuple(spring for bearing in self.bearings for spring in bearing.held(axes))
         with computable(self.name, self.to_dict):
             return reduction(structure or self.linear, pairs, masses, forces, springs, modes, attached, held)
@@ -262,7 +288,8 @@ class Rig(Shown):
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),
         }
-        rows = bushing_rows(self.probe_labels[:: self.n_coordinates], self.bushings)
+        labels = [self.probe_labels[rows.start] for rows in self.clearance_rows]
+        rows = bushing_rows(labels, self.bushings)
         return Overview(f"Rig “{self.name}”", facts, rows)
 
     def replace(self, **changes: Any) -> Rig:

@@ -6,6 +6,7 @@ by itself: Ω = ω (1 + c_e/c_i) of a Jeffcott rotor. The equations are those of
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,7 +17,8 @@ import scipy.optimize
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
 from ..linear import LinearModel, Poles, linear_model
-from ..rig import Rig
+from ..rig import Bushing, Rig
+from ..structure.base import parse_direction
 
 __all__ = ["TurningShaft", "rising", "turning_shaft"]
 
@@ -217,5 +219,13 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     for j, bushing in enumerate(rig.bushings):
         if bushing.to is not None:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
+    if not rig.is_spatial:
+        rig = rig.replace(bushings=tuple(map(_around, rig.bushings)))
     greases = [bushing.grease.damping for bushing in rig.bushings]
     return TurningShaft(linear_model(rig, n_modes, True, True).filled(np.zeros(len(greases)), greases))
+
+
+def _around(bushing: Bushing) -> Bushing:
+    """The same bushing around a shaft that moves in every direction; a named one stays what it is."""
+    named = parse_direction(bushing.position) is not None
+    return bushing if named else dataclasses.replace(bushing, shape="round", stops="both")

@@ -52,11 +52,11 @@ class Response(Shown, ArrayData):
     channels: np.ndarray
     """(n_sensors, n_t) what the sensors read, each in the SI unit of its own quantity, such as m/s²"""
     displacement: np.ndarray | None = None
-    """(n_coordinates, n_t) relative to the bushing, m: a row of each slot or stop, y and z of each round clearance"""
+    """(n_rows, n_t) relative to the bushing, m: a row of each slot or stop, y and z of each round clearance"""
     contact_force: np.ndarray | None = None
-    """(n_coordinates, n_t) force of the bushing on the shaft's motion, positive against positive displacement, N"""
+    """(n_rows, n_t) force of the bushing on the shaft's motion, positive against positive displacement, N"""
     grease_force: np.ndarray | None = None
-    """(n_coordinates, n_t) same sign, N"""
+    """(n_rows, n_t) same sign, N"""
     kind: str = "base"
     """"base" or "force": what the excitation is; "mixed" of inputs of both kinds"""
     band: tuple[float, float] | None = None

@@ -26,9 +26,9 @@ class Reduction(NamedTuple):
     omega: np.ndarray
     damping: np.ndarray
     coupling: np.ndarray
-    influence: np.ndarray  # (n_coordinates, 3) as of `Assembly`, with the point masses
+    influence: np.ndarray  # (n_q, 3) as of `Assembly`, with the point masses
     rows: Rows
-    transform: np.ndarray  # (n_coordinates, n)
+    transform: np.ndarray  # (n_q, n)
     turning: Callable[[], Turning] | None = None  # in the coordinates, as of `Assembly`
     springs: np.ndarray = np.zeros((0, 0))  # skew part of the stiffness
 

@@ -34,7 +34,7 @@ class Modes(NamedTuple):
     """Modes of unit mass."""
 
     omega: np.ndarray  # (n,) 1/s
-    shapes: np.ndarray  # (n_coordinates, n)
+    shapes: np.ndarray  # (n_q, n) per coordinate of the structure
 
 
 def vibration_modes(mass: np.ndarray, stiffness: np.ndarray) -> Modes:

@@ -25,7 +25,8 @@ def model_of(rig, turning=None):
 def test_rows_are_by_clearance_then_end_then_coordinate():
     slot, round_one = linear_model(PLANE, 6), linear_model(SPACE, 6)
     n = slot.size
-    assert (slot.n_coordinates, round_one.n_coordinates, round_one.size) == (1, 2, 2 * n)
+    assert round_one.size == 2 * n and (PLANE.n_rows, SPACE.n_rows) == (2, 4)
+    assert SPACE.clearance_rows == [slice(0, 2), slice(2, 4)] and SPACE.bushing_of_row.tolist() == [0, 0, 1, 1]
     for rows, of_slot in ((round_one.at_bushings, slot.at_bushings), (round_one.at_ends, slot.at_ends)):
         along = rows.reshape(len(of_slot), 2, 2, n)  # coordinate of the point, plane of the mode
         assert not along[:, 0, 1].any() and not along[:, 1, 0].any()
