@@ -218,11 +218,6 @@ class Bushing:
         return WALLS[self.shape or self.of_stops](**numbers)
 
     @property
-    def n_coordinates(self) -> Literal[1, 2]:
-        """Number of its rows in results: 2 of a round one, along y, then z, and 1 of all others."""
-        return 2 if self.is_round else 1
-
-    @property
     def of_stops(self) -> Literal["slot", "stop"]:
         """Shape of a clearance along one coordinate."""
         return "slot" if self.stops == "both" else "stop"
