@@ -58,9 +58,7 @@ class GreaseModel(Registered, ABC):
 
     @staticmethod
     @abstractmethod
-    def law(
-        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
-    ) -> None:
+    def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
         """Advance the state by one step and find the force, elastic + damping times velocity.
 
         Vectors are tuples of one coordinate or two; `vectors` has what a law needs to be written once for both.

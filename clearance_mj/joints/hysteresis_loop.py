@@ -54,7 +54,7 @@ def loop_force(
 def _advance(z: float, travel: float, beta: float, gamma: float, exponent: float) -> float:
     steps = min(int(abs(travel) / FINE) + 1, 1000)
     for _ in range(steps):
-        z = bouc_wen_step(z, travel / steps, 1.0, beta, gamma, exponent)
+        z = bouc_wen_step((z,), (travel / steps,), 1.0, beta, gamma, exponent)[0]
     return z
 
 
@@ -64,7 +64,7 @@ def _until_zero(z: float, travel: float, beta: float, gamma: float, exponent: fl
     steps = min(int(abs(travel) / FINE) + 1, 1000)
     part = travel / steps
     for i in range(steps):
-        new = bouc_wen_step(z, part, 1.0, beta, gamma, exponent)
+        new = bouc_wen_step((z,), (part,), 1.0, beta, gamma, exponent)[0]
         if new * z <= 0.0:
             return part * (steps - i) - part * z / (z - new), 0.0
         z = new

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..clearance.grease import GreaseModel
-from ..clearance.kernel import clearance_records, greases_of
 from ..clearance.law import AmplitudeLaw, Law, TimeLaw
+from ..clearance.record import clearance_records, fillings_of
+from ..clearance.table import LawTable
 from ..core.errors import ExcitationError, LawError, RigError
 from ..linear import LinearModel, linear_model
 from ..model import Model
@@ -80,7 +82,7 @@ def in_gap(of: Model, modes: int) -> LinearModel:
     RigError
         If it can move without stiffness: its mean position is then not defined.
     """
-    rig, (k, c) = of.rig, np.transpose([grease.small_motion() for grease in greases_of(of.rig, of.law)])
+    rig, (k, c) = of.rig, np.transpose([filling.small_motion() for filling in fillings_of(of.rig, of.law)])
     model = linear_model(rig, modes).filled(k, c)
     values = np.abs(model.poles().value)
     if values.min() < 1e-9 * values.max() or np.linalg.eigvalsh(model.stiff() + model.stiff().T)[0] <= 0:
@@ -121,6 +123,8 @@ def require_periodic(model: Model, kind: str) -> None:
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
+    if any(b.friction and not b.is_round for b in rig.bushings):
+        raise RigError(f"rig {rig.name!r}: harmonic balance knows no friction of slots yet; simulate it")
     if (rig.loads or rig.gravity) and not rig.moves_across:
         raise RigError(f"rig {rig.name!r}: harmonic balance of slots knows no constant load yet; simulate it")
     if rig.orders:
@@ -173,14 +177,29 @@ def condensed(
     return Condensed(model, kind, periods, modes, linear, shifted, laws_of(rig, law), room, on_modes)
 
 
-def laws_of(rig: Rig, law: Law) -> Laws:
-    """Return what acts in the clearances of a rig."""
-    greases = greases_of(rig, law)
-    records = clearance_records(rig, law, 1.0)
-    k, c = np.ascontiguousarray(np.transpose([grease.small_motion() for grease in greases]))
-    memory = np.array([_memory(g, b.gap) for g, b in zip(greases, rig.bushings)])
-    linear = np.array([grease.is_linear() for grease in greases])
-    return Laws(*records, k, c, memory, linear, max(max(grease.states() for grease in greases), 1))
+def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
+    """Return what acts in the clearances of a rig.
+
+    Parameters
+    ----------
+    rig : Rig
+        Rig.
+    law : Law
+        Law of its clearances.
+    speed : float
+        rad/s: a film has no stiffness of its own in the middle, so Ω c/2 of its coupling at this spin stands for it.
+    """
+    fillings, bushings = fillings_of(rig, law), rig.bushings
+    k, c = np.transpose([filling.small_motion() for filling in fillings])
+    films = np.array([b.film is not None for b in bushings])
+    k = np.where(films, np.maximum(k, abs(speed) * c / 2), k)
+    memory = np.array([_memory(f, b.gap, b.n_coordinates) for f, b in zip(fillings, bushings)])
+    linear = np.array([filling.is_linear() for filling in fillings]) & ~films
+    table = law.table(len(bushings))
+    impacts = np.array([_knows_impacts(table, b.gap, j) for j, b in enumerate(bushings)])
+    rubs = np.array([b.friction is not None and b.friction.coefficient > 0 for b in bushings])
+    room = max(2, *(f.states(b.n_coordinates) for f, b in zip(fillings, bushings)))
+    return Laws(*clearance_records(rig, law, 1.0), k, np.ascontiguousarray(c), memory, linear, impacts | rubs, room)
 
 
 def coordinates_of(
@@ -215,12 +234,25 @@ def coordinates_of(
     return np.ascontiguousarray(np.array(columns).T), np.array(owner)
 
 
-def _memory(grease: GreaseModel, gap: float) -> int:
-    """How many numbers a grease remembers: none if a motion to and fro through the gap leaves them as they were."""
-    state, out, x = [0.0] * grease.states(), [0.0, 0.0], gap * np.sin(np.arange(1, 20))
-    for now, before in zip(x, [0.0, *x]):
-        grease.law(grease.parameters(), state, now, now - before, 1e-3, out)
-    return grease.states() if any(state) else 0
+def _memory(filling: GreaseModel, gap: float, coordinates: int) -> int:
+    """How many numbers a filling remembers: none if a motion through the gap leaves them as they were."""
+    size = filling.states(coordinates)
+    state, out, angle = [0.0] * size, [0.0] * 6, np.arange(1, 20)
+    way = [gap * np.sin(angle)] if coordinates == 1 else [gap * np.sin(angle), gap * np.cos(angle) / 2]
+    places = [(0.0,) * coordinates, *(tuple(map(float, r)) for r in np.transpose(way))]
+    for before, now in itertools.pairwise(places):
+        moved = tuple(b - a for a, b in zip(before, now))
+        filling.law(filling.parameters(), state, now, moved, 0.0, 1e-3, out)
+    return size if any(state) else 0
+
+
+def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
+    """Whether a contact's force depends on the speed at which it began."""
+    slow, fast = [0.0, 0.0], [0.0, 0.0]
+    parameters = [float(number) for number in table.parameters[0, j]]
+    table.kinds[j].law(parameters, gap, 100 * gap, 100 * gap, slow)
+    table.kinds[j].law(parameters, gap, 100 * gap, 1000 * gap, fast)
+    return slow != fast
 
 
 @functools.lru_cache(maxsize=16)

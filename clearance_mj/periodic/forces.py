@@ -33,13 +33,13 @@ class Laws(NamedTuple):
     """What acts in the clearances."""
 
     bushings: np.ndarray  # (n_bushings,) records of the kernel
-    states: np.ndarray  # (n_bushings,) records of the kernel: where numbers begin
     numbers: np.ndarray  # of the records
     spring: np.ndarray  # (n_bushings,) stiffness that the linear system has already, N/m
     damper: np.ndarray  # (n_bushings,) and damping, N s/m
-    memory: np.ndarray  # (n_bushings,) numbers that the grease remembers, 0 if they never change
-    linear: np.ndarray  # (n_bushings,) whether the grease adds nothing to its spring and damper
-    room: int  # for the numbers of any grease
+    memory: np.ndarray  # (n_bushings,) numbers that the filling remembers, 0 if they never change
+    linear: np.ndarray  # (n_bushings,) whether the filling adds nothing to its spring and damper
+    remembers: np.ndarray  # (n_bushings,) whether an end remembers the speed at which it met the wall, or bristles
+    room: int  # for what any filling or end remembers
 
 
 class Slopes(NamedTuple):
@@ -68,11 +68,12 @@ def _contact_over_period(
     project: np.ndarray, want: bool, force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
     """Fill row p of force and slopes with the contact of bushing j at point p."""
-    bushing, state = laws.bushings[j], laws.states[j]
+    bushing, numbers = laws.bushings[j], laws.numbers
     n, harmonics = x.shape[1], basis.shape[1]
     of_x, of_v, of_begun, entry, whole = slopes.x, slopes.v, slopes.begun, slopes.entry, slopes.whole
-    lower, upper, law, pulls = bushing.lower, bushing.upper, bushing.contact_law, bushing.adhesion
-    parameters, out = at(laws.numbers, state.contact), at(laws.numbers, state.out)
+    lower, upper = numbers[bushing.wall], numbers[bushing.wall + 1]
+    law, pulls = bushing.contact_law, bushing.adhesion
+    parameters, out = at(numbers, bushing.contact), at(numbers, bushing.out)
     reach, touches, start = 0.0, False, 0
     for i in range(n):
         reach = max(reach, abs(x[p, i]))
@@ -175,12 +176,13 @@ def _grease_over_period(
     """Fill row j of force and slopes with the grease of bushing j."""
     bushing, numbers = laws.bushings[j], laws.numbers
     n, harmonics, size = x.shape[1], basis.shape[1], laws.memory[j]
-    parameters, law, offset = at(numbers, bushing.grease), bushing.grease_law, bushing.offset
+    parameters, law = at(numbers, bushing.filling), bushing.filling_law
+    offset, preload = numbers[bushing.offset], numbers[bushing.preload]
     spring, damper, step = laws.spring[j], laws.damper[j], 2.0 * np.pi / (omega * n)
     reach = 0.0
     for i in range(n):
         reach = max(reach, abs(x[j, i]))
-    eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
+    eps = DIFFERENCE * max(reach, 1e-6 * numbers[bushing.reach])
     held, moved, answers = np.zeros(laws.room), np.zeros(laws.room), np.zeros(2)
     memory, shifted, out = at(held, 0), at(moved, 0), at(answers, 0)
     sensitive, later = np.zeros((size, harmonics)), np.zeros((size, harmonics))
@@ -202,11 +204,11 @@ def _grease_over_period(
         if i == 0:
             begun[:] = held
         old[:] = held
-        call_law(law, parameters, memory, here + offset, dx, step, out)
+        call_law(law, parameters, memory, (here + offset,), (dx,), 0.0, step, out)
         now = answers[0] + answers[1] * speed
         viscous = answers[1]
         if counts:
-            force[j, i] = now - bushing.preload - spring * here - damper * speed
+            force[j, i] = now - preload - spring * here - damper * speed
         if not want:
             continue
         for d in range(size + 2):
@@ -214,7 +216,7 @@ def _grease_over_period(
             if d < size:
                 moved[d] += eps
             further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
-            call_law(law, parameters, shifted, here + offset + further, dx + longer, step, out)
+            call_law(law, parameters, shifted, (here + offset + further,), (dx + longer,), 0.0, step, out)
             for k in range(size):
                 slope[k, d] = (moved[k] - held[k]) / eps
             slope[size, d] = (answers[0] + answers[1] * speed - now) / eps

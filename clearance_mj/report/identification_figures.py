@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 
 from ..core.drawing import key, of_curves
-from ..identify.forces.law_force import law_force
 from ..identify.forces.restoring import RestoringForce
 from ..identify.laws.law_misfit import TOO_FAR, LawMisfit
 from ..identify.registry import Identified
@@ -37,7 +36,7 @@ def draw_forces(found: Identified, forces: Sequence[RestoringForce]) -> Drawing:
     bushings = found.rig.bushings
     figure = canvas(0.3 + 2.5 * len(bushings))
     axes = figure.subplots(len(bushings), 2, squeeze=False)
-    laws = [law_force(force, found.law) for force in forces]
+    laws = [force.force_of(found.law) for force in forces]
     drawn = _drawn(found)
     for j, (line, bushing) in enumerate(zip(axes, bushings)):
         x, measured = (np.concatenate([getattr(f, n)[j, f.valid] for f in forces]) for n in ("displacement", "force"))

@@ -198,6 +198,9 @@ class Bushing:
         if self.housing and self.to is not None:
             raise ValueError('housing holds a bushing to the base, and "to" says that it is on another part')
 
+    def __hash__(self) -> int:
+        return hash((self.position, self.gap, self.offset, self.shape))  # the numbers of its wall have no hash
+
     @property
     def n_coordinates(self) -> int:
         """Coordinates: 1 of walls across one direction, 2, y and z, of a round clearance."""

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
-from clearance_mj.identify.forces.law_force import law_force
 from clearance_mj.identify.forces.restoring import restoring_force
 from clearance_mj.rig import Grease
 from clearance_mj.signals.excitation import random
@@ -25,7 +24,7 @@ def test_force_along_a_simulated_motion_is_the_engine_s(rig, name):
     record, response = record_of(rig, random(4.0, FS, rms=8.0, seed=4), LAWS[name], noise=0.0)
     measured = restoring_force(record)
     truth = response.contact_force + response.grease_force
-    left = (law_force(measured, LAWS[name]) - truth)[:, measured.valid]
+    left = (measured.force_of(LAWS[name]) - truth)[:, measured.valid]
     assert np.all(response.contact_force.max(axis=1) > 0.5)  # N: both bushings are reached
     # The motion is known up to 0.4 fs only, which rounds off the beginnings of contact.
     assert np.all(left.std(axis=1) < 0.01 * truth.std(axis=1))

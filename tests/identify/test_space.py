@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.clearance import along
 from clearance_mj.clearance.family import CONTACT_FAMILIES, ROUND_FILLING_FAMILIES
-from clearance_mj.clearance.round_cycle import fill_round_forces
-from clearance_mj.clearance.round_kernel import round_records
+from clearance_mj.clearance.record import clearance_records
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
@@ -48,16 +48,15 @@ def test_gains_of_a_turning_shaft(spin):
 
 def forces_along(place, velocity, out_of_round=(0.0, 0.0), friction=0.0, spin=0.0):
     """Forces of a bushing with a linear contact along a motion (n, 2) of both its ends."""
+    wall = {"shape": "oval", "wall": dict(zip(("wide", "across"), out_of_round))} if any(out_of_round) else {}
     bushing = Bushing(
         0.5, GAP, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.01,
-        friction=Friction(friction) if friction else None,
+        friction=Friction(friction) if friction else None, **{"shape": "round"} | wall,
     )  # fmt: skip
     law = cm.ContactLaw(cm.clearance.KelvinVoigt(K, 0.0), Grease(0.0))
-    records = round_records(SimpleNamespace(bushings=(bushing,)), law, 1e-4)
+    records = clearance_records(SimpleNamespace(bushings=(bushing,)), law, 1e-4)
     x, v = (np.ascontiguousarray(np.repeat(each[:, None], 3, axis=1)) for each in (place, velocity))
-    out = np.empty(place.shape)
-    fill_round_forces(x, v, np.full(len(place), spin), 1.0, np.array(out_of_round), records, out)
-    return out
+    return along.forces_along(records, 0, x, v, spin)
 
 
 def test_forces_on_a_circle():

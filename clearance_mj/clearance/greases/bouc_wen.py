@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from numba.extending import register_jitable
+
 from ...core.jit import jit
 from ...rig import Bushing, Grease
 from ..contact import Numbers
@@ -22,6 +24,7 @@ __all__ = [
     "BoucWen",
     "Hysteretic",
     "LinearWithFilm",
+    "bouc_wen_step",
     "film_damping",
     "spring_and_film",
     "values_of_film",
@@ -63,14 +66,10 @@ class BoucWen(GreaseModel):
         return g.stiffness, g.damping / (g.film_limit if g.film_height else 1.0) ** 2
 
     @staticmethod
-    def law(
-        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
-    ) -> None:
+    def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
         """Bouc-Wen does not depend on rate: its state is advanced over the displacement, by the midpoint rule."""
         if any_below(p[1], 1.0):  # else nothing slides
-            z = read(state, 0, r)
-            half = plus(z, times(0.5, slope(z, dr, p[2], p[3], p[4], p[5])))
-            write(state, 0, plus(z, slope(half, dr, p[2], p[3], p[4], p[5])))
+            write(state, 0, bouc_wen_step(read(state, 0, r), dr, p[2], p[3], p[4], p[5]))
         force = times(p[0], plus(times(p[1], r), times(1.0 - p[1], read(state, 0, r))))
         answer(out, force, film_damping(length(r), p[6], p[7], p[8]))
 
@@ -103,6 +102,13 @@ slope = of_one_or_two(_slope_one, _slope_two)
 Park, Wen & Ang (Earthquake Eng. Struct. Dyn. 14, 1986) have β (|du_y z_y| + |du_z z_z|) in the place of β |du·z|, which
 would let the force depend on how the axes lie; on an axis both are the law of one coordinate.
 """
+
+
+@register_jitable
+def bouc_wen_step(z: Vector, dr: Vector, a: float, beta: float, gamma: float, exponent: float) -> Vector:
+    """Return z after a displacement dr, m, by the midpoint rule, of second order in dr; β and γ are in 1/mⁿ."""
+    half = plus(z, times(0.5, slope(z, dr, a, beta, gamma, exponent)))
+    return plus(z, slope(half, dr, a, beta, gamma, exponent))  # type: ignore[no-any-return]
 
 
 @register_family

@@ -136,9 +136,7 @@ class FiniteBearing(OilBearing):
         return 0.0, self.scale * self._centred
 
     @staticmethod
-    def law(
-        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
-    ) -> None:
+    def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
         """See the module: what turning does is the elastic force; the direction of w is that of the last step."""
         (y, z), (dy, dz) = in_plane(r), in_plane(dr)
         yy, yz, zz, turn_y, turn_z = _resistance(p, y, z, dy / step, dz / step, spin)

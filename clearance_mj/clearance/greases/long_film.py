@@ -61,9 +61,7 @@ class LongFilm(GreaseModel):
         return self.stiffness, self.damping / (1 - CLOSEST**2) ** 1.5
 
     @staticmethod
-    def law(
-        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
-    ) -> None:
+    def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
         """See the module."""
         answer(out, times(p[0], r), _damping(length(r), p[1], p[2]))
 

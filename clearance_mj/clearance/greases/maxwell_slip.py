@@ -84,9 +84,7 @@ class MaxwellSlip(GreaseModel):
         return self.small_motion()[0], self.damping / (self.film_limit if self.film_height else 1.0) ** 2
 
     @staticmethod
-    def law(
-        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
-    ) -> None:
+    def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
         """Each spring follows the motion up to its limit, exactly for any step: it returns along its own direction."""
         n, force, more = whole(p[0]), times(p[1], r), p[5]
         if any_below(0.0 - more, 0.0):

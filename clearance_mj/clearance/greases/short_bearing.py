@@ -66,9 +66,7 @@ class ShortBearing(OilBearing):
         return 0.0, self.scale * _film(0.0, float(self.cavitated))[2] / self.clearance
 
     @staticmethod
-    def law(
-        p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers
-    ) -> None:
+    def law(p: Sequence[float], state: Numbers, r: Vector, dr: Vector, spin: float, step: float, out: Numbers) -> None:
         """See the module: what turning does is the elastic force; the half with pressure is that of the last step."""
         (y, z), (dy, dz), e = in_plane(r), in_plane(dr), length(r)
         n_y, n_z = choose(y / larger(e, TINY), 1.0, e), choose(z / larger(e, TINY), 0.0, e)

@@ -11,7 +11,8 @@ from ...rig.walls import Wall, register
 
 __all__ = ["Oval"]
 
-ITERATIONS = 5  # of Newton's method, which doubles the digits each time
+ITERATIONS = 5  # of Newton's method, which doubles the digits each time, at most
+CLOSE = 1e-9  # rad, the last change
 
 
 @register
@@ -38,6 +39,8 @@ class Oval(Wall):
             off = beyond * slope + beside * g
             change = beyond * (bend - g) + 2.0 * beside * slope - slope * slope - g * g
             at -= off / change
+            if abs(off) <= CLOSE * abs(change):
+                break
         cos, sin = math.cos(at), math.sin(at)
         g = p[0] + p[1] * math.cos(2.0 * at) + p[2] * math.sin(2.0 * at)
         slope = 2.0 * (p[2] * math.cos(2.0 * at) - p[1] * math.sin(2.0 * at))

@@ -14,8 +14,12 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.fft
+import scipy.signal
 from tqdm import tqdm
 
+from ...clearance.along import forces_along
+from ...clearance.law import Law
+from ...clearance.record import clearance_records
 from ...clearance.walls.slot import penetration
 from ...core.errors import RecordError
 from ...io.dataset import Dataset, Record
@@ -33,6 +37,7 @@ SETTLE = 0.3  # s at both ends of a record whose forces are not used
 NOISE = 0.01  # of a channel's RMS: noise with which the weights start
 QUIETEST = 1e-4  # of a channel's RMS: no channel is taken to be quieter
 REWEIGHTINGS = 4
+FINER = 4  # factor by which motions are interpolated for laws: contact begins and ends between samples
 NO_PROBES_BAND = 4.0  # Hz: without probes, slower motion is not known.
 AnyRecord = TypeVar("AnyRecord", Record, PreparedRecord)
 
@@ -76,6 +81,24 @@ class RestoringForce:
         """(n_bushings,) whether the shaft ever leaves the gap."""
         ends = self.ends[:, :, self.valid]
         return np.array([penetration(x, *b.walls).any() for x, b in zip(ends, self.rig.bushings)], dtype=bool)
+
+    def force_of(self, law: Law) -> np.ndarray:
+        """Return the force of filling and contact that a law gives along the measured motion, as ``force``, N.
+
+        Parameters
+        ----------
+        law : Law
+            Its filling acts or, if it has none, the rig's.
+        """
+        size, fs = self.time.size * FINER, self.fs * FINER
+        points = np.concatenate((self.displacement[:, None], self.ends), axis=1)
+        x = scipy.signal.resample(points, size, axis=2)
+        v, spin = np.gradient(x, axis=2) * fs, 0.0 if self.spin is None else np.repeat(self.spin, FINER)
+        records, fine = clearance_records(self.rig, law, 1 / fs), np.empty((len(x), size))
+        for j, rows in enumerate(self.rig.clearance_rows):
+            motion = (np.ascontiguousarray(each[rows].T) for each in (x, v))
+            fine[rows] = forces_along(records, j, *motion, spin).T
+        return np.asarray(scipy.signal.resample(fine, self.time.size, axis=1))
 
 
 def restoring_force(

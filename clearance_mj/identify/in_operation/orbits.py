@@ -17,7 +17,7 @@ from ...model import Model
 from ...rig import Bushing, Friction, Rig, Unbalance
 from ...rig.examples import example_words, unknown_examples
 from ..laws.round_comparison import rests_of
-from ..laws.round_fit import placed
+from ..laws.round_fit import hole_of, placed
 from ..laws.round_motion import smallest_circle
 from ..records.prepared import PreparedRecord, prepared, require_one_mark
 from ..structure.priors import priors, rig_with
@@ -141,7 +141,8 @@ def _result(
         if clearance.seen:
             sag = np.array(rests_of(base)[place.number]) - (bushing.offset_y, bushing.offset)
             filled = _filled(bushing, place, values, clearance.touches)
-            bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap)
+            hole = hole_of(bushing, clearance.gap, estimates, f"bushings[{place.number}].")
+            bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap, **hole)
         else:
             known = [name for name in known if not name.startswith(f"bushings[{place.number}].")]
         bushings.append(bushing)

@@ -197,7 +197,7 @@ def _bouc_wen(x: np.ndarray, a: float, beta: float, gamma: float, exponent: floa
     for i in range(x.size):
         steps = int(min(abs(x[i] - before) / longest, 200.0)) + 1
         for _ in range(steps):
-            z = bouc_wen_step(z, (x[i] - before) / steps, a, beta, gamma, exponent)
+            z = bouc_wen_step((z,), ((x[i] - before) / steps,), a, beta, gamma, exponent)[0]
         before = x[i]
         out[i] = z
     return out

@@ -18,10 +18,12 @@ from ...rig import Bushing, Friction
 from .force_fit import STOP, FamilyProblem, ForceFit
 from .round_motion import RoundCase, RoundMotion
 
-__all__ = ["HOLE", "RoundFit", "fit_round", "parameters_of", "placed", "round_case", "spread_by_rig"]
+__all__ = ["HOLE", "RoundFit", "fit_round", "hole_of", "parameters_of", "placed", "round_case", "spread_by_rig"]
 
 HOLE = "out_of_round_y", "out_of_round_yz"  # names of both numbers of a hole that is not quite round
 OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both of these
+FARTHEST_OUT = 0.9  # of a gap, at most
+TOLD = 5.99  # square of both over their covariance from which on a hole is not round: 95 % of χ² of two
 REPEATED = 0.2  # s, of both directions: so much of a motion counts as one observation in intervals, at least
 REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
 FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
@@ -50,7 +52,8 @@ class RoundFit(ForceFit):
         case = round_case(known, self.nominal, self.contact, self.filling)
         offset = np.array([known.get(name, getattr(bushing, name)) for name in ("offset_y", "offset")])
         own = case.bushing
-        return placed(bushing, offset, gap=own.gap, friction=own.friction, film=own.film), case.law
+        hole = {"shape": own.shape, "wall": own.wall} if bushing.wall else {}
+        return placed(bushing, offset, gap=own.gap, friction=own.friction, film=own.film, **hole), case.law
 
     def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> RoundFit:
         """Return the fit with the unloaded shaft's offsets in the place of where it rests.
@@ -75,9 +78,38 @@ class RoundFit(ForceFit):
                 at.append(i)
             parameters.append(p)
         covariance[np.ix_(at, at)] += spread
-        bushing = placed(self.bushing, values[at])
         estimates = Estimates.of(parameters, values, covariance)
+        bushing = placed(self.bushing, values[at], **hole_of(self.bushing, self.bushing.gap, estimates))
         return dataclasses.replace(self, bushing=bushing, estimates=estimates)
+
+
+def hole_of(bushing: Bushing, gap: float, estimates: Estimates, own: str = "") -> dict[str, Any]:
+    """Return the shape and the wall of a bushing's hole: oval where the estimates of both its numbers say so.
+
+    Parameters
+    ----------
+    bushing : Bushing
+        Whose hole it remains if these are not among the estimates.
+    gap : float
+        Radial clearance found, m.
+    estimates : Estimates
+        Of this clearance or, with others', those whose names begin with ``own``.
+    own : str
+        Such as "bushings[0].".
+    """
+    at = [i for i, name in enumerate(estimates.names) if name.startswith(own) and name.endswith(HOLE)]
+    if not at:
+        return {"shape": bushing.shape, "wall": bushing.wall}
+    value, covariance = estimates.value[at], estimates.covariance[np.ix_(at, at)]
+    return _hole(value.tolist() if value @ np.linalg.pinv(covariance) @ value > TOLD else (0.0, 0.0), gap)
+
+
+def _hole(numbers: Sequence[float], gap: float) -> dict[str, Any]:
+    size = math.hypot(*numbers)
+    if not size:
+        return {"shape": "round", "wall": None}
+    wide, across = (min(1.0, FARTHEST_OUT * gap / size) * x for x in numbers)
+    return {"shape": "oval", "wall": {"wide": wide, "across": across}}
 
 
 def placed(bushing: Bushing, offset: np.ndarray, **changed: Any) -> Bushing:
@@ -101,9 +133,10 @@ def parameters_of(motion: RoundMotion, priors: Sequence[Parameter], rest: tuple[
     found = [dataclasses.replace(gap, name=f"{own}.gap")] if gap else []
     for axis, start in zip("yz", rest):
         found.append(Parameter(f"{own}.rest_{axis}", "m", start, -3 * wide, 3 * wide, REST * wide, "linear"))
-    for name in HOLE:
-        most = 5 * OUT_OF_ROUND * wide
-        found.append(Parameter(f"{own}.{name}", "m", 0.0, -most, most, OUT_OF_ROUND * wide, "linear"))
+    shape, numbers = motion.nominal.shape, motion.nominal.wall or {}
+    for name, field in zip(HOLE, ("wide", "across") if shape in ("round", "oval") else ()):
+        start, most = float(numbers.get(field, 0.0)), 5 * OUT_OF_ROUND * wide
+        found.append(Parameter(f"{own}.{name}", "m", start, start - most, start + most, OUT_OF_ROUND * wide, "linear"))
     friction = known.get(f"{own}.friction.coefficient")
     start, std = (friction.start, friction.prior_std) if friction else FRICTION
     if motion.turns or friction:
@@ -187,5 +220,6 @@ def round_case(
     if bushing.film and isinstance(law.grease[0], OilBearing):
         film = dataclasses.replace(bushing.film, viscosity=law.grease[0].viscosity)
         bushing = dataclasses.replace(bushing, film=film)
-    rest, hole = ((known.get(a, 0.0), known.get(b, 0.0)) for a, b in (("rest_y", "rest_z"), HOLE))
-    return RoundCase(bushing, law, rest, hole)
+    if HOLE[0] in known:
+        bushing = dataclasses.replace(bushing, **_hole([known[name] for name in HOLE], bushing.gap))
+    return RoundCase(bushing, law, (known.get("rest_y", 0.0), known.get("rest_z", 0.0)))

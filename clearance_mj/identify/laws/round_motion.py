@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.spatial
 
-from ...clearance import ContactLaw, KelvinVoigt
+from ...clearance import ContactLaw, KelvinVoigt, along
 from ...clearance.grease import GreaseModel
-from ...clearance.round_cycle import fill_round_forces
-from ...clearance.round_kernel import round_records
+from ...clearance.record import clearance_records
 from ...rig import Bushing, Rig
 from ...rig.dimensions import shaft_radius
 from ..forces.restoring import RestoringForce
@@ -29,10 +28,9 @@ WIDE = 1e3  # gaps, of a hole whose wall is never met
 class RoundCase(NamedTuple):
     """A law of one round clearance."""
 
-    bushing: Bushing  #: with its gap, length and friction; its offset counts for nothing
+    bushing: Bushing  #: with its gap, wall, length and friction; its offset counts for nothing
     law: ContactLaw  #: of contact and filling
     rest: tuple[float, float] = (0.0, 0.0)  #: from the middle to where the shaft is when its probes read zero, m
-    out_of_round: tuple[float, float] = (0.0, 0.0)  #: m, see `fill_round_forces`
 
 
 def forces_along(
@@ -54,11 +52,12 @@ def forces_along(
         By which the law's ends are farther from the middle.
     """
     bushing = dataclasses.replace(case.bushing, offset=0.0, offset_y=0.0)
-    records = round_records(SimpleNamespace(bushings=(bushing,)), case.law, step)  # type: ignore[arg-type]
-    records.bushings["offset_y"], records.bushings["offset_z"] = case.rest
-    out = np.empty((len(x), 2))
-    fill_round_forces(x, v, spin, lever, np.array(case.out_of_round), records, out)
-    return out
+    records = clearance_records(SimpleNamespace(bushings=(bushing,)), case.law, step)  # type: ignore[arg-type]
+    offset = records.bushings["offset"][0]
+    records.numbers[offset : offset + 2] = case.rest
+    if lever != 1.0:
+        x, v = (each[:, :1] + lever * (each - each[:, :1]) for each in (x, v))
+    return along.forces_along(records, 0, x, v, spin)
 
 
 class RoundMotion:
@@ -123,7 +122,7 @@ class RoundMotion:
     def touches(self, case: RoundCase) -> bool:
         """Return whether an end ever goes beyond the gap."""
         reach = max(float(np.hypot(*(m.x[:, 1:] + np.array(case.rest)).T).max()) for m in self._motions)
-        return reach > case.bushing.gap - float(np.hypot(*case.out_of_round))
+        return reach > case.bushing.wall_model.reach(case.bushing.gap)
 
     @property
     def middle(self) -> np.ndarray:

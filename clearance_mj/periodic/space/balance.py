@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.jit import STRICT, jit
+from ..forces import Laws
 from ..harmonic_balance import (
     Grid,
     add_jacobian,
@@ -19,7 +20,6 @@ from ..harmonic_balance import (
     reduced,
     times,
 )
-from .elements import RoundLaws
 from .forces import RoundSlopes, Sampled, fill_round_forces
 
 __all__ = ["round_balance"]
@@ -75,7 +75,7 @@ def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndar
 
 @jit(**STRICT)
 def round_balance(
-    compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: RoundLaws,
+    compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: Laws,
     slopes: RoundSlopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """Return what z (r, K) leaves of the balance, forces (2 n_points, K) and the displacements y beside B z.

@@ -8,9 +8,9 @@ from ...model import Model
 from ..arcs import Vibrations
 from ..cells import acting, moved
 from .condensed import UNBALANCE, round_condensed
+from .elements import depths
 from .forced import steady_spin
 from .forces import Sampled, fill_round_forces
-from .in_gap import ends_of
 from .solver import RoundSolver
 
 __all__ = ["round_solver"]
@@ -38,8 +38,7 @@ def _round_moved(solver: RoundSolver, vibrations: Vibrations) -> tuple[np.ndarra
     system, count = solver.system, len(solver.system.rig.bushings)
     x = np.einsum("pr,nrk->npk", system.basis, vibrations.z) + vibrations.y
     place = (x @ solver.grid.basis.T).reshape(len(x), -1, 2, solver.samples)[:, count:]
-    offset, gap = ends_of(system.rig)
-    depth = np.linalg.norm(place + offset[..., None], axis=2) - gap[:, None]
+    depth = np.array([depths(system.laws, each) for each in place])
     return x, depth.reshape(len(x), count, 2, solver.samples).max(axis=2)
 
 

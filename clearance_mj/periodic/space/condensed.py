@@ -7,15 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance.grease import GreaseModel
-from ...clearance.law import Law
-from ...clearance.round_kernel import fillings_of, round_records
-from ...clearance.table import LawTable
 from ...linear import linear_model
 from ...model import Model
 from ...rig import Rig
-from ..condensed import coordinates_of, require_periodic, without_stiffness
-from .elements import RoundLaws
+from ..condensed import coordinates_of, laws_of, require_periodic, without_stiffness
+from ..forces import Laws
 from .forces import RoundSlopes
 from .linear import DrivenModel
 
@@ -36,7 +32,7 @@ class RoundCondensed(NamedTuple):
     driven: DrivenModel
     basis: np.ndarray  #: (2 n_points, r) B, orthonormal; every column is of one bushing and one direction
     owner: np.ndarray  #: (r,) which bushing
-    laws: RoundLaws
+    laws: Laws
     size: float  #: m, that motions are measured by: the smallest distance of a wall
     stiffest: float  #: 1/s², the largest stiffness of a contact on the modes
     levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; a factor of the rig's unbalances
@@ -83,7 +79,7 @@ def round_condensed(
     """
     require_periodic(model, kind)
     rig, law = model.rig, model.law
-    laws = _laws(rig, law, speed)
+    laws = laws_of(rig, law, speed)
     structure = linear_model(rig, modes).filled(laws.spring, laws.damper)
     drive = np.zeros((harmonics + 1, structure.size), dtype=complex)
     if kind == UNBALANCE:
@@ -97,52 +93,14 @@ def round_condensed(
     stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
     on_modes = float(np.max(np.repeat(of_contact, 2) * np.sum(structure.at_bushings**2, axis=1)))
     basis, owner = coordinates_of(structure, STIFF, stiffest, speed)
-    room = min(b.gap - np.hypot(b.offset_y, b.offset) for b in rig.bushings)
+    room = min(b.wall_model.reach(b.gap) - np.hypot(b.offset_y, b.offset) for b in rig.bushings)
     return RoundCondensed(
         model, kind, modes, DrivenModel(structure, drive, kind == UNBALANCE), basis, owner, laws, float(room),
         on_modes, np.asarray(levels, dtype=complex),
     )  # fmt: skip
 
 
-def _laws(rig: Rig, law: Law, speed: float) -> RoundLaws:
-    """What acts in the clearances. A film has no stiffness of its own in the middle: Ω c/2 is that of its coupling."""
-    fillings = fillings_of(rig, law)
-    records = round_records(rig, law, 1.0)
-    k, c = np.transpose([filling.small_motion() for filling in fillings])
-    films = np.array([b.film is not None for b in rig.bushings])
-    k = np.where(films, np.maximum(k, abs(speed) * c / 2), k)
-    memory = np.array([_memory(f, b.gap) for f, b in zip(fillings, rig.bushings)])
-    linear = np.array([f.is_linear() for f in fillings]) & ~films
-    table = law.table(len(rig.bushings))
-    impacts = np.array([_knows_impacts(table, b.gap, j) for j, b in enumerate(rig.bushings)])
-    rubs = np.array([b.friction is not None and b.friction.coefficient > 0 for b in rig.bushings])
-    room = max(filling.round_states() for filling in fillings)
-    return RoundLaws(*records, np.ascontiguousarray(k), np.ascontiguousarray(c), memory, linear, impacts | rubs,
-                     max(room, 2))  # fmt: skip
-
-
-def _memory(filling: GreaseModel, gap: float) -> int:
-    """How many numbers a filling remembers: none if a loop through the gap leaves them as they were."""
-    state, out = [0.0] * filling.round_states(), [0.0] * 6
-    angle = np.arange(1, 20)
-    y, z = gap * np.sin(angle), gap * np.cos(angle) / 2
-    for now in range(len(angle)):
-        before = (y[now - 1], z[now - 1]) if now else (0.0, 0.0)
-        way = float(y[now] - before[0]), float(z[now] - before[1])
-        filling.round_law(filling.parameters(), state, float(y[now]), float(z[now]), *way, 0.0, 1e-3, out)
-    return filling.round_states() if any(state) else 0
-
-
-def _knows_impacts(table: LawTable, gap: float, j: int) -> bool:
-    """Whether a contact's force depends on the speed at which it began."""
-    slow, fast = [0.0, 0.0], [0.0, 0.0]
-    parameters = [float(number) for number in table.parameters[0, j]]
-    table.kinds[j].law(parameters, gap, 100 * gap, 100 * gap, slow)
-    table.kinds[j].law(parameters, gap, 100 * gap, 1000 * gap, fast)
-    return slow != fast
-
-
-def round_slopes(laws: RoundLaws, points: int, samples: int, harmonics: int) -> RoundSlopes:
+def round_slopes(laws: Laws, points: int, samples: int, harmonics: int) -> RoundSlopes:
     """Return room for the derivatives of the forces at samples of a period."""
     most = max(int(laws.memory.max()), 2)
     x, v = np.zeros((2, points, 2, 2, samples))

@@ -8,15 +8,16 @@ contact begins or ends, carried along the march to the harmonics of the motion.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from ...clearance.kernel import touch
 from ...clearance.pointers import at
-from ...clearance.round_kernel import RoundBushing, RoundState
+from ...clearance.record import Bushing
 from ...core.jit import STRICT, jit
-from .elements import INPUTS, RoundLaws, contact_between, contact_now, filling_between
+from ..forces import Laws
+from .elements import INPUTS, ONE, contact_between, contact_now, filling_between
 
 __all__ = ["RoundSlopes", "Sampled", "fill_round_forces"]
 
@@ -58,35 +59,41 @@ def _take(motion: Sampled, p: int, last: int, i: int, u: np.ndarray) -> None:
 
 @jit(**STRICT)
 def _step(
-    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray,
+    bushing: Bushing, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray,
     u: np.ndarray, spin: float, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill out with memory, force now and what is added to the force before, of one step of a bushing."""
     if contact:
-        contact_between(bushing, state, numbers, memory, u, spin, out)
+        contact_between(bushing, numbers, memory, u, spin, out)
     else:
-        filling_between(bushing, state, numbers, size, memory, u, spin, out)
+        filling_between(bushing, numbers, size, memory, u, spin, out)
 
 
 @jit(**STRICT)
-def _flips(bushing: RoundBushing, u: np.ndarray, d: int, change: float, together: bool) -> bool:
+def _touches(bushing: Bushing, numbers: np.ndarray, y: float, z: float) -> bool:
+    """Return whether a point is in the wall."""
+    return touch(bushing, numbers, y, z, ONE)[0] > 0.0
+
+
+@jit(**STRICT)
+def _flips(bushing: Bushing, numbers: np.ndarray, u: np.ndarray, d: int, change: float, together: bool) -> bool:
     """Return whether moving one place of a step, or both, lets a sample pass the wall."""
     for first in range(0, 4, 2):
         if first == 2 * (d // 2) or together:
-            y, z = u[first] + bushing.offset_y, u[first + 1] + bushing.offset_z
-            was = math.sqrt(y * y + z * z) > bushing.gap
+            y, z = u[first], u[first + 1]
+            was = _touches(bushing, numbers, y, z)
             if d % 2:
                 z += change
             else:
                 y += change
-            if (math.sqrt(y * y + z * z) > bushing.gap) != was:
+            if _touches(bushing, numbers, y, z) != was:
                 return True
     return False
 
 
 @jit(**STRICT)
 def _differences(
-    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, told: int, size: int,
+    bushing: Bushing, numbers: np.ndarray, contact: bool, told: int, size: int,
     memory: np.ndarray, u: np.ndarray, omega: float, spin: float, eps: float, now: np.ndarray, moved: np.ndarray,
     slope: np.ndarray, first: int,
 ) -> None:  # fmt: skip
@@ -95,20 +102,20 @@ def _differences(
     for d in range(size):
         kept, change = memory[d], quicker if contact and d == 0 else eps
         memory[d] = kept + change
-        _step(bushing, state, numbers, contact, size, memory, u, spin, moved)
+        _step(bushing, numbers, contact, size, memory, u, spin, moved)
         memory[d] = kept
         for k in range(told + OUTPUTS):
             slope[k, d] = (moved[k] - now[k]) / change
     for d in range(first, INPUTS):
         kept, change = u[d], quicker if d >= 4 else eps
         together = first == 0 and d in (2, 3)  # both places: where nothing moves, a step forgets exactly
-        if contact and d < 4 and _flips(bushing, u, d, change, together):
+        if contact and d < 4 and _flips(bushing, numbers, u, d, change, together):
             change = -change  # a sample stays on its side of the wall
         u[d] = kept + change
         before = u[d - 2] if together else 0.0
         if together:
             u[d - 2] = before + change
-        _step(bushing, state, numbers, contact, size, memory, u, spin, moved)
+        _step(bushing, numbers, contact, size, memory, u, spin, moved)
         u[d] = kept
         if together:
             u[d - 2] = before
@@ -137,12 +144,11 @@ def _add_rows(
 
 
 @jit(**STRICT)
-def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tuple[bool, int]:
+def _closed(bushing: Bushing, numbers: np.ndarray, place: np.ndarray, closed: np.ndarray) -> tuple[bool, int]:
     """Fill in at which samples an end touches; return whether at any, and the last one at which it does not, or -1."""
     touches, still = False, -1
     for i in range(closed.size):
-        y, z = place[0, i] + bushing.offset_y, place[1, i] + bushing.offset_z
-        closed[i] = math.sqrt(y * y + z * z) - bushing.gap > 0.0
+        closed[i] = _touches(bushing, numbers, place[0, i], place[1, i])
         if closed[i]:
             touches = True
         else:
@@ -152,7 +158,7 @@ def _closed(bushing: RoundBushing, place: np.ndarray, closed: np.ndarray) -> tup
 
 @jit(**STRICT)
 def _begin(
-    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, contact: bool, size: int, motion: Sampled, p: int,
+    bushing: Bushing, numbers: np.ndarray, contact: bool, size: int, motion: Sampled, p: int,
     eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, want: bool, basis: np.ndarray, carried: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill in what is remembered at the last sample by what was moved there from rest, and its derivatives.
@@ -173,7 +179,7 @@ def _begin(
                 way = motion.place[p, d, last] - rest[d] + (eps if d == shift else 0.0)
                 u[d], u[2 + d] = rest[d] + way * piece / pieces, rest[d] + way * (piece + 1) / pieces
                 u[4 + d] = u[6 + d] = motion.speed[p, d, last] if contact else 0.0
-            _step(bushing, state, numbers, contact, size, memory, u, motion.spin, out)
+            _step(bushing, numbers, contact, size, memory, u, motion.spin, out)
             for k in range(size):
                 memory[k] = out[k]
         for k in range(size):
@@ -197,7 +203,7 @@ def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reac
 
 @jit(**STRICT)
 def _lasting(
-    bushing: RoundBushing, state: RoundState, numbers: np.ndarray, place: np.ndarray, speed: np.ndarray,
+    bushing: Bushing, numbers: np.ndarray, place: np.ndarray, speed: np.ndarray,
     closed: np.ndarray, spin: float, eps: float, quicker: float, want: bool, force: np.ndarray, by_place: np.ndarray,
     by_speed: np.ndarray,
 ) -> None:  # fmt: skip
@@ -206,7 +212,7 @@ def _lasting(
         if not (closed[i] and closed[i - 1]):
             continue
         y, z, speed_y, speed_z = place[0, i], place[1, i], speed[0, i], speed[1, i]
-        now_y, now_z = contact_now(bushing, state, numbers, y, z, speed_y, speed_z, spin)
+        now_y, now_z = contact_now(bushing, numbers, y, z, speed_y, speed_z, spin)
         force[0, i] += now_y
         force[1, i] += now_z
         if not want:
@@ -214,7 +220,7 @@ def _lasting(
         for d in range(4):
             a, b = (eps if d == 0 else 0.0), (eps if d == 1 else 0.0)
             c, e = (quicker if d == 2 else 0.0), (quicker if d == 3 else 0.0)
-            moved_y, moved_z = contact_now(bushing, state, numbers, y + a, z + b, speed_y + c, speed_z + e, spin)
+            moved_y, moved_z = contact_now(bushing, numbers, y + a, z + b, speed_y + c, speed_z + e, spin)
             per = 1.0 / (a + b + c + e)
             if d < 2:
                 by_place[0, d, i], by_place[1, d, i] = (moved_y - now_y) * per, (moved_z - now_z) * per
@@ -224,22 +230,22 @@ def _lasting(
 
 @jit(**STRICT)
 def _over_period(
-    laws: RoundLaws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
+    laws: Laws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: RoundSlopes,
 ) -> None:  # fmt: skip
     """Add to row p of force and slopes what acts there: the filling of bushing j, or the contact of one end."""
     n, harmonics, contact = motion.place.shape[2], basis.shape[1], p >= laws.bushings.size
-    bushing, still, closed = laws.bushings[j], -1, np.zeros(n, np.bool_)
+    bushing, numbers, still, closed = laws.bushings[j], laws.numbers, -1, np.zeros(n, np.bool_)
     size = (2 if laws.remembers[j] else 0) if contact else laws.memory[j]
     if contact:
-        touches, still = _closed(bushing, motion.place[p], closed)
+        touches, still = _closed(bushing, numbers, motion.place[p], closed)
         if not touches:
             return
-    state, numbers, omega, spin = laws.states[j], laws.numbers, motion.omega, motion.spin
+    omega, spin = motion.omega, motion.spin
     bushing.step = 2.0 * np.pi / (omega * n)
     told = 2 if contact else size  # numbers before the forces in what a step returns
     reach = np.max(np.abs(motion.place[p]))
-    eps = DIFFERENCE * max(reach, 1e-6 * bushing.gap)
+    eps = DIFFERENCE * max(reach, 1e-6 * numbers[bushing.reach])
     memory, old, u = np.zeros(max(laws.room, 2)), np.zeros(max(laws.room, 2)), np.zeros(INPUTS)
     now, moved, slope = np.zeros(told + OUTPUTS), np.zeros(told + OUTPUTS), np.zeros((told + OUTPUTS, told + INPUTS))
     carried, later = np.zeros((2, told, harmonics)), np.zeros((2, told, harmonics))
@@ -247,10 +253,10 @@ def _over_period(
     shown, used = np.full(n, -1), 0  # row of each sample in what is carried
     once, start = not size or still >= 0, still + 1
     if contact and size == 0:
-        _lasting(bushing, state, numbers, motion.place[p], motion.speed[p], closed, spin, eps, eps * omega, want,
+        _lasting(bushing, numbers, motion.place[p], motion.speed[p], closed, spin, eps, eps * omega, want,
                  force[p], slopes.x[p], slopes.v[p])  # fmt: skip
     if not once:
-        _begin(bushing, state, numbers, contact, size, motion, p, eps, memory, u, now, want, basis, carried)
+        _begin(bushing, numbers, contact, size, motion, p, eps, memory, u, now, want, basis, carried)
     differs, stop = want, n if once else MAX_PERIODS * n
     for m in range(MAX_PERIODS * n):
         i = (start + m) % n
@@ -272,7 +278,7 @@ def _over_period(
         if contact and (closed[last] == closed[i] if size == 0 else not (closed[last] or closed[i])):
             continue
         _take(motion, p, last, i, u)
-        _step(bushing, state, numbers, contact, size, memory, u, spin, now)
+        _step(bushing, numbers, contact, size, memory, u, spin, now)
         for d in range(2):
             force[p, d, i] += now[told + d]
             force[p, d, last] += now[told + 2 + d]
@@ -281,7 +287,7 @@ def _over_period(
         if differs:
             begins_or_ends = closed[last] != closed[i]
             whole = size > 0 or begins_or_ends
-            _differences(bushing, state, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope,
+            _differences(bushing, numbers, contact, told, size, memory, u, omega, spin, eps, now, moved, slope,
                          0 if whole else 2)  # fmt: skip
             if not contact:
                 for d in range(2):
@@ -365,7 +371,7 @@ def _copy_end(force: np.ndarray, slopes: RoundSlopes, p: int) -> None:
 
 @jit(**STRICT)
 def fill_round_forces(
-    laws: RoundLaws, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray, want: bool,
+    laws: Laws, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray, want: bool,
     force: np.ndarray, slopes: RoundSlopes,
 ) -> None:  # fmt: skip
     """Fill force (n_points, 2, N) and, if wanted, slopes along one period.

@@ -5,12 +5,9 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from ...rig import Rig
 from ..in_gap import filled, level_of_contact, linear_in_gap, resonances, without_contact
 from .condensed import UNBALANCE
 from .solver import RoundSolver
-
-__all__ = ["ends_of"]
 
 ANGLES = 256  # along an ellipse, at which its distance from the wall is found before a parabola refines it
 LEAST_BEND = 1e-9  # of the distance: circles around the middle have none
@@ -76,16 +73,15 @@ def _moved(solver: RoundSolver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _at_ends(solver: RoundSolver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rests (n, n_ends, 2) from the bushings' middles and complex amplitudes of both ends of each; gaps (n_ends,)."""
-    offset, gap = ends_of(solver.system.rig)
+    """Rests (n, n_ends, 2) from the bushings' middles, complex amplitudes of both ends of each, and reaches (n_ends,).
+
+    Within the reach of the wall, from the middle, nothing touches.
+    """
+    bushings = solver.system.rig.bushings
+    offset = np.repeat([(b.offset_y, b.offset) for b in bushings], 2, axis=0)
+    gap = np.repeat([b.wall_model.reach(b.gap) for b in bushings], 2)
     rest, ellipse = (each[:, len(gap) :].reshape(len(each), -1, 2) for each in _moved(solver, omega))
     return rest + offset, ellipse, gap
-
-
-def ends_of(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the unloaded shaft is in the bushings at both ends of each (n_ends, 2), and their gaps, m."""
-    offset = np.repeat([(b.offset_y, b.offset) for b in rig.bushings], 2, axis=0)
-    return offset, np.repeat([b.gap for b in rig.bushings], 2)
 
 
 def _along(ellipse: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from ..condensed import grid
 from ..continuation import CORNERS, Follower, Motion, NoConvergence
 from .balance import round_balance
 from .condensed import UNBALANCE, RoundCondensed, round_slopes
+from .elements import depths
 from .linear import Dynamics, SteadySpin, VaryingSpin
 
 __all__ = ["RoundSolver"]
@@ -114,11 +115,8 @@ class RoundSolver(Follower):
 
     def depth(self, z: np.ndarray, y: np.ndarray) -> float:
         """Return the largest penetration of any end over a period, m; below 0 how far the nearest is from its wall."""
-        bushings = self.system.rig.bushings
-        x = ((self.system.basis @ z + y) @ self.grid.basis.T).reshape(-1, 2, self.samples)[len(bushings) :]
-        offset = np.repeat([(b.offset_y, b.offset) for b in bushings], 2, axis=0)
-        away = np.sqrt(np.sum((x + offset[:, :, None]) ** 2, axis=1)).max(axis=1)
-        return float(np.max(away - np.repeat([b.gap for b in bushings], 2)))
+        x = ((self.system.basis @ z + y) @ self.grid.basis.T).reshape(-1, 2, self.samples)
+        return float(depths(self.system.laws, x[len(self.system.rig.bushings) :]).max())
 
     def touches(self, motion: Motion) -> bool:
         """Return whether an end is beyond its wall at any sample of a period."""
