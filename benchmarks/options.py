@@ -15,9 +15,9 @@ from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import links, modal_mj, mujoco_loop, plant
+from clearance_mj.engines import modal_mj, mujoco_loop, plant
 from clearance_mj.engines.base import step_factor
-from clearance_mj.engines.linkage import linkage
+from clearance_mj.engines.links_plant import links_plant
 from clearance_mj.signals.sampling import interpolate
 
 from .case import FS, LAW, RIG, SECONDS, error, excitation, timed
@@ -95,8 +95,8 @@ class Changed(cm.engines.Engine):
     def largest_step(self, rig, law):
         if self.base != "links":
             return self._engine().largest_step(rig, law)
-        shaft, points = linkage(rig, self.size), self._plant(rig).maps.at_points
-        limit = plant.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
+        whole = links_plant(rig, self.size).whole
+        limit = plant.stable_step(whole.mass, whole.stiffness, whole.at_points, rig, law, self.armature)
         return self._engine().safety * limit
 
     def start(self, rig, law, kind, step):
@@ -111,7 +111,7 @@ class Changed(cm.engines.Engine):
         return cm.Links(self.size) if self.base == "links" else cm.ModalMujoco(self.size)
 
     def _plant(self, rig):
-        built = links._plant(rig, self.size) if self.base == "links" else modal_mj._plant(rig, self.size)
+        built = links_plant(rig, self.size).in_plane if self.base == "links" else modal_mj._plant(rig, self.size)
         if not self.shapes:
             return built
         build = cm.engines.build_links if self.base == "links" else cm.engines.build_modes

@@ -13,6 +13,7 @@ from ..clearance.law import Law
 from ..core.errors import ClearanceError, SimulationError
 from ..core.validation import Registered, register
 from ..rig import Rig
+from ..rig.dimensions import directed_points
 from ..rig.instruments import Kinds
 
 __all__ = ["Engine", "Equations", "Run", "diverged", "get_engine", "in_columns", "location", "register", "step_factor"]
@@ -104,16 +105,17 @@ class Engine(Registered, ABC):
 
 
 def default_engine(rig: Rig) -> str:
-    """Return the name of the engine that simulates a rig if none is asked for: "links" where it can, else "modal".
+    """Return the name of the engine that simulates a rig if none is asked for, "links" of shafts in one plane.
 
     Parameters
     ----------
     rig : Rig
-        The rig; one in space is simulated by its modes.
+        The rig; one in space, or whose points name directions, is simulated by its modes.
     """
     from .linkage import cannot_be_linked
 
-    return "modal" if rig.is_spatial or cannot_be_linked(rig) else "links"
+    directed = directed_points(rig) or any(load.torque for load in rig.loads)
+    return "modal" if rig.is_spatial or directed or cannot_be_linked(rig) else "links"
 
 
 def get_engine(engine: str | Engine) -> Engine:

@@ -116,7 +116,7 @@ def _plant(rig: Rig, modes: int) -> Plant:
     ritz, mass = linear_model(rig, modes), _mass(rig, modes)
     root = np.sqrt(mass)
     set_inverse_inertia(model)
-    rows, transform, span, _ = ritz.planes[1]
+    rows, transform, span = ritz.planes[1]
     viscous = mass * ritz.coupling  # the joints have the rest of the damping
     limits = np.arange(2 * len(rig.bushings))
     pairs = np.zeros((limits.size, 0), dtype=int)

@@ -16,7 +16,7 @@ from ..clearance.kernel import follow_law
 from ..clearance.pointers import at
 from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, round_contact, round_filling
 from ..core.jit import OPTIONS, inlined, jit
-from .links_plant import ChainMaps
+from .links_plant import SpaceMaps
 from .mujoco_step import mj_step
 from .plant import Driving
 from .round_points import fill, rub, speed_of
@@ -54,7 +54,7 @@ class Foresight(NamedTuple):
 @jit(**OPTIONS)
 def advance_links(
     steps: int, excitation: np.ndarray, h: float, driven: Driving, lighter: float, views: RoundViews,
-    maps: ChainMaps, foresight: Foresight, coupling: np.ndarray, drive: np.ndarray, turning: np.ndarray,
+    maps: SpaceMaps, foresight: Foresight, coupling: np.ndarray, drive: np.ndarray, turning: np.ndarray,
     clearance: RoundClearance, per_unit: float, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, bushing) of a divergence, or -1, -1.

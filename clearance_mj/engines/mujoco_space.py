@@ -16,12 +16,12 @@ from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from .base import Engine, Run, diverged, in_columns
-from .linkage_space import SpatialLinkage
-from .links_plant import ChainMaps, SpatialPlant
+from .linkage import Linkage
+from .links_plant import LinksPlant, SpaceMaps
 from .modal_space import compliance_of
 from .mujoco_round import Foresight, RoundViews, advance_links
 from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
-from .plant import Statics, driving, hold, rest_in_mujoco
+from .plant import driving, hold, rest_in_mujoco
 from .round_scheme import SPIN
 from .turning import SPIN_STEPS, as_probes, turning_of
 
@@ -31,14 +31,14 @@ __all__ = ["SpatialMujocoRun"]
 class SpatialMujocoRun(Run):
     """A MuJoCo simulation in space, with a model of its own."""
 
-    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: SpatialPlant):
+    def __init__(self, engine: Engine, rig: Rig, law: Law, kind: Kinds, step: float, plant: LinksPlant):
         self.engine, self.rig, self.step, self.steps, self.whole = engine, rig, step, 0, plant.whole
         self.clearance = round_records(rig, law, step)
         refuse_adhesion(engine, self.clearance.bushings)
         rows = plant.whole.rows
         self.driving = driving(rows, kind)
         self.model, inertia = _heavier(plant, step)
-        self.lighter = 1 / (1 + step / 2 * plant.whole.planes[1].rayleigh[0])
+        self.lighter = 1 / (1 + step / 2 * plant.whole.rayleigh[0])
         self.maps = _before_dampers(plant, inertia, step)
         held = hold(self.model)[:, self.maps.order]
         self.turning, self.drive = turning_of(rig)
@@ -47,9 +47,7 @@ class SpatialMujocoRun(Run):
         self.kicked: tuple[float, np.ndarray] | None = None
         self.data = mujoco.MjData(self.model)
         self.model.opt.gravity[1:] = self.lighter * self.driving.gravity
-        whole, diagonal = self.whole, self.whole.diagonal
-        matrices = diagonal(lambda p: p.mass), diagonal(lambda p: p.whole_stiffness), whole.free, whole.circulatory
-        where = self.maps.order, Statics(*matrices, rows.at_points), self.driving.steady
+        where = self.maps.order, plant.statics, self.driving.steady
         self.rest = rest_in_mujoco(rows, law, self.model, self.data, *where)
         self.rest.begin(self.clearance)
         self.columns = len(rig.sensors) + 7 * len(rig.bushings) + int(rig.spin is not None)
@@ -98,7 +96,7 @@ class SpatialMujocoRun(Run):
         return self.kicked[1]
 
 
-def _heavier(plant: SpatialPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:
+def _heavier(plant: LinksPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:
     """A model for a step, s, and its mass matrix (nv, nv) in the order of the coordinates.
 
     Armatures correct the frequencies of the integrator, and stand for joints' dampers that are implicit or, where they
@@ -106,30 +104,30 @@ def _heavier(plant: SpatialPlant, step: float) -> tuple[mujoco.MjModel, np.ndarr
     """
     model, whole, order = copy.copy(plant.model), plant.whole, plant.maps.order
     model.opt.timestep = step
-    stiffness = np.concatenate([p.stiffness for p in whole.planes])
-    damping = np.concatenate([p.damping for p in whole.planes])
-    armature = plant.armature * step**2 * stiffness + step * damping / (2 if plant.explicit else 1)
+    late = step * whole.damping / (2 if plant.explicit else 1)
+    armature = plant.armature * step**2 * whole.stiffness + late
     model.dof_armature[order] = armature
-    heavier = 1 + step / 2 * whole.planes[1].rayleigh[0]
+    heavier = 1 + step / 2 * whole.rayleigh[0]
     for field in ("body_mass", "body_subtreemass", "body_inertia"):
         getattr(model, field)[:] *= heavier
-    return model, heavier * whole.diagonal(lambda plane: plane.mass) + np.diag(armature)
+    return model, heavier * whole.mass + np.diag(armature)
 
 
-def _before_dampers(plant: SpatialPlant, inertia: np.ndarray, step: float) -> ChainMaps:
+def _before_dampers(plant: LinksPlant, inertia: np.ndarray, step: float) -> SpaceMaps:
     """The maps with sensors that read accelerations before implicit dampers change them, as in the plane."""
+    maps = plant.in_space
     if plant.explicit:
-        return plant.maps
-    implicit = np.diag(step * np.concatenate([p.damping for p in plant.whole.planes]))
-    at_sensors = plant.maps.at_sensors @ (np.eye(len(inertia)) + np.linalg.solve(inertia - implicit, implicit))
-    return plant.maps._replace(at_sensors=np.ascontiguousarray(at_sensors))
+        return maps
+    implicit = np.diag(step * plant.whole.damping)
+    at_sensors = maps.at_sensors @ (np.eye(len(inertia)) + np.linalg.solve(inertia - implicit, implicit))
+    return maps._replace(at_sensors=np.ascontiguousarray(at_sensors))
 
 
 def _foresight(
-    rig: Rig, law: Law, plant: SpatialPlant, inertia: np.ndarray, held: np.ndarray, step: float
+    rig: Rig, law: Law, plant: LinksPlant, inertia: np.ndarray, held: np.ndarray, step: float
 ) -> Foresight:  # fmt: skip
     """The linear model of a step with a mass matrix (nv, nv) and rows (n, nv) of what rigid supports hold."""
-    whole, points = plant.whole, plant.maps.at_points
+    whole, points = plant.whole, plant.in_space.at_points
     free = whole.free
     mobility = free @ np.linalg.solve(free.T @ inertia @ free, free.T)
     half = step / 2 * mobility
@@ -137,7 +135,7 @@ def _foresight(
     rubs = any(b.friction and b.friction.coefficient for b in rig.bushings)
     return Foresight(
         needed=bool(films.any() or rubs or whole.gyroscopic.size),
-        of_position=-half @ whole.diagonal(lambda plane: plane.whole_stiffness),
+        of_position=-half @ whole.whole_stiffness,
         of_velocity=np.eye(whole.size) - half @ whole.dampers,
         of_force=half,
         compliance=compliance_of(points, mobility),
@@ -146,10 +144,10 @@ def _foresight(
     )
 
 
-def _contact_rows(whole: SpatialLinkage, held: np.ndarray) -> np.ndarray:
+def _contact_rows(whole: Linkage, held: np.ndarray) -> np.ndarray:
     """(n_bushings, 2, nv) contact forces along y and z per joint force of the solver's; (0, 2, nv) if not distinct."""
     n = len(whole.rig.bushings)
-    found, ends = np.zeros((n, 2, whole.size)), whole.rows.at_ends.reshape(-1, 2, whole.size)
+    found, ends = np.zeros((n, 2, whole.size)), whole.at_points[2 * n :].reshape(-1, 2, whole.size)
     for d, part in enumerate(whole.spans):
         rows = contact_rows(ends[:, d, part], held[held[:, part].any(axis=1)][:, part])
         if len(rows) != n:
