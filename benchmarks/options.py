@@ -15,9 +15,9 @@ from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import links, mujoco_loop, plant
+from clearance_mj.engines import plant
 from clearance_mj.engines.base import step_factor
-from clearance_mj.engines.linkage import linkage
+from clearance_mj.engines.links_plant import links_plant
 from clearance_mj.physical.library import LIBRARY
 from clearance_mj.signals.sampling import interpolate
 
@@ -93,8 +93,8 @@ class Changed(cm.engines.Engine):
     name = "changed"
 
     def largest_step(self, rig, law):
-        shaft, points = linkage(rig, self.size), self._plant(rig).maps.at_points
-        limit = plant.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
+        whole = links_plant(rig, self.size).whole
+        limit = plant.stable_step(whole.mass, whole.stiffness, whole.at_points, rig, law, self.armature)
         return cm.Links().safety * limit
 
     def start(self, rig, law, kind, step):
@@ -106,7 +106,7 @@ class Changed(cm.engines.Engine):
         return mujoco_loop.MujocoRun(self, rig, law, kind, step, built)
 
     def _plant(self, rig):
-        built = links._plant(rig, self.size)
+        built = links_plant(rig, self.size)
         if not self.shapes:
             return built
         model = cm.engines.build_links(rig, self.size).compile()

@@ -6,6 +6,7 @@ import pkgutil
 from .base import Engine, default_engine, get_engine, register
 from .batch import simulate_batch, simulate_each
 from .equilibrium import Equilibrium, static_equilibrium
+from .links import Links, build_links
 from .modal import Modal
 from .simulation import simulate, simulate_blocks
 from .together import simulate_and_keep, simulate_together
@@ -28,6 +29,6 @@ __all__ = [
     "static_equilibrium",
 ]
 
-for _module in []:  # pkgutil.iter_modules(__path__):
+for _module in pkgutil.iter_modules(__path__):
     if _module.name != "__main__":
         importlib.import_module(f"{__name__}.{_module.name}")

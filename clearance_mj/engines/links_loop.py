@@ -21,6 +21,7 @@ from ..clearance.kernel import press, rub
 from ..clearance.pointers import at
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
+from .energies import Kept, clearance_energies, remember
 from .interact import (
     BRISTLES, DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED, VISCOUS, fill_all, find_contacts, sweep,
     torque_of_friction,
@@ -83,13 +84,13 @@ class Foresight(NamedTuple):
 def advance_links(
     steps: int, excitation: np.ndarray, h: float, turns: bool, driven: Driving, lighter: float, views: Views,
     maps: Maps, foresight: Foresight, coupling: np.ndarray, turning: np.ndarray, clearance: Clearance,
-    per_unit: float, out: np.ndarray, first: int,
+    before: np.ndarray, kept: Kept, per_unit: float, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
     ``excitation``: (n, n_inputs). ``lighter``: what of gravity MuJoCo's heavier bodies get. ``coupling``: (nv, nv)
     gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none. ``turning``: (5, 1) as of
-    `modal_loop`. ``out``: (n, columns), filled from row ``first`` on with what `Run.advance` returns.
+    `modal_loop`. ``before``: (nv,) coordinates a step ago. ``out``: (n, columns), filled from row ``first`` on with what `Run.advance` returns.
     """
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, qacc = views
     (
@@ -102,8 +103,8 @@ def advance_links(
     nv, n_sensors, n_rows, n_bushings, half = order.size, at_sensors.shape[0], at_rows.shape[0], bushings.size, 0.5 * h
     n_middles = places[n_bushings - 1, 0] + bushings[n_bushings - 1].coordinates if n_bushings else 0
     distinct = from_constraint.shape[0] == n_middles  # else the forces are those that the law asks for
-    q, v, middle, total, force, acceleration = np.zeros((6, nv))
-    x, w, u, drawn, kicked = np.zeros((5, compliance.shape[1], 1))
+    q, v, middle, total, force, acceleration, travel = np.zeros((7, nv))
+    x, w, u, drawn, kicked, way = np.zeros((6, compliance.shape[1], 1))
     ends, filled = np.zeros((2 * n_bushings * ENDS, 1)), np.zeros((n_bushings * FILLED, 1))
     acts, pushed = np.zeros(2 * n_bushings, np.bool_), np.zeros(compliance.shape[1], np.bool_)
     factors, pressed = np.zeros((turned.shape[0], 1)), np.zeros(n_middles)
@@ -133,6 +134,7 @@ def advance_links(
         for row in range(n_rows):
             x[row, 0] = _dot(at_rows, row, q, spans[row, 0], spans[row, 1])
             drawn[row, 0] = kicked[row, 0] = 0.0
+        remember(bushings, numbers, kept, ONE)
         j = find_contacts(bushings, numbers, places, x, ONE, ends, acts, pushed)
         if j >= 0:
             return i, j
@@ -210,6 +212,26 @@ def advance_links(
                 out[row, n_sensors + n_middles + m] = pressed[m] + kicked[a, 0] + kicked[b, 0]
                 out[row, n_sensors + 2 * n_middles + m] = drawn[m, 0] + kicked[m, 0]
             out[row, n_sensors + 3 * n_middles + j] = 1.0 if acts[2 * j] or acts[2 * j + 1] else 0.0
+        for m in range(nv if kept.coordinates.shape[0] else 0):
+            kept.coordinates[row, m] = qpos[order[m]]
+        if kept.energies.shape[0]:
+            works = kept.energies[row]
+            works[:] = 0.0
+            for m in range(nv):
+                travel[m], before[m] = 0.5 * (qpos[order[m]] - before[m]), q[m]
+                works[1] += (steady[m] + influence[m, 0] * weight[0] + influence[m, 1] * weight[1]) * travel[m]
+                for r in range(excitation.shape[1]):
+                    lifted = influence[m, 0] * lift[r, 0] + influence[m, 1] * lift[r, 1]
+                    works[0] += (shaker[r, m] + lifted) * excitation[i, r] * travel[m]
+                for r in range(turned.shape[0]):
+                    works[2] += factors[r, 0] * turned[r, m] * travel[m]
+                if circulatory.size:
+                    works[3] -= spin * _dot(circulatory, m, q, 0, nv) * travel[m]
+            for r in range(n_rows):
+                way[r, 0] = _dot(at_rows, r, travel, spans[r, 0], spans[r, 1])
+            for m in range(n_middles):
+                drawn[m, 0] += kicked[m, 0]
+            clearance_energies(works, h, spin, bushings, numbers, places, x, way, drawn, filled, ends, acts)
         if turns:
             out[row, n_sensors + 3 * n_middles + n_bushings] = spin
             turn_on(turning, torque, time, h, ONE)

@@ -6,6 +6,7 @@ It begins where the chains rest under gravity and loads, in MuJoCo's own geometr
 from __future__ import annotations
 
 import copy
+import functools
 
 import mujoco
 import numpy as np
@@ -14,19 +15,25 @@ from ..clearance.law import Law
 from ..clearance.record import clearance_records, fillings_of
 from ..clearance.walls.round import Round
 from ..clearance.walls.slot import Slot
+from ..clearance.walls.stop import Stop
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
-from .base import Engine, Equations, Run, diverged, in_columns
-from .links_loop import Foresight, Views, advance_links
+from .base import Engine, Run, diverged, in_columns
+from .energies import NOTHING, OF_RIG, Kept, columns_of
+from .links_loop import Foresight, Maps, Views, advance_links
 from .links_plant import LinksPlant
 from .modal_loop import PER_INERTIA, RATE, SPIN
 from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
-from .plant import Driving, driving, hold, rest_in_mujoco, tendon_rows
+from .plant import driving, hold, rest_in_mujoco, tendon_rows
 from .scheme import padded
 from .turning import SPIN_STEPS, as_probes, turning_of
 
 __all__ = ["LinksRun"]
+
+DAMPING = OF_RIG.index("damping")
+
+IN_MUJOCO = Slot, Stop, Round  # walls of which MuJoCo gives the normal force
 
 
 class LinksRun(Run):
@@ -39,7 +46,7 @@ class LinksRun(Run):
         self.driving = driving(plant.whole.rows, kind)
         self.model, inertia = _heavier(plant, step)
         self.lighter = 1 / (1 + step / 2 * plant.whole.rayleigh[0])
-        order = plant.maps.order
+        order, self.maps = plant.maps.order, _before_dampers(plant, inertia, step)
         held = hold(self.model)[:, order]
         self.turning = turning_of(rig)[:, None]
         self.foresight = _foresight(rig, law, plant, inertia, held, step)
@@ -53,6 +60,7 @@ class LinksRun(Run):
             self.rest = rest_in_mujoco(plant.whole.rows, law, self.model, self.data, *where)
             self.rest.begin(self.clearance)
         self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
+        self.q_before = self.data.qpos[order]
         model, data = self.model, self.data
         self.views = Views(
             model._address, data._address, model.opt.gravity, model.pair_solref, model.tendon_solref_lim, data.qpos,
@@ -61,6 +69,9 @@ class LinksRun(Run):
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
+        return self._advance(excitation, NOTHING)
+
+    def _advance(self, excitation: np.ndarray, kept: Kept) -> np.ndarray:
         out = np.empty((len(excitation), self.columns))
         excitation, turns = in_columns(excitation), self.rig.spin is not None
         size = SPIN_STEPS if self.changes else max(len(out), 1)
@@ -69,8 +80,9 @@ class LinksRun(Run):
             spin = float(self.turning[SPIN, 0] + self.turning[RATE, 0] * len(part) * self.step / 2)
             with warnings_counted():
                 failed, bushing = advance_links(
-                    self.steps, part, self.step, turns, self.driving, self.lighter, self.views, self.plant.maps,
-                    self.foresight, self._coupling(spin), self.turning, self.clearance, SOLREF_PER_UNIT, out, start,
+                    self.steps, part, self.step, turns, self.driving, self.lighter, self.views, self.maps,
+                    self.foresight, self._coupling(spin), self.turning, self.clearance, self.q_before, kept,
+                    SOLREF_PER_UNIT, out, start,
                 )  # fmt: skip
             if failed >= 0:
                 raise diverged(self.rig, self.engine, (self.steps + failed) * self.step, bushing)
@@ -79,6 +91,26 @@ class LinksRun(Run):
             check_warnings(self.rig, self.data, self.steps * self.step, int(np.argmax(moved)) if moved else 0)
             self.steps += len(part)
         return as_probes(self.rig, out)
+
+    def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate one block, and tell its energies; see `Run.balanced`.
+
+        v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with an implicit D, the joints' unless the model
+        disables it, and an explicit E. So M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f with C = D + E and
+        a mass of h/2 (D - E) more. Reactions of rigid supports are left out, as they do no work.
+        """
+        order, count, h = self.maps.order, len(excitation), self.step
+        q = np.empty((count + 2, order.size))
+        q[0], q[1] = self.q_before, self.data.qpos[order]
+        energies = np.empty((count, columns_of(len(self.rig.bushings))))
+        output = self._advance(excitation, Kept(energies, NOTHING.rows, q[2:]))
+        mass, damping, stiffness = self.equations
+        travel, velocity = (q[2:] - q[:-2]) / 2, np.diff(q, axis=0) / h
+        kinetic = np.sum(velocity @ mass * velocity, axis=1) / 2
+        energies[:, DAMPING] = np.sum(travel @ damping * travel, axis=1) / h
+        energies[:, DAMPING + 1] = (kinetic[1:] + kinetic[:-1]) / 2
+        energies[:, DAMPING + 2] = np.sum(q[1:-1] @ stiffness * (q[:-2] + q[2:]), axis=1) / 4
+        return output, energies
 
     def before(self) -> np.ndarray | None:
         """Return the rest; see `Run.before`."""
@@ -100,36 +132,21 @@ class LinksRun(Run):
             self.kicked = spin, moments
         return self.kicked[1]
 
-    def equations(self) -> Equations:
-        """Return the equations of the steps; see `Run.equations`.
-
-        v₊ = v + h M⁻¹ (b a - Pᵀ f - K q - D v₊ - E v), q₊ = q + h v₊, with an implicit D, the joints' unless the model
-        disables it, and an explicit E. Reactions of rigid supports are left out, as they do no work.
-        """
-        model, nv, order = copy.copy(self.model), self.model.nv, self.plant.maps.order
-        model.opt.gravity[:] = 0, 0, 1
-        data = mujoco.MjData(model)
+    @functools.cached_property
+    def equations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, C and K, (nv, nv) each, of the steps; see `balanced`."""
+        model, nv, order = self.model, self.model.nv, self.maps.order
+        data, mass, rows = mujoco.MjData(model), np.zeros((nv, nv)), tendon_rows(model)
         mujoco.mj_forward(model, data)
-        mass = np.zeros((nv, nv))
         mujoco.mj_fullM(model, data, mass)
-        joints, rows = np.diag(model.dof_damping), tendon_rows(model)
-        is_explicit = bool(model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-        implicit, explicit = (np.zeros((nv, nv)), joints) if is_explicit else (joints, np.zeros((nv, nv)))
-        explicit = explicit + (rows.T * model.tendon_damping) @ rows
-        mass, implicit, explicit, springs = (
-            matrix[np.ix_(order, order)]
-            for matrix in (mass, implicit, explicit, np.diag(model.jnt_stiffness) + (rows.T * model.tendon_stiffness) @ rows)
-        )  # fmt: skip
-        if self.plant.maps.viscous.size:
-            explicit = explicit + self.plant.maps.viscous
-        mass += self.step / 2 * (implicit - explicit)
-        lift, push, _, gravity, steady = self.driving
-        influence = self.plant.maps.influence
-        shape = push + lift @ influence.T
-        if self.rest:
-            shape = np.vstack((shape, steady + influence @ gravity))
-        speed = np.outer((-1, 1, 0), np.ones(nv)) / self.step
-        return Equations(mass, implicit + explicit, springs, shape, self.plant.maps.at_rows, speed)
+        joints, none = np.diag(model.dof_damping), np.zeros((nv, nv))
+        explicit = bool(model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+        later, now = (none, joints) if explicit else (joints, none)
+        now = now + (rows.T * model.tendon_damping) @ rows
+        springs = np.diag(model.jnt_stiffness) + (rows.T * model.tendon_stiffness) @ rows
+        mass, later, now, springs = (part[np.ix_(order, order)] for part in (mass, later, now, springs))
+        now = now + (self.maps.viscous if self.maps.viscous.size else 0.0)
+        return mass + self.step / 2 * (later - now), later + now, springs
 
 
 def _heavier(plant: LinksPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray]:
@@ -149,3 +166,33 @@ def _heavier(plant: LinksPlant, step: float) -> tuple[mujoco.MjModel, np.ndarray
     for field in ("body_mass", "body_subtreemass", "body_inertia"):
         getattr(model, field)[:] *= heavier
     return model, heavier * whole.mass + np.diag(armature)
+
+
+def _before_dampers(plant: LinksPlant, inertia: np.ndarray, step: float) -> Maps:
+    """The maps with sensors that read accelerations before dampers that the loop gives implicitly change them."""
+    if plant.explicit or not plant.whole.bends_across:
+        return plant.maps
+    implicit = np.diag(step * plant.whole.damping)
+    at_sensors = plant.maps.at_sensors @ (np.eye(len(inertia)) + np.linalg.solve(inertia - implicit, implicit))
+    return plant.maps._replace(at_sensors=np.ascontiguousarray(at_sensors))
+
+
+def _foresight(
+    rig: Rig, law: Law, plant: LinksPlant, inertia: np.ndarray, held: np.ndarray, step: float
+) -> Foresight:  # fmt: skip
+    """The linear model of a step with a mass matrix (nv, nv) and rows (n, nv) of what rigid supports hold."""
+    whole, rows, n = plant.whole, plant.maps.at_rows, 3 * rig.n_rows
+    films = np.array([filling.turned for filling in fillings_of(rig, law)], dtype=bool)
+    own_walls = np.array([type(b.wall_model) not in IN_MUJOCO for b in rig.bushings], dtype=bool)
+    needed = bool(films.any() or own_walls.any() or any(b.friction for b in rig.bushings) or whole.gyroscopic.size)
+    mobility = whole.free @ np.linalg.solve(whole.free.T @ inertia @ whole.free, whole.free.T)
+    half = step / 2 * mobility
+    return Foresight(
+        needed=needed,
+        of_position=-half @ whole.whole_stiffness,
+        of_velocity=np.eye(whole.size) - half @ whole.dampers,
+        of_force=half,
+        compliance=padded([rows @ mobility @ rows.T]),
+        known=np.column_stack((~films, ~own_walls)),
+        contact=contact_rows(rows[rig.n_rows : n], rig.end_rows, held),
+    )

@@ -17,13 +17,14 @@ import numpy as np
 from pydantic import Field
 
 from ..clearance.law import Law
-from ..clearance.record import END_MEMORY, clearance_records, laws_of, shared_kinds, side_by_side
+from ..clearance.record import clearance_records, laws_of, shared_kinds, side_by_side
 from ..core.validation import Positive, Whole
 from ..linear import MAX_MODES, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from ..signals.sampling import lowpass
-from .base import Engine, Equations, Run, diverged, in_columns, register
+from .base import Engine, Run, diverged, in_columns, register
+from .energies import NOTHING, Kept, columns_of
 from .equilibrium import rest_of
 from .modal_loop import RATE, SPIN, Motion, advance, advance_whole
 from .scheme import at_spin, linear_part, pack, packed_part, places_of
@@ -95,6 +96,11 @@ class ModalRun(Run):
         """Simulate one block; see `Run.advance`."""
         return self.alone.advance(excitation)[0]
 
+    def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate one block, and tell its energies; see `Run.balanced`."""
+        kept = NOTHING._replace(energies=np.empty((len(excitation), columns_of(len(self.rig.bushings)))))
+        return self.alone.advance(excitation, kept)[0], kept.energies
+
     def before(self) -> np.ndarray | None:
         """Return the rest; see `Run.before`."""
         return None if self.rest is None else as_probes(self.rig, self.at_rest()[None])[0]
@@ -113,7 +119,7 @@ class ModalRun(Run):
 
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""
-        shapes = tuple(part.shape for part in self.linear[:9])
+        shapes = tuple(np.shape(part) for part in self.linear[:10])
         return self.step, self.columns, shapes, self.linear.orders.tobytes(), shared_kinds(self.rig, self.law)
 
     def at_spin(self, spin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -121,29 +127,6 @@ class ModalRun(Run):
         found = at_spin(self.model, self.coupled, self.linear.inverse_mass, self.step, spin)
         springs, coupling = (pack([matrix.T if len(matrix) else matrix]) for matrix in found)
         return springs, coupling
-
-    def equations(self) -> Equations:
-        """Return the equations of the steps; see `Run.equations`.
-
-        A mode moves from kick to kick by the flow F: q₊ - (F₀₀ + F₁₁) q + det F q₋ = F₀₁ h f/m.
-        """
-        linear, (qq, vq, qv, vv) = self.linear, self.linear.flow
-        det = qq * vv - vq * qv
-        kick = vq * self.step * linear.inverse_mass
-        mass = self.step**2 * (1 + det) / (2 * kick)
-        damping, stiffness = self.step * (1 - det) / kick, (1 + det - qq - vv) / kick
-        viscous = np.diag(damping)
-        if linear.coupling.size:  # at the mean velocity (q₊ - q₋)/(2 F₀₁): nothing else damps
-            half_kick = self.step / 2 * linear.inverse_mass[:, None] * linear.coupling
-            viscous = linear.coupling @ np.linalg.inv(np.eye(det.size) - half_kick) * (self.step / vq)
-        speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
-        return Equations(np.diag(mass), viscous, np.diag(stiffness), linear.input, linear.at_rows, speed, linear.springs)
-
-    def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return modal coordinates and impact speeds; see `Run.snapshot`."""
-        records, numbers = self.alone.clearance
-        ends = records["ends"][:, None] + [0, END_MEMORY]
-        return self.alone.motion.q.ravel()[: self.model.size], numbers[ends.ravel()]
 
 
 class SideBySide:
@@ -159,8 +142,11 @@ class SideBySide:
         self.clearance = side_by_side([run.clearance for run in runs], laws_of(first.rig, first.law))
         self.places = places_of(first.rig)
 
-    def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
+    def advance(self, excitation: np.ndarray, kept: Kept = NOTHING) -> np.ndarray:
+        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns).
+
+        What is kept of each step of a run that is alone is filled in.
+        """
         driving, run = self.driving(excitation), self.runs[0]
         out = np.empty((self.columns, len(driving), len(self.lanes)))
         size = SPIN_STEPS if run.changes else max(len(driving), 1)
@@ -170,7 +156,7 @@ class SideBySide:
                 spin = float(self.motion.turning[SPIN, 0] + self.motion.turning[RATE, 0] * len(part) * self.step / 2)
                 springs, coupling = run.at_spin(spin)
                 self.linear = self.linear._replace(springs=springs, coupling=coupling)
-            self._go_on(*advance(self.steps, part, self.step, *self.parts, out, start))
+            self._go_on(*advance(self.steps, part, self.step, *self.parts, kept, out, start))
             self.steps += len(part)
         found = out.T
         for run, rows in zip(self.runs, found):
@@ -198,7 +184,7 @@ class SideBySide:
         columns = self.columns if forces or self.turns else len(rig.sensors) + rig.n_rows
         out = np.empty((len(self.lanes), columns, samples))
         drive, before = self.driving(excitation), np.stack([run.at_rest()[:columns] for run in self.runs], axis=-1)
-        self._go_on(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, before, out))
+        self._go_on(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, NOTHING, before, out))
         for run, rows in zip(self.runs, out):
             as_probes(run.rig, rows.T)
         return out

@@ -15,6 +15,7 @@ from ..clearance.lanes import joined, larger, load, packed, spread, store, where
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
+from .energies import Kept, keep, remember
 from .interact import (
     ENDS, FILLED, fill_all, find_contacts, follow_contacts, sweep, torque_of_friction,
 )  # fmt: skip
@@ -35,6 +36,7 @@ class Linear(NamedTuple):
     inverse_mass: np.ndarray  # (n) smaller for high modes, see modal.py
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
     input: np.ndarray  # (n_inputs, n) force on the modes per unit of each input
+    n_excited: int  # how many of the inputs are the excitation's; one more is constant
     turning: np.ndarray  # (n_turning, n) the same of what turns: Ω² cos φ and Ω² sin φ, then cos k φ, sin k φ of orders
     orders: np.ndarray  # (n_orders,) k, for all cases
     at_rows: np.ndarray  # (n_rows, n) displacement of the clearances' rows: all middles, then both ends of each
@@ -60,7 +62,7 @@ class Motion(NamedTuple):
 @jit(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: Linear, motion: Motion,
-    clearance: Clearance, places: np.ndarray, out: np.ndarray, first: int,
+    clearance: Clearance, places: np.ndarray, kept: Kept, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
@@ -68,7 +70,7 @@ def advance(
     lanes), filled from its row ``first`` on with what `Run.advance` returns, forces and touch if there are columns.
     """
     (
-        inverse_mass, flow, given, turned, orders, at_rows, spans, compliance, at_sensors, of_sensors, base, springs,
+        inverse_mass, flow, given, _, turned, orders, at_rows, spans, compliance, at_sensors, of_sensors, base, springs,
         coupling, readings,
     ) = linear  # fmt: skip
     q, v, q_before, turning = motion
@@ -99,6 +101,7 @@ def advance(
             store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
         for row in range(n_rows):
             store(x, row, _product(at_rows, row, spans[row, 0], spans[row, 1], modes, q, lanes), lanes)
+        remember(bushings, numbers, kept, lanes)
         j = find_contacts(bushings, numbers, places, x, lanes, ends, acts, pushed)
         if j >= 0:
             for lane in range(count):
@@ -122,8 +125,12 @@ def advance(
                 push = load(force, row, lanes)
                 for m in range(spans[row, 0], spans[row, 1]):
                     store(total, m, load(total, m, side) - load(at_rows, row * modes + m, side) * push, side)
-        _move(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
+        if coupling.shape[0]:
+            _couple(h, lanes, inverse_mass, coupling, v, total, middle)
         row = first + i
+        keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, middle, w, bushings, numbers,
+             places, x, force, filled, ends, acts)  # fmt: skip
+        _move(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
         for s in range(n_sensors):
             value = _product(at_sensors, s, of_sensors[s, 0], of_sensors[s, 1], modes, acceleration, lanes)
             for r in range(excitation.shape[1]):
@@ -197,18 +204,26 @@ def turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tupl
 
 
 @inlined
+def _couple(
+    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, coupling: np.ndarray, v: np.ndarray, total: np.ndarray,
+    middle: np.ndarray,
+) -> None:  # fmt: skip
+    """Add what couples modes by damping, at the velocity in the middle of the kick of all other forces."""
+    side, modes, half = packed(lanes), inverse_mass.shape[0], 0.5 * h
+    for m in range(modes):
+        kick = half * load(inverse_mass, m, side) * load(total, m, side)
+        store(middle, m, load(v, m, side) + kick, side)
+    for m in range(modes):
+        store(total, m, load(total, m, side) - _of_columns(coupling, m, modes, middle, lanes), side)
+
+
+@inlined
 def _move(
-    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, coupling: np.ndarray, q: np.ndarray,
-    v: np.ndarray, q_before: np.ndarray, total: np.ndarray, middle: np.ndarray, acceleration: np.ndarray,
+    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, q: np.ndarray, v: np.ndarray,
+    q_before: np.ndarray, total: np.ndarray, acceleration: np.ndarray,
 ) -> None:  # fmt: skip
     """Kick modes by their forces ``total``, let them flow freely for a step, and fill in their accelerations."""
-    side, modes, half, per_step2 = packed(lanes), inverse_mass.shape[0], 0.5 * h, 1.0 / (h * h)
-    if coupling.shape[0]:  # at the velocity in the middle of the kick of all other forces
-        for m in range(modes):
-            kick = half * load(inverse_mass, m, side) * load(total, m, side)
-            store(middle, m, load(v, m, side) + kick, side)
-        for m in range(modes):
-            store(total, m, load(total, m, side) - _of_columns(coupling, m, modes, middle, lanes), side)
+    side, modes, per_step2 = packed(lanes), inverse_mass.shape[0], 1.0 / (h * h)
     for m in range(modes):
         place = load(q, m, side)
         kicked = load(v, m, side) + h * load(inverse_mass, m, side) * load(total, m, side)
@@ -260,7 +275,8 @@ def _report(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, before: np.ndarray, out: np.ndarray,
+    linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
+    out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
 
@@ -273,7 +289,7 @@ def advance_whole(
     fill_before(before, filled, lanes, steps)
     while samples < last and done < excitation.shape[0]:
         part = excitation[done : done + BLOCK_SAMPLES * factor]
-        failed, record = advance(done, part, h, lanes, turns, linear, motion, clearance, places, steps, filled)
+        failed, record = advance(done, part, h, lanes, turns, linear, motion, clearance, places, kept, steps, filled)
         if failed >= 0:
             return done + failed, record
         done, filled = done + part.shape[0], filled + part.shape[0]

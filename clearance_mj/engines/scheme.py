@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from ..rig.sensing import read_of_inputs
 from .modal_loop import Linear
 
 __all__ = [
-    "at_spin", "driven", "free_flow", "kicked_damping", "linear_part", "pack", "packed_part", "places_of", "slide_rows",
+    "at_spin", "driven", "free_flow", "kicked_damping", "linear_part", "moving", "pack", "padded", "packed_part", "places_of", "slide_rows",
 ]  # fmt: skip
 
 FOUR = 4  # modes, or rows, of one case that are packed
@@ -89,8 +90,8 @@ def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear,
         turning = np.vstack((model.unbalance, order_forces(rig.orders, model.directed, model.size)))
     spin = rig.spin.speed if rig.spin else 0.0
     found = Linear(
-        inverse_mass, flow, push, turning, np.array([each.order for each in rig.orders]), rows, _moving(rows),
-        (rows * inverse_mass) @ rows.T, sensors.accelerations, _moving(sensors.accelerations), on_base,
+        inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows, moving(rows),
+        (rows * inverse_mass) @ rows.T, sensors.accelerations, moving(sensors.accelerations), on_base,
         *at_spin(model, coupled, inverse_mass, step, spin), sensors.readings,
     )  # fmt: skip
     return found, coupled
@@ -111,15 +112,17 @@ def at_spin(
     return springs if springs.size else none, kicked
 
 
-def _moving(rows: np.ndarray) -> np.ndarray:
-    """(n_rows, 2) the first number of each row that is not 0, and the one after the last."""
+def moving(rows: np.ndarray) -> np.ndarray:
+    """Return the first number of each row that is not 0, and the one after the last, (n_rows, 2)."""
     places = [np.flatnonzero(row) for row in rows]
     return np.array([(at[0], at[-1] + 1) if at.size else (0, 0) for at in places], dtype=int).reshape(-1, 2)
 
 
 def packed_part(parts: Sequence[Linear]) -> Linear:
     """Return the linear parts of one case or several as the loop takes them."""
-    packed = {name: pack([getattr(part, name) for part in parts]) for name in Linear._fields}
+    packed: dict[str, Any] = {"n_excited": parts[0].n_excited}
+    for name in ("inverse_mass", "flow", "input", "turning", "at_rows", "at_sensors", "readings"):
+        packed[name] = pack([getattr(part, name) for part in parts])
     for name in ("springs", "coupling"):  # by columns; what only some cases have is zeros in the others
         found = [getattr(part, name) for part in parts]
         size = max(len(matrix) for matrix in found)

@@ -356,9 +356,12 @@ def test_modal_settings_do_not_change_a_rest():
 
 
 def test_a_torque_is_simulated_by_modes_where_no_engine_is_named():
-    """Chains of links do not twist, so that the default engine is the modal one."""
-    rig = TABLE1.replace(loads=(Load(0.5, torque=5.0),))
-    found = cm.simulate(rig, cm.excitation.random(0.05, 2048.0, seed=0))
-    assert found.provenance["engine"] == "modal"
-    with pytest.raises(ClearanceError, match="links knows no torques; use modal"):
-        cm.simulate(rig, cm.excitation.random(0.05, 2048.0, seed=0), engine="links")
+    """As any rig whose points name directions; links twist the beam by T x/(GJ) too, where they are asked for."""
+    beam, noise = TABLE1.beam, cm.excitation.random(0.05, 2048.0, seed=0)
+    angle = Sensor(9, "@0.5:RX", quantity="angle")
+    rig = TABLE1.replace(loads=(Load(0.5, torque=5.0),), sensors=(*TABLE1.sensors, angle))
+    assert cm.simulate(rig, noise).provenance["engine"] == "modal"
+    assert beam is not None
+    shear, polar = beam.young_modulus / 2.6, np.pi * beam.diameter**4 / 32
+    told = 5.0 * 0.5 / (shear * polar)
+    assert_allclose(cm.simulate(rig, noise, engine="links").channels[-1], told, rtol=1e-9)
