@@ -11,11 +11,12 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
+from clearance_mj.core.errors import RigError
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Load, Rig, Sensor, Spin, Unbalance
 from clearance_mj.rotors import unbalance_response
 from clearance_mj.rotors.turning import turning_shaft
-from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Support
+from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Shafts, Support
 from clearance_mj.structure.attached import Housing
 
 LENGTH, DIAMETER, STEEL = 1.2, 0.03, Material(210e9, 7850.0)
@@ -138,6 +139,19 @@ def test_the_unbalance_response_leaves_angles_out():
         model.dynamic(30.0, 30.0), force
     )
     assert_allclose(found.motion[:, np.flatnonzero(np.isclose(found.speed, 30.0))[0]], known, rtol=1e-9)
+
+
+def test_a_slot_between_two_shafts_takes_their_relative_motion():
+    """Of the first less that of the second one along its direction; the two shafts of one diameter move alike."""
+    upper = dataclasses.replace(SHAFT, name="a"), dataclasses.replace(SHAFT, name="b")
+    between = clearance("a@0.7:-Y", length=0.01, to="b@0.6:-Y"), clearance("a@0.9", to="b@0.9", shape="round")
+    both = Rig("two", None, between, (Sensor(1, "a@1.0"),), structure=Shafts(upper))
+    model = linear_model(both, 12)
+    y = model.moved(["a@0.7", "b@0.6"])[:, 0]
+    assert_allclose(model.at_bushings[0], y[1] - y[0], rtol=1e-12)
+    assert_allclose(model.at_bushings[1:], np.subtract(*model.moved(["a@0.9", "b@0.9"])), rtol=1e-12)
+    with pytest.raises(RigError, match=r"bushings\[0\].to is along Z, and position along Y; give one direction"):
+        both.replace(bushings=(dataclasses.replace(between[0], to="b@0.6"),))
 
 
 def test_a_housing_gives_along_the_slot_that_it_holds():
