@@ -55,7 +55,7 @@ def mjcf(rig: Rig) -> dict[str, str]:
     RigError
         For a spatial rig without shafts, or what links cannot show.
     """
-    if rig.is_spatial:
+    if rig.moves_across:
         return {"links": build_links(rig).to_xml()}
     links = {"links": build_links(rig).to_xml()} if rig.linear.shafts else {}
     return links | {"modes": build_modes(rig).to_xml()}

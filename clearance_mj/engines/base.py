@@ -115,7 +115,7 @@ def default_engine(rig: Rig) -> str:
     from .linkage import cannot_be_linked
 
     directed = directed_points(rig) or any(load.torque for load in rig.loads)
-    return "modal" if rig.is_spatial or directed or cannot_be_linked(rig) else "links"
+    return "modal" if rig.moves_across or directed or cannot_be_linked(rig) else "links"
 
 
 def get_engine(engine: str | Engine) -> Engine:

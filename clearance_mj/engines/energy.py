@@ -191,7 +191,7 @@ def energy_balance(
     """
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
-    if rig.is_spatial:
+    if rig.moves_across:
         return EnergyBalance(**spatial_energies(simulation, Impact, progress))
     factor, n = simulation.interpolator.factor, excitation.value.shape[-1]
     steps = (n + simulation.interpolator.ahead) * factor

@@ -109,11 +109,11 @@ class Equilibrium:
 class _Filling:
     """What fills a bushing, moved slowly from the unloaded place."""
 
-    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float, is_spatial: bool):
+    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float, moves_across: bool):
         self.model, self.parameters = model, model.parameters()
         self.law: Callable[..., None]
         self.turned: tuple[float, ...]
-        if is_spatial:
+        if moves_across:
             self.law, self.turned = model.round_law, (spin,)
             self.offset, self.states = np.array([bushing.offset_y, bushing.offset]), [0.0] * model.round_states()
             self.preload = np.array(at_offset(model, *self.offset)[:2])
@@ -212,8 +212,8 @@ def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Cont
         for j, bushing in enumerate(rig.bushings)
         for _ in range(2)
     ]
-    fillings = fillings_of(rig, law) if rig.is_spatial else greases_of(rig, law)
-    return [_Filling(b, m, spin, rig.is_spatial) for b, m in zip(rig.bushings, fillings)], contacts
+    fillings = fillings_of(rig, law) if rig.moves_across else greases_of(rig, law)
+    return [_Filling(b, m, spin, rig.moves_across) for b, m in zip(rig.bushings, fillings)], contacts
 
 
 def _rest(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:

@@ -301,7 +301,7 @@ def cannot_be_linked(rig: Rig) -> str:
     rig : Rig
         The rig.
     """
-    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
+    shafts, others = rig.linear.shafts, "modal" if rig.moves_across else "modal or modal-mj"
     if not shafts:
         return f"links needs a shaft; use {others}"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
@@ -336,7 +336,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
     """
     if refusal := cannot_be_linked(rig):
         raise RigError(f"rig {rig.name!r}: {refusal}")
-    across = rig.linear.in_other_plane if rig.is_spatial else None
+    across = rig.linear.in_other_plane if rig.moves_across else None
     members: list[tuple[Literal["x", "y", "z"], int, Chain]] = []
     for i, shaft in enumerate(rig.linear.shafts):
         masses = [(m, rig.linear.place(m.position)[1]) for m in rig.point_masses if _is_on(rig, i, m.position)]

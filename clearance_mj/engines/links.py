@@ -53,7 +53,7 @@ class Links(Engine):
         """Begin a simulation at rest; see `Engine.start`."""
         driven(linear_model(rig), kind)  # refuses what cannot be excited so
         plant = links_plant(rig, self.links)
-        if rig.is_spatial:
+        if rig.moves_across:
             return SpatialMujocoRun(self, rig, law, kind, step, plant)
         return MujocoRun(self, rig, law, kind, step, plant.in_plane)
 

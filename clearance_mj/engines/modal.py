@@ -54,7 +54,7 @@ class Modal(Engine):
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
-        if rig.is_spatial:
+        if rig.moves_across:
             return SpatialRun(self, rig, law, kind, step, self.modes)
         return ModalRun(self, rig, law, kind, step)
 

@@ -103,7 +103,7 @@ def build_modes(rig: Rig, modes: int = 8) -> mujoco.MjSpec:
 
 
 def _check_planar(rig: Rig) -> None:
-    if rig.is_spatial:
+    if rig.moves_across:
         raise ClearanceError(f"rig {rig.name!r}: modal-mj knows motion along z alone; use links or modal in space")
 
 

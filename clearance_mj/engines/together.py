@@ -119,7 +119,7 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     first, runs = simulations[0], [_run(simulation) for simulation in simulations]
     runs += runs[-1:] * (lanes - len(runs))
     size = first.interpolator.factor, first.excitation.value.shape[-1]
-    if first.rig.is_spatial:
+    if first.rig.moves_across:
         outputs = SpatialSideBySide(cast(list[SpatialRun], runs)).whole(drive, *size)
     else:
         needed = forces or any(s.completion.forces for s in simulations)
@@ -138,4 +138,4 @@ def _run(simulation: Simulation) -> ModalRun | SpatialRun:
 
 def _is_alone(simulation: Simulation) -> bool:
     """Whether it cannot be side by side: its channels are late, or its gyroscopic moments change with its spin."""
-    return simulation.late is not None or (simulation.rig.is_spatial and cast(SpatialRun, simulation.run).changes)
+    return simulation.late is not None or (simulation.rig.moves_across and cast(SpatialRun, simulation.run).changes)

@@ -44,7 +44,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     fs = dataset.records[0].fs if dataset else 2048.0
     low, high = next((r.band for r in dataset.records if r.band), BAND) if dataset else BAND
     # In space weight and unbalance move the shaft as well.
-    also, first = ((NONE,), NONE) if rig.is_spatial else ((), "random")
+    also, first = ((NONE,), NONE) if rig.moves_across else ((), "random")
     yield Control("excitation", group, "Kind", first, choices=also + EXCITATIONS + records)
     if len(kinds) > 1:
         yield Control("kind", group, "Drives the", rig.shaker.kind, choices=kinds)
@@ -60,7 +60,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)
     yield Control("resolution", group, "Lines every", 0.5, "Hz", 1.0, 0.2, 5.0, log=True)
     engines = ENGINES if rig.linear.shafts else ("modal", "modal-mj")
-    yield Control("engine", group, "Engine", "modal", choices=("modal",) if rig.is_spatial else engines)
+    yield Control("engine", group, "Engine", "modal", choices=("modal",) if rig.moves_across else engines)
 
 
 def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:

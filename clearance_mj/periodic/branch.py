@@ -112,7 +112,7 @@ class Branch(Vibrations):
         In space half of the largest extent of the orbit in any direction: the radius of a circle, half the length of
         a line.
         """
-        if self.model.rig.is_spatial:
+        if self.model.rig.moves_across:
             return half_extents(self.clearance_displacement)
         return self.amplitude("clearance_displacement")
 

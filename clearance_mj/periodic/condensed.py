@@ -14,7 +14,7 @@ from ..clearance.law import AmplitudeLaw, Law, TimeLaw
 from ..core.errors import ExcitationError, LawError, RigError
 from ..linear import LinearModel, linear_model
 from ..model import Model
-from ..rig import Rig
+from ..rig import Rig, one_kind
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear
 
@@ -109,6 +109,7 @@ def require_periodic(model: Model, kind: str) -> None:
         If the rig has no position for a force.
     """
     rig, law = model.rig, model.law
+    one_kind(rig, "harmonic balance")
     if not rig.bushings:
         raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
     if isinstance(law, TimeLaw):
@@ -120,7 +121,7 @@ def require_periodic(model: Model, kind: str) -> None:
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    if (rig.loads or rig.gravity) and not rig.is_spatial:
+    if (rig.loads or rig.gravity) and not rig.moves_across:
         raise RigError(f"rig {rig.name!r}: harmonic balance of slots knows no constant load yet; simulate it")
     if rig.orders:
         raise RigError(f"rig {rig.name!r}: harmonic balance knows no orders of the spin yet; simulate them")

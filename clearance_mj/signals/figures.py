@@ -81,7 +81,7 @@ class Histories(Protocol):
     @property
     def references(self) -> tuple[str, ...]: ...
     @property
-    def is_round(self) -> bool: ...
+    def clearance_rows(self) -> list[slice]: ...
     @property
     def spin(self) -> np.ndarray | None: ...
 
@@ -240,6 +240,8 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
 
 def _at_bushings(response: Histories, values: np.ndarray) -> dict[str, np.ndarray]:
     """Rows of the bushings by their names."""
-    if response.is_round:
-        return {f"bushing {j // 2 + 1}, {'yz'[j % 2]}": row for j, row in enumerate(values)}
-    return {f"bushing {j + 1}": row for j, row in enumerate(values)}
+    found: dict[str, np.ndarray] = {}
+    for j, rows in enumerate(response.clearance_rows, 1):
+        names = [f"bushing {j}"] if rows.stop - rows.start == 1 else [f"bushing {j}, {axis}" for axis in "yz"]
+        found |= dict(zip(names, values[rows]))
+    return found

@@ -166,15 +166,14 @@ class _Watch:
 
     def see(self, outputs: np.ndarray) -> Block:
         """Reduce steps, (n, columns), a whole number of samples."""
-        n, each, n_sensors = len(self.rig.bushings), self.rig.n_coordinates, len(self.rig.sensors)
-        ends = n_sensors + n * each * np.arange(4)
+        n, rows = len(self.rig.bushings), self.rig.clearance_rows
+        ends = len(self.rig.sensors) + self.rig.n_rows * np.arange(4)
         acceleration, moved, contact, _, told = np.split(outputs, ends, axis=1)
-        force = np.linalg.norm(contact.reshape(-1, n, each), axis=2)
+        force = np.stack([np.linalg.norm(contact[:, part], axis=1) for part in rows], axis=1)
         touches = told[:, :n] > 0.5 if told.shape[1] >= n else force > 0
         begins = touches & ~np.concatenate((self.touched, touches[:-1]))
         self.touched = touches[-1:]
-        at = moved.reshape(-1, n, each)
-        depth = np.stack([_depth(bushing, at[:, j]) for j, bushing in enumerate(self.rig.bushings)], axis=1)
+        depth = np.stack([_depth(b, moved[:, part]) for b, part in zip(self.rig.bushings, rows)], axis=1)
         per_sample = -1, self.factor, n
         return Block(
             depth.reshape(per_sample).max(axis=1).T,

@@ -74,7 +74,7 @@ class Sine(Operation):
     def source(self, model: Model) -> Source:
         """Return what finds the vibrations of a model; see `Operation.source`."""
         footprints(model.rig)
-        if model.rig.is_spatial:
+        if model.rig.moves_across:
             return MarchedSource(self.in_time(model), model)
         return SineSource(self, model)
 

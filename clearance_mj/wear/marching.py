@@ -86,7 +86,7 @@ def start_march(model: Model, engine: Modal, kind: str, step: float, state: Moda
     state : ModalState, optional
         Where another march of the same structure ended.
     """
-    made = _InSpace if model.rig.is_spatial else _InPlane
+    made = _InSpace if model.rig.moves_across else _InPlane
     return made(model, engine, kind, step, state)
 
 
