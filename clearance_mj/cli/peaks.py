@@ -49,8 +49,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         engine=options.engine,
     )  # fmt: skip
     result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
-    result = write_results(options, "peaks", result, rows(found), draw(found))
     print("\n".join(words(found)))
     warn_of_depths(model, found.median, found.quantity)
     print(f"peaks: {options.out / 'peaks.png'}")
-    return result
+    return write_results(options, "peaks", result, rows(found), draw(found))

@@ -127,7 +127,12 @@ class Comparison(Shown, ArrayData):
         """Draw CSAC and CSF over frequency, with the test's modes, and all measures by sensor."""
         from .figures import comparison_figure
 
-        return comparison_figure(self)
+        return comparison_figure(self.correlation, self.per_sensor)
+
+    @property
+    def correlation(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, pd.Series]:
+        """Lines, Hz, CSAC and CSF at them, (n,) each, and the natural frequencies of the test, Hz, nan if unknown."""
+        return self.frequency, self.csac, self.csf, self.per_mode["test_hz"]
 
     def to_xarray(self) -> xr.Dataset:
         """Return the measures over frequency, response and mode, with labels and units.
