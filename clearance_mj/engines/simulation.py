@@ -21,7 +21,7 @@ from ..clearance.modelled import Modelled, rig_and_law
 from ..core.errors import ClearanceError, ExcitationError, LawError
 from ..core.kinds import checks_kinds
 from ..core.tasks import DELAY
-from ..rig import Grease, Rig, one_kind
+from ..rig import Grease, Rig
 from ..rig.extremes import computable
 from ..signals.excitation import Excitation
 from ..signals.response import Response
@@ -141,7 +141,6 @@ class Simulation:
                 raise ExcitationError(f"rig {rig.name!r} has no shaker.position, so a force cannot be applied")
             if refusal := rig.linear.refusal(kind):
                 raise ExcitationError(f"rig {rig.name!r}: {refusal}")
-        one_kind(rig, f'engine "{engine.name}"')
         self.rig, self.law, self.excitation, self.engine, self.block = rig, law, excitation, engine, BLOCK
         self.columns = len(rig.sensors) + sum(count for _, count in _blocks_of(rig))
         with computable(rig.name, rig.to_dict):
