@@ -4,6 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from clearance_mj.clearance.lane_contacts import contact_in_lanes, lane_contacts, penetration_in_lanes
+from clearance_mj.clearance.lane_greases import grease_in_lanes, lane_greases
 
 from clearance_mj.clearance import (
     AdamsImpact,
@@ -19,8 +21,6 @@ from clearance_mj.clearance import (
 )
 from clearance_mj.clearance.greases.bouc_wen import BoucWen
 from clearance_mj.clearance.kernel import clearance_records, contact_step, grease_step
-from clearance_mj.clearance.lane_contacts import contact_in_lanes, lane_contacts, penetration_in_lanes
-from clearance_mj.clearance.lane_greases import grease_in_lanes, lane_greases
 from clearance_mj.clearance.lanes import (
     all_below,
     any_below,
