@@ -211,7 +211,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
             (joints if kind == "joint" else tendons)[index] = e
         opening = _Opening([Bushing(0.0, softness.depth, 0.0, Grease(0.0), Contact(1.0))])
         record, numbers = clearance_records(opening, law, model.opt.timestep)
-        numbers[record["wall"][0] :][:2] = -np.inf, 0.0  # where the model's range is not read
+        numbers[record["wall"][0] :][:2] = -loop.FAR, 0.0  # where the model's range is not read
         bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
         element["impact"] = element["numbers"] + record["ends"][0]
         memory.append(numbers)

@@ -65,6 +65,7 @@ ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.fl
 row of the Jacobian begins and its length; ``numbers``: where in the memory its numbers of the kernel begin, of
 ``size``, and ``impact`` where its speed of impact is; ``always``: something happens in the gap too, or over time"""
 ONE = (0,)  # lane of the kernel
+FAR = 1e9  # m or rad, where a wall is that is not there: the user's data stay finite
 OF_FRICTION = 12  # numbers of memory: the bristles' deflection, their force, no torque, and the point where it acts
 FRICTION = np.dtype(
     [(name, np.int64) for name in ("kind", "numeric", "dof", "size", "geom1", "geom2", "body1", "body2")]
@@ -184,7 +185,7 @@ def _follow(
         middle = 0.0 if element.from_zero else 0.5 * (walls[0] + walls[1])
         x -= middle
         numbers[bushing.wall + 1] = walls[1] - middle
-        numbers[bushing.wall] = -np.inf if element.from_zero else walls[0] - middle
+        numbers[bushing.wall] = -FAR if element.from_zero else walls[0] - middle
     elif element.kind == ROW and row >= 0:
         x, speed = -depths[row], -speeds[row]
     if begins or not element.grease:
