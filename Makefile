@@ -131,7 +131,7 @@ data: setup
 	$(BIN)/python -m experiments.benches.space.shipped data/turning_rig
 
 models: setup
-	$(BIN)/python -m clearance_mj.engines models/table1_rig.toml
+	$(BIN)/python -c "from clearance_mj import Rig, engines; open('models/table1_rig_links.xml', 'w').write(engines.build_links(Rig.load('models/table1_rig.toml')).to_xml())"
 
 readme: setup
 	$(BIN)/python -m benchmarks.readme

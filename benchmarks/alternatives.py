@@ -48,7 +48,6 @@ def _methods():
             (f"{n} links, {s} of the stable step", _engine(cm.Links(n, safety=s)))
             for n, s in ((9, 0.8), (10, 0.8), (10, 0.6), (12, 0.6), (14, 0.6), (16, 0.6), (20, 0.6), (30, 0.6))
         ],
-        "modal-mj": [(f"{n} modes", _engine(cm.ModalMujoco(n))) for n in (3, 4, 5, 6, 8)],
         "modal": [(f"{n} modes", _engine(cm.Modal(n))) for n in (3, 4, 6, 8, 12)],
         "numpy": [(f"{n} modes", partial(semi_implicit_euler, n)) for n in (3, 4, 5, 6)],
         "solve_ivp": [(f"4 modes, rtol {r:g}", partial(lsoda, 4, r)) for r in (1e-2, 1e-3, 1e-4)]

@@ -108,7 +108,7 @@ def virtual_bench_in_space():
 def parts():
     """What is computed, by name: the first word says how closely it is held."""
     for name, law in LAWS.items():
-        for engine in ("modal", "links", "modal-mj"):
+        for engine in ("modal", "links"):
             yield f"slot {engine} {name}", lambda law=law, e=engine: motion(cm.simulate(PLANE, NOISE, law, e))
         yield f"round modal {name}", lambda law=law: motion(cm.simulate(SPACE, NOISE, law, "modal"))
     yield "slot modal stop", lambda: motion(cm.simulate(STOP, NOISE, engine="modal"))

@@ -1,4 +1,4 @@
-"""What a step of the MuJoCo engines spends its time on, and what other settings of MuJoCo would give."""
+"""What a step of links spends its time on, and what other settings of MuJoCo would give."""
 
 import copy
 import ctypes
@@ -15,9 +15,10 @@ from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import links, modal_mj, mujoco_loop, plant
+from clearance_mj.engines import plant
 from clearance_mj.engines.base import step_factor
-from clearance_mj.engines.linkage import linkage
+from clearance_mj.engines.links_plant import links_plant
+from clearance_mj.physical.library import LIBRARY
 from clearance_mj.signals.sampling import interpolate
 
 from .case import FS, LAW, RIG, SECONDS, error, excitation, timed
@@ -42,18 +43,19 @@ STATES, CALLS = 200, 50
 
 
 def measure():
-    """Return µs of each stage of a step, and time and error of every option, for both engines."""
+    """Return µs of each stage of a step, and time and error of every option."""
     return {
-        "profile": {e.name: _profile(e) for e in (cm.Links(), cm.ModalMujoco())},
+        "profile": {"links": _profile(cm.Links())},
         "options": [_try(*option) for option in tqdm(_options(), desc="options", unit="option")],
         "armature": [_try(*option) for option in tqdm(_armatures(), desc="armature", unit="option")],
     }
 
 
 def _options():
-    rows = []
-    for engine in (Changed("links", 16), Changed("modal-mj", 8)):
-        flags = int(engine._plant(RIG).model.opt.disableflags)
+    engine = Changed(16)
+    flags = int(engine._plant(RIG).model.opt.disableflags)
+    rows = [
+        (engine, name, fields)
         for name, fields in {
             "as it is: Euler, PGS, 3 iterations": {},
             "PGS, 1 iteration": {"iterations": 1},
@@ -68,36 +70,32 @@ def _options():
             "islands looked for": {"disableflags": flags & ~int(mjtDisableBit.mjDSBL_ISLAND)},
             "no warm start": {"disableflags": flags | mjtDisableBit.mjDSBL_WARMSTART},
             "joint dampers explicit": {"disableflags": flags | mjtDisableBit.mjDSBL_EULERDAMP},
-        }.items():
-            rows.append((engine, name, fields))
-        rows.append((dataclasses.replace(engine, shapes=True), "with shapes that touch nothing", {}))
-    return rows
+        }.items()
+    ]
+    return [*rows, (dataclasses.replace(engine, shapes=True), "with shapes that touch nothing", {})]
 
 
 def _armatures():
     shares = {"none": 0.0, "1/12": 1 / 12, "1/7": 1 / 7, "1/6": 1 / 6, "1/5": 1 / 5}
     cases = [(n, name) for n in (12, 16, 20) for name in shares]
-    return [(Changed("links", n, armature=shares[name]), f"{n} links, armature {name}", {}) for n, name in cases]
+    return [(Changed(n, armature=shares[name]), f"{n} links, armature {name}", {}) for n, name in cases]
 
 
 @dataclass(frozen=True)
 class Changed(cm.engines.Engine):
-    """An engine of the project's with options of its MuJoCo model overwritten."""
+    """Links with options of their MuJoCo model overwritten."""
 
-    base: str
     size: int
     fields: tuple = ()
     armature: float = plant.ARMATURE  #: as in `Plant`
-    shapes: bool = False  #: keep the shapes that touch nothing, and look for contacts of modes
+    shapes: bool = False  #: keep the shapes that touch nothing
 
     name = "changed"
 
     def largest_step(self, rig, law):
-        if self.base != "links":
-            return self._engine().largest_step(rig, law)
-        shaft, points = linkage(rig, self.size), self._plant(rig).maps.at_points
-        limit = plant.stable_step(shaft.mass, shaft.stiffness, points, rig, law, self.armature)
-        return self._engine().safety * limit
+        whole = links_plant(rig, self.size).whole
+        limit = plant.stable_step(whole.mass, whole.stiffness, whole.at_points, rig, law, self.armature)
+        return cm.Links().safety * limit
 
     def start(self, rig, law, kind, step):
         built = self._plant(rig)
@@ -107,22 +105,18 @@ class Changed(cm.engines.Engine):
         built = dataclasses.replace(built, model=model, armature=self.armature)
         return mujoco_loop.MujocoRun(self, rig, law, kind, step, built)
 
-    def _engine(self):
-        return cm.Links(self.size) if self.base == "links" else cm.ModalMujoco(self.size)
-
     def _plant(self, rig):
-        built = links._plant(rig, self.size) if self.base == "links" else modal_mj._plant(rig, self.size)
+        built = links_plant(rig, self.size)
         if not self.shapes:
             return built
-        build = cm.engines.build_links if self.base == "links" else cm.engines.build_modes
-        model = build(rig, self.size).compile()
+        model = cm.engines.build_links(rig, self.size).compile()
         cm.physical.set_inverse_inertia(model)
         return dataclasses.replace(built, model=model)
 
 
 def _try(engine, name, fields):
     engine = dataclasses.replace(engine, fields=tuple((k, int(v)) for k, v in fields.items()))
-    row = {"engine": engine.base, "option": name}
+    row = {"engine": "links", "option": name}
     drive = excitation()
     try:
         seconds, response = timed(lambda: cm.simulate(RIG, drive, LAW, engine))
@@ -160,7 +154,7 @@ _COMPILED = {}
 def _calls(name):
     """A compiled loop over a function of the MuJoCo library that takes model and data."""
     if name not in _COMPILED:
-        address = ctypes.cast(getattr(mujoco_loop.LIBRARY, name), ctypes.c_void_p).value
+        address = ctypes.cast(getattr(LIBRARY, name), ctypes.c_void_p).value
         llvmlite.binding.add_symbol(name, address)
         function = numba.types.ExternalFunction(name, numba.types.void(numba.types.intp, numba.types.intp))
 

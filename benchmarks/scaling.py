@@ -13,7 +13,7 @@ from clearance_mj.engines.base import get_engine, step_factor
 from .case import FS, LAW, RIG, error, excitation, timed
 
 SHORT = 1.0  # s, simulated where cost per second is asked for
-ENGINES = ("links", "modal-mj", "modal")
+ENGINES = ("links", "modal")
 
 
 def measure():
@@ -39,9 +39,7 @@ def _bushings():
 
 
 def _modes():
-    for engine in (cm.Modal, cm.ModalMujoco):
-        name = f"{engine.name}: a step"
-        yield name, "modes", [4, 6, 8, 12, 16, 24], lambda n, e=engine: _per_step(RIG, LAW, e(n))
+    yield "modal: a step", "modes", [4, 6, 8, 12, 16, 24], lambda n: _per_step(RIG, LAW, cm.Modal(n))
 
 
 def _batch():
@@ -66,7 +64,6 @@ def _steps():
     """Error and cost against the time step, for engines whose step can be chosen."""
     settings = {
         "links, 16": [cm.Links(16, safety=s) for s in (0.95, 0.8, 0.4, 0.2, 0.1)],
-        "modal-mj, 8 modes": [cm.ModalMujoco(8, safety=s) for s in (0.95, 0.8, 0.4, 0.2, 0.1)],
         "modal, 8 modes": [cm.Modal(8, resolution=r) for r in (2.5, 1.0, 0.5, 0.25, 0.1)],
     }
     drive, rows = excitation(), []

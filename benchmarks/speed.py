@@ -10,8 +10,8 @@ from tqdm import tqdm
 
 import clearance_mj as cm
 from clearance_mj.core.jit import jit
-from clearance_mj.engines import links, modal_mj, mujoco_loop
-from clearance_mj.engines.base import get_engine, step_factor
+from clearance_mj.engines import links, mujoco_step
+from clearance_mj.engines.base import step_factor
 from clearance_mj.signals.sampling import interpolate
 
 from .case import timed
@@ -39,23 +39,19 @@ def measure():
 def _benchmarks():
     """Rows of (name, run A, run B, figure from their times, unit, target)."""
     for level, state in ((0.1, "no contact"), (4.0, "in contact")):
-        excitation = _excitation(level)
-        for engine in ("links", "modal-mj"):
-            raw = _raw_loop(engine, STEADY[level])
-            run = _simulate(excitation, engine)
-            target = "<= 1.25" if engine == "links" else ""
-            yield f"{engine} single / raw mj_step(nstep), {state}", run, raw, _ratio, "x", target
-            bare = driven_loop(RIG, LAW, get_engine(engine), excitation)
-            yield f"{engine} single / mj_step driven alike, {state}", run, bare, _ratio, "x", target
-            batch = _batch(excitation, engine)
-            target = "<= 1.10" if engine == "links" else ""
-            for name, loop in (("raw loops", raw), ("driven alike", bare)):
-                name = f"{engine} batch / {name}, both on all cores, {state}"
-                yield name, batch, _on_all_cores(loop), _ratio, "x", target
+        excitation, target = _excitation(level), "<= 1.25"
+        raw, run = _raw_loop(STEADY[level]), _simulate(excitation, "links")
+        yield f"links single / raw mj_step(nstep), {state}", run, raw, _ratio, "x", target
+        bare = driven_loop(RIG, LAW, cm.Links(), excitation)
+        yield f"links single / mj_step driven alike, {state}", run, bare, _ratio, "x", target
+        batch = _batch(excitation)
+        for name, loop in (("raw loops", raw), ("driven alike", bare)):
+            name = f"links batch / {name}, both on all cores, {state}"
+            yield name, batch, _on_all_cores(loop), _ratio, "x", "<= 1.10"
     excitation = _excitation(4.0)
-    for engine, target in (("links", ">= 4"), ("modal-mj", ""), ("modal", ">= 100")):
+    for engine, target in (("links", ">= 4"), ("modal", ">= 100")):
         yield f"{engine}: times real time", _simulate(excitation, engine), _nothing, _real_time, "x", target
-    two, one = (_batch(excitation, "links", workers) for workers in (2, 1))
+    two, one = (_batch(excitation, workers) for workers in (2, 1))
     yield f"links batch of {CASES}: two threads against one", two, one, _speed_up, "x", ""
 
 
@@ -67,25 +63,24 @@ def _simulate(excitation, engine):
     return lambda: cm.simulate(RIG, excitation, LAW, engine=engine)
 
 
-def _batch(excitation, engine, workers=None):
-    return lambda: cm.simulate_batch(RIG, [excitation] * CASES, LAW, engine=engine, workers=workers)
+def _batch(excitation, workers=None):
+    return lambda: cm.simulate_batch(RIG, [excitation] * CASES, LAW, engine="links", workers=workers)
 
 
 def _model(rig, law, engine):
-    """A model of an engine's with its step and constant softness, and its steps per sample."""
-    plant = links._plant(rig, engine.links) if engine.name == "links" else modal_mj._plant(rig, engine.modes)
+    """A model of links with its step and constant softness, and its steps per sample."""
+    plant = links._plant(rig, engine.links)
     factor = step_factor(2048.0, engine.largest_step(rig, law))
     model = copy.copy(plant.model)
     model.opt.timestep = step = 1 / (2048.0 * factor)
     model.dof_armature[:] = plant.armature * step**2 * model.jnt_stiffness
-    field = model.pair_solref if engine.name == "links" else model.tendon_solref_lim
-    field[:] = cm.physical.SOLREF_PER_UNIT * law.k[0] / 2, cm.physical.SOLREF_PER_UNIT * law.c[0] / 2
+    model.pair_solref[:] = cm.physical.SOLREF_PER_UNIT * law.k[0] / 2, cm.physical.SOLREF_PER_UNIT * law.c[0] / 2
     return model, factor
 
 
-def _raw_loop(engine, acceleration):
-    """The engine's model stepped by mj_step(nstep) alone, nothing updated, under a constant acceleration."""
-    model, factor = _model(RIG, LAW, get_engine(engine))
+def _raw_loop(acceleration):
+    """The model of links stepped by mj_step(nstep) alone, nothing updated, under a constant acceleration."""
+    model, factor = _model(RIG, LAW, cm.Links())
     model.opt.gravity[2] = -acceleration
     steps = round(SECONDS * 2048 * factor)
     return lambda: mujoco.mj_step(model, mujoco.MjData(model), nstep=steps)
@@ -108,7 +103,7 @@ def driven_loop(rig, law, engine, excitation):
 def _drive(model, data, gravity, drive):
     for a in drive:
         gravity[2] = -a
-        mujoco_loop._mj_step(model, data)
+        mujoco_step.mj_step(model, data)
 
 
 def _nothing():

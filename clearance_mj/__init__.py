@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
         RigError,
         SimulationError,
     )
-    from .engines import Links, Modal, ModalMujoco, simulate, simulate_batch, simulate_blocks, simulate_each
+    from .engines import Links, Modal, simulate, simulate_batch, simulate_blocks, simulate_each
     from .engines.energy import EnergyBalance, energy_balance
     from .identify.channels.mapping import map_channels
     from .io.channel_map import ChannelMap
@@ -53,7 +53,7 @@ if TYPE_CHECKING:  # the same as below, for editors and type checkers
 __all__ = [
     "FRF", "PSD", "AmplitudeLaw", "Beam", "Bushing", "Channel", "ChannelMap", "ClearanceError", "Comparison",
     "ConstantLaw", "Contact", "ContactLaw", "Dataset", "EnergyBalance", "Excitation", "ExcitationError", "Geometry",
-    "Grease", "Law", "LawError", "LinearModel", "Links", "Modal", "ModalMujoco", "Model", "ModelError", "Plate",
+    "Grease", "Law", "LawError", "LinearModel", "Links", "Modal", "Model", "ModelError", "Plate",
     "PointMass", "Record", "RecordError", "Response", "Rig", "RigError", "Sensor", "Shaker", "SimulationError",
     "Spectra", "TimeLaw", "__version__", "beam", "compare", "compare_modes", "csac", "csf", "energy_balance",
     "estimate_frf", "estimate_frf_blocks", "excitation", "extract_modes", "frac", "identify", "linear_model",
@@ -64,7 +64,7 @@ __all__ = [
 
 _NAMES = {
     "clearance": "AmplitudeLaw ConstantLaw ContactLaw Law TimeLaw load_law",
-    "engines": "Links Modal ModalMujoco simulate simulate_batch simulate_blocks simulate_each",
+    "engines": "Links Modal simulate simulate_batch simulate_blocks simulate_each",
     "identify.channels.mapping": "map_channels",
     "io.channel_map": "ChannelMap",
     "io.channels": "Channel",

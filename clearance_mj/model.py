@@ -68,7 +68,7 @@ class Model(Shown):
         excitation : Excitation
             Base acceleration or shaker force.
         engine : str or Engine, optional
-            "links", "modal", "modal-mj", or an engine with settings of its own; by default that of `default_engine`.
+            "links", "modal", or an engine with settings of its own; by default that of `default_engine`.
         progress : bool
             Show a progress bar.
 

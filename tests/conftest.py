@@ -34,7 +34,7 @@ def rig() -> Rig:
     return TABLE1
 
 
-@pytest.fixture(params=["links", "modal", "modal-mj"])
+@pytest.fixture(params=["links", "modal"])
 def engine(request) -> str:
     return request.param
 

@@ -51,7 +51,7 @@ def studies(small_dataset, tmp_path_factory):
     folder = tmp_path_factory.mktemp("studies")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report, "write_report", no_report)
-        for name, engines in (("out", ["modal"]), ("undisturbed", ["modal", "modal-mj"])):
+        for name, engines in (("out", ["modal"]), ("undisturbed", ["modal", "links"])):
             report_study(small_dataset, folder / name, engines, ["nominal"], progress=False)
         yield folder
 
@@ -64,7 +64,7 @@ def old(studies, small_dataset, tmp_path):
     (out / "figures").mkdir()
     (out / "figures" / "photo.png").write_text("not of a study")
     return out, shown(out), (
-        "study", small_dataset, "--out", out, "--quiet", "--engines", "modal,modal-mj", "--methods", "nominal",
+        "study", small_dataset, "--out", out, "--quiet", "--engines", "modal,links", "--methods", "nominal",
         "--workers", "1",
     )  # fmt: skip
 
@@ -243,7 +243,7 @@ def test_full_disk_under_rigs_and_laws(tmp_path):
 
 
 @pytest.mark.parametrize("bushings", [2, pytest.param(0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("engine", ["links", "modal", "modal-mj"])
+@pytest.mark.parametrize("engine", ["links", "modal"])
 def test_a_simulation_stops_at_nan(rig, engine, bushings):
     """NaN in the drive at a known instant, deep in a block; the error says when, in simulated time, and where.
 

@@ -5,6 +5,7 @@ from .contact import ContactModel
 from .contacts.cubic import Cubic
 from .contacts.hertz import Flores, HuntCrossley, LankaraniNikravesh
 from .contacts.hunt_crossley_1975 import HuntCrossley1975
+from .contacts.impact import AdamsImpact
 from .contacts.kelvin_voigt import KelvinVoigt
 from .grease import GreaseModel
 from .greases.finite_bearing import FiniteBearing
@@ -17,6 +18,7 @@ from .modelled import nominal_law
 from .walls.slot import describing_function, gap
 
 __all__ = [
+    "AdamsImpact",
     "AmplitudeLaw",
     "ConstantLaw",
     "ContactLaw",

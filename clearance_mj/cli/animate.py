@@ -41,7 +41,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     kind = model.rig.shaker.kind
     response = model.simulate(excitation(options, kind, options.rms(kind)), options.engine)
     cut = {"seconds": options.seconds, "slow": options.slow, "rate": options.rate}
-    in_space = model.rig.is_spatial
+    in_space = model.rig.moves_across
     shown = clip(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
     comment = json.dumps(provenance(options))
     reason = write(shown, options.out, options.renderer, not options.quiet, comment)

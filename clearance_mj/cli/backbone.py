@@ -49,8 +49,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found = [by_mode[mode] for mode in modes]
     result = settings(model) | {name: getattr(options, name) for name in PERIODIC}
     result |= {"backbones": [of_backbone(each) for each in found]}
-    result = write_results(options, "backbone", result, rows(found), draw(found))
     for each in found:
         print("\n".join(words(each)))
     print(f"backbone: {options.out / 'backbone.csv'}")
-    return result
+    return write_results(options, "backbone", result, rows(found), draw(found))

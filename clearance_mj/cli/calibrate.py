@@ -58,9 +58,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     rig, targets = Rig.load(options.rig), [_target(path, options) for path in options.targets]
     found = calibrate(rig, targets, dict(options.free), options.starts, options.seed, not options.quiet)
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
-    result = write_results(options, "calibration", found.to_dict(), None, draw(found))
     _print(found, options.out)
-    return result
+    return write_results(options, "calibration", found.to_dict(), None, draw(found))
 
 
 def _target(path: Path, options: argparse.Namespace) -> ModalTarget | FRFTarget:

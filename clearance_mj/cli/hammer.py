@@ -74,13 +74,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     result = {"hits": hits, "averaged": averaged, "band": [low, high], "lines": frf.frequency.size, **found}
     result |= {"window_rate": frf.window_rate, "notes": list(test.notes)}
     drawings = (Drawing(name, figure, name, name) for name, figure in figures.items())
-    result = write_results(options, "hammer", result, None, *drawings)
     print(f"{averaged} of {len(hits)} hits averaged, {frf.frequency.size} lines from {low:.4g} to {high:.4g} Hz")
     print("mode  frequency (Hz)  damping (%)" if options.modes else "", end="\n" if options.modes else "")
     for i, (frequency, damping) in enumerate(zip(modes.frequency, modes.damping), 1):
         print(f"{i:4d}  {frequency:14.3f}  {100 * damping:11.3f}")
     print(f"{out}; next: {spelled('modes', out)}")
-    return result
+    return write_results(options, "hammer", result, None, *drawings)
 
 
 def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, options: argparse.Namespace) -> Response:

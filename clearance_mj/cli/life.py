@@ -52,11 +52,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError("--draws is of what tolerances say, and with --history that says it; leave --draws out")
     model = load_model(options)
     found = _predicted(options, model, _operation(options, model))
-    result = write_results(options, "life", settings(model) | summary(found), rows(found), draw(found))
-    for words in found.words():
-        print(words)
+    print("\n".join(found.words()))
     print(f"life: {options.out / 'life.png'}")
-    return result
+    return write_results(options, "life", settings(model) | summary(found), rows(found), draw(found))
 
 
 def _operation(options: argparse.Namespace, model: Model) -> Operation:

@@ -46,9 +46,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     found.structure.write_csv(options.new / "modes.csv")
     caption = "Measured FRFs and what the structure gives for them."
     drawing = Drawing("synthesis", found.figure(), caption, caption)
-    result = write_results(options, "modes", found.summary() | {"out": str(options.out)}, None, drawing)
     _print(found, options.out)
-    return result
+    return write_results(options, "modes", found.summary() | {"out": str(options.out)}, None, drawing)
 
 
 def _driving_points(pairs: list[str]) -> list[tuple[str, str]]:

@@ -150,7 +150,7 @@ def add_simulation(
     add_rig(parser)
     option = parser.add_argument
     default = engine or "links where it can, else modal"
-    option("--engine", default=engine, help=f"links, modal or modal-mj (default: {default})")
+    option("--engine", default=engine, help=f"links or modal (default: {default})")
     option("--sine", type=hertz, metavar="HZ", help="drive with a sine (default: with noise)")
     option("--band", type=hertz, nargs=2, default=(5.0, 220.0), metavar=("LOW", "HIGH"), help="of noise, Hz (5 220)")
     option("--seed", type=int, default=0, help="of noise (default: %(default)s)")

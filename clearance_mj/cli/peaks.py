@@ -23,7 +23,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--hours", type=float, default=1.0, help="time that is predicted, h (default: %(default)s)")
     option("--duration", type=seconds, default=60.0, help="s that are marched (default: %(default)s)")
     option("--seed", type=int, default=0, help="of the noise (default: %(default)s)")
-    option("--engine", default="modal", help="links, modal or modal-mj (default: %(default)s)")
+    option("--engine", default="modal", help="links or modal (default: %(default)s)")
     add_plugin(parser, "an engine, a contact or a grease")
 
 
@@ -49,8 +49,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         engine=options.engine,
     )  # fmt: skip
     result = settings(model) | {"psd": psd.to_dict(), "seed": options.seed, "engine": options.engine} | plain(found)
-    result = write_results(options, "peaks", result, rows(found), draw(found))
     print("\n".join(words(found)))
     warn_of_depths(model, found.median, found.quantity)
     print(f"peaks: {options.out / 'peaks.png'}")
-    return result
+    return write_results(options, "peaks", result, rows(found), draw(found))

@@ -69,10 +69,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     required = [position.index(point) for point in options.at]
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    drawing = draw(rig, places, found, options.modes)
-    result = write_results(options, "placement", result, found.table, drawing)
     _print(found, options.out)
-    return result
+    return write_results(options, "placement", result, found.table, draw(rig, places, found, options.modes))
 
 
 def _noise(text: str, position: list[float | str]) -> float | np.ndarray:

@@ -56,7 +56,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     branches = [branch for known in by_level for branch in known]
     result = settings(model) | {"branches": [of_branch(branch) for branch in branches]}
     result |= {"isolas": basins} if basins else {}
-    result = write_results(options, "response", result, rows(branches), draw(branches, sensors))
     for branch in branches:
         print("\n  ".join(words(branch)))
     largest = np.max([branch.excursion().max(axis=0) for branch in branches], axis=0)
@@ -65,7 +64,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         lost = 100 * sum(shares[-1] for shares in level["shares"]) / len(level["shares"])
         print(f"{level['new']} more branches from random starts, of which {lost:.0f} % came to none that repeats")
     print(f"response: {options.out / 'response.csv'}")
-    return result
+    return write_results(options, "response", result, rows(branches), draw(branches, sensors))
 
 
 def _rows_of(rig: Rig, nodes: list[int] | None) -> list[int] | None:

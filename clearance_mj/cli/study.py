@@ -13,7 +13,7 @@ from .options import add_plugin
 
 def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dataset", type=Path, help="dataset folder: rig.toml, dataset.toml, one .uff per record")
-    words = "comma-separated; modal-mj too (default: links,modal); modal alone where links cannot"
+    words = "comma-separated (default: links,modal; modal alone where links cannot)"
     parser.add_argument("--engines", help=words)
     usual = "(default: those of nominal,constant,amplitude,bench that the records allow)"
     parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} {usual}")

@@ -22,8 +22,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     caption = f"Motion of rig “{rig.name}” under its unbalances over its spin, its bushings filled and not in contact."
     of_each = {"amplitude_um_pp": 1e6 * found.amplitude, "phase_lag_deg": found.phase_lag}
     table = long_table("probe", [*found.planes], "spin_rad_s", found.speed, **of_each)
-    clearances = zip(rig.probe_labels, (2 * bushing.gap for bushing in rig.bushings for _ in "YZ"))
+    clearances = zip(rig.probe_labels, (2 * rig.bushings[j].gap for j in rig.bushing_of_row))
     read = dict(zip(found.planes, found.amplitude.max(axis=1)))
-    if touching := [probe for probe, clearance in clearances if read[probe] > clearance]:
+    if touching := [probe for probe, clearance in clearances if read.get(probe, 0.0) > clearance]:
         say(f"{', '.join(touching)}: wider than the clearance: the shaft touches, which clearance-mj orbits simulates")
     return write_over_speed(options, model, found, caption, table)

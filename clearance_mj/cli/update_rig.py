@@ -42,9 +42,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         found, diagnosis = examine(dataset.rig, records, progress=True)
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
-    stored = write_results(options, "updated_rig", stored, None, draw(found))
     _print(found, diagnosis, options.out)
-    return stored
+    return write_results(options, "updated_rig", stored, None, draw(found))
 
 
 def _print(found: RigUpdate, diagnosis: Diagnosis, out: Path) -> None:

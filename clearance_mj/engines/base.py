@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
-
 import numpy as np
 
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, SimulationError
 from ..core.validation import Registered, register
 from ..rig import Rig
+from ..rig.dimensions import directed_points
 from ..rig.instruments import Kinds
 
-__all__ = ["Engine", "Equations", "Run", "diverged", "get_engine", "in_columns", "location", "register", "step_factor"]
+__all__ = ["Engine", "Run", "diverged", "get_engine", "in_columns", "location", "register", "step_factor"]
 
 
 class Run(ABC):
@@ -34,34 +33,9 @@ class Run(ABC):
         """Return what `advance` would have returned at rest before the start, (columns,); None if that is zeros."""
         return None
 
-    def equations(self) -> Equations:
-        """Return the equations that the coordinates of consecutive steps satisfy, for energy balances."""
-        raise ClearanceError("the engine does not tell the equations of its steps, so its energies cannot be balanced")
-
-    def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is between two steps, to be copied before the next one.
-
-        These are the equations' coordinates, (n,), and the speed at which the contact of every bushing end began, as
-        the last step used it, (2 n_bushings,) in m/s; 0 in the gap.
-        """
-        raise ClearanceError("the engine does not tell its state, so its energies cannot be balanced")
-
-
-class Equations(NamedTuple):
-    """What an engine's scheme makes of M q̈ + C q̇ + K q = bᵀ a - Pᵀ f, from step to step and exactly.
-
-    M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = bᵀ a - Pᵀ f, with q₋, q, q₊ the coordinates before the last step,
-    before this one and after it, a the excitation and f the forces of the bushings at q. The scheme's own M, C and K,
-    for which this holds, differ from the shaft's by terms that vanish with the step.
-    """
-
-    mass: np.ndarray  # (n, n) M
-    damping: np.ndarray  # (n, n) C
-    stiffness: np.ndarray  # (n, n) K
-    input: np.ndarray  # (n_inputs, n) b
-    points: np.ndarray  # (3 n_rows, n) P: displacement of the bushings' middles, then both ends of each
-    speed: np.ndarray  # (3, n) the bushings' dampers see the velocity speed[0] q₋ + speed[1] q + speed[2] q₊
-    cross: np.ndarray = np.zeros((0, 0))  # (n, n) skew stiffness beside K: what it takes is lost
+    def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate one block; return what `advance` does, and the energies (n, columns) of its steps, see `energies`."""
+        raise ClearanceError("the engine does not tell its energies, so they cannot be balanced; use modal or links")
 
 
 MAX_COUNT = 2**53  # steps per sample, beyond which a double does not hold every integer
@@ -104,16 +78,17 @@ class Engine(Registered, ABC):
 
 
 def default_engine(rig: Rig) -> str:
-    """Return the name of the engine that simulates a rig if none is asked for: "links" where it can, else "modal".
+    """Return the name of the engine that simulates a rig if none is asked for, "links" of shafts in one plane.
 
     Parameters
     ----------
     rig : Rig
-        The rig; one in space is simulated by its modes.
+        The rig; one in space, or whose points name directions, is simulated by its modes.
     """
     from .linkage import cannot_be_linked
 
-    return "modal" if rig.is_spatial or cannot_be_linked(rig) else "links"
+    directed = directed_points(rig) or any(load.torque for load in rig.loads)
+    return "modal" if rig.moves_across or directed or cannot_be_linked(rig) else "links"
 
 
 def get_engine(engine: str | Engine) -> Engine:

@@ -1,74 +1,76 @@
-"""A shaft as a chain of rigid links: where its hinges are, how they bend, and what moves with them.
+"""A shaft as a chain of rigid links: where its joints are, what supports do to them, how points move with them.
 
-The shaft is cut into elements, supports and the bushings' middles among their ends, and each element bends at the
-points of Gauss's quadrature with the shaft's flexibility 1/(EI) as weight function: two hinges, or three where a number
-of links is odd, each as compliant as its weight. In a uniform element these are Legendre's points; steps and tapers
-move them. Chain and shaft then meet, in place and slope, at every end of an element; in between the shaft lies above
-the chain by the double integral of a curvature whose moment is a straight line (a parabola with three hinges) within
-the element. Deflection and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs
-from theirs in fourth order.
+The shaft is cut into elements, supports and the bushings' middles among their ends, and each element gives at the
+points of Gauss's quadrature with the shaft's flexibility, 1/(EI) or 1/(GJ), as weight function: two hinges, or three
+where a number of links is odd, each as compliant as its weight. In a uniform element these are Legendre's points; steps
+and tapers move them. Chain and shaft then meet at every end of an element; see `bending_chain` and `twist_chain`.
 
-A chain begins at the shaft's left end, where its first link can slide or turn unless a support there forbids it.
+A chain begins at the shaft's left end, where its first link can move unless a support there forbids it.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import functools
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import NamedTuple
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..structure import Shaft, Support
 
-__all__ = ["Chain", "Link", "chain_of", "of_discs"]
+__all__ = ["Chain", "Element", "Hold", "cut", "elements_of"]
 
 
-class Link(NamedTuple):
-    """A rigid piece of a shaft."""
+class Hold(NamedTuple):
+    """What a support does to one motion of a shaft."""
 
-    start: float  #: m
-    end: float  #: m
-    mass: float  #: kg
-    centre: float  #: m, of mass
-    inertia: float  #: kg m², about the centre of mass
+    order: int  #: of the motion, as `Chain.motion` has it
+    rigid: bool  #: whether it allows none
+    stiffness: float  #: N/m or N m/rad
+    damping: float  #: N s/m or N m s/rad
 
 
 @dataclass(frozen=True, eq=False)
-class _Element:
-    """A piece of a shaft whose bending moment is the polynomial through its values at the hinges."""
+class Element:
+    """A piece of a shaft whose moment is the polynomial through its values at the hinges."""
 
     shaft: Shaft
+    kind: Literal["bending", "torsion"]
     start: float
     end: float
     hinges: np.ndarray
     compliance: np.ndarray  # rad/(N m)
 
-    def bent(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the deflection and slope, each (n_x, n), of the shaft at x per angle of the element's hinges."""
+    def motion(self, x: np.ndarray, order: int) -> np.ndarray:
+        """Return the deflection, or its derivative of order 1 or 2, (n_x, n) of the shaft at x per angle of the hinges.
+
+        The first derivative is the slope of what bends and the twist of what twists.
+        """
+        return self._curvature(x) if order == 2 else self._bent(x)[order]
+
+    def _bent(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         slope = np.repeat((x >= self.end)[:, None], self.hinges.size, axis=1).astype(float)
         deflection = slope * (x[:, None] - self.hinges)
         for i in np.flatnonzero((x > self.start) & (x < self.end)):
             at, weight, rigidity = self.shaft.integration(self.start, x[i])
-            curvature = self._moments(at) * (weight / rigidity.bending)[:, None]
+            curvature = self._moments(at) * (weight / getattr(rigidity, self.kind))[:, None]
             slope[i], deflection[i] = curvature.sum(axis=0), (x[i] - at) @ curvature
         return deflection, slope
 
-    def curvature(self, x: np.ndarray) -> np.ndarray:
-        """Return the curvature (n_x, n), 1/m, of the shaft at x per angle of the element's hinges; 0 elsewhere."""
+    def _curvature(self, x: np.ndarray) -> np.ndarray:
         last = self.end == self.shaft.end
         inside, near = (x >= self.start) & ((x < self.end) | last), 1e-6 * (self.end - self.start)
         found = np.zeros((x.size, self.hinges.size))
         for i in np.flatnonzero(inside):
             at = min(x[i], self.end - near)
-            found[i] = self._moments(x[i : i + 1])[0] / self.shaft.integration(at, at + near)[2].bending.mean()
+            rigidity = self.shaft.integration(at, at + near)[2]
+            found[i] = self._moments(x[i : i + 1])[0] / getattr(rigidity, self.kind).mean()
         return found
 
     def _moments(self, x: np.ndarray) -> np.ndarray:
-        """Bending moment (n_x, n) per angle of the hinges: Lagrange's polynomials over the hinges' compliance."""
+        """Moment (n_x, n) per angle of the hinges: Lagrange's polynomials over the hinges' compliance."""
         found = np.empty((x.size, self.hinges.size))
         for i, hinge in enumerate(self.hinges):
             others = np.delete(self.hinges, i)
@@ -77,12 +79,33 @@ class _Element:
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
-    """A shaft as a chain of rigid links; coordinates are the left end's slide and turn, if any, then the hinges'."""
+class Chain(ABC):
+    """Rigid links of a shaft; coordinates are those of joints at its left end, if any, then the hinges' angles."""
 
     shaft: Shaft
-    elements: tuple[_Element, ...]  # from left to right
+    elements: tuple[Element, ...]  # from left to right
     masses: tuple[tuple[float, float, float], ...]  # what sits on it: position m, mass kg, inertia kg m²
+
+    axes: ClassVar[dict[str, tuple[int, float]]]
+    """axes of points that it moves along: order of the motion, and its sign"""
+    first_joints: ClassVar[tuple[str, ...]]
+    """names of the joints at the left end, of motions of order 0, 1, ..."""
+    derivative: ClassVar[int]
+    """order of the derivative of an element's deflection that its motion of order 0 is"""
+
+    @abstractmethod
+    def holds(self, support: Support) -> tuple[Hold, ...]:
+        """Return what a support does to the chain's motions."""
+
+    @property
+    @abstractmethod
+    def mass(self) -> np.ndarray:
+        """(nv, nv) mass matrix of the straight chain, with what sits on it."""
+
+    @property
+    @abstractmethod
+    def without_load(self) -> Self:
+        """The same with nothing but the shaft's own discs on it."""
 
     @functools.cached_property
     def hinges(self) -> np.ndarray:
@@ -90,144 +113,133 @@ class Chain:
         return np.concatenate([e.hinges for e in self.elements])
 
     @functools.cached_property
-    def slides(self) -> bool:
-        """Whether the left end moves up and down."""
-        return not self._held("clamped", "pinned")
+    def _supports(self) -> tuple[list[Hold], list[tuple[float, Hold]]]:
+        """What supports do at the left end, where joints do it, and elsewhere, with the position, m."""
+        start = self.elements[0].start + 1e-9 * self.shaft.length
+        every = [(s.position, hold) for s in self.shaft.supports for hold in self.holds(s)]
+        return [hold for x, hold in every if x <= start], [(x, hold) for x, hold in every if x > start]
 
     @functools.cached_property
-    def turns(self) -> bool:
-        """Whether the left end turns."""
-        return not self._held("clamped", "guided")
+    def roots(self) -> tuple[int, ...]:
+        """Orders of the motions that the left end is free to make, each with a joint."""
+        held = {hold.order for hold in self._supports[0] if hold.rigid}
+        return tuple(order for order in range(len(self.first_joints)) if order not in held)
 
-    def _held(self, *kinds: str) -> bool:
-        return any(s.kind in kinds for s in self.shaft.supports if self.at_start(s))
-
-    def at_start(self, support: Support) -> bool:
-        """Return whether a support is at the left end, where joints do what it does."""
-        return support.position <= self.elements[0].start + 1e-9 * self.shaft.length
-
-    @functools.cached_property
-    def stiffness(self) -> np.ndarray:
-        """(nv,) of the joints, N/m of the slide and N m/rad of the others."""
-        own = [s for s in self.shaft.supports if self.at_start(s)]
-        root = [sum(s.translation for s in own)] * self.slides + [sum(s.rotation for s in own)] * self.turns
-        return np.concatenate((root, *(1 / e.compliance for e in self.elements)))
+    @property
+    def joints(self) -> list[str]:
+        """Names of the joints, in the order of the coordinates."""
+        return [self.first_joints[r] for r in self.roots] + [f"hinge{n}" for n in range(self.hinges.size)]
 
     @functools.cached_property
-    def dashpots(self) -> np.ndarray:
-        """(nv,) of the joints, N s/m of the slide and N m s/rad of the turn."""
-        own = [s for s in self.shaft.supports if self.at_start(s)]
-        slide, turn = sum(s.translation_damping for s in own), sum(s.rotation_damping for s in own)
-        return np.concatenate(([slide] * self.slides + [turn] * self.turns, np.zeros(self.hinges.size)))
+    def places(self) -> np.ndarray:
+        """(nv,) where the joints are, m."""
+        return np.concatenate(([self.shaft.start] * len(self.roots), self.hinges))
 
     @functools.cached_property
     def starts(self) -> np.ndarray:
         """Where its moving links begin, m; each reaches to the next, the last one to the right end."""
-        return np.concatenate(([self.shaft.start] if self.slides or self.turns else [], self.hinges))
-
-    def lever(self, x: ArrayLike) -> np.ndarray:
-        """Return (n_x, nv) deflection of points x, m, on the straight links per coordinate."""
-        x = _column(x)
-        return np.hstack((*self._root(x), np.maximum(x - self.hinges, 0.0)))
-
-    def tilt(self, x: ArrayLike) -> np.ndarray:
-        """Return (n_x, nv) slope of the straight links at x, m, per coordinate."""
-        x = _column(x)
-        return np.hstack((*self._root(x, 0.0), x > self.hinges))
-
-    def deflection(self, x: ArrayLike) -> np.ndarray:
-        """Return (n_x, nv) deflection of the curved shaft per coordinate; the links' own at every end of an element."""
-        x = _column(x)
-        return np.hstack((*self._root(x), *(e.bent(x[:, 0])[0] for e in self.elements)))
-
-    def slope(self, x: ArrayLike) -> np.ndarray:
-        """Return (n_x, nv) slope of the curved shaft per coordinate; the links' own at every end of an element."""
-        x = _column(x)
-        return np.hstack((*self._root(x, 0.0), *(e.bent(x[:, 0])[1] for e in self.elements)))
-
-    def curvature(self, x: ArrayLike) -> np.ndarray:
-        """Return (n_x, nv) curvature of the curved shaft per coordinate, 1/m."""
-        x = _column(x)
-        return np.hstack((*(0 * part for part in self._root(x)), *(e.curvature(x[:, 0]) for e in self.elements)))
-
-    def _root(self, x: np.ndarray, slide: float = 1.0) -> list[np.ndarray]:
-        """Columns of the left end's joints: the deflection, or the slope for slide = 0."""
-        turn = x - self.shaft.start if slide else np.ones_like(x)
-        return [np.full_like(x, slide)] * self.slides + [turn] * self.turns
+        return np.concatenate(([self.shaft.start] if self.roots else [], self.hinges))
 
     @functools.cached_property
-    def links(self) -> tuple[Link, ...]:
-        """The moving links, from left to right, with what sits on them."""
-        return tuple(self.link(start, end) for start, end in pairwise((*self.starts, self.shaft.end)))
+    def stiffness(self) -> np.ndarray:
+        """(nv,) of the joints, N/m of a slide and N m/rad of the others."""
+        root = [sum(h.stiffness for h in self._supports[0] if h.order == r) for r in self.roots]
+        return np.concatenate((root, *(1 / e.compliance for e in self.elements)))
 
-    def link(self, start: float, end: float) -> Link:
-        """Return a piece of the shaft, with what sits on it."""
-        at, weight, rigidity = self.shaft.integration(start, end)
-        mass, last = weight * rigidity.mass, end == self.shaft.end
-        parts = [(m, x, own) for x, m, own in self.masses if start <= x < end or (last and x >= end)]
-        total = mass.sum() + sum(m for m, _, _ in parts)
-        centre = (mass @ at + sum(m * x for m, x, _ in parts)) / total
-        inertia = mass @ (at - centre) ** 2 + sum(own + m * (x - centre) ** 2 for m, x, own in parts)
-        return Link(start, end, float(total), float(centre), float(inertia))
+    @functools.cached_property
+    def dashpots(self) -> np.ndarray:
+        """(nv,) of the joints, N s/m of a slide and N m s/rad of the others."""
+        root = [sum(h.damping for h in self._supports[0] if h.order == r) for r in self.roots]
+        return np.concatenate((root, np.zeros(self.hinges.size)))
+
+    @functools.cached_property
+    def held(self) -> np.ndarray:
+        """(n, nv) motions that rigid supports behind the left end hold at zero."""
+        rows = {(x, h.order): self.motion(x, h.order)[0] for x, h in self._supports[1] if h.rigid}
+        return np.array(list(rows.values())).reshape(-1, self.stiffness.size)
 
     @property
-    def without_load(self) -> Chain:
-        """The same with nothing but the shaft's own discs on it."""
-        return dataclasses.replace(self, masses=of_discs(self.shaft))
+    def springs(self) -> list[tuple[np.ndarray, float, float]]:
+        """Rows (nv,), stiffness and damping of elastic supports behind the left end."""
+        elastic = [(x, h) for x, h in self._supports[1] if not h.rigid and (h.stiffness or h.damping)]
+        return [(self.motion(x, h.order)[0], h.stiffness, h.damping) for x, h in elastic]
 
-    @functools.cached_property
-    def mass(self) -> np.ndarray:
-        """(nv, nv) mass matrix of the straight chain, with what sits on it."""
-        at = self.lever([link.centre for link in self.links])
-        turn = self.tilt([(link.start + link.end) / 2 for link in self.links])
-        masses, inertias = (np.array([getattr(link, name) for link in self.links]) for name in ("mass", "inertia"))
-        return (at.T * masses) @ at + (turn.T * inertias) @ turn
+    @property
+    def stiff_roots(self) -> np.ndarray:
+        """(nv,) whether a joint is a spring at the left end that gives less than the first hinge."""
+        reach = self.hinges[0] - self.elements[0].start
+        first = [self.stiffness[len(self.roots)] / reach ** (2 - 2 * r - 2 * self.derivative) for r in self.roots]
+        return self.stiffness > np.concatenate((first, np.full(self.hinges.size, np.inf)))
+
+    def motion(self, x: ArrayLike, order: int = 0, straight: bool = False) -> np.ndarray:
+        """Return how the shaft moves per coordinate.
+
+        Parameters
+        ----------
+        x : array_like, shape (n_x,)
+            Positions, m.
+        order : int
+            0 the deflection, 1 the slope and 2 the curvature of a shaft that bends; 0 the twist and 1 that per length
+            of one that twists.
+        straight : bool
+            Whether the straight links are meant, and not the curved shaft, which they are equal to at every end of an
+            element; up to the slope or twist.
+
+        Returns
+        -------
+        ndarray, shape (n_x, nv)
+        """
+        x = np.reshape(np.asarray(x, dtype=float), (-1, 1))
+        root = [(x - self.shaft.start) ** (r - order) if r >= order else 0 * x for r in self.roots]
+        order += self.derivative
+        if straight:
+            return np.hstack((*root, x > self.hinges if order else np.maximum(x - self.hinges, 0.0)))
+        return np.hstack((*root, *(e.motion(x[:, 0], order) for e in self.elements)))
 
 
-def _column(x: ArrayLike) -> np.ndarray:
-    return np.reshape(np.asarray(x, dtype=float), (-1, 1))
-
-
-def of_discs(shaft: Shaft) -> tuple[tuple[float, float, float], ...]:
-    """Return the position, m, mass, kg, and inertia, kg m², of a shaft's discs."""
-    return tuple((disc.position, disc.mass, disc.inertia) for disc in shaft.discs)
-
-
-def chain_of(shaft: Shaft, links: int, wanted: list[float], masses: list[tuple[float, float, float]]) -> Chain:
-    """Cut a shaft into so many links (a first one that only slides or turns not counted).
+def cut(shaft: Shaft, links: int, wanted: list[float]) -> list[tuple[float, float, int]]:
+    """Cut a shaft into elements: start, end, m, and number of hinges of each.
 
     Parameters
     ----------
     shaft : Shaft
         The shaft.
     links : int
-        Number of hinges.
+        Number of all hinges.
     wanted : list of float
         Positions at which elements should end, m, in order of importance.
-    masses : list of tuple
-        Position, m, mass, kg, and inertia, kg m², of what sits on the shaft.
     """
     edges = _edges(shaft, links, wanted)
     lengths = np.diff(edges)
     counts = np.full(lengths.size, 2)
     while counts.sum() < links:
         counts[np.argmax(lengths / counts)] += 1
-    elements = []
+    pieces = list[tuple[float, float, int]]()
     for start, length, count in zip(edges, lengths, counts):
         sizes = [2 + count % 2, *[2] * (count // 2 - 1)]
         ends = start + length * np.cumsum([0, *sizes]) / count
-        elements += [_element(shaft, *piece) for piece in zip(ends, ends[1:], sizes)]
-    return Chain(shaft, tuple(elements), tuple(masses))
+        pieces += zip(ends, ends[1:], sizes)
+    return pieces
 
 
-def _element(shaft: Shaft, start: float, end: float, size: int) -> _Element:
-    """Points and weights of Gauss's quadrature with weight function 1/(EI) (Golub & Welsch, Math. Comp. 23, 1969)."""
-    at, weight, rigidity = shaft.integration(start, end)
-    flexibility, half = weight / rigidity.bending, (end - start) / 2
-    xi = (at - start) / half - 1
-    basis = np.linalg.qr(np.sqrt(flexibility)[:, None] * np.vander(xi, size, increasing=True))[0]
-    nodes, vectors = np.linalg.eigh(basis.T @ (xi[:, None] * basis))
-    return _Element(shaft, start, end, start + half * (1 + nodes), flexibility.sum() * vectors[0] ** 2)
+def elements_of(
+    shaft: Shaft, pieces: list[tuple[float, float, int]], kind: Literal["bending", "torsion"]
+) -> tuple[Element, ...]:
+    """Return the pieces of a shaft with their hinges.
+
+    These are the points and weights of Gauss's quadrature with the flexibility as weight function (Golub and Welsch,
+    Math. Comp. 23, 1969).
+    """
+    found = []
+    for start, end, size in pieces:
+        at, weight, rigidity = shaft.integration(start, end)
+        flexibility, half = weight / getattr(rigidity, kind), (end - start) / 2
+        xi = (at - start) / half - 1
+        basis = np.linalg.qr(np.sqrt(flexibility)[:, None] * np.vander(xi, size, increasing=True))[0]
+        nodes, vectors = np.linalg.eigh(basis.T @ (xi[:, None] * basis))
+        hinges, compliance = start + half * (1 + nodes), flexibility.sum() * vectors[0] ** 2
+        found.append(Element(shaft, kind, start, end, hinges, compliance))
+    return tuple(found)
 
 
 def _edges(shaft: Shaft, links: int, wanted: list[float]) -> np.ndarray:

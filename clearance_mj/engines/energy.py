@@ -1,13 +1,13 @@
 """Energy balance of a simulation, and a log of its impacts.
 
-Every engine's coordinates satisfy, step after step and to rounding, the equations that its run tells (`Equations`):
+Every engine's coordinates satisfy, step after step and to rounding, equations of its own:
 M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/(2h) + K q = b a - Pᵀ f. Multiplied by the step's travel (q₊ - q₋)/2 they become a
 balance of energy without a rest: the kinetic energy ½ v M v of v = (q₊ - q)/h and the strain energy ½ q K q₊ change by
-the work of excitation, damping and bushings. What is added here is what the bushings did with their share. The kernel
-is run once more along the coordinates, as the engine should have run it: stored is what the springs hold, lost what
-dampers and hysteresis take, each by its own formula and none as the remainder. So the residual shows what the engine's
-forces and the finite step have made of the law. This is the energy check of explicit dynamics (Belytschko, Liu &
-Moran, Nonlinear Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of the order of 1 %).
+the work of excitation, damping and clearances. What these did with their share is told in each step: stored is what
+springs hold, lost what dampers and hysteresis take, each by its own formula and none as the remainder. So the residual
+shows what the engine's forces and the finite step have made of the law. This is the energy check of explicit dynamics
+(Belytschko, Liu & Moran, Nonlinear Finite Elements for Continua and Structures, 2000, section 6.2, with a tolerance of
+the order of 1 %).
 
 All energies are those of the motion relative to the base plate (Uang & Bertero, Earthq. Eng. Struct. Dyn. 19, 1990):
 a shaken base puts in the work of the inertia forces -Γ a on that motion.
@@ -20,25 +20,25 @@ A law that changes K with time or amplitude does work on a compressed spring, wh
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from ..clearance.kernel import clearance_records
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
-from ..core.errors import ClearanceError
 from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
-from .base import Engine, Run, default_engine, get_engine, in_columns
-from .energy_loop import BushingEnergies, bushing_energies, follow_impacts
-from .energy_space import spatial_energies
+from .base import Engine, Run, default_engine, get_engine
+from .energies import OF_CLEARANCE, OF_END, OF_RIG
 from .simulation import Simulation
 
 __all__ = ["EnergyBalance", "Impact", "energy_balance"]
+
+STORED = ("kinetic", "strain", "grease", "contact")  # at the steps' times; all others are flows from step to step
 
 
 @dataclass(frozen=True)
@@ -191,89 +191,71 @@ def energy_balance(
     """
     rig, law = rig_and_law(model, law)
     simulation = Simulation(rig, excitation, law, get_engine(engine or default_engine(rig)))
-    if rig.is_spatial:
-        return EnergyBalance(**spatial_energies(simulation, Impact, progress))
-    factor, n = simulation.interpolator.factor, excitation.value.shape[-1]
-    steps = (n + simulation.interpolator.ahead) * factor
+    size, n, factor = excitation.value.shape[-1], len(rig.bushings), simulation.interpolator.factor
+    steps = (size + simulation.interpolator.ahead) * factor
     with tqdm(total=steps, desc="energy", unit="step", disable=not progress) as bar:
-        balanced = simulation.run = _BalancedRun(simulation.run, rig, law, simulation.step, factor, bar)
+        balanced = simulation.run = _BalancedRun(simulation.run, factor, bar)
         output = np.concatenate([block for _, block in simulation.outputs([excitation])])
-    return balanced.result(simulation.response(excitation.value.T, output), excitation.fs, n)
+    rows = np.concatenate(balanced.rows)[:size].T
+    found: dict[str, Any] = dict(zip(OF_RIG, rows))
+    found |= dict(zip(OF_CLEARANCE, np.moveaxis(rows[len(OF_RIG) :].reshape(n, len(OF_CLEARANCE), -1), 1, 0)))
+    for name in STORED:  # above that at rest
+        found[name] = found[name] - found[name][..., :1]
+    if not (rig.moves_across or rig.gravity or rig.loads):
+        found |= dict.fromkeys(("weight", "unbalance", "drive"))
+    if not any(bushing.friction for bushing in rig.bushings) and not rig.moves_across:
+        found["friction"] = None
+    ends = np.concatenate(balanced.ends).reshape(-1, 2 * n, len(OF_END))
+    visits = (visit for c in range(2 * n) for visit in _impacts(ends[:, c], c, rig, simulation.step))
+    impacts = tuple(each for each in visits if each.time + each.duration <= size / excitation.fs)
+    return EnergyBalance(
+        response=simulation.response(excitation.value.T, output), fs=excitation.fs, impacts=impacts, **found
+    )  # fmt: skip
 
 
 class _BalancedRun(Run):
-    """A run that is advanced step by step, and the energies found in its steps."""
+    """A run whose energies are kept, at the samples, with the ends' contacts at all steps."""
 
-    def __init__(self, run: Run, rig: Rig, law: Law, step: float, factor: int, bar: tqdm[Any]):
-        self.run, self.step, self.factor, self.bar, self.steps = run, step, factor, bar, 0
-        self.scheme, n = run.equations(), len(rig.bushings)
-        self.clearance = clearance_records(rig, law, step)
-        self.walls = np.array([b.walls for b in rig.bushings]).reshape(n, 2)
-        if run.before() is not None:
-            raise ClearanceError(
-                f"rig {rig.name!r}: energies of planar rigs know no gravity and no loads yet; balance those in space"
-            )
-        self.q, self.total = np.zeros((2, len(self.scheme.mass))), np.zeros(2 + 4 * n)
-        self.visits = np.zeros((2 * n, 6))
+    def __init__(self, run: Run, factor: int, bar: tqdm[Any]):
+        self.run, self.factor, self.bar, self.steps, self.sums = run, factor, bar, 0, np.zeros(0)
         self.rows: list[np.ndarray] = []
-        self.impacts: list[Impact] = []
+        self.ends: list[np.ndarray] = []
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
-        m = len(excitation)
-        q, impact = np.concatenate((self.q, np.empty((m, self.q.shape[1])))), np.empty((m, len(self.visits)))
-        outputs = [self.run.advance(excitation[:0])]
-        for i in range(m):
-            outputs.append(self.run.advance(excitation[i : i + 1]))
-            q[i + 2], impact[i] = self.run.snapshot()
-        self._balance(excitation, q, impact)
-        self.q, self.steps = q[-2:], self.steps + m
-        self.bar.update(m)
-        return np.concatenate(outputs)
+        output, works = self.run.balanced(excitation)
+        n = (works.shape[1] - len(OF_RIG)) // (len(OF_CLEARANCE) + 2 * len(OF_END))
+        flows = np.array([name not in STORED for name in (*OF_RIG, *(name for _ in range(n) for name in OF_CLEARANCE))])
+        of_rig, of_ends = np.split(works, [flows.size], axis=1)
+        flow = of_rig[:, flows]
+        if not self.sums.size:
+            self.sums = np.zeros(flow.shape[1])
+        sums = self.sums + np.cumsum(flow, axis=0)
+        self.sums = sums[-1] if len(sums) else self.sums
+        of_rig[:, flows] = sums - flow / 2  # half of a step's forces are still to work
+        self.rows.append(of_rig[-self.steps % self.factor :: self.factor].copy())
+        self.ends.append(of_ends)
+        self.steps += len(works)
+        self.bar.update(len(works))
+        return output
 
-    def _balance(self, excitation: np.ndarray, q: np.ndarray, impact: np.ndarray) -> None:
-        """Add steps with coordinates q, of two steps before the first one on, and speeds of impact."""
-        mass, damping, stiffness, shape, points, seen, cross = self.scheme
-        h, m, n = self.step, len(excitation), len(self.walls)
-        before, now, after = q[:-2], q[1:-1], q[2:]
-        travel, velocity = (after - before) / 2, np.diff(q, axis=0) / h
-        kinetic = np.sum(velocity @ mass * velocity, axis=1) / 2
-        strain = np.sum(now @ stiffness * (before + after), axis=1) / 4
-        x = q @ points.T
-        speed = (before * seen[0] + now * seen[1] + after * seen[2]) @ points.T
-        of_bushings = BushingEnergies(*np.zeros((6, m, n)), *np.zeros((2, m, 2 * n)))
-        bushing_energies(self.steps, x, speed, impact, self.clearance, of_bushings)
-        self._log_impacts(x[:-1], of_bushings)
-        *flows, in_grease, in_contact, _, _ = of_bushings
-        work = np.sum(travel @ damping * travel, axis=1) / h
-        if cross.size:
-            work += np.sum(travel @ cross * now, axis=1)
-        put_in = np.sum(in_columns(excitation) * (travel @ shape.T), axis=1)
-        flow = np.column_stack((put_in, work, *flows))
-        sums = self.total + np.cumsum(flow, axis=0)
-        self.total = self.total + flow.sum(axis=0)
-        # A step's forces work from half a step before its time to half a step after; half of that is still to come.
-        sums[:, : 2 + 2 * n] -= flow[:, : 2 + 2 * n] / 2
-        at_time = np.column_stack((sums, (kinetic[1:] + kinetic[:-1]) / 2, strain, in_grease, in_contact))
-        self.rows.append(at_time[:: self.factor])
 
-    def _log_impacts(self, x: np.ndarray, found: BushingEnergies) -> None:
-        """Log the impacts that end within a block."""
-        n = len(self.walls)
-        rows = np.empty((n * (x.shape[0] + 1), 9))
-        ends = np.ascontiguousarray(x[:, n:])
-        count = follow_impacts(self.steps, self.step, ends, found, self.walls, self.visits, rows)
-        for end, side, *values in rows[:count].tolist():
-            name, of = "upper" if side > 0 else "lower", int(end)
-            self.impacts.append(Impact(values[0], of // 2, "ab"[of % 2], name, *values[1:]))
-
-    def result(self, response: Response, fs: float, size: int) -> EnergyBalance:
-        """Return the balance of so many samples."""
-        n = len(self.walls)
-        input_, damping, film, contact_loss, hysteresis, law_work, kinetic, strain, grease, contact = np.split(
-            np.concatenate(self.rows)[:size].T, np.cumsum((1, 1, n, n, n, n, 1, 1, n))
-        )
-        lost = {"damping": damping[0], "hysteresis": hysteresis, "film": film, "contact_loss": contact_loss}
-        stored = {"kinetic": kinetic[0], "strain": strain[0], "grease": grease, "contact": contact}
-        impacts = tuple(impact for impact in self.impacts if impact.time + impact.duration <= size / fs)
-        return EnergyBalance(response, fs, input_[0], law_work, **lost, **stored, impacts=impacts)
+def _impacts(end: np.ndarray, number: int, rig: Rig, step: float) -> Iterator[Impact]:
+    """Visits of an end, (n, 5) of `OF_END`, to the wall; times are those of straight lines between its depths."""
+    depth, push, loss, n_y, n_z = end.T
+    bushing = rig.bushings[number // 2]
+    inside = np.concatenate(([False], depth > 0, [False]))
+    starts, stops = np.flatnonzero(inside[1:] & ~inside[:-1]), np.flatnonzero(~inside[1:] & inside[:-1])
+    for first, after in zip(starts, stops):
+        if first == 0 or after == len(depth) or not push[first:after].any():
+            continue  # at rest on it before, not over yet, or gone before it pushed
+        begin = (first - depth[first] / (depth[first] - depth[first - 1])) * step
+        finish = (after - depth[after] / (depth[after] - depth[after - 1])) * step
+        axis = "YZ"[int(abs(n_z[first]) >= abs(n_y[first]))]
+        is_above = (n_z if axis == "Z" else n_y)[first] > 0
+        side = ("+" if is_above else "-") + axis if bushing.is_round else "upper" if is_above else "lower"
+        yield Impact(
+            float(begin), number // 2, "ab"[number % 2], side, float(depth[first] - depth[first - 1]) / step,
+            float(depth[after - 1] - depth[after]) / step, float(push[first:after].max()),
+            float(push[first:after].sum() * step), float(finish - begin), float(loss[first:after].sum()),
+        )  # fmt: skip

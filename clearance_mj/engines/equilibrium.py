@@ -10,10 +10,10 @@ import numpy as np
 
 from ..clearance.follower import SLOWEST_IMPACT, signed_penetration
 from ..clearance.grease import GreaseModel
-from ..clearance.kernel import Clearance, greases_of
+from ..clearance.kernel import BRISTLES
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
-from ..clearance.round_kernel import BRISTLES, END_MEMORY, RoundClearance, at_offset, fillings_of
+from ..clearance.record import END_MEMORY, Clearance, fillings_of
 from ..core.errors import SimulationError
 from ..core.kinds import checks_kinds
 from ..linear import LinearModel, linear_model
@@ -73,54 +73,54 @@ class Equilibrium:
         return np.asarray(self.model.moved(points) @ self.coordinates)
 
     def columns(self) -> np.ndarray:
-        """Return what an engine's run returns of the bushings at rest: (7 n_bushings,), see `Run.advance`."""
-        touches = self.contact_force.reshape(-1, self.rig.n_coordinates).any(axis=1).astype(float)
+        """Return what an engine's run returns of the clearances at rest: (3 n_rows + n_bushings,); see `Run.advance`."""
+        touches = [float(self.contact_force[rows].any()) for rows in self.rig.clearance_rows]
         return np.concatenate((self.displacement, self.contact_force, self.grease_force, touches))
 
-    def begin(self, clearance: RoundClearance | Clearance) -> None:
+    def begin(self, clearance: Clearance) -> None:
         """Let the records of compiled loops remember the rest.
 
         Parameters
         ----------
-        clearance : RoundClearance or Clearance
+        clearance : Clearance
             Of the rig, changed in place.
         """
-        n, size, numbers = len(self.rig.bushings), self.rig.n_coordinates, clearance.numbers
-        at = (self.model.at_points @ self.coordinates).reshape(-1, size)
-        for j, filling in enumerate(self._fillings):
-            state = clearance.states[j]
-            for name, value in zip(("y", "z") if size == 2 else ("displacement",), at[j]):
-                state[name] = value
-            filling.moved(at[j])
-            numbers[state["grease"] : state["grease"] + len(filling.states)] = filling.states
+        numbers, rows = clearance.numbers, self.model.at_points @ self.coordinates
+        middles, ends = _at_clearances(self.rig, rows)
+        for j, (record, filling, here) in enumerate(zip(clearance.bushings, self._fillings, middles)):
+            numbers[record["place"] : record["place"] + here.size] = here
+            filling.moved(here)
+            numbers[record["memory"] : record["memory"] + len(filling.states)] = filling.states
             for end in range(2):
-                place = at[n + 2 * j + end]
+                place = ends[2 * j + end]
                 depth, direction = self._contacts[2 * j + end].depth(place)
                 if depth <= 0:
                     continue
-                if size == 1:
-                    numbers[state["impact"] + end] = SLOWEST_IMPACT * direction[0]
+                memory = record["ends"] + END_MEMORY * end
+                if record["touching"] == 1:
+                    numbers[memory] = SLOWEST_IMPACT * direction[0]
                     continue
-                memory = state["ends"] + END_MEMORY * end
-                numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *direction
-                numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *place
+                in_plane = np.array([0.0, *place])[-2:]
+                numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *np.array([0.0, *direction])[-2:]
+                numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *in_plane
+
+
+def _at_clearances(rig: Rig, rows: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """What rows (3 n_rows, ...) have of the middle of each clearance, and of both ends of each, end by end."""
+    middles = [rows[part] for part in rig.clearance_rows]
+    starts = [rig.n_rows + 2 * part.start + end * (part.stop - part.start) for part in rig.clearance_rows
+              for end in range(2)]  # fmt: skip
+    sizes = np.repeat([part.stop - part.start for part in rig.clearance_rows], 2).tolist()
+    return middles, [rows[start : start + size] for start, size in zip(starts, sizes)]
 
 
 class _Filling:
-    """What fills a bushing, moved slowly from the unloaded place."""
+    """What fills a clearance, moved slowly from the unloaded place."""
 
-    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float, is_spatial: bool):
-        self.model, self.parameters = model, model.parameters()
-        self.law: Callable[..., None]
-        self.turned: tuple[float, ...]
-        if is_spatial:
-            self.law, self.turned = model.round_law, (spin,)
-            self.offset, self.states = np.array([bushing.offset_y, bushing.offset]), [0.0] * model.round_states()
-            self.preload = np.array(at_offset(model, *self.offset)[:2])
-        else:
-            self.law, self.turned = model.law, ()
-            self.offset, self.states = np.array([bushing.offset]), [0.0] * model.states()
-            self.preload = np.array([model.at_rest(bushing.offset)[0]])
+    def __init__(self, bushing: Bushing, model: GreaseModel, spin: float):
+        self.model, self.parameters, self.spin, size = model, model.parameters(), spin, bushing.n_coordinates
+        self.offset = np.array([bushing.offset_y, bushing.offset])[-size:]
+        self.states, self.preload = [0.0] * model.states(size), np.array(model.at_rest(tuple(self.offset.tolist()))[0])
 
     def moved(self, place: np.ndarray) -> np.ndarray:
         """Return the force at a place, m, (2,) or (1,), above that at the offset; the states are those there."""
@@ -128,26 +128,28 @@ class _Filling:
         pieces = PATH if self.states and not self.model.is_linear() else 1
         out, step = [0.0] * 6, place / pieces
         for i in range(1, pieces + 1):
-            self.law(self.parameters, self.states, *(self.offset + i * step), *step, *self.turned, 1e6, out)
+            here = tuple((self.offset + i * step).tolist())
+            self.model.law(self.parameters, self.states, here, tuple(step.tolist()), self.spin, 1e6, out)
         return np.array(out[: place.size]) - self.preload
 
 
 class _Contact:
-    """One end of a bushing, whose shaft lies or slides on it."""
+    """One end of a clearance, whose shaft lies or slides on it."""
 
     def __init__(self, bushing: Bushing, parameters: np.ndarray, law: Callable[..., None], surface: float):
         self.bushing, self.parameters, self.law = bushing, tuple(parameters), law
         sliding = np.sign(surface) * (bushing.friction.coefficient if bushing.friction else 0.0)
         self.friction, self.offset = float(sliding), np.array([bushing.offset_y, bushing.offset])
+        self.wall, self.of_wall = bushing.wall_model, bushing.wall_model.parameters(bushing.gap)
 
     def depth(self, place: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the depth at a place, m, (2,) or (1,), below 0 in the gap, and the direction in which it is deep."""
         if place.size == 1:
             g = signed_penetration(float(place[0]), *self.bushing.walls)
             return abs(g), np.sign([g])
-        r = place + self.offset
-        e = float(np.hypot(*r))
-        return e - self.bushing.gap, r / (e or 1.0)
+        out = [0.0] * 3
+        self.wall.law(self.of_wall, tuple((place + self.offset).tolist()), out)
+        return out[0], np.array(out[1:])
 
     def moved(self, place: np.ndarray) -> np.ndarray:
         """Return the force at a place, m, (2,) or (1,)."""
@@ -156,7 +158,7 @@ class _Contact:
             return np.zeros(place.size)
         out = [0.0, 0.0]
         self.law(self.parameters, depth, 0.0, SLOWEST_IMPACT, out)
-        across = self.friction * np.array([-n[1], n[0]]) if self.friction else 0.0
+        across = self.friction * np.array([-n[1], n[0]]) if self.friction and n.size == 2 else 0.0
         return np.asarray(out[0] / 2 * depth * (n + across))
 
 
@@ -188,8 +190,8 @@ def static_equilibrium(model: Rig | Modelled, law: Law | None = None, n_modes: i
 
 
 def rest_of(rig: Rig, law: Law, modes: int) -> Equilibrium | None:
-    """Return where a planar rig rests, or None where nothing loads it: it then rests at 0."""
-    return static_equilibrium(rig, law, modes) if rig.gravity or rig.loads else None
+    """Return where a rig rests, or None where neither a load nor a film that turns moves it: it then rests at 0."""
+    return static_equilibrium(rig, law, modes) if rig.gravity or rig.loads or rig.spin else None
 
 
 def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equilibrium:
@@ -197,23 +199,26 @@ def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equil
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
     q = _rest(rig, whole, [*fillings, *contacts], spin)
-    n, size = len(rig.bushings), rig.n_coordinates
-    at = (whole.at_points @ q).reshape(-1, size)
-    pushed = np.array([c.moved(r) for c, r in zip(contacts, at[n:])]).reshape(n, 2, size).sum(axis=1)
-    held = np.array([f.moved(r) for f, r in zip(fillings, at)]).reshape(n, size)
-    return Equilibrium(rig, at[:n].ravel(), pushed.ravel(), held.ravel(), q, whole, tuple(fillings), tuple(contacts))
+    middles, ends = _at_clearances(rig, whole.at_points @ q)
+    pushed = [c.moved(r) for c, r in zip(contacts, ends)]
+    found = [
+        np.concatenate([np.zeros(0), *parts])
+        for parts in (
+            middles, [a + b for a, b in zip(pushed[::2], pushed[1::2])], [f.moved(r) for f, r in zip(fillings, middles)]
+        )
+    ]  # fmt: skip
+    return Equilibrium(rig, *found, q, whole, tuple(fillings), tuple(contacts))
 
 
 def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Contact]]:
-    """Fillings of the bushings, and contacts of both ends of each."""
+    """Fillings of the clearances, and contacts of both ends of each."""
     table = law.table(len(rig.bushings))
     contacts = [
         _Contact(bushing, table.parameters[0, j], table.kinds[j].law, spin)
         for j, bushing in enumerate(rig.bushings)
         for _ in range(2)
     ]
-    fillings = fillings_of(rig, law) if rig.is_spatial else greases_of(rig, law)
-    return [_Filling(b, m, spin, rig.is_spatial) for b, m in zip(rig.bushings, fillings)], contacts
+    return [_Filling(b, model, spin) for b, model in zip(rig.bushings, fillings_of(rig, law))], contacts
 
 
 def _rest(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], spin: float) -> np.ndarray:
@@ -227,7 +232,7 @@ def _rest(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling |
     if not model.omega.all():
         weight = float(np.linalg.norm(rig.gravity or 0.0))
         if rig.loads:
-            weight += float(np.abs(balance.points @ model.weight).max(initial=0.0))
+            weight += float(np.abs(model.at_points @ model.weight).max(initial=0.0))
         for held in weight / gap * SOFTENING:
             q = balance.settled(q, held)[0]
     q, settled = balance.settled(q)
@@ -244,9 +249,10 @@ class _Balance:
     """Forces on the modes at rest, and Newton's steps to where they are none, damped as Levenberg's."""
 
     def __init__(self, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], rig: Rig, spin: float):
-        dims, small = rig.n_coordinates, SMALL * min((b.gap for b in rig.bushings), default=1.0)
-        self.forces, self.weight, self.steps = forces, model.weight, small * np.eye(dims)
-        self.points, self.stiffness = model.at_points.reshape(-1, dims, model.omega.size), model.stiff(spin)
+        self.forces, self.weight = forces, model.weight
+        self.small = SMALL * min((b.gap for b in rig.bushings), default=1.0)
+        middles, ends = _at_clearances(rig, model.at_points)
+        self.points, self.stiffness = [*middles, *ends], model.stiff(spin)
         self.scale = 1 / np.sqrt(model.omega**2 + 1e-4 * np.mean(model.omega) ** 2 + 1.0)
 
     def off(self, q: np.ndarray, held: float) -> np.ndarray:
@@ -261,8 +267,9 @@ class _Balance:
         found = self.stiffness + held * np.eye(q.size)
         for force, at in zip(self.forces, self.points):
             here = at @ q
-            change = [force.moved(here + d) - force.moved(here - d) for d in self.steps]
-            found += at.T @ (np.array(change).T / (2 * self.steps[0, 0])) @ at
+            steps = self.small * np.eye(here.size)
+            change = [force.moved(here + d) - force.moved(here - d) for d in steps]
+            found += at.T @ (np.array(change).T / (2 * self.small)) @ at
         return found
 
     def settled(self, q: np.ndarray, held: float = 0.0) -> tuple[np.ndarray, bool]:

@@ -20,8 +20,8 @@ from ..clearance.record import Bushing
 from ..core.jit import inlined
 
 __all__ = [
-    "ENDS", "FILLED", "find_contacts", "fill_all", "follow_contacts", "rest_on", "slide",
-    "sweep", "torque_of_friction",
+    "BRISTLES", "DEPTH", "ELASTIC", "ENDS", "FILLED", "N_Y", "N_Z", "NORMAL", "RUBBED", "VISCOUS", "find_contacts", "fill_all", "follow_contacts", "sweep",
+    "torque_of_friction",
 ]  # fmt: skip
 
 DEPTH, N_Y, N_Z, ELASTIC, VISCOUS, BRISTLES, NORMAL, RUBBED, LIMIT, SHARE = range(10)
@@ -167,12 +167,17 @@ def _gives(compliance: np.ndarray, row_y: int, row_z: int, y: Any, z: Any, lanes
 @inlined
 def sweep(
     bushings: np.ndarray, numbers: np.ndarray, places: np.ndarray, compliance: np.ndarray, half: float, spin: Any,
-    acts: np.ndarray, pushed: np.ndarray, filled: np.ndarray, ends: np.ndarray, w: np.ndarray, force: np.ndarray,
-    lanes: tuple[int, ...],
+    acts: np.ndarray, pushed: np.ndarray, known: np.ndarray, filled: np.ndarray, ends: np.ndarray, w: np.ndarray,
+    force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip
-    """Find every force at the velocity that the other ones leave: Gauss and Seidel's sweep over all clearances."""
+    """Find every force at the velocity that the other ones leave: Gauss and Seidel's sweep over all clearances.
+
+    ``known``: (n_bushings, 2) whether the forces of its filling, and the normal forces of its contacts, are known.
+    """
     for j in range(bushings.size):
         row = places[j, MIDDLE]
+        if known[j, 0]:
+            continue
         if bushings[j].coordinates == 1:
             share = load(filled, FILLED * j + 6, lanes)
             new = _at_own_velocity(
@@ -188,6 +193,8 @@ def sweep(
         j, end = c // 2, c % 2
         bushing, y, z = bushings[j], places[j, OF_ENDS + 2 * end], places[j, OF_ENDS + 2 * end + 1]
         if bushing.touching == 1:
+            if known[j, 1]:
+                continue
             side = load(ends, ENDS * c + N_Z, lanes)
             new = _at_own_velocity(
                 load(ends, ENDS * c + ELASTIC, lanes), load(ends, ENDS * c + VISCOUS, lanes),
@@ -198,9 +205,10 @@ def sweep(
             store(ends, ENDS * c + NORMAL, side * new, lanes)
             _push(compliance, half, z, new, pushed, w, force, lanes)
         else:
-            rest_on(bushing, ends, c, compliance, half, y, z, pushed, w, force, lanes)
+            if not known[j, 1]:
+                _rest_on(bushing, ends, c, compliance, half, y, z, pushed, w, force, lanes)
             if bushing.rubs:
-                slide(bushing, numbers, ends, c, compliance, half, y, z, spin, pushed, w, force, lanes)
+                _slide(bushing, numbers, ends, c, compliance, half, y, z, spin, pushed, w, force, lanes)
 
 
 @inlined
@@ -239,7 +247,7 @@ def _fill_both(
 
 
 @inlined
-def rest_on(
+def _rest_on(
     bushing: Bushing, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int, row_z: int,
     pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip
@@ -257,7 +265,7 @@ def rest_on(
 
 
 @inlined
-def slide(
+def _slide(
     bushing: Bushing, numbers: np.ndarray, ends: np.ndarray, c: int, compliance: np.ndarray, half: float, row_y: int,
     row_z: int, spin: Any, pushed: np.ndarray, w: np.ndarray, force: np.ndarray, lanes: tuple[int, ...],
 ) -> None:  # fmt: skip

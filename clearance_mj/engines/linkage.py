@@ -1,51 +1,93 @@
 """A rig's shafts as chains of rigid links, with what holds and joins them; matrices in the joints' coordinates.
 
-Supports at the left end of a shaft are joints of its chain. All others, and springs, act on linear combinations of the
-coordinates: the rows of the curved shaft's deflection or slope.
+The coordinates are those along y, of a rig that moves there, then those along z, then the twist of the shafts on which
+a torque acts. Supports at the left end of a shaft are joints of its chain. All others, and springs, act on linear
+combinations of the coordinates: rows of the curved shaft's motions. What couples the planes is the turning of the
+shaft: G and H are those of linear/model.py, with the chains' slopes and hinges.
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import scipy.linalg
 
 from ..core.errors import RigError
 from ..linear import PlaneRows, RigRows
-from ..rig import Rig
-from ..rig.dimensions import directed_points
+from ..rig import Bushing, Rig
+from ..rig.loads import forced_points
 from ..structure import Beam, Shaft, Shafts
 from ..structure.base import parse_direction, ratios_of_modes
 from ..structure.reduction import vibration_modes
-from ..structure.shaft import OF_BENDING
+from ..structure.shaft import OF_TWIST
 from ..structure.shafts import Spring
-from .chain import Chain, chain_of, of_discs
+from .bending_chain import BendingChain, of_discs
+from .chain import Chain, cut, elements_of
+from .twist_chain import TwistChain, polar_discs
 
-__all__ = ["Linkage", "Springs", "linkage"]
-
+__all__ = ["Linkage", "Member", "cannot_be_linked", "linkage"]
 
 Points: TypeAlias = Sequence[float | str] | np.ndarray  # Positions, m, or named points on shafts
+
+
+class Member(NamedTuple):
+    """The motion of one shaft along one axis."""
+
+    axis: Literal["x", "y", "z"]  #: x of its twist
+    shaft: int  #: its number
+    chain: Chain
+    part: slice  #: its coordinates
+
+
+class Fixed(NamedTuple):
+    """What rigid supports hold at zero, beside joints."""
+
+    axes: list[str]  #: of each, as of `Member`
+    rows: np.ndarray  #: (n, nv)
 
 
 class Springs(NamedTuple):
     """Springs and dampers between shafts and base, or two shafts."""
 
+    axes: list[str]  #: of each, as of `Member`
     rows: np.ndarray  #: (n, nv) their elongation per coordinate
     stiffness: np.ndarray  #: (n,) N/m, or N m/rad
     damping: np.ndarray  #: (n,) N s/m, or N m s/rad
 
 
-@dataclass(frozen=True, eq=False)
 class Linkage:
-    """A rig's shafts as chains, in the coordinates of all their joints."""
+    """A rig's shafts as chains, in the coordinates of all their joints. Made by `linkage`.
 
-    rig: Rig
-    chains: tuple[Chain, ...]
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    members : sequence of (str, int, Chain)
+        Axis, number of the shaft and chain, in the order of the coordinates: y, z, x.
+    """
+
+    def __init__(self, rig: Rig, members: Sequence[tuple[Literal["x", "y", "z"], int, Chain]]) -> None:
+        ends = np.cumsum([0, *(chain.stiffness.size for _, _, chain in members)]).tolist()
+        self.rig, self.size = rig, ends[-1]
+        self.members = [Member(*each, slice(*span)) for each, span in zip(members, zip(ends, ends[1:]))]
+
+    def along(self, axis: str) -> list[Member]:
+        """Return the members along an axis, shaft by shaft."""
+        return [member for member in self.members if member.axis == axis]
+
+    @property
+    def bends_across(self) -> bool:
+        """Whether shafts bend along y, too."""
+        return bool(self.along("y"))
+
+    @functools.cached_property
+    def spans(self) -> tuple[slice, slice]:
+        """The coordinates along y, perhaps none, and those along z and of twist."""
+        first = self.along("z")[0].part.start
+        return slice(0, first), slice(first, self.size)
 
     @functools.cached_property
     def rayleigh(self) -> tuple[float, float]:
@@ -57,192 +99,222 @@ class Linkage:
         """Of one of several shafts, in addition."""
         return chain.shaft.rayleigh if isinstance(self.rig.linear, Shafts) else (0.0, 0.0)
 
-    @functools.cached_property
-    def slices(self) -> tuple[slice, ...]:
-        """The coordinates of each chain."""
-        ends = np.cumsum([0, *(chain.stiffness.size for chain in self.chains)]).tolist()
-        return tuple(slice(*pair) for pair in pairwise(ends))
+    def along_own(self, points: Points, across: bool = False, straight: bool = False) -> np.ndarray:
+        """Return how points move in their own directions: rotations of RY or RX, curvatures of KZ, zeros of others.
 
-    def lever(self, points: Points) -> np.ndarray:
-        """Return (n_points, nv) deflection of points on the straight links per coordinate."""
-        return self._rows("lever", points)
+        Parameters
+        ----------
+        points : sequence of Point, length n_points
+            Positions, m, or named points.
+        across : bool
+            Whether the coordinates are those along y, and the points named as `Structure.in_other_plane` has them.
+        straight : bool
+            As of `Chain.motion`.
 
-    def deflection(self, points: Points) -> np.ndarray:
-        """Return (n_points, nv) deflection of points on the curved shafts per coordinate."""
-        return self._rows("deflection", points)
+        Returns
+        -------
+        ndarray, shape (n_points, n)
+            Of coordinates in `spans`.
+        """
+        span = self.spans[not across]
+        places = [(self.rig.linear.place(p), parse_direction(p) or ("Z", 1)) for p in points]
+        found = np.zeros((len(places), self.size))
+        for _, shaft, chain, part in self.along("y") if across else (*self.along("z"), *self.along("x")):
+            for axis, (order, factor) in chain.axes.items():
+                here = [(n, x, sign) for n, ((i, x), (own, sign)) in enumerate(places) if (i, own) == (shaft, axis)]
+                if here:
+                    rows, x, signs = zip(*here)
+                    found[rows, part] = factor * np.array(signs)[:, None] * chain.motion(x, order, straight)
+        return found[:, span]
 
-    def along_own(self, points: Sequence[float | str]) -> np.ndarray:
-        """Return the same along the points' own directions: rotations of RY, curvatures of KZ, zeros of others."""
-        named = [(parse_direction(point) or ("Z", 1)) for point in points]
-        orders, signs = zip(*(OF_BENDING.get(axis, (0, 0.0)) for axis, _ in named)) if named else ((), ())
-        found = np.zeros((len(named), self.size))
-        for order, kind in enumerate(("deflection", "slope", "curvature")):
-            here = [i for i, own in enumerate(orders) if own == order]
-            found[here] = self._rows(kind, [points[i] for i in here])
-        return found * (np.array(signs) * [sign for _, sign in named])[:, None]
+    def _rows(self, straight: bool) -> RigRows:
+        """How points move on the straight links or the curved shafts."""
+        y, z = (
+            PlaneRows(functools.partial(self.along_own, across=across, straight=straight), np.eye(n), span)
+            for across, span in zip((True, False), self.spans)
+            for n in (span.stop - span.start,)
+        )
+        return RigRows(self.rig, (y if self.bends_across else None, z))
 
     @functools.cached_property
     def rows(self) -> RigRows:
         """How the rig's points move per coordinate."""
-        return RigRows(self.rig, (None, PlaneRows(self.along_own, np.eye(self.size), slice(0, self.size))))
+        return self._rows(False)
 
-    def _rows(self, kind: str, points: Points) -> np.ndarray:
-        places = [self.rig.linear.place(point) for point in points]
-        found = np.zeros((len(places), self.size))
-        for i, (chain, part) in enumerate(zip(self.chains, self.slices)):
-            here = [n for n, (index, _) in enumerate(places) if index == i]
-            found[here, part] = getattr(chain, kind)([places[n][1] for n in here])
-        return found
-
-    @functools.cached_property
-    def at_bushings(self) -> np.ndarray:
-        """(n_bushings, nv) relative displacement in the middle of each clearance."""
-        return np.array([self._relative(b.joined, "deflection") for b in self.rig.bushings]).reshape(-1, self.size)
+    def contact(self, bushing: Bushing) -> Literal["plates", "limits", "annulus"]:
+        """Return what is a clearance in MuJoCo: plates around links, limits of a linear combination, or an annulus."""
+        if bushing.is_round:
+            return "annulus"
+        alone = bushing.to is None and parse_direction(bushing.position) is None and not self.bends_across
+        return "plates" if alone else "limits"
 
     @functools.cached_property
-    def at_ends(self) -> np.ndarray:
-        """(2 n_bushings, nv) relative displacement at both ends of each clearance, of links or, between two, shafts."""
-        ends = [
-            self._relative(points, "lever" if b.to is None else "deflection")
-            for b in self.rig.bushings
-            for points in b.joined_ends
-        ]
-        return np.array(ends).reshape(-1, self.size)
-
-    def _relative(self, joined: Sequence[float | str], kind: str) -> np.ndarray:
-        rows = self._rows(kind, joined)
-        return rows[0] - rows[1] if len(rows) > 1 else rows[0]
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates."""
-        return self.stiffness.size
+    def at_points(self) -> np.ndarray:
+        """(3 n_rows, nv) as of `RigRows`; at ends of the straight links where MuJoCo looks for contact of these."""
+        kinds = [self.contact(b) for b in self.rig.bushings for _ in range(2 * b.n_coordinates)]
+        limits = np.array([kind == "limits" for kind in kinds], dtype=bool)[:, None]
+        ends = np.where(limits, self.rows.at_ends, self._rows(True).at_ends)
+        return np.ascontiguousarray(np.vstack((self.rows.at_bushings, ends)))
 
     @functools.cached_property
     def stiffness(self) -> np.ndarray:
         """(nv,) of the joints."""
-        return np.concatenate([c.stiffness for c in self.chains])
+        return np.concatenate([m.chain.stiffness for m in self.members])
 
     @functools.cached_property
     def damping(self) -> np.ndarray:
         """(nv,) of the joints."""
-        eta2 = self.rayleigh[1]
-        return np.concatenate([c.dashpots + (eta2 + self._own_rayleigh(c)[1]) * c.stiffness for c in self.chains])
+        chains, eta2 = [m.chain for m in self.members], self.rayleigh[1]
+        return np.concatenate([c.dashpots + (eta2 + self._own_rayleigh(c)[1]) * c.stiffness for c in chains])
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
         """(nv, nv) mass matrix."""
-        return scipy.linalg.block_diag(*(c.mass for c in self.chains))
+        return scipy.linalg.block_diag(*(m.chain.mass for m in self.members))
 
     @functools.cached_property
-    def fixed(self) -> np.ndarray:
-        """(n, nv) rows of deflections and slopes that supports hold at zero."""
-        rows = {}
-        for chain in self.chains:
-            for support in (s for s in chain.shaft.supports if not chain.at_start(s)):
-                if support.kind in ("clamped", "pinned"):
-                    rows[chain, support.position, "z"] = self._of(chain, chain.deflection(support.position))
-                if support.kind in ("clamped", "guided"):
-                    rows[chain, support.position, "turn"] = self._of(chain, chain.slope(support.position))
-        found = np.array(list(rows.values())).reshape(-1, self.size)
-        if np.linalg.matrix_rank(found, 1e-9) < len(found):
+    def influence(self) -> np.ndarray:
+        """(nv, 2) force of a unit gravity along y and z."""
+        found = np.zeros((self.size, 2))
+        for axis, _, chain, part in self.members:
+            if isinstance(chain, BendingChain):
+                found[part, "yz".index(axis)] = chain.weight
+        return found
+
+    @functools.cached_property
+    def fixed(self) -> Fixed:
+        """Rows of motions that supports hold at zero."""
+        held = [(m.axis, self._of(m, row)) for m in self.members for row in m.chain.held]
+        rows = np.array([row for _, row in held]).reshape(-1, self.size)
+        if np.linalg.matrix_rank(rows, 1e-9) < len(rows):
             raise RigError(
                 f"rig {self.rig.name!r}: supports are too close together for the links between them; use more links, "
                 "or the modal engine"
             )
-        return found
+        return Fixed([axis for axis, _ in held], rows)
 
     @functools.cached_property
     def springs(self) -> Springs:
         """What is elastic beside the joints."""
-        found = [
-            (self._relative(s.joined, "deflection"), s.stiffness, s.damping + self.rayleigh[1] * s.stiffness)
-            for s in _joining(self.rig)
-        ]
-        for chain in self.chains:
-            eta2 = self.rayleigh[1] + self._own_rayleigh(chain)[1]
-            for s in (s for s in chain.shaft.supports if not chain.at_start(s)):
-                for k, c, row in (
-                    (s.translation, s.translation_damping, chain.deflection(s.position)),
-                    (s.rotation, s.rotation_damping, chain.slope(s.position)),
-                ):
-                    if k or c:
-                        found.append((self._of(chain, row), k, c + eta2 * k))
-        rows, stiffness, damping = zip(*found) if found else ((), (), ())
-        return Springs(np.array(rows).reshape(-1, self.size), np.array(stiffness), np.array(damping))
+        eta2, found = self.rayleigh[1], []
+        for axis, span, springs in zip("yz", self.spans, (_joining(self.rig, True), _joining(self.rig))):
+            for spring in springs if self.along(axis) else ():
+                ends, row = self.along_own(spring.joined, axis == "y"), np.zeros(self.size)
+                row[span] = ends[0] - ends[1] if len(ends) > 1 else ends[0]
+                if row.any():
+                    found.append((axis, row, spring.stiffness, spring.damping + eta2 * spring.stiffness))
+        for member in self.members:
+            eta = eta2 + self._own_rayleigh(member.chain)[1]
+            found += [(member.axis, self._of(member, row), k, c + eta * k) for row, k, c in member.chain.springs]
+        axes, rows, stiffness, damping = zip(*found) if found else ((), (), (), ())
+        return Springs([*axes], np.array(rows).reshape(-1, self.size), np.array(stiffness), np.array(damping))
 
-    def _of(self, chain: Chain, row: np.ndarray) -> np.ndarray:
-        """A row of one chain's coordinates in those of all."""
+    def _of(self, member: Member, row: np.ndarray) -> np.ndarray:
+        """A row of one member's coordinates in those of all."""
         found = np.zeros(self.size)
-        found[self.slices[self.chains.index(chain)]] = row[0]
+        found[member.part] = row
         return found
 
     @functools.cached_property
     def free(self) -> np.ndarray:
-        """(nv, n) basis of the motions that the supports allow."""
-        return scipy.linalg.null_space(self.fixed) if len(self.fixed) else np.eye(self.size)
+        """(nv, n) basis of the motions that the supports allow, which none of them couples between members."""
+        if not len(self.fixed.rows):
+            return np.eye(self.size)
+        return scipy.linalg.block_diag(*(_allowed(member.chain.held) for member in self.members))
 
     @property
     def ratios(self) -> tuple[float, ...]:
-        """Damping ratios of the modes; the last one holds for all that follow."""
+        """Damping ratios of the modes of each plane; the last one holds for all that follow."""
         whole = self.rig.linear
         return (whole.damping_ratios or ()) if isinstance(whole, Beam | Shaft | Shafts) else ()
 
     @property
     def beside(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray] | tuple[()]:
         """Stiffness and damping of what is no joint, and `free`; nothing for joints alone."""
-        if not len(self.springs.rows) and not len(self.fixed) and not any(self.ratios):
+        if not len(self.springs.rows) and not len(self.fixed.rows) and not any(self.ratios):
             return ()
-        rows, stiffness, damping = self.springs
+        _, rows, stiffness, damping = self.springs
         viscous = self.viscous if self.viscous.size else 0.0
         return ((rows.T * stiffness) @ rows, (rows.T * damping) @ rows + viscous), self.free
 
     @functools.cached_property
     def whole_stiffness(self) -> np.ndarray:
         """(nv, nv) of joints and springs."""
-        rows, stiffness, _ = self.springs
+        _, rows, stiffness, _ = self.springs
         return np.diag(self.stiffness) + (rows.T * stiffness) @ rows
+
+    @functools.cached_property
+    def dampers(self) -> np.ndarray:
+        """(nv, nv) damping of joints and springs."""
+        _, rows, _, damping = self.springs
+        return np.diag(self.damping) + (rows.T * damping) @ rows
 
     @functools.cached_property
     def viscous(self) -> np.ndarray:
         """(nv, nv) damping that neither joints nor springs have: η1 M and that of the modes; (0, 0) for none."""
-        own, ratios = [self._own_rayleigh(chain)[0] for chain in self.chains], self.ratios
+        own, ratios = [self._own_rayleigh(m.chain)[0] for m in self.members], self.ratios
         if not self.rayleigh[0] and not any(own) and not any(ratios):
             return np.zeros((0, 0))
         found = self.rayleigh[0] * self.mass
         if any(own):
-            found = found + scipy.linalg.block_diag(*(eta * c.without_load.mass for eta, c in zip(own, self.chains)))
-        if any(ratios):
-            project = self.free.T
-            modes = vibration_modes(project @ self.mass @ self.free, project @ self.whole_stiffness @ self.free)
-            of_modes = 2 * modes.omega * ratios_of_modes(ratios, modes.omega.size)
-            pull = self.mass @ self.free @ modes.shapes
-            found = found + (pull * of_modes) @ pull.T
+            masses = (eta * m.chain.without_load.mass for eta, m in zip(own, self.members))
+            found = found + scipy.linalg.block_diag(*masses)
+        for span in self.spans if any(ratios) else ():
+            free, mass = self.free[span], self.mass[span, span]
+            free = free[:, free.any(axis=0)]
+            if free.size:
+                modes = vibration_modes(free.T @ mass @ free, free.T @ self.whole_stiffness[span, span] @ free)
+                pull = mass @ free @ modes.shapes
+                found[span, span] += (pull * (2 * modes.omega * ratios_of_modes(ratios, modes.omega.size))) @ pull.T
         return found
+
+    @functools.cached_property
+    def gyroscopic(self) -> np.ndarray:
+        """(nv, nv) G, skew, per rad/s of the spin; (0, 0) of a rig that does not turn."""
+        return self._skew("polar") if self.rig.spin else np.zeros((0, 0))
+
+    @functools.cached_property
+    def circulatory(self) -> np.ndarray:
+        """(nv, nv) H, skew, of the damping that turns with the shaft; (0, 0) if there is none."""
+        eta2 = self.rayleigh[1] if self.rig.spin else 0.0
+        return eta2 * self._skew("strain") if eta2 else np.zeros((0, 0))
+
+    def _skew(self, name: str) -> np.ndarray:
+        (y,), (z,) = self.along("y"), self.along("z")
+        rows = np.zeros((2, len(getattr(z.chain, name)), self.size))
+        for row, member in zip(rows, (y, z)):
+            row[:, member.part] = getattr(member.chain, name)
+        coupling = rows[0].T @ rows[1]
+        return np.asarray(coupling - coupling.T)
+
+
+def _allowed(held: np.ndarray) -> np.ndarray:
+    """Return a basis (n, m) of what rows (n_held, n) leave at zero."""
+    return scipy.linalg.null_space(held) if len(held) else np.eye(held.shape[1])
 
 
 def cannot_be_linked(rig: Rig) -> str:
-    """Return in words why a rig in a plane is no chain of rigid links; "" if it is.
+    """Return in words why a rig is no chain of rigid links; "" if it is.
 
     Parameters
     ----------
     rig : Rig
         The rig.
     """
-    shafts, others = rig.linear.shafts, "modal" if rig.is_spatial else "modal or modal-mj"
+    shafts = rig.linear.shafts
     if not shafts:
-        return f"links needs a shaft; use {others}"
+        return "links needs a shaft; use modal"
     if any(shaft.bending_theory == "timoshenko" for shaft in shafts):
         return 'links has no shear flexibility; use modal, or theory = "euler" for the shaft'
-    for name, axis in directed_points(rig).items():
-        return f"links moves along its planes alone, and {name} names {axis}; use {others}"
+    for mass in rig.point_masses:
+        if (axis := (parse_direction(mass.position) or ("RX", 1))[0]) != "RX":
+            return f'links has masses that move in every direction, and "{mass.position}" names {axis}; use modal'
     for what, there in (
         ("fixture", rig.fixture), ("bushings.housing", any(b.housing for b in rig.bushings)), ("planes", rig.planes),
         ("oscillators", rig.oscillators), ("bearings", rig.bearings), ("orders", rig.orders),
-        ("torques", any(load.torque for load in rig.loads)),
     ):  # fmt: skip
         if there:
-            return f"links knows no {what}; use {others}"
+            return f"links knows no {what}; use modal"
     return ""
 
 
@@ -255,7 +327,7 @@ def linkage(rig: Rig, links: int) -> Linkage:
     rig : Rig
         The rig.
     links : int
-        Number of links of each shaft.
+        Number of links of each shaft, a first one that its left end's joints move not counted.
 
     Raises
     ------
@@ -264,22 +336,54 @@ def linkage(rig: Rig, links: int) -> Linkage:
     """
     if refusal := cannot_be_linked(rig):
         raise RigError(f"rig {rig.name!r}: {refusal}")
-    shafts = rig.linear.shafts
-    masses = [list(of_discs(shaft)) for shaft in shafts]
-    for mass in rig.point_masses:
-        i, x = rig.linear.place(mass.position)
-        masses[i].append((x, mass.mass, 0.0))
-    joined = [p for spring in _joining(rig) for p in spring.joined]
+    across = rig.linear.in_other_plane if rig.moves_across else None
+    members: list[tuple[Literal["x", "y", "z"], int, Chain]] = []
+    for i, shaft in enumerate(rig.linear.shafts):
+        masses = [(m, rig.linear.place(m.position)[1]) for m in rig.point_masses if _is_on(rig, i, m.position)]
+        carried = [*of_discs(shaft), *((x, m.mass, 0.0) for m, x in masses if not parse_direction(m.position))]
+        turned = [*polar_discs(shaft), *((x, 0.0, m.mass) for m, x in masses if parse_direction(m.position))]
+        pieces = cut(shaft, links, _wanted(rig, i, carried))
+        along_z = BendingChain(shaft, elements_of(shaft, pieces, "bending"), tuple(carried))
+        members.append(("z", i, along_z))
+        if across:
+            other = across.shafts[i]
+            along_y = BendingChain(other, elements_of(other, pieces, "bending"), tuple(carried))
+            members.append(("y", i, along_z if other == shaft else along_y))
+        if torques := [rig.linear.place(p)[1] for p in _acted(rig) if _twists(p) and _is_on(rig, i, p)]:
+            held = [s.position for s in shaft.supports if s.twist or s.twist_damping or s.holds_twist]
+            pieces = cut(shaft, links, [*torques, *held, *(x for x, _, inertia in turned if inertia)])
+            members.append(("x", i, TwistChain(shaft, elements_of(shaft, pieces, "torsion"), tuple(turned))))
+    return Linkage(rig, sorted(members, key=lambda member: "yzx".index(member[0])))
+
+
+def _wanted(rig: Rig, shaft: int, masses: Sequence[tuple[float, float, float]]) -> list[float]:
+    """Positions, m, at which a shaft's elements should end, in order of importance."""
+    of, place = rig.linear.shafts[shaft], rig.linear.place
     middles = [p for b in rig.bushings for p in b.joined]
     of_clearances = middles + [end for b in rig.bushings for p in b.joined for end in b.ends_of(p)]
-    chains = []
-    for i, shaft in enumerate(shafts):
-        wanted = [s.position for s in shaft.supports] + [d.position for d in shaft.discs if d.inertia]
-        wanted += [x for index, x in (rig.linear.place(p) for p in joined + of_clearances) if index == i]
-        wanted += [x for x, _, _ in sorted(masses[i], key=lambda m: -m[1])]
-        chains.append(chain_of(shaft, links, wanted, masses[i]))
-    return Linkage(rig, tuple(chains))
+    joined = [p for spring in _joining(rig) for p in spring.joined]
+    return [
+        *(s.position for s in of.supports), *(d.position for d in of.discs if d.inertia),
+        *(place(p)[1] for p in joined + of_clearances if _is_on(rig, shaft, p)),
+        *(x for x, _, _ in sorted(masses, key=lambda m: -m[1])),
+    ]  # fmt: skip
 
 
-def _joining(rig: Rig) -> tuple[Spring, ...]:
-    return (*(rig.linear.springs if isinstance(rig.linear, Shafts) else ()), *rig.springs)
+def _acted(rig: Rig) -> list[float | str]:
+    """Points at which something acts, for which a shaft twists if they name its twist."""
+    joined = [p for points in (*(b.joined for b in rig.bushings), *(s.joined for s in _joining(rig))) for p in points]
+    return [*joined, *(m.position for m in rig.point_masses), *(p for p, _ in forced_points(rig.inputs, rig.loads))]
+
+
+def _is_on(rig: Rig, shaft: int, point: float | str) -> bool:
+    return rig.linear.place(point)[0] == shaft
+
+
+def _twists(point: float | str) -> bool:
+    return (parse_direction(point) or "Z")[0] in OF_TWIST
+
+
+def _joining(rig: Rig, across: bool = False) -> tuple[Spring, ...]:
+    """Springs beside those of supports, as points along y have them or as the rig file does."""
+    whole, beside = (rig.linear.in_other_plane, rig.attached.in_other_plane) if across else (rig.linear, rig.attached)
+    return (*(whole.springs if isinstance(whole, Shafts) else ()), *beside.springs)

@@ -1,4 +1,4 @@
-"""Pieces of chains of rigid links as MuJoCo's specification has them, for shafts in one plane and in two."""
+"""Pieces of chains of rigid links as MuJoCo's specification has them."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from .chain import Link
-from .linkage import Linkage
-from .plant import ARMATURE, STIFF_ROOT, settling
+from .bending_chain import Link
+from .plant import settling
 
-__all__ = ["add_fixed_tendon", "add_spring", "add_support", "armature", "finish_supports", "set_inertia", "visual"]
+__all__ = ["add_fixed_tendon", "add_spring", "add_support", "finish_supports", "set_inertia", "visual"]
 
 Row = Sequence[tuple[Sequence[str], np.ndarray]]  # joints of each shaft, and what a length changes by with each
 
@@ -63,14 +62,3 @@ def finish_supports(spec: mujoco.MjSpec) -> None:
             joint.armature = spec.option.timestep / 2 * joint.damping[0]
     if spec.equalities:
         spec.option.iterations = 100  # rows as they are; engines make them orthogonal
-
-
-def armature(whole: Linkage) -> np.ndarray:
-    """(nv,) of the joints, see `ARMATURE` and `STIFF_ROOT`."""
-    found = np.full(whole.size, ARMATURE)
-    for chain, part in zip(whole.chains, whole.slices):
-        roots = chain.slides + chain.turns
-        first, reach = chain.stiffness[roots], chain.hinges[0] - chain.elements[0].start
-        gives = np.array([first / reach**2] * chain.slides + [first] * chain.turns)
-        found[part][:roots][chain.stiffness[:roots] > gives] = STIFF_ROOT
-    return found

@@ -1,37 +1,36 @@
-"""The modal engine: Eq. 3 on the Ritz model of the shaft, compiled.
+"""The modal engine: Eq. 3 on the Ritz model of the structure, compiled.
 
-The shaft's uncoupled modes move exactly between two steps; bushing and excitation forces act as kicks at the steps
-(Strang splitting; Deuflhard 1979; Hairer, Lubich & Wanner, Geometric Numerical Integration, XIII). The scheme is
+The structure's uncoupled modes move exactly between two steps; forces of clearances and excitation act as kicks at the
+steps (Strang splitting; Deuflhard 1979; Hairer, Lubich & Wanner, Geometric Numerical Integration, XIII). The scheme is
 symmetric and of second order, and no mode limits the step. Under steady kicks a mode of frequency ω deflects by
 (ωh/2)/tan(ωh/2) of what it should; modal masses smaller by that factor undo it, so that static deflections are exact
-at any step. Damping forces at the bushings are taken at the velocity in the middle of their own kick, so that strong
-squeeze films stay stable.
+at any step. Damping forces at the clearances are taken at the velocity in the middle of their own kick, so that strong
+squeeze films stay stable; so are damping that couples modes and gyroscopic moments, which keeps the energy at any spin.
 """
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from ..clearance.kernel import clearance_records, greases_of, side_by_side
-from ..clearance.lane_contacts import lane_contacts
-from ..clearance.lane_greases import lane_greases
 from ..clearance.law import Law
+from ..clearance.record import clearance_records, laws_of, shared_kinds, side_by_side
 from ..core.validation import Positive, Whole
 from ..linear import MAX_MODES, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from ..signals.sampling import lowpass
-from .base import Engine, Equations, Run, diverged, in_columns, register
+from .base import Engine, Run, diverged, in_columns, register
+from .energies import NOTHING, Kept, columns_of
 from .equilibrium import rest_of
-from .modal_loop import Motion, Shaft, advance, advance_whole
-from .modal_space import SpatialRun, driven, kicked_damping, leaving, scheme, stiffest_contacts
+from .modal_loop import RATE, SPIN, Motion, advance, advance_whole
+from .scheme import at_spin, linear_part, pack, packed_part, places_of
+from .turning import SPIN_STEPS, as_probes, turning_of
 
-__all__ = ["Modal", "ModalRun", "SideBySide"]
+__all__ = ["Modal", "ModalRun", "SideBySide", "leaving", "stiffest_contacts"]
 
 
 @register
@@ -40,134 +39,154 @@ class Modal(Engine):
 
     name: ClassVar[str] = "modal"
     modes: Annotated[Whole, Field(ge=1, le=MAX_MODES)] = 8
-    """modes in the Ritz basis, to which the static shapes are added"""
+    """modes in the Ritz basis, of each bending plane, to which the static shapes are added"""
     resolution: Annotated[Positive, Field(le=3)] = 1.0
     """largest phase, rad, that the fastest mode or contact may turn in one step"""
 
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
         model, stiffest = linear_model(rig, self.modes), stiffest_contacts(rig, law)
-        fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1).reshape(-1, rig.n_coordinates)
-        contact = np.sqrt(np.max(stiffest * np.max(moved, axis=1), initial=0.0))
+        fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1)
+        contact = np.sqrt(np.max(stiffest[rig.bushing_of_row] * moved, initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact))
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
-        if rig.is_spatial:
-            return SpatialRun(self, rig, law, kind, step, self.modes)
         return ModalRun(self, rig, law, kind, step)
 
 
-@functools.lru_cache(maxsize=128)
-def _shaft(rig: Rig, modes: int, kind: Kinds, step: float) -> Shaft:
-    model = linear_model(rig, modes)
-    flow, inverse_mass = scheme(model.omega, np.zeros(model.size) if model.coupling.size else model.damping, step)
-    viscous = model.viscous() if model.coupling.size else model.coupling
-    kicked = kicked_damping(viscous, inverse_mass, step)
-    sensors, points, (push, on_base) = model.sensor_rows, model.at_points, driven(model, kind)
-    if model.weight.any():  # f₀ is one more input, whose signal is 1
-        push, on_base = np.vstack((push, model.weight)), np.vstack((on_base, np.zeros(len(rig.sensors))))
-    light = points * inverse_mass
-    at_input = np.array([light @ each for each in push])
-    return Shaft(
-        inverse_mass, flow, points, sensors.accelerations, push, on_base, kicked, light @ points.T, at_input,
-        model.springs, sensors.readings,
-    )  # fmt: skip
+def stiffest_contacts(rig: Rig, law: Law) -> np.ndarray:
+    """Return the largest stiffness (n_bushings,) of contacts or their bristles that time steps must follow, N/m."""
+    stiffest, _ = law.largest([b.gap for b in rig.bushings])
+    bristles = [(b.friction.stiffness or b.contact.stiffness) if b.friction else 0.0 for b in rig.bushings]
+    return np.maximum(stiffest, bristles)
+
+
+def leaving(q: np.ndarray, flow: np.ndarray) -> np.ndarray:
+    """Return the velocities (n,) of modes at rest at q before a kick that holds them there; see the module."""
+    speed = (1 - flow[0]) * q / np.where(flow[1] == 0, 1.0, flow[1])
+    return np.asarray(flow[2] * q + flow[3] * speed)
 
 
 class ModalRun(Run):
     """A simulation by the modal engine."""
 
     def __init__(self, engine: Modal, rig: Rig, law: Law, kind: Kinds, step: float):
-        self.engine, self.rig, self.step = engine, rig, step
-        self.shaft, self.clearance = _shaft(rig, engine.modes, kind, step), clearance_records(rig, law, step)
-        self.greases, self.contacts = greases_of(rig, law), law.table(len(rig.bushings)).kinds
-        self.rest, model = rest_of(rig, law, engine.modes), linear_model(rig, engine.modes)
-        self.sensors = model.sensor_rows
-        q = np.zeros(len(self.shaft.inverse_mass))
+        self.engine, self.rig, self.law, self.step = engine, rig, law, step
+        self.model = linear_model(rig, engine.modes)
+        (self.linear, self.coupled), self.clearance = (
+            linear_part(rig, engine.modes, kind, step), clearance_records(rig, law, step)
+        )  # fmt: skip
+        self.rest = rest_of(rig, law, engine.modes)
+        q = np.zeros(self.model.size)
         if self.rest:
             self.rest.begin(self.clearance)
             q = self.rest.coordinates
-        self.motion = Motion(q, leaving(q, self.shaft.flow), q)
+        turning = turning_of(rig)
+        self.motion = Motion(q, leaving(q, self.linear.flow), q, turning)
+        self.changes = bool(turning[RATE] or turning[-1]) and bool(
+            self.model.gyroscopic.size or self.model.circulatory.size or self.model.bearings
+        )
+        """whether matrices change with the spin"""
+        self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
         self.alone = SideBySide([self])
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
         return self.alone.advance(excitation)[0]
 
+    def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate one block, and tell its energies; see `Run.balanced`."""
+        kept = NOTHING._replace(energies=np.empty((len(excitation), columns_of(len(self.rig.bushings)))))
+        return self.alone.advance(excitation, kept)[0], kept.energies
+
     def before(self) -> np.ndarray | None:
         """Return the rest; see `Run.before`."""
-        if self.rest is None:
-            return None
-        return np.append(self.sensors.at_rest(self.rest.coordinates), self.rest.columns())
+        return None if self.rest is None else as_probes(self.rig, self.at_rest()[None])[0]
+
+    def at_rest(self) -> np.ndarray:
+        """Return what the compiled loop finds of the rest, (columns,)."""
+        found = np.zeros(self.columns)
+        if self.rest:
+            of_sensors = self.model.sensor_rows.at_rest(self.rest.coordinates)
+            found[: len(of_sensors)] = of_sensors
+            columns = self.rest.columns()
+            found[len(of_sensors) : len(of_sensors) + len(columns)] = columns
+        if self.rig.spin:
+            found[-1] = self.motion.turning[SPIN]
+        return found
 
     def alike(self) -> tuple[object, ...]:
         """Return what runs that are advanced side by side have in common."""
-        return self.step, tuple(part.shape for part in self.shaft)
+        shapes = tuple(np.shape(part) for part in self.linear[:10])
+        return self.step, self.columns, shapes, self.linear.orders.tobytes(), shared_kinds(self.rig, self.law)
 
-    def equations(self) -> Equations:
-        """Return the equations of the steps; see `Run.equations`.
-
-        A mode moves from kick to kick by the flow F: q₊ - (F₀₀ + F₁₁) q + det F q₋ = F₀₁ h f/m.
-        """
-        shaft, (qq, vq, qv, vv) = self.shaft, self.shaft.flow
-        det = qq * vv - vq * qv
-        kick = vq * self.step * shaft.inverse_mass
-        mass = self.step**2 * (1 + det) / (2 * kick)
-        damping, stiffness = self.step * (1 - det) / kick, (1 + det - qq - vv) / kick
-        viscous = np.diag(damping)
-        if shaft.coupling.size:  # at the mean velocity (q₊ - q₋)/(2 F₀₁): nothing else damps
-            half_kick = self.step / 2 * shaft.inverse_mass[:, None] * shaft.coupling
-            viscous = shaft.coupling @ np.linalg.inv(np.eye(det.size) - half_kick) * (self.step / vq)
-        speed = np.array([-det, vv - qq, np.ones(det.size)]) / (2 * vq)  # the mean of before and after the kick
-        return Equations(np.diag(mass), viscous, np.diag(stiffness), shaft.input, shaft.at_points, speed, shaft.springs)
-
-    def snapshot(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return modal coordinates and impact speeds; see `Run.snapshot`."""
-        return self.alone.motion.q[:, 0], self.alone.clearance.numbers[: 2 * len(self.rig.bushings)]
+    def at_spin(self, spin: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return stiffness and damping that change with the spin, packed."""
+        found = at_spin(self.model, self.coupled, self.linear.inverse_mass, self.step, spin)
+        springs, coupling = (pack([matrix.T if len(matrix) else matrix]) for matrix in found)
+        return springs, coupling
 
 
-class SideBySide(Run):
-    """Runs, from their start, of the same step and size under one excitation, advanced together; see lanes.py."""
+class SideBySide:
+    """Runs, from their start, whose `ModalRun.alike` is the same, under one excitation; see lanes.py."""
 
     def __init__(self, runs: Sequence[ModalRun]):
         self.runs, self.steps, self.step, self.lanes = runs, 0, runs[0].step, tuple(range(len(runs)))
-        shaft = Shaft(*(np.ascontiguousarray(np.stack(part, axis=-1)) for part in zip(*(run.shaft for run in runs))))
-        self.columns = len(shaft.at_sensors) + 4 * len(runs[0].rig.bushings)
-        self.motion = Motion(*(np.stack(part, axis=-1) for part in zip(*(run.motion for run in runs))))
-        self.clearance = side_by_side([run.clearance for run in runs])
-        self.before_start = np.zeros((self.columns, len(runs)))
-        for lane, run in enumerate(runs):
-            self.before_start[:, lane] = 0.0 if (before := run.before()) is None else before
-        offsets = np.array([[b.offset for b in run.rig.bushings] for run in runs])
-        greases = lane_greases([run.greases for run in runs], offsets, [run.clearance for run in runs])
-        contacts = lane_contacts([run.contacts for run in runs], [run.clearance for run in runs])
-        self.parts = self.lanes, shaft, self.motion, self.clearance, greases, contacts
+        first, self.columns = runs[0], runs[0].columns
+        self.turns = first.rig.spin is not None
+        self.linear = packed_part([run.linear for run in runs])
+        q, v, q_before = (pack([run.motion[i] for run in runs]) for i in range(3))
+        self.motion = Motion(q, v, q_before, np.stack([run.motion.turning for run in runs], axis=-1))
+        self.clearance = side_by_side([run.clearance for run in runs], laws_of(first.rig, first.law))
+        self.places = places_of(first.rig)
 
-    def advance(self, excitation: np.ndarray) -> np.ndarray:
-        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
-        out = np.empty((self.columns, len(excitation), len(self.lanes)))
-        self._go_on(*advance(self.steps, self.driving(excitation), self.step, *self.parts, out, 0))
-        self.steps += len(excitation)
-        return out.T
+    def advance(self, excitation: np.ndarray, kept: Kept = NOTHING) -> np.ndarray:
+        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns).
+
+        What is kept of each step of a run that is alone is filled in.
+        """
+        driving, run = self.driving(excitation), self.runs[0]
+        out = np.empty((self.columns, len(driving), len(self.lanes)))
+        size = SPIN_STEPS if run.changes else max(len(driving), 1)
+        for start in range(0, len(driving), size):
+            part = driving[start : start + size]
+            if run.changes:
+                spin = float(self.motion.turning[SPIN, 0] + self.motion.turning[RATE, 0] * len(part) * self.step / 2)
+                springs, coupling = run.at_spin(spin)
+                self.linear = self.linear._replace(springs=springs, coupling=coupling)
+            self._go_on(*advance(self.steps, part, self.step, *self.parts, kept, out, start))
+            self.steps += len(part)
+        found = out.T
+        for run, rows in zip(self.runs, found):
+            as_probes(run.rig, rows)
+        return found
+
+    @property
+    def parts(self) -> tuple[object, ...]:
+        """What the loop takes besides the excitation."""
+        return self.lanes, self.turns, self.linear, self.motion, self.clearance, self.places
 
     def driving(self, excitation: np.ndarray) -> np.ndarray:
         """Return inputs (n,) or (n, n_inputs) as the loop takes them: (n, n_inputs), with 1 for a constant load."""
         columns = in_columns(excitation)
-        loads = len(self.runs[0].shaft.input) - columns.shape[1]
+        loads = len(self.runs[0].linear.input) - columns.shape[1]
         return np.hstack((columns, np.ones((len(columns), loads)))) if loads else columns
 
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
         """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
 
         Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
-        ahead. Without ``forces`` their columns and those of contact are left out.
+        ahead. Without ``forces`` their columns and those that follow are left out.
         """
-        left_out = 0 if forces else 3 * len(self.runs[0].rig.bushings)
-        out = np.empty((len(self.lanes), self.columns - left_out, samples))
-        drive, before = self.driving(excitation), self.before_start[: out.shape[1]]
-        self._go_on(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, before, out))
+        rig = self.runs[0].rig
+        columns = self.columns if forces or self.turns else len(rig.sensors) + rig.n_rows
+        out = np.empty((len(self.lanes), columns, samples))
+        drive, before = self.driving(excitation), np.stack([run.at_rest()[:columns] for run in self.runs], axis=-1)
+        self._go_on(*advance_whole(drive, factor, lowpass(factor), self.step, *self.parts, NOTHING, before, out))
+        for run, rows in zip(self.runs, out):
+            as_probes(run.rig, rows.T)
         return out
 
     def _go_on(self, failed: int, record: int) -> None:

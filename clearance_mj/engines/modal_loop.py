@@ -15,11 +15,15 @@ from ..clearance.lanes import joined, larger, load, packed, spread, store, where
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
+from .energies import Kept, keep, remember
 from .interact import (
     ENDS, FILLED, fill_all, find_contacts, follow_contacts, sweep, torque_of_friction,
 )  # fmt: skip
 
-__all__ = ["ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "Linear", "Motion", "advance", "advance_whole"]
+__all__ = [
+    "ANGLE", "END_TIME", "PER_INERTIA", "RATE", "SPIN", "SWEEPS", "Linear", "Motion", "advance", "advance_whole",
+    "turn_forces", "turn_on",
+]  # fmt: skip
 
 SPIN, ANGLE, RATE, END_TIME, PER_INERTIA = range(5)
 """Of the turning: rad/s and rad; rate of a ramp, rad/s², until a time, s; 1/inertia of what friction slows down"""
@@ -32,6 +36,7 @@ class Linear(NamedTuple):
     inverse_mass: np.ndarray  # (n) smaller for high modes, see modal.py
     flow: np.ndarray  # (4, n) exact motion of the free modes over one step: rows q→q, v→q, q→v, v→v
     input: np.ndarray  # (n_inputs, n) force on the modes per unit of each input
+    n_excited: int  # how many of the inputs are the excitation's; one more is constant
     turning: np.ndarray  # (n_turning, n) the same of what turns: Ω² cos φ and Ω² sin φ, then cos k φ, sin k φ of orders
     orders: np.ndarray  # (n_orders,) k, for all cases
     at_rows: np.ndarray  # (n_rows, n) displacement of the clearances' rows: all middles, then both ends of each
@@ -57,7 +62,7 @@ class Motion(NamedTuple):
 @jit(**OPTIONS)
 def advance(
     steps: int, excitation: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool, linear: Linear, motion: Motion,
-    clearance: Clearance, places: np.ndarray, out: np.ndarray, first: int,
+    clearance: Clearance, places: np.ndarray, kept: Kept, out: np.ndarray, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance the state by all steps; return (step, clearance) of a divergence, or -1, -1.
 
@@ -65,7 +70,7 @@ def advance(
     lanes), filled from its row ``first`` on with what `Run.advance` returns, forces and touch if there are columns.
     """
     (
-        inverse_mass, flow, given, turned, orders, at_rows, spans, compliance, at_sensors, of_sensors, base, springs,
+        inverse_mass, flow, given, _, turned, orders, at_rows, spans, compliance, at_sensors, of_sensors, base, springs,
         coupling, readings,
     ) = linear  # fmt: skip
     q, v, q_before, turning = motion
@@ -74,27 +79,29 @@ def advance(
     count, modes, width = len(lanes), inverse_mass.shape[0], len(side)
     n_rows, n_bushings, n_sensors, size = at_rows.shape[0], bushings.size, at_sensors.shape[0], out.shape[1]
     half, n_turning, tall = 0.5 * h, turned.shape[0], compliance.shape[1]
-    n_middles = n_rows // 3 if n_rows % 3 == 0 else places[n_bushings - 1, 0] + bushings[n_bushings - 1].coordinates
+    n_middles = places[n_bushings - 1, 0] + bushings[n_bushings - 1].coordinates if n_bushings else 0
     x, w, force = np.zeros((tall, count)), np.zeros((tall, count)), np.zeros((tall, count))
     ends, filled = np.zeros((2 * n_bushings * ENDS, count)), np.zeros((n_bushings * FILLED, count))
     total, middle, acceleration = np.zeros((modes, width)), np.zeros((modes, width)), np.zeros((modes, width))
     acts, pushed, factors = np.ones(2 * n_bushings, np.bool_), np.ones(tall, np.bool_), np.zeros((n_turning, count))
+    known = np.zeros((n_bushings, 2), np.bool_)
     for i in range(excitation.shape[0]):
         time = (steps + i) * h
         if n_turning:
-            _turn(turning, orders, time, count, factors)
+            turn_forces(turning, orders, time, count, factors)
         for m in range(modes):
             now = load(given, m, side) * excitation[i, 0]
             for r in range(1, excitation.shape[1]):
                 now = now + load(given, r * modes + m, side) * excitation[i, r]
             for r in range(n_turning):
                 now = now + load(turned, r * modes + m, side) * load(factors, r, lanes)
-            for r in range(springs.shape[0]):
-                now = now - load(springs, r * modes + m, side) * load(q, r, lanes)
+            if springs.shape[0]:
+                now = now - _of_columns(springs, m, modes, q, lanes)
             store(total, m, now, side)
             store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
         for row in range(n_rows):
             store(x, row, _product(at_rows, row, spans[row, 0], spans[row, 1], modes, q, lanes), lanes)
+        remember(bushings, numbers, kept, lanes)
         j = find_contacts(bushings, numbers, places, x, lanes, ends, acts, pushed)
         if j >= 0:
             for lane in range(count):
@@ -110,7 +117,7 @@ def advance(
         follow_contacts(bushings, numbers, places, x, w, spin, acts, compliance, half, lanes, ends)
         for _ in range(SWEEPS):
             sweep(
-                bushings, numbers, places, compliance, half, spin, acts, pushed, filled, ends, w, force, lanes
+                bushings, numbers, places, compliance, half, spin, acts, pushed, known, filled, ends, w, force, lanes
             )  # fmt: skip
         torque = torque_of_friction(bushings, numbers, acts, ends, lanes)
         for row in range(n_rows):
@@ -118,8 +125,12 @@ def advance(
                 push = load(force, row, lanes)
                 for m in range(spans[row, 0], spans[row, 1]):
                     store(total, m, load(total, m, side) - load(at_rows, row * modes + m, side) * push, side)
-        _move(h, lanes, inverse_mass, flow, coupling, q, v, q_before, total, middle, acceleration)
+        if coupling.shape[0]:
+            _couple(h, lanes, inverse_mass, coupling, v, total, middle)
         row = first + i
+        keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, middle, w, bushings, numbers,
+             places, x, force, filled, ends, acts)  # fmt: skip
+        _move(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
         for s in range(n_sensors):
             value = _product(at_sensors, s, of_sensors[s, 0], of_sensors[s, 1], modes, acceleration, lanes)
             for r in range(excitation.shape[1]):
@@ -135,7 +146,7 @@ def advance(
             column = n_sensors + 3 * n_middles + n_bushings
             if out.shape[0] > column:
                 store(out, column * size + row, spin, lanes)
-            _turn_on(turning, torque, time, h, lanes)
+            turn_on(turning, torque, time, h, lanes)
     for lane in range(count):  # without clearances nothing else would stop it
         for m in range(modes * width // count):
             if not abs(q.ravel()[m * count + lane]) < np.inf:
@@ -156,7 +167,22 @@ def _product(
 
 
 @inlined
-def _turn(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
+def _of_columns(columns: np.ndarray, m: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...]) -> Any:
+    """Return pack m of the product of a matrix, which stands by columns, and a vector of modes."""
+    side, n, none = packed(lanes), columns.shape[0], spread(0.0, packed(lanes))
+    a, b, c, d = none, none, none, none  # sums that do not wait for each other
+    for r in range(0, n - 3, 4):
+        a = a + load(columns, r * modes + m, side) * load(vector, r, lanes)
+        b = b + load(columns, (r + 1) * modes + m, side) * load(vector, r + 1, lanes)
+        c = c + load(columns, (r + 2) * modes + m, side) * load(vector, r + 2, lanes)
+        d = d + load(columns, (r + 3) * modes + m, side) * load(vector, r + 3, lanes)
+    for r in range(n - n % 4, n):
+        a = a + load(columns, r * modes + m, side) * load(vector, r, lanes)
+    return (a + b) + (c + d)
+
+
+@inlined
+def turn_forces(turning: np.ndarray, orders: np.ndarray, time: float, count: int, factors: np.ndarray) -> None:
     """Fill in what the forces that turn with a shaft are multiplied by."""
     for lane in range(count):
         spin, angle = turning[SPIN, lane], turning[ANGLE, lane]
@@ -168,7 +194,7 @@ def _turn(turning: np.ndarray, orders: np.ndarray, time: float, count: int, fact
 
 
 @inlined
-def _turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tuple[int, ...]) -> None:
+def turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tuple[int, ...]) -> None:
     """Turn the shaft on by a step, under the torque of friction, N m."""
     spin, rate = load(turning, SPIN, lanes), load(turning, RATE, lanes)
     rate = where_above(rate, load(turning, END_TIME, lanes) - time)
@@ -178,21 +204,26 @@ def _turn_on(turning: np.ndarray, torque: Any, time: float, h: float, lanes: tup
 
 
 @inlined
+def _couple(
+    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, coupling: np.ndarray, v: np.ndarray, total: np.ndarray,
+    middle: np.ndarray,
+) -> None:  # fmt: skip
+    """Add what couples modes by damping, at the velocity in the middle of the kick of all other forces."""
+    side, modes, half = packed(lanes), inverse_mass.shape[0], 0.5 * h
+    for m in range(modes):
+        kick = half * load(inverse_mass, m, side) * load(total, m, side)
+        store(middle, m, load(v, m, side) + kick, side)
+    for m in range(modes):
+        store(total, m, load(total, m, side) - _of_columns(coupling, m, modes, middle, lanes), side)
+
+
+@inlined
 def _move(
-    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, coupling: np.ndarray, q: np.ndarray,
-    v: np.ndarray, q_before: np.ndarray, total: np.ndarray, middle: np.ndarray, acceleration: np.ndarray,
+    h: float, lanes: tuple[int, ...], inverse_mass: np.ndarray, flow: np.ndarray, q: np.ndarray, v: np.ndarray,
+    q_before: np.ndarray, total: np.ndarray, acceleration: np.ndarray,
 ) -> None:  # fmt: skip
     """Kick modes by their forces ``total``, let them flow freely for a step, and fill in their accelerations."""
-    side, modes, half, per_step2 = packed(lanes), inverse_mass.shape[0], 0.5 * h, 1.0 / (h * h)
-    if coupling.shape[0]:  # at the velocity in the middle of the kick of all other forces
-        for m in range(modes):
-            kick = half * load(inverse_mass, m, side) * load(total, m, side)
-            store(middle, m, load(v, m, side) + kick, side)
-        for m in range(modes):
-            damped = load(total, m, side)
-            for r in range(coupling.shape[0]):
-                damped = damped - load(coupling, r * modes + m, side) * load(middle, r, lanes)
-            store(total, m, damped, side)
+    side, modes, per_step2 = packed(lanes), inverse_mass.shape[0], 1.0 / (h * h)
     for m in range(modes):
         place = load(q, m, side)
         kicked = load(v, m, side) + h * load(inverse_mass, m, side) * load(total, m, side)
@@ -244,7 +275,8 @@ def _report(
 @jit(**OPTIONS)
 def advance_whole(
     excitation: np.ndarray, factor: int, taps: np.ndarray, h: float, lanes: tuple[int, ...], turns: bool,
-    linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, before: np.ndarray, out: np.ndarray,
+    linear: Linear, motion: Motion, clearance: Clearance, places: np.ndarray, kept: Kept, before: np.ndarray,
+    out: np.ndarray,
 ) -> tuple[int, int]:  # fmt: skip
     """Advance by a whole excitation, decimated by a factor; return what `advance` returns.
 
@@ -257,7 +289,7 @@ def advance_whole(
     fill_before(before, filled, lanes, steps)
     while samples < last and done < excitation.shape[0]:
         part = excitation[done : done + BLOCK_SAMPLES * factor]
-        failed, record = advance(done, part, h, lanes, turns, linear, motion, clearance, places, steps, filled)
+        failed, record = advance(done, part, h, lanes, turns, linear, motion, clearance, places, kept, steps, filled)
         if failed >= 0:
             return done + failed, record
         done, filled = done + part.shape[0], filled + part.shape[0]

@@ -66,14 +66,16 @@ def refuse_adhesion(engine: Engine, bushings: np.ndarray) -> None:
         raise LawError(f"the {engine.name} engine cannot simulate adhesion: MuJoCo's contacts never pull; use modal")
 
 
-def contact_rows(ends: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Return the contact force (n_bushings, nv) of each bushing, the sum over its ends, per force of the solver's.
+def contact_rows(ends: np.ndarray, pairs: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Return the contact force (n_rows, nv) of each row of clearances, the sum over its ends, per force of the solver's.
 
-    These come from contacts at ``ends`` and reactions of supports ``held``. (0, nv) where the joints' forces do not
-    distinguish them, as where a support and a bushing are on one rigid link.
+    These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions of
+    supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are on
+    one rigid link.
     """
-    rows, n_bushings = np.vstack((ends, held)), len(ends) // 2
-    found = np.linalg.pinv(rows.T)[: len(ends)].reshape(n_bushings, 2, rows.shape[1]).sum(axis=1)
-    wanted = np.hstack((np.repeat(np.eye(n_bushings), 2, axis=1), np.zeros((n_bushings, len(held)))))
+    rows = np.vstack((ends, held))
+    found = np.linalg.pinv(rows.T)[: len(ends)][pairs].sum(axis=1)
+    wanted = np.zeros((len(pairs), len(rows)))
+    np.put_along_axis(wanted, pairs, 1.0, axis=1)
     distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
     return np.ascontiguousarray(-found) if distinct else np.zeros((0, rows.shape[1]))

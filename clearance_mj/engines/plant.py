@@ -1,9 +1,8 @@
-"""What both MuJoCo engines share of their models: solver options, stable step, and the maps to the rig's points."""
+"""What MuJoCo models of a rig share: solver options, stable step, and the maps to the rig's points."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import mujoco
@@ -24,8 +23,6 @@ __all__ = [
     "ARMATURE",
     "ITERATIONS",
     "Driving",
-    "Maps",
-    "Plant",
     "Statics",
     "driving",
     "hold",
@@ -172,29 +169,6 @@ def rest_in_mujoco(
         if loaded:
             data.qpos[order] = shapes @ rest.coordinates
     return rest
-
-
-class Maps(NamedTuple):
-    """Linear maps between a MuJoCo model's coordinates and the rig's points."""
-
-    at_points: np.ndarray  # (3 n_bushings, nv) displacement of the bushings' middles, then both ends of each
-    viscous: np.ndarray  # (nv, nv) damping that the model's joints do not have; (0, 0) where they have all
-    output: np.ndarray  # (n_sensors, nv) acceleration of accelerometers, relative to the base, per coordinate's
-    pairs: np.ndarray  # (2 n_bushings, n) pairs of geoms that touch at each bushing end; -1 for none
-    limits: np.ndarray  # (2 n_bushings,) tendon whose limits are the gap at each bushing end; -1 for none
-    readings: np.ndarray = np.zeros((0, 2, 0))  # as `links_plant.ChainMaps` has them
-
-
-@dataclass(frozen=True, eq=False)
-class Plant:
-    """A rig as a MuJoCo model. Shared by simulations, which copy the model."""
-
-    model: mujoco.MjModel  # compiled, not to be changed
-    maps: Maps  # between its coordinates and the rig's points
-    rows: RigRows  # how the rig's points move per coordinate
-    statics: Statics | None = None  # None where it knows no loads
-    decay: float = 0.0  # η1, 1/s, of damping in proportion to the mass that is among the viscous
-    armature: float | np.ndarray = ARMATURE  # of joints, (nv,): inertia over stiffness times the step squared
 
 
 def stable_step(

@@ -54,7 +54,7 @@ def simulate(
     law : Law, optional
         Contact and filling of a rig at each moment; without one, its datasheet values. A model brings its own.
     engine : str or Engine, optional
-        Name of the engine, "links", "modal" or "modal-mj", or an engine with settings of its own; by default that of
+        Name of the engine, "links" or "modal", or an engine with settings of its own; by default that of
         `default_engine`.
     progress : bool
         Show a progress bar, over the seconds of the record, if it takes long.

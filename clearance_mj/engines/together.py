@@ -19,7 +19,6 @@ from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator, decimate
 from .modal import Modal, ModalRun, SideBySide
-from .modal_space import SpatialRun, SpatialSideBySide
 from .simulation import Simulation
 
 __all__ = ["simulate_and_keep", "simulate_together"]
@@ -72,7 +71,7 @@ def simulate_and_keep(
     keep : callable
         Takes a response; the response is gone once it has returned.
     forces : bool
-        Whether it looks at forces or contact of the bushings or provenance; without, those of planar rigs have none.
+        Whether it looks at forces or contact of the bushings or provenance; without, those of rigs that do not turn have none.
 
     Returns
     -------
@@ -119,11 +118,8 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     first, runs = simulations[0], [_run(simulation) for simulation in simulations]
     runs += runs[-1:] * (lanes - len(runs))
     size = first.interpolator.factor, first.excitation.value.shape[-1]
-    if first.rig.is_spatial:
-        outputs = SpatialSideBySide(cast(list[SpatialRun], runs)).whole(drive, *size)
-    else:
-        needed = forces or any(s.completion.forces for s in simulations)
-        outputs = SideBySide(cast(list[ModalRun], runs)).whole(drive, *size, needed)
+    needed = forces or any(s.completion.forces for s in simulations)
+    outputs = SideBySide(runs).whole(drive, *size, needed)
     moves = any(simulation.completion.base_moves for simulation in simulations)
     motion = decimate(first.completion.push(drive), size[0])[: size[1]] if moves else None
     for simulation, output in zip(simulations, outputs):
@@ -132,10 +128,10 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     return (s.response(s.excitation.value.T, output.T) for s, output in zip(simulations, outputs))
 
 
-def _run(simulation: Simulation) -> ModalRun | SpatialRun:
-    return cast(ModalRun | SpatialRun, simulation.run)
+def _run(simulation: Simulation) -> ModalRun:
+    return cast(ModalRun, simulation.run)
 
 
 def _is_alone(simulation: Simulation) -> bool:
-    """Whether it cannot be side by side: its channels are late, or its gyroscopic moments change with its spin."""
-    return simulation.late is not None or (simulation.rig.is_spatial and cast(SpatialRun, simulation.run).changes)
+    """Whether it cannot be side by side: its channels are late, or its matrices change with its spin."""
+    return simulation.late is not None or _run(simulation).changes

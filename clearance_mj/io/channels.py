@@ -18,31 +18,9 @@ NOWHERE = (0, "S")
 """Node and direction of a channel whose file does not say where it measured."""
 
 
-@dataclass(frozen=True)
-class ChannelHeader:
-    """What a file says of a time function, without its samples; the fields are those of `Channel`."""
-
-    name: str
-    node: int
-    direction: str
-    quantity: str
-    size: int
-    fs: float
-    start: float
-    unit: str = ""
-
-    @property
-    def placed(self) -> bool:
-        """Whether the file says where the channel measured."""
-        return (self.node, self.direction) != NOWHERE
-
-
 @dataclass(frozen=True, eq=False)
-class Channel:
-    """One measured time function; a RecordError names the channel that no channel can be.
-
-    Values are in SI units where the quantity is known, and otherwise as they are in the file.
-    """
+class _Measured:
+    """What a time function is of."""
 
     name: str
     """label in the file"""
@@ -53,6 +31,30 @@ class Channel:
     quantity: str
     """one of `core.quantities.QUANTITIES`, such as "acceleration" (m/s²), or
     "unknown": what no calculation uses until `clearance_mj.map_channels` or a map of columns says what it is"""
+
+    @property
+    def placed(self) -> bool:
+        """Whether the file says where the channel measured."""
+        return (self.node, self.direction) != NOWHERE
+
+
+@dataclass(frozen=True)
+class ChannelHeader(_Measured):
+    """What a file says of a time function, without its samples; the fields are those of `Channel`."""
+
+    size: int
+    fs: float
+    start: float
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Channel(_Measured):
+    """One measured time function; a RecordError names the channel that no channel can be.
+
+    Values are in SI units where the quantity is known, and otherwise as they are in the file.
+    """
+
     value: np.ndarray
     """(n_t,), read-only"""
     fs: float
@@ -82,11 +84,6 @@ class Channel:
             raise RecordError(f'channel "{name}": fs must be > 0 Hz and start finite, got {self.fs}, {self.start}')
         value.flags.writeable = False
         object.__setattr__(self, "value", value)
-
-    @property
-    def placed(self) -> bool:
-        """Whether the file says where the channel measured."""
-        return (self.node, self.direction) != NOWHERE
 
     @property
     def label(self) -> str:

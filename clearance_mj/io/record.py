@@ -304,7 +304,7 @@ class Record(Shown):
         -------
         Response
             ``channels`` (n_sensors, n_t) in the order of the rig's sensors, without those left out;
-            ``displacement`` (n_bushings, n_t) if every clearance has a probe, a displacement channel at its
+            ``displacement`` (n_rows, n_t) if every clearance has its probes, displacement channels at
             `Rig.probe_labels`. A channel of the other sign is turned round.
         """
         measured = self._measured(self.channels)
@@ -328,7 +328,7 @@ class Record(Shown):
 
     @property
     def missing_probes(self) -> tuple[tuple[int, str], ...]:
-        """Clearances without a displacement probe: the index of each, and the degree of freedom that one would have."""
+        """Rows of clearances without a displacement probe: the index and the degree of freedom of each."""
         probed = {(h.node, h.direction.lstrip("+-")) for h in self._headers if h.quantity == "displacement"}
         places = [(label, _split(label)) for label in self.rig.probe_labels]
         return tuple((j, label) for j, (label, (node, _, axis)) in enumerate(places) if (node, axis) not in probed)

@@ -113,7 +113,7 @@ class LinearModel(RigRows):
         """
         along, shaker = tuple(tested.shaker.unit_direction.tolist()), self.rig.shaker
         spin = tested.spin.mean if tested.spin else 0.0
-        if not self.rig.is_spatial or tuple(shaker.unit_direction.tolist()) == along:
+        if not self.rig.moves_across or tuple(shaker.unit_direction.tolist()) == along:
             return self, spin
         rig = self.rig.replace(shaker=dataclasses.replace(shaker, direction=along))
         return dataclasses.replace(self, rig=rig), spin

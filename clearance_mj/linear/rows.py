@@ -32,8 +32,6 @@ class PlaneRows(NamedTuple):
     """(m, k) these coordinates per coordinate of the model"""
     span: slice
     """which k coordinates of the model they are"""
-    ends: Rows | None = None
-    """displacements where contact is looked for, if they are others: links are straight between their hinges"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +115,7 @@ class RigRows:
             found[:, y.span] = y.rows([in_other_plane(point) for point in points]) @ y.transform
         return found
 
-    def _relative(self, joined: Sequence[tuple[float | str, ...]], ends: bool = False) -> np.ndarray:
+    def _relative(self, joined: Sequence[tuple[float | str, ...]]) -> np.ndarray:
         """Rows of first points less those of second ones, where there are any; as many points of each clearance."""
         bushings = [b for b in self.rig.bushings for _ in range(len(joined) // len(self.rig.bushings))]
         rows = [row for bushing, points in zip(bushings, joined) for row in moved_points(bushing, points)]
@@ -126,7 +124,7 @@ class RigRows:
             taps = [(i, *tap) for i, (along, at) in enumerate(rows) if along == axis for tap in zip(at, (1.0, -1.0))]
             if taps and plane is not None:
                 row, at, sign = map(list, zip(*taps))
-                moves = (plane.ends if ends and plane.ends else plane.rows)(at) @ plane.transform
+                moves = plane.rows(at) @ plane.transform
                 np.add.at(found[:, plane.span], row, np.array(sign)[:, None] * moves)
         return found
 
@@ -138,12 +136,26 @@ class RigRows:
     @functools.cached_property
     def at_ends(self) -> np.ndarray:
         """(2 n_rows, n) relative displacement at both ends of each clearance."""
-        return self._relative(self.rig.clearance_ends, True)
+        return self._relative(self.rig.clearance_ends)
 
     @functools.cached_property
     def at_points(self) -> np.ndarray:
         """(3 n_rows, n) the clearances' middles, then both ends of each."""
         return np.vstack((self.at_bushings, self.at_ends))
+
+    def sliding(self, bushing: int) -> np.ndarray:
+        """Return how what slides along a clearance of one coordinate moves (n,): what its friction acts on.
+
+        Parameters
+        ----------
+        bushing : int
+            Its number.
+        """
+        at = self.rig.bushings[bushing]
+        assert at.friction
+        if at.friction.along is not None:
+            return np.asarray(self.directed([at.friction.along], np.array([0.0, 0.0, 1.0]))[0])
+        return np.asarray(self.moved([at.position])[0, 0])
 
     @property
     def ends_by_row(self) -> np.ndarray:

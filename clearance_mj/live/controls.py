@@ -23,7 +23,6 @@ MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
 LARGEST_NUMBER = 1e300  # of any number
 BAND = (5.0, 220.0)  # Hz, of noise without records that say theirs
 LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
-ENGINES = ("modal", "links", "modal-mj")
 NONE = "none"
 EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
 _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
@@ -44,7 +43,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     fs = dataset.records[0].fs if dataset else 2048.0
     low, high = next((r.band for r in dataset.records if r.band), BAND) if dataset else BAND
     # In space weight and unbalance move the shaft as well.
-    also, first = ((NONE,), NONE) if rig.is_spatial else ((), "random")
+    also, first = ((NONE,), NONE) if rig.moves_across else ((), "random")
     yield Control("excitation", group, "Kind", first, choices=also + EXCITATIONS + records)
     if len(kinds) > 1:
         yield Control("kind", group, "Drives the", rig.shaker.kind, choices=kinds)
@@ -59,8 +58,8 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("duration", group, "Duration", 10.0, "s", 1.0, 4.0, 60.0)
     yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)
     yield Control("resolution", group, "Lines every", 0.5, "Hz", 1.0, 0.2, 5.0, log=True)
-    engines = ENGINES if rig.linear.shafts else ("modal", "modal-mj")
-    yield Control("engine", group, "Engine", "modal", choices=("modal",) if rig.is_spatial else engines)
+    engines = ("modal", "links") if rig.linear.shafts and not rig.moves_across else ("modal",)
+    yield Control("engine", group, "Engine", "modal", choices=engines)
 
 
 def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:

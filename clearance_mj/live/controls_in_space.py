@@ -25,7 +25,7 @@ MOST_FRICTION = 0.5
 
 def of_motion(rig: Rig) -> Iterator[Control]:
     """Return what a rig in space can be moved by as a whole; nothing of a planar one."""
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return
     pull = float(np.linalg.norm(rig.gravity or 0.0))
     yield Control("gravity", GROUP, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * EARTH, 2 * pull))
@@ -45,7 +45,7 @@ def of_motion(rig: Rig) -> Iterator[Control]:
 
 def motion_changes(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
     """Return the fields of a rig in space that controls of `of_motion` change."""
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return {}
     pull = float(values["gravity"])
     along = np.array(rig.gravity or DOWN) / np.linalg.norm(rig.gravity or DOWN)
@@ -73,7 +73,7 @@ def _spin(spin: Spin | None, values: Mapping[str, Value]) -> Spin | None:
 
 def of_round(rig: Rig, i: int) -> Iterator[Control]:
     """Return what a round clearance has beside a planar one."""
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return
     bushing = rig.bushings[i]
     group, name, gap = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]", bushing.gap

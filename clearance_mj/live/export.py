@@ -42,7 +42,7 @@ def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ())
         shown.model.save(folder)
         (folder / "setting.json").write_text(json.dumps(shown.values, indent=1) + "\n", encoding="utf-8")
         (folder / "README.txt").write_text(README, encoding="utf-8")
-        figures = _whirl(shown) if shown.model.rig.is_spatial else {"displacement": _displacement(shown)}
+        figures = _whirl(shown) if shown.model.rig.moves_across else {"displacement": _displacement(shown)}
         if shown.frf is not None:
             (folder / "frf.csv").write_text(_table(shown.frf), encoding="utf-8")
             figures["frf"] = _frf(shown, shown.frf, test)

@@ -112,7 +112,7 @@ def names(rig: Rig) -> list[str]:
 
 def places(rig: Rig, response: Response) -> Response:
     """Return the response with displacements as they are drawn: in space from the middles of the bushings."""
-    if not (rig.is_spatial and rig.bushings):
+    if not (rig.moves_across and rig.bushings):
         return response
     return dataclasses.replace(response, displacement=whirl(rig, response).position.reshape(2 * len(rig.bushings), -1))
 
@@ -135,7 +135,7 @@ def motion(rig: Rig, response: Response) -> Numbers:
         for i, bushing in enumerate(rig.bushings)
     ]  # fmt: skip
     facts: dict[str, Any] = {"clearances": rows}
-    if rig.is_spatial:
+    if rig.moves_across:
         facts |= {"walls": [[-b.gap, b.gap] for b in rig.bushings for _ in "yz"], "round": True}
     part = _about_strongest(response, size)
     return Numbers(facts, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
@@ -162,7 +162,7 @@ def _about_strongest(response: Response, force: np.ndarray) -> slice:
 
 def orbits(rig: Rig) -> list[tuple[int, int]]:
     """Return pairs of displacements that make an orbit: of clearances between the same two nodes in two directions."""
-    if rig.is_spatial:
+    if rig.moves_across:
         return [(2 * i, 2 * i + 1) for i in range(len(rig.bushings))]
     nodes = [tuple(p.rpartition(":")[0] if isinstance(p, str) else "" for p in b.joined) for b in rig.bushings]
     return [
@@ -204,7 +204,7 @@ def shaft(rig: Rig, response: Response) -> Numbers:
 def frequencies_in_gap(model: Model) -> list[float]:
     """Return the natural frequencies, Hz, of small motions in the gaps, at the spin of the start if the shaft turns."""
     rig = rig_in_gap(model.rig, model.law)
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return natural_frequencies(rig, MODES).tolist()
     spin = rig.spin
     found = turning_shaft(rig).poles(spin.speed).value.imag if spin else linear_model(rig, grease=True).omega

@@ -67,9 +67,6 @@ class Backbone(Vibrations):
     clearances: tuple[str, ...]
     """name of each clearance, `Rig.clearance_labels`"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     def plot(
         self, quantity: str = "clearance_displacement", row: int | None = None, branches: Sequence[Branch] = ()
     ) -> Figure:

@@ -88,7 +88,7 @@ class Branch(Vibrations):
     """(n,) of the shaft, rad/s, of a rig in space, whose clearances have a row along y and one along z each"""
 
     def __post_init__(self) -> None:
-        self._freeze()
+        super().__post_init__()
         if self.multipliers is not None:  # real where all of them are
             self._set(multipliers=read_only(self.multipliers, complex))
 
@@ -112,7 +112,7 @@ class Branch(Vibrations):
         In space half of the largest extent of the orbit in any direction: the radius of a circle, half the length of
         a line.
         """
-        if self.model.rig.is_spatial:
+        if self.model.rig.moves_across:
             return half_extents(self.clearance_displacement)
         return self.amplitude("clearance_displacement")
 

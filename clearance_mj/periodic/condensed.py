@@ -16,7 +16,7 @@ from ..clearance.table import LawTable
 from ..core.errors import ExcitationError, LawError, RigError
 from ..linear import LinearModel, linear_model
 from ..model import Model
-from ..rig import Rig
+from ..rig import Rig, one_kind
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear
 
@@ -111,6 +111,7 @@ def require_periodic(model: Model, kind: str) -> None:
         If the rig has no position for a force.
     """
     rig, law = model.rig, model.law
+    one_kind(rig, "harmonic balance")
     if not rig.bushings:
         raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
     if isinstance(law, TimeLaw):
@@ -124,7 +125,7 @@ def require_periodic(model: Model, kind: str) -> None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
     if any(b.friction and not b.is_round for b in rig.bushings):
         raise RigError(f"rig {rig.name!r}: harmonic balance knows no friction of slots yet; simulate it")
-    if (rig.loads or rig.gravity) and not rig.is_spatial:
+    if (rig.loads or rig.gravity) and not rig.moves_across:
         raise RigError(f"rig {rig.name!r}: harmonic balance of slots knows no constant load yet; simulate it")
     if rig.orders:
         raise RigError(f"rig {rig.name!r}: harmonic balance knows no orders of the spin yet; simulate them")

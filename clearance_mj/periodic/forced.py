@@ -87,7 +87,7 @@ def follow_response(
     levels = _levels(amplitude)
     start, stop = ends_of_range(frequency_range)
     harmonics, counts = resolution(n_harmonics, n_samples, len(levels), n_modes)
-    if model.rig.is_spatial:
+    if model.rig.moves_across:
         ends = 2 * np.pi * start, 2 * np.pi * stop
         of_kind = excitation_kind(model.rig, kind)
         return respond(model, of_kind, levels, ends, harmonics, counts, n_modes, stability, watch, progress)

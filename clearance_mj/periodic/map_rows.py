@@ -49,7 +49,7 @@ def solver_at(
 
     ``fastest`` is the highest frequency, 1/s, and of an unbalance the highest speed.
     """
-    if model.rig.is_spatial:
+    if model.rig.moves_across:
         return round_solver(model, kind, level, fastest, harmonics, samples, modes)
     return Solver(condensed(model, kind, [level], harmonics, modes), harmonics, samples)
 

@@ -33,7 +33,7 @@ class March:
         self.step = period / self.samples / self.steps
         begun = (engine.start(first.model.rig, first.model.law, first.kind, self.step) for _ in range(LANES))
         runs = [cast(ModalRun, run) for run in begun]
-        self.together, self.at_points = SideBySide(runs), runs[0].shaft.at_points
+        self.together, self.at_points = SideBySide(runs), runs[0].linear.at_rows
         self.modes = linear_model(first.model.rig, first.n_modes).omega
         angle = 2 * np.pi * np.arange(self.samples * self.steps) / (self.samples * self.steps)
         turning = np.exp(1j * np.outer(np.arange(1, first.level.shape[1] + 1), angle))
@@ -45,7 +45,7 @@ class March:
 
     def _begin(self, random: np.random.Generator, reach: float) -> None:
         """Set states of as much energy in every mode, on average, with displacements up to a reach, m."""
-        q, v, before = self.together.motion
+        q, v, before = self.together.motion[:3]
         speed = random.standard_normal(q.shape)
         place = random.standard_normal(q.shape) / np.maximum(self.modes, self.omega)[:, None]
         far = np.hypot(self.at_points @ place, self.at_points @ speed / self.omega).max(axis=0)
@@ -67,7 +67,7 @@ class March:
         for _ in range(longest):
             states = np.roll(states, 1, axis=0)
             self.together.advance(self.excitation)
-            q, v, _ = self.together.motion
+            q, v = self.together.motion[:2]
             states[0] = np.concatenate((q * self.omega, v))
             after = _repeats(states, periods)
             if after[: self.lanes].all():

@@ -16,7 +16,7 @@ from ..core.tasks import run_tasks, workers_to_use
 from ..model import Model
 from ..rig import Rig
 from ..signals import labelled
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from .axes import level_axis
 from .cells import QUANTITIES
 from .continuation import Solver
@@ -89,10 +89,6 @@ class RattleMap(ArrayData):
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
     """name of each clearance, `Rig.clearance_labels`"""
-
-    def __post_init__(self) -> None:
-        for name in ("gap", "level", "frequency", "first_contact", *QUANTITIES):
-            self._set(**{name: read_only(getattr(self, name))})
 
     @property
     def rattles(self) -> np.ndarray:

@@ -22,7 +22,7 @@ from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..rig.dimensions import planar
 from ..signals import labelled
-from ..signals.arrays import ArrayData, read_only
+from ..signals.arrays import ArrayData
 from .branch import Branch, SpecialPoint
 from .condensed import Condensed, laws_of
 from .continuation import Motion, NoConvergence, Solver
@@ -64,9 +64,6 @@ class Curve(ArrayData):
     """(n,) level, m/s² or N; or gap of the first clearance, m, the others in the same ratio"""
     ended: str
     """why the curve ends before its last value: "" if it does not"""
-
-    def __post_init__(self) -> None:
-        self._set(frequency=read_only(self.frequency), value=read_only(self.value))
 
     @property
     def turns(self) -> np.ndarray:

@@ -83,9 +83,9 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     if not shafts:
         raise ClearanceError(
             f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj "
-            f"{'orbits' if rig.is_spatial else 'motion'} draws the motion at the clearances"
+            f"{'orbits' if rig.moves_across else 'motion'} draws the motion at the clearances"
         )
-    seen = whirl(rig, response) if rig.is_spatial else None
+    seen = whirl(rig, response) if rig.moves_across else None
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
     count, lines = _count_pictures(seconds, slow, rate), [_line(shaft) for shaft in shafts]

@@ -95,14 +95,14 @@ def _frfs(
 
 def _correlation(comparison: Comparison) -> Drawing:
     figure = canvas(2.6)
-    draw_correlation(figure, comparison)
+    draw_correlation(figure, comparison.correlation)
     caption = "Agreement over the responses at each line, 1 is perfect; dotted: natural frequencies of the test."
     return Drawing("correlation", figure, caption, "CSAC and CSF over frequency.", chart=True)
 
 
 def _sensors(comparison: Comparison) -> Drawing:
-    figure = canvas(measures_height(comparison))
-    draw_measures(figure, comparison)
+    figure = canvas(measures_height(comparison.per_sensor))
+    draw_measures(figure, comparison.per_sensor)
     caption = "Measures by sensor: RMSE and MRE are 0, FRAC, CSAC and CSF are 1 for equal FRFs."
     return Drawing("sensors", figure, caption, "Bars of the measures by sensor.")
 

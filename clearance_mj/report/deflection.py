@@ -64,7 +64,7 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
             "responses have"
         )
     model, seen, moved = linear_model(rig, MODES), None, displacement.T
-    if rig.is_spatial:
+    if rig.moves_across:
         seen = whirl(rig, response)
         offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
         moved = (seen.position.transpose(2, 0, 1) - offset).reshape(len(moved), -1)
@@ -73,10 +73,10 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
     driven = response.inputs.T @ [model.input(kind, i) for i, kind in enumerate(response.kinds)]
     motion = _modal_motion(model, steady, driven, seen, 1 / response.fs)
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
-    shapes = model.moved(x).reshape(-1, model.size) if rig.is_spatial else model.shapes(x)
+    shapes = model.moved(x).reshape(-1, model.size) if rig.moves_across else model.shapes(x)
     here, there = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
     found = motion @ shapes.T + (moved - motion @ middles.T) @ np.linalg.solve(there, here.T)
-    return np.asarray(found.reshape(len(motion), -1, 2).transpose(0, 2, 1)) if rig.is_spatial else found
+    return np.asarray(found.reshape(len(motion), -1, 2).transpose(0, 2, 1)) if rig.moves_across else found
 
 
 def _modal_motion(

@@ -83,7 +83,7 @@ def sensors(study: Study) -> pd.DataFrame:
 def sensor_names(study: Study) -> list[str]:
     """Return what rows call each sensor: its node, of a rig in space with the direction."""
     rig = study.dataset.rig
-    return rig.sensor_labels if rig.is_spatial else [str(s.node) for s in rig.sensors]
+    return rig.sensor_labels if rig.moves_across else [str(s.node) for s in rig.sensors]
 
 
 def seeds(study: Study) -> pd.DataFrame:
@@ -139,7 +139,7 @@ def contact(study: Study) -> pd.DataFrame:
 
 def condition(study: Study, record: Record) -> dict[str, str | float]:
     """Return the columns that tell how a record was tested; none of a rig in a plane."""
-    return condition_of(record).columns if study.dataset.rig.is_spatial else {}
+    return condition_of(record).columns if study.dataset.rig.moves_across else {}
 
 
 def improvements(study: Study) -> pd.DataFrame:

@@ -196,9 +196,9 @@ def _caption(branches: Sequence[Branch]) -> str:
     what = "level at several frequencies" if first.over == "level" else "frequency at several levels"
     what = what.partition(" at ")[0] if len({_fixed(branch) for branch in branches}) == 1 else what
     excited = {"base": "a shaken base", "unbalance": "unbalance"}.get(first.kind, "a force")
-    round_ones = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.is_spatial else ""
+    extents = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.moves_across else ""
     return (
         f"Periodic vibrations of rig “{first.model.rig.name}” under {excited} over {what}: half of the way from the "
-        f"lowest to the highest value of a period{round_ones}. Dashed vibrations are not stable: a test does not meet "
+        f"lowest to the highest value of a period{extents}. Dashed vibrations are not stable: a test does not meet "
         f"them. Levels are {'factors of the rig’s unbalance' if first.kind == 'unbalance' else 'amplitudes'}."
     )

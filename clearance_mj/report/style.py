@@ -191,5 +191,5 @@ def sensor_title(rig: Rig, row: int) -> str:
     sensor = rig.sensors[row]
     inside = [i + 1 for i, b in enumerate(rig.bushings) if b.holds(sensor_points(rig)[row])]
     at = sensor.position if isinstance(sensor.position, str) else f"{sensor.position:g} m"
-    along = f" along {sensor.label[-1].lower()}" if rig.is_spatial else ""
+    along = f" along {sensor.label[-1].lower()}" if rig.moves_across else ""
     return f"sensor {sensor.node}{along}" + (f", bushing {inside[0]}" if inside else f", {at}")

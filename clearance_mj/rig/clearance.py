@@ -104,6 +104,9 @@ class Friction:
     """largest friction where sliding begins, over that of fast sliding"""
     stribeck_speed: Positive | None = seldom(default=None)
     """m/s, at which the friction has fallen by 63 % of the way to that of fast sliding"""
+    along: Point | None = seldom(default=None)
+    """of a clearance along one coordinate: the point, of another coordinate, that slides along the wall; None: the
+    shaft there along y, of a rig that moves along y"""
 
     def __post_init__(self) -> None:
         if self.static_ratio > 1 and self.stribeck_speed is None:

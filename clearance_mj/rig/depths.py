@@ -21,12 +21,13 @@ def wall_depths(rig: Rig, displacement: np.ndarray) -> np.ndarray:
     ----------
     rig : Rig
         The rig.
-    displacement : ndarray, shape (n_bushings, n_t), or (2 n_bushings, n_t) in space
-        Relative to the bushings, m, from rest; in space along y and z by turns.
+    displacement : ndarray, shape (n_rows, n_t)
+        Relative to the bushings, m, from rest, see `Rig.clearance_rows`.
     """
     found = []
-    for bushing, x in zip(rig.bushings, displacement.reshape(-1, rig.n_coordinates, displacement.shape[1])):
-        if rig.is_spatial:
+    for bushing, rows in zip(rig.bushings, rig.clearance_rows):
+        x = displacement[rows]
+        if bushing.is_round:
             found.append(np.hypot(x[0] + bushing.offset_y, x[1] + bushing.offset).max() - bushing.gap)
         else:
             lower, upper = bushing.walls

@@ -19,8 +19,8 @@ from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
 __all__ = [
-    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points", "planar",
-    "shaft_radius", "with_motion", "with_shapes",
+    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points", "one_kind",
+    "planar", "shaft_radius", "with_motion", "with_shapes",
 ]  # fmt: skip
 
 ENDS = "position", "to"  # of a spring
@@ -48,7 +48,7 @@ class InSpace(Protocol):
         """Name."""
 
     @property
-    def is_spatial(self) -> bool:
+    def moves_across(self) -> bool:
         """Whether points move along y and z."""
 
     @property
@@ -132,7 +132,7 @@ def with_motion(rig: InSpace, data: dict[str, Any]) -> dict[str, Any]:
     data : dict
         Its plain data.
     """
-    if not rig.is_spatial or not all(b.is_round for b in rig.bushings):
+    if not rig.moves_across or not all(b.is_round for b in rig.bushings):
         return data
     bushings = [{name: value for name, value in each.items() if name != "shape"} for each in data["bushings"]]
     return data | {"bushings": bushings, "motion": "spatial"}
@@ -199,19 +199,20 @@ def directed_points(rig: InSpace) -> dict[str, str]:
 def check_motion(rig: InSpace) -> None:
     """Refuse what slots have of round clearances, and what a rig that moves along y and z cannot have.
 
+    There a slot stands along z at a position on a shaft, or along what its point names, such as "@0.4:Y" or "@0.4:RX".
+
     Parameters
     ----------
     rig : Rig
         The rig, its other rules checked.
     """
-    across = acts_across(rig)
     for i, b in enumerate(rig.bushings):
-        if not b.is_round and (b.in_space_only or rig.is_spatial):
-            name = f"bushings[{i}].{b.in_space_only[0]}" if b.in_space_only else across[0] if across else "a round one"
+        if b.in_space_only and not b.is_round:
+            name = f"bushings[{i}].{b.in_space_only[0]}"
             raise ValueError(f'{name} needs shape = "round", and bushings[{i}] is a {b.of_stops}, along one coordinate')
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
-    if not rig.is_spatial:
+    if not rig.moves_across:
         if rig.attached.planes and "RX" in directed_points(rig).values():
             raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
         return
@@ -235,14 +236,15 @@ def check_motion(rig: InSpace) -> None:
                 raise ValueError(f"bearings[{i}].spin reaches from {ends}, and the shaft turns at {speed:g} rad/s")
     for i, b in enumerate(rig.bushings):
         dof = parse_dof(b.position)
-        if dof and dof[1] not in "YZ":
+        if b.is_round and dof and dof[1] not in "YZ":
             raise ValueError(f'bushings[{i}].position "{b.position}": a round clearance moves along Y and Z; give one')
         if b.to is not None and rig.spin and rig.linear.shafts:
             raise ValueError(f"bushings[{i}].to is on another shaft, and which of them turns is not told; leave it out")
         if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
+    slots = tuple(f"bushings[{i}]." for i, b in enumerate(rig.bushings) if not b.is_round)
     for name, axis in directed_points(rig).items():
-        if name.startswith(("bushings", "unbalances", "bearings", "orders")):
+        if name.startswith(("bushings", "unbalances", "bearings", "orders")) and not name.startswith(slots):
             raise ValueError(f"{name} names {axis}, but it moves along y and z: give the position alone")
     if rig.spin:
         _check_spin(rig)
@@ -286,9 +288,30 @@ def planar(rig: InSpace, what: str) -> None:
     ClearanceError
         If it is such a rig.
     """
-    if rig.is_spatial:
+    if rig.moves_across:
         moves = "round bushings" if any(b.is_round for b in rig.bushings) else acts_across(rig)[0]
         raise ClearanceError(f"{what} knows planar rigs, and rig {rig.name!r} moves in space: it has {moves}")
+
+
+def one_kind(rig: InSpace, what: str) -> None:
+    """Refuse a rig of slots that moves along y and z, where a calculation knows slots along z or round clearances.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    what : str
+        The calculation, the first words of the message.
+
+    Raises
+    ------
+    ClearanceError
+        If it is such a rig.
+    """
+    slot = next((i for i, b in enumerate(rig.bushings) if rig.moves_across and not b.is_round), None)
+    if slot is not None:
+        moves = f"rig {rig.name!r} moves along y and z, and bushings[{slot}] is a {rig.bushings[slot].of_stops}"
+        raise ClearanceError(f"{what} takes slots or round clearances, not both yet: {moves}")
 
 
 def shaft_radius(rig: InSpace, bushing: int) -> float:

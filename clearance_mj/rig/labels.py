@@ -1,34 +1,78 @@
-"""Names of clearances in records and results."""
+"""Rows and names of clearances in records and results."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
+
+import numpy as np
 
 from ..structure.base import parse_place
 from .clearance import Bushing
 from .instruments import PROBE_NODE, Sensor, dof_label
 
-__all__ = ["clearance_labels", "probe_labels"]
+__all__ = ["ClearanceRows"]
 
 
-def probe_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:
-    """Return degrees of freedom of the clearances' displacements in records; see `Rig.probe_labels`."""
-    taken = {s.node for s in sensors}
-    free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
-    found: dict[str, None] = {}
-    for bushing in bushings:
-        node = _node_in(bushing, sensors)
-        label = dof_label(next(free) if node is None else node, bushing.position)
-        found[label if label not in found else dof_label(next(free), bushing.position)] = None
-    both = ([f"{label.partition(':')[0]}:+{axis}" for axis in "YZ"] for label in found)
-    return [row for b, label, two in zip(bushings, found, both) for row in (two if b.is_round else [label])]
+class ClearanceRows:
+    """What follows from the clearances of a `Rig`: where they stand in results, and under which names."""
+
+    bushings: tuple[Bushing, ...]
+    sensors: tuple[Sensor, ...]
+
+    @functools.cached_property
+    def clearance_rows(self) -> list[slice]:
+        """Rows of each clearance in displacements and forces, `n_rows` in all; y before z of a round one."""
+        ends = itertools.accumulate((b.n_coordinates for b in self.bushings), initial=0)
+        return [slice(*pair) for pair in itertools.pairwise(ends)]
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows of all clearances."""
+        return len(self.bushing_of_row)
+
+    @functools.cached_property
+    def bushing_of_row(self) -> np.ndarray:
+        """(n_rows,) number of the bushing that each row belongs to, from 0."""
+        return np.array([j for j, b in enumerate(self.bushings) for _ in range(b.n_coordinates)], dtype=int)
+
+    @functools.cached_property
+    def end_rows(self) -> np.ndarray:
+        """(n_rows, 2) where both ends of each row stand among those of all ends, which are bushing by bushing."""
+        pairs = [(rows.start + i, rows.stop + i) for rows in self.clearance_rows for i in range(rows.start, rows.stop)]
+        return np.array(pairs, dtype=int).reshape(-1, 2)
+
+    @property
+    def probe_labels(self) -> list[str]:
+        """Degrees of freedom of the clearances' relative displacements in records, such as "6:+Z".
+
+        A round clearance has two, along y and z. Its node is that of the sensor in a bushing around a shaft; others, at
+        named degrees of freedom, between two points or without a sensor, have those from 301 on that no sensor has.
+        """
+        taken = {s.node for s in self.sensors}
+        free = (node for node in itertools.count(PROBE_NODE) if node not in taken)
+        found: list[str] = []
+        for bushing in self.bushings:
+            node = _node_in(bushing, self.sensors)
+            labels = _rows(bushing, next(free) if node is None else node)
+            found += labels if {*found}.isdisjoint(labels) else _rows(bushing, next(free))
+        return found
+
+    @property
+    def clearance_labels(self) -> list[str]:
+        """Unique name of each clearance in results: what the rig file calls its place, such as "36:Y" or "rod@0.5".
+
+        A bushing that is placed by a number has the name of the sensor in it, such as "6:+Z", or else its place in the
+        rig file, such as "bushings[0]", which is also added where several clearances are at one place.
+        """
+        found = [_named(j, bushing, self.sensors) for j, bushing in enumerate(self.bushings)]
+        return [f"{name} bushings[{j}]" if found.count(name) > 1 else name for j, name in enumerate(found)]
 
 
-def clearance_labels(bushings: Sequence[Bushing], sensors: Sequence[Sensor]) -> list[str]:
-    """Return a unique name of each clearance in results; see `Rig.clearance_labels`."""
-    found = [_named(j, bushing, sensors) for j, bushing in enumerate(bushings)]
-    return [f"{name} bushings[{j}]" if found.count(name) > 1 else name for j, name in enumerate(found)]
+def _rows(bushing: Bushing, node: int) -> list[str]:
+    """Degrees of freedom of a clearance at a node."""
+    return [f"{node}:+Y", f"{node}:+Z"] if bushing.is_round else [dof_label(node, bushing.position)]
 
 
 def _named(j: int, bushing: Bushing, sensors: Sequence[Sensor]) -> str:

@@ -45,10 +45,8 @@ def moved_points(bushing: Bushing, points: _Points) -> list[tuple[str, _Points]]
     """
     if bushing.is_round:
         return [(axis, tuple(along_axis(point, axis) for point in points)) for axis in "YZ"]
-    axis, _ = parse_direction(bushing.position) or ("Z", 1)
-    if parse_place(bushing.position) and axis in ("Y", "RZ"):
-        return [("Y", tuple(map(in_other_plane, points)))]
-    return [("Z", points)]
+    across = parse_place(bushing.position) and (parse_direction(bushing.position) or "Z")[0] in ("Y", "RZ")
+    return [("Y", tuple(map(in_other_plane, points))) if across else ("Z", points)]
 
 
 def probe_point(number: int, bushing: Bushing, place: float | None, feet_move: bool) -> _Points:

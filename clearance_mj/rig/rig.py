@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -32,7 +31,7 @@ from .extremes import computable
 from .files import digest, with_files
 from .gaps import Gap, bushings_with_gap
 from .instruments import Sensor, Shaker, check_inputs
-from .labels import clearance_labels, probe_labels
+from .labels import ClearanceRows
 from .loads import Load, Order, check_points, forced_points
 from .overview import bushing_rows, frequencies_in_words, inputs_in_words, structure_in_words
 from .plate import Plate, check_plate
@@ -48,7 +47,7 @@ __all__ = ["PointMass", "Rig", "rig_schema"]
 
 
 @checked(RigError, name="", schema=BEAM_OR_STRUCTURE)
-class Rig(Shown):
+class Rig(ClearanceRows, Shown):
     """A complete rig.
 
     Raises
@@ -165,55 +164,15 @@ class Rig(Shown):
         """(n_sensors,) s, by which each sensor's channel is later than the excitation's."""
         return np.array([s.delay for s in self.sensors]) - self.shaker.delay
 
-    @property
-    def probe_labels(self) -> list[str]:
-        """Degrees of freedom of the clearances' relative displacements in records, such as "6:+Z".
-
-        A round clearance has two, along y and z. Its node is that of the sensor in a bushing around a shaft; others, at
-        named degrees of freedom, between two points or without a sensor, have those from 301 on that no sensor has.
-        """
-        return probe_labels(self.bushings, self.sensors)
-
     @functools.cached_property
-    def is_spatial(self) -> bool:
+    def moves_across(self) -> bool:
         """Whether points move along y and z: clearances are round, or something acts across z."""
         return any(b.is_round for b in self.bushings) or bool(acts_across(self))
 
     @property
     def n_coordinates(self) -> int:
         """Rows of each clearance, for what knows clearances of one kind alone."""
-        return 2 if self.is_spatial else 1
-
-    @functools.cached_property
-    def clearance_rows(self) -> list[slice]:
-        """Rows of each clearance in displacements and forces, `n_rows` in all; y before z of a round one."""
-        ends = np.cumsum([0, *(b.n_coordinates for b in self.bushings)]).tolist()
-        return [slice(*pair) for pair in pairwise(ends)]
-
-    @property
-    def n_rows(self) -> int:
-        """Number of rows of all clearances."""
-        return len(self.bushing_of_row)
-
-    @functools.cached_property
-    def bushing_of_row(self) -> np.ndarray:
-        """(n_rows,) number of the bushing that each row belongs to, from 0."""
-        return np.array([j for j, b in enumerate(self.bushings) for _ in range(b.n_coordinates)], dtype=int)
-
-    @functools.cached_property
-    def end_rows(self) -> np.ndarray:
-        """(n_rows, 2) where both ends of each row stand among those of all ends, which are bushing by bushing."""
-        pairs = [(rows.start + i, rows.stop + i) for rows in self.clearance_rows for i in range(rows.start, rows.stop)]
-        return np.array(pairs, dtype=int).reshape(-1, 2)
-
-    @property
-    def clearance_labels(self) -> list[str]:
-        """Unique name of each clearance in results: what the rig file calls its place, such as "36:Y" or "rod@0.5".
-
-        A bushing that is placed by a number has the name of the sensor in it, such as "6:+Z", or else its place in the
-        rig file, such as "bushings[0]", which is also added where several clearances are at one place.
-        """
-        return clearance_labels(self.bushings, self.sensors)
+        return 2 if self.moves_across else 1
 
     @property
     def clearance_points(self) -> tuple[tuple[float | str, ...], ...]:
@@ -283,7 +242,7 @@ class Rig(Shown):
             "structure": structure_in_words(self.linear),
             "mass": "" if mass is None else f"{mass:.4g} kg with point masses",
             "natural frequencies": frequencies_in_words(self),
-            "motion": motion_in_words(self) if self.is_spatial else "",
+            "motion": motion_in_words(self) if self.moves_across else "",
             "shaker": inputs_in_words(self.inputs),
             "sensors": f"{len(self.sensors)}: {few(self.sensor_labels)}",
             "examples": few(self.examples),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from ..structure.base import is_rotation, parse_place
+from ..structure.base import is_rotation, parse_direction, parse_place
 from .clearance import Bushing
 
 __all__ = ["check_bushings"]
@@ -20,6 +20,9 @@ def check_bushings(bushings: Sequence[Bushing], check: Callable[[float | str], N
         place = parse_place(b.position)
         if b.to is not None and is_rotation(b.to) != is_rotation(b.position):
             raise ValueError(f'bushings[{i}].to "{b.to}" and position "{b.position}": one is an angle, one a length')
+        axes = [(parse_direction(point) or "Z")[0] for point in b.joined if parse_place(point)]
+        if len({*axes}) > 1:
+            raise ValueError(f"bushings[{i}].to is along {axes[1]}, and position along {axes[0]}; give one direction")
         if place is None or is_rotation(b.position):
             if b.length:
                 raise ValueError(f"bushings[{i}].length must be 0, as its position is a degree of freedom")

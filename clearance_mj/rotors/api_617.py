@@ -29,7 +29,8 @@ import scipy.signal
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
-from ..rig import Rig
+from ..rig import Rig, one_kind
+from ..rig.sensing import sensor_points
 from .turning import TurningShaft, rising, turning_shaft
 from .whirling import require_round
 
@@ -170,7 +171,8 @@ class UnbalanceResponse:
             look = {"color": COLOURS["ZYX".index(probe[-1])], "ls": "--" if probe[-1] == "Y" else "-"}
             curves[plane].append((f"along {probe[-1].lower()}", 2e6 * motion, look))
         figure, axes = bode(curves, RPM * self.speed, "Amplitude (µm p-p)")
-        criticals, gaps = self.criticals, dict(zip(self.shaft.rig.probe_labels[::2], self.shaft.rig.bushings))
+        rig, criticals = self.shaft.rig, self.criticals
+        gaps = {rig.probe_labels[rows.start]: bushing for rows, bushing in zip(rig.clearance_rows, rig.bushings)}
         for (above, below), plane in zip(axes, curves):
             draw_margins(above, self.operating, criticals)
             own = criticals[criticals.probe.map(self.planes) == plane].round({"spin_rev_min": 0})
@@ -295,10 +297,11 @@ def unbalance_response(
     """
     speed, shaft = rising(speeds), turning_shaft(rig, n_modes)
     model = shaft.model
-    at = [(s.label, f"x = {s.position:.4g} m") for s in rig.sensors]
-    at += zip(rig.probe_labels, (b.where for b in rig.bushings for _ in "YZ"))
-    planes = {label: f"node {label.split(':')[0]}, {where}" for label, where in at}  # a probe counts before a sensor
-    rows = dict(zip([label for label, _ in at], [*model.at_sensors, *model.at_probes({})]))
+    places = (*sensor_points(rig), *(rig.bushings[j].position for j in rig.bushing_of_row))
+    read = zip((*rig.sensor_labels, *rig.probe_labels), places, (*model.at_sensors, *model.at_probes({})))
+    at = [(label, rig.linear.place(point)[1], row) for label, point, row in read if "R" not in label]  # no angles
+    planes = {label: f"node {label.split(':')[0]}, x = {x:.4g} m" for label, x, _ in at}
+    rows = {label: row for label, _, row in at}  # a probe counts before a sensor
     near = np.multiply.outer(shaft.critical_speeds, np.concatenate((1 - NEAR, 1 + NEAR)))
     speed = np.union1d(speed, near[(near > speed[0]) & (near < speed[-1])])
     motion = np.array([*rows.values()]) @ shaft.under_unbalances(speed)
@@ -340,6 +343,7 @@ def running_clearance(
             f"operating speeds {first:g} to {last:g} rad/s: must rise, with some of the speeds "
             f"({ends[0]:g} to {ends[1]:g} rad/s) between them"
         )
+    one_kind(rig, "a running clearance")
     shaft, n_probes = turning_shaft(rig, n_modes), len(rig.sensors)
     points = [float(sensor.position) for sensor in rig.sensors]
     points += [float(b.position) + side * b.length / 2 for b in rig.bushings for side in (-1, 1)]

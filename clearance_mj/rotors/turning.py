@@ -219,7 +219,7 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     for j, bushing in enumerate(rig.bushings):
         if bushing.to is not None:
             raise RigError(f"rig {rig.name!r}: bushings[{j}].to is on the shaft itself, which turns; leave it out")
-    if not rig.is_spatial:
+    if not rig.moves_across:
         rig = rig.replace(bushings=tuple(map(_around, rig.bushings)))
     greases = [bushing.grease.damping for bushing in rig.bushings]
     return TurningShaft(linear_model(rig, n_modes, True, True).filled(np.zeros(len(greases)), greases))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
-from ..rig import Rig
+from ..rig import Rig, one_kind
 from ..signals.full_spectra import FullSpectrum, SpeedCascade, full_spectrum, speed_cascade
 from ..signals.orbits import Orbits, orbits_by_turn, shaft_angle
 from ..signals.response import Response
@@ -153,11 +153,14 @@ def require_round(rig: Rig) -> None:
     ------
     RecordError
         If it is planar or has no bushings.
+    ClearanceError
+        If it has slots, too.
     """
-    if not rig.is_spatial:
+    if not rig.moves_across:
         raise RecordError(f'rig {rig.name!r} moves along z alone and has no orbits; give its bushings shape = "round"')
     if not rig.bushings:
         raise RecordError(f"rig {rig.name!r} has no bushings in which its shaft could whirl")
+    one_kind(rig, "an orbit")
 
 
 @checks_kinds

@@ -69,8 +69,8 @@ class ArrayData:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
-    def _freeze(self) -> None:
-        """Make each field that is an array a read-only one of numbers, real or complex; a `__post_init__` for many."""
+    def __post_init__(self) -> None:
+        """Make each field that is an array a read-only one of numbers, real or complex."""
         for name in (f.name for f in self._fields() if str(f.type).startswith("np.ndarray")):
             if (value := getattr(self, name)) is not None:
                 self._set(**{name: read_only(value, complex if np.iscomplexobj(value) else float)})

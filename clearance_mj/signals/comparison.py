@@ -12,7 +12,7 @@ from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
 from ..core.overview import Overview, Shown, few, span
 from . import labelled
-from .arrays import ArrayData, read_only
+from .arrays import ArrayData
 from .compared_modes import mode_table, paired_modes
 from .correlation import csac, csac_per_sensor, csf, csf_per_sensor, frac, mre, rmse_db
 from .ema import NO_MODES, Modes
@@ -66,8 +66,7 @@ class Comparison(Shown, ArrayData):
     """what the random error is known from, or why it is not"""
 
     def __post_init__(self) -> None:
-        self._set(**{name: read_only(getattr(self, name)) for name in ("frequency", "csac", "csf", *SENSOR_MEASURES)})
-        self._set(random_db=None if self.random_db is None else read_only(self.random_db))
+        super().__post_init__()
         by_sensor, by_mode = _frame(self.per_sensor), _frame(self.per_mode)
         unknown = {name: np.nan for name in BESIDE if name not in by_sensor}
         words = {} if "why" in by_mode else {"why": ""}
@@ -128,7 +127,12 @@ class Comparison(Shown, ArrayData):
         """Draw CSAC and CSF over frequency, with the test's modes, and all measures by sensor."""
         from .figures import comparison_figure
 
-        return comparison_figure(self)
+        return comparison_figure(self.correlation, self.per_sensor)
+
+    @property
+    def correlation(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, pd.Series]:
+        """Lines, Hz, CSAC and CSF at them, (n,) each, and the natural frequencies of the test, Hz, nan if unknown."""
+        return self.frequency, self.csac, self.csf, self.per_mode["test_hz"]
 
     def to_xarray(self) -> xr.Dataset:
         """Return the measures over frequency, response and mode, with labels and units.

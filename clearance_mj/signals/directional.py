@@ -43,9 +43,6 @@ class DirectionalFRF(ArrayData):
     unit: str
     """of the FRFs in words"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
 
 def directional_frfs(frf: FRF) -> DirectionalFRF:
     """Return the directional FRFs of each node that has responses along y and z to references along y and z.

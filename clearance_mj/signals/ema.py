@@ -65,7 +65,7 @@ class Modes(Shown, ArrayData):
     """degree of freedom of each row of the shapes, such as "3:+Z" """
 
     def __post_init__(self) -> None:
-        self._freeze()
+        super().__post_init__()
         self._set(shape=read_only(self.shape, complex))
 
     def _overview(self) -> Overview:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -27,6 +27,8 @@ UNIT_MEASURES = ("frac", "csac", "csf")  # measures from 0 to 1
 HISTORIES = (("displacement", "Displacement", "mm", 1e3),
              ("contact_force", "Contact force", "N", 1.0), ("grease_force", "Grease force", "N", 1.0))  # fmt: skip
 Look = dict[str, Any]
+Correlation = tuple[np.ndarray, np.ndarray, np.ndarray, Iterable[float]]
+"""Lines (n,), Hz, CSAC and CSF (n,), and the natural frequencies of the test, Hz, nan for what is not known"""
 
 
 class Functions(Protocol):
@@ -44,21 +46,6 @@ class Functions(Protocol):
     def labels(self) -> tuple[str, ...]: ...
     @property
     def units(self) -> tuple[str, ...]: ...
-
-
-class Agreement(Protocol):
-    """A comparison."""
-
-    @property
-    def frequency(self) -> np.ndarray: ...
-    @property
-    def csac(self) -> np.ndarray: ...
-    @property
-    def csf(self) -> np.ndarray: ...
-    @property
-    def per_sensor(self) -> pd.DataFrame: ...
-    @property
-    def per_mode(self) -> pd.DataFrame: ...
 
 
 class Histories(Protocol):
@@ -81,7 +68,7 @@ class Histories(Protocol):
     @property
     def references(self) -> tuple[str, ...]: ...
     @property
-    def is_round(self) -> bool: ...
+    def clearance_rows(self) -> list[slice]: ...
     @property
     def spin(self) -> np.ndarray | None: ...
 
@@ -150,51 +137,50 @@ def _from_first_to_last(ax: Axes, frequency: np.ndarray) -> None:
         ax.set_xlim(*frequency[[0, -1]])
 
 
-def comparison_figure(comparison: Agreement) -> Figure:
+def comparison_figure(correlation: Correlation, per_sensor: pd.DataFrame) -> Figure:
     """Draw agreement over frequency, and the measures by sensor below."""
-    height = measures_height(comparison)
+    height = measures_height(per_sensor)
     figure = canvas(2.6 + height)
     upper, lower = np.ravel(np.asarray(figure.subfigures(2, 1, height_ratios=(2.6, height))))
-    draw_correlation(upper, comparison)
-    draw_measures(lower, comparison)
+    draw_correlation(upper, correlation)
+    draw_measures(lower, per_sensor)
     return figure
 
 
-def draw_correlation(figure: FigureBase, comparison: Agreement) -> None:
+def draw_correlation(figure: FigureBase, correlation: Correlation) -> None:
     """Draw CSAC and CSF over frequency, with the natural frequencies of the test."""
-    ax = figure.subplots()
+    ax, (frequency, csac, csf, modes) = figure.subplots(), correlation
     for values, label, color, style in (
-        (comparison.csac, "CSAC (shape)", COLOURS[0], "-"),
-        (comparison.csf, "CSF (shape and level)", COLOURS[1], "--"),
+        (csac, "CSAC (shape)", COLOURS[0], "-"),
+        (csf, "CSF (shape and level)", COLOURS[1], "--"),
     ):
         if np.isfinite(values).any():
-            dots = _dots(comparison.frequency)
-            ax.plot(comparison.frequency, values, lw=1.3, label=label, color=color, ls=style, **dots)
-    for i, hz in enumerate(hz for hz in comparison.per_mode["test_hz"] if np.isfinite(hz)):
+            ax.plot(frequency, values, lw=1.3, label=label, color=color, ls=style, **_dots(frequency))
+    for i, hz in enumerate(hz for hz in modes if np.isfinite(hz)):
         ax.axvline(hz, color=REPEAT, lw=0.8, ls=":", label="mode of the test" if i == 0 else None)
     tidy(ax, ylabel="CSAC, CSF (1)", xlabel="Frequency (Hz)")
     ax.set_ylim(0, 1.05)
-    _from_first_to_last(ax, comparison.frequency)
+    _from_first_to_last(ax, frequency)
     key(figure, ax.get_legend_handles_labels()[0], 3)
 
 
-def measures_height(comparison: Agreement) -> float:
+def measures_height(per_sensor: pd.DataFrame) -> float:
     """Return the height, in, that bars of all sensors need."""
-    return max(2.9, 0.8 + 0.15 * len(comparison.per_sensor))
+    return max(2.9, 0.8 + 0.15 * len(per_sensor))
 
 
-def draw_measures(figure: FigureBase, comparison: Agreement) -> None:
+def draw_measures(figure: FigureBase, per_sensor: pd.DataFrame) -> None:
     """Draw bars of the measures by sensor."""
-    labels = comparison.per_sensor["sensor"]
+    labels = per_sensor["sensor"]
     axes = figure.subplots(1, len(MEASURES))
     for ax, (name, title) in zip(axes, MEASURES.items()):
-        ax.barh(np.arange(len(labels)), comparison.per_sensor[name], color=COLOURS[0])
+        ax.barh(np.arange(len(labels)), per_sensor[name], color=COLOURS[0])
         tidy(ax, xlabel=title)
         ax.set_yticks(np.arange(len(labels)), labels if ax is axes[0] else [""] * len(labels))
         ax.invert_yaxis()
         if name in UNIT_MEASURES:
             ax.set_xlim(0, 1)
-        if not np.isfinite(comparison.per_sensor[name]).any():
+        if not np.isfinite(per_sensor[name]).any():
             ax.text(0.5, 0.5, "undefined", transform=ax.transAxes, ha="center", va="center", fontsize=FONT - 1)
     of_pairs = any("/" in label for label in labels)
     axes[0].set_ylabel(f"Sensor{'/reference' if of_pairs else ''} (node:direction)", fontsize=FONT)
@@ -240,6 +226,8 @@ def response_figure(response: Histories, sensors: Sequence[int], time: tuple[flo
 
 def _at_bushings(response: Histories, values: np.ndarray) -> dict[str, np.ndarray]:
     """Rows of the bushings by their names."""
-    if response.is_round:
-        return {f"bushing {j // 2 + 1}, {'yz'[j % 2]}": row for j, row in enumerate(values)}
-    return {f"bushing {j + 1}": row for j, row in enumerate(values)}
+    found: dict[str, np.ndarray] = {}
+    for j, rows in enumerate(response.clearance_rows, 1):
+        names = [f"bushing {j}"] if rows.stop - rows.start == 1 else [f"bushing {j}, {axis}" for axis in "yz"]
+        found |= dict(zip(names, values[rows]))
+    return found

@@ -41,9 +41,6 @@ class FullSpectrum(ArrayData):
     averages: int
     """number of windows, whose squares are averaged"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def resolution(self) -> float:
         """Distance of the lines, Hz."""
@@ -76,9 +73,6 @@ class SpeedCascade(ArrayData):
     """(n, n_f) m"""
     window: str
     """of each stretch of samples"""
-
-    def __post_init__(self) -> None:
-        self._freeze()
 
     @property
     def resolution(self) -> float:

@@ -33,9 +33,6 @@ class ShaftTurning(ArrayData):
     speed: np.ndarray
     """(n_t,) rad/s at each sample"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def mean_speed(self) -> float:
         """Mean from the first mark to the last, rad/s."""

@@ -32,9 +32,6 @@ class BestLinear(ArrayData):
     realisations: int
     """M, over which the mean is taken"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def distortion_variance(self) -> np.ndarray:
         """(n_outputs, 1, n_f) stochastic distortion of one realisation; 0 where noise explains the scatter."""

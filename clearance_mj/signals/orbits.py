@@ -99,9 +99,6 @@ class Orbits(ArrayData):
     position: np.ndarray
     """(n_turns, 2, n_points) m, along y and z; a turn's first point is at its mark, its end is the next one's first"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def marks(self) -> np.ndarray:
         """(2, n_turns) m, where the point is at the once-per-turn marks."""

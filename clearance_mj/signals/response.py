@@ -6,6 +6,7 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -153,11 +154,16 @@ class Response(Shown, ArrayData):
             quantities=tuple(self.quantities[i] for i in rows),
         )  # fmt: skip
 
-    @property
-    def is_round(self) -> bool:
-        """Whether each clearance has two rows of displacement and forces, along y and z; known of simulations."""
-        share, moved = self.contact_share, self.displacement
-        return share is not None and moved is not None and len(moved) == 2 * share.size > 0
+    @functools.cached_property
+    def clearance_rows(self) -> list[slice]:
+        """Rows of each clearance in displacement and forces: one, or those along y and z that their labels tell."""
+        n_rows = 0 if self.displacement is None else len(self.displacement)
+        count = n_rows if self.contact_share is None else self.contact_share.size
+        begins = [*range(0, n_rows, max(n_rows // max(count, 1), 1))]
+        if len(begins) != count:  # of both kinds
+            two = [(f"{label[:-1]}Y", label) if label.endswith(":+Z") else () for label in self.coordinates]
+            begins = [i for i, pair in enumerate(pairwise(("", *self.coordinates))) if pair != two[i]]
+        return [slice(*ends) for ends in pairwise([*begins, n_rows])]
 
     def _overview(self) -> Overview:
         band, words = self.band, {"base": ("base acceleration", "m/s²"), "force": ("force", "N")}

@@ -144,7 +144,11 @@ class Spectra(Shown, ArrayData):
         """
         from .spectra_figure import spectra_figure
 
-        return spectra_figure(self, rows_of(self.labels, rows, RecordError))
+        shown = rows_of(self.labels, rows, RecordError)
+        functions = [(self.labels[row], self.units[row], self.value[row]) for row in shown]
+        return spectra_figure(
+            self.kind, functions, self.abscissa, f"{self.axis.capitalize()} ({self.axis_unit or '1'})"
+        )
 
     def to_xarray(self) -> xr.Dataset:
         """Return ``value`` (function, abscissa) with the labels of each function, and kind and axis as attributes."""

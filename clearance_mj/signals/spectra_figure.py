@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,44 +15,26 @@ ROW_HEIGHT = 1.9  # in, of one row of panels
 LEVELS = ("auto spectrum", "cross spectrum", "power spectral density", "energy spectral density", "spectrum")
 
 
-class Functions(Protocol):
-    """Spectra."""
-
-    @property
-    def kind(self) -> str: ...
-    @property
-    def abscissa(self) -> np.ndarray: ...
-    @property
-    def value(self) -> np.ndarray: ...
-    @property
-    def units(self) -> tuple[str, ...]: ...
-    @property
-    def labels(self) -> tuple[str, ...]: ...
-    @property
-    def axis(self) -> str: ...
-    @property
-    def axis_unit(self) -> str: ...
-
-
-def spectra_figure(spectra: Functions, rows: Sequence[int]) -> Figure:
-    """Draw functions, two in a line; complex ones with their phase below."""
-    with_phase = np.iscomplexobj(spectra.value)
-    columns = min(2, len(rows))
-    figure = canvas((ROW_HEIGHT + 0.9 * with_phase) * -(-len(rows) // columns))
-    cells = figure.subfigures(-(-len(rows) // columns), columns, squeeze=False)
-    along = f"{spectra.axis.capitalize()} ({spectra.axis_unit or '1'})"
-    for cell, row in zip(cells.flat, rows):
+def spectra_figure(
+    kind: str, functions: Sequence[tuple[str, str, np.ndarray]], abscissa: np.ndarray, along: str
+) -> Figure:
+    """Draw functions of a kind, label, unit and values each, two in a line, over an axis in words; phases below."""
+    with_phase = any(np.iscomplexobj(value) for _, _, value in functions)
+    columns = min(2, len(functions))
+    figure = canvas((ROW_HEIGHT + 0.9 * with_phase) * -(-len(functions) // columns))
+    cells = figure.subfigures(-(-len(functions) // columns), columns, squeeze=False)
+    look = {"color": COLOURS[0], "lw": 0.9}
+    marks = {"marker": "o"} if abscissa.size == 1 else {}
+    for cell, (label, unit, value) in zip(cells.flat, functions):
         heights = (2, 1) if with_phase else (1,)
         axes = np.ravel(np.asarray(cell.subplots(len(heights), 1, sharex=True, height_ratios=heights)))
-        value, look = spectra.value[row], {"color": COLOURS[0], "lw": 0.9}
-        marks = {"marker": "o"} if spectra.abscissa.size == 1 else {}
-        drawn, words = _magnitude(value, spectra.kind, spectra.units[row])
-        axes[0].plot(*(spectra.abscissa, drawn) if marks else envelope(spectra.abscissa, drawn), **look, **marks)
-        tidy(axes[0], spectra.labels[row], words)
-        if spectra.kind.endswith("coherence"):
+        drawn, words = _magnitude(value, kind, unit)
+        axes[0].plot(*(abscissa, drawn) if marks else envelope(abscissa, drawn), **look, **marks)
+        tidy(axes[0], label, words)
+        if kind.endswith("coherence"):
             axes[0].set_ylim(0, 1.05)
         if with_phase:
-            axes[1].plot(spectra.abscissa, phase(value), **look, **marks)
+            axes[1].plot(abscissa, phase(value), **look, **marks)
             tidy(axes[1], ylabel="Phase (°)")
             axes[1].set_yticks([-180, 0, 180])
         axes[-1].set_xlabel(along, fontsize=axes[-1].yaxis.label.get_size())

@@ -52,9 +52,6 @@ class Wav(ArrayData):
     name: str = ""
     """what was recorded, in words"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def sound(self) -> Sound:
         """The first channel as a sound; a RecordError says if it is no pressure."""

@@ -37,9 +37,6 @@ class Loudness(Shown, ArrayData):
     specific: np.ndarray
     """(240, n) N'(z, t), sone/Bark, read-only"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def time(self) -> np.ndarray:
         """(n,) s"""

@@ -50,9 +50,6 @@ class Band(ArrayData):
     """(n_outputs, n_inputs, n_f) relative standard deviation of a test's magnitude about that of the law, beside that
     of the drawn laws; None: not known"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @functools.cached_property
     def limits(self) -> np.ndarray:
         """(2, n_outputs, n_inputs, n_f) lower and upper limit of the magnitude of another drawn law.

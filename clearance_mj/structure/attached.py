@@ -164,7 +164,8 @@ class Attached(NamedTuple):
         """The same as a shaft has it that bends along y; see `Structure.in_other_plane`."""
         oscillators = [dataclasses.replace(o, position=in_other_plane(o.position)) for o in self.oscillators]
         springs = tuple(spring.in_other_plane for spring in self.springs)
-        return self._replace(springs=springs, oscillators=tuple(oscillators))
+        places = tuple(map(in_other_plane, self.places))
+        return self._replace(springs=springs, oscillators=tuple(oscillators), places=places)
 
 
 class Whole(NamedTuple):

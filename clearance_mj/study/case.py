@@ -70,7 +70,7 @@ def of_one_input(dataset: Dataset) -> Dataset:
         Its records to identify from stay, whatever their input.
     """
     kinds = Counter(record.excitation_kind for record in dataset.validate if record.excitation_kind != "spin")
-    if dataset.rig.is_spatial or len(kinds) < 2:
+    if dataset.rig.moves_across or len(kinds) < 2:
         return dataset
     (kept, _), *_ = kinds.most_common()
     left = [r for r in dataset.validate if r.excitation_kind not in (kept, "spin")]

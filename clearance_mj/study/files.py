@@ -115,7 +115,7 @@ def study_summary(study: Study) -> dict:
 
 def _in_space(study: Study) -> dict:
     """What a study in space has beside: FRF matrices, orbits and run-ups."""
-    if not study.dataset.rig.is_spatial:
+    if not study.dataset.rig.moves_across:
         return {}
     turning = Turning(study)
     return {

@@ -51,7 +51,7 @@ class StudiedLaws:
             if not get_method(method).in_space:
                 planar(dataset.rig, f'method "{method}"')
             require(method, dataset)
-        self._candidates = [m for m in METHODS if get_method(m).in_space or not dataset.rig.is_spatial]
+        self._candidates = [m for m in METHODS if get_method(m).in_space or not dataset.rig.moves_across]
         self.dataset, self.cache, self._progress = dataset, cache, progress
         self._named = None if methods is None else tuple(methods)
         self.left_out: dict[str, str] = {}

@@ -90,7 +90,7 @@ class Study:
     @functools.cached_property
     def parts(self) -> tuple[Study, ...]:
         """Of a rig in space: a study of the records of each direction and spin; of another: the study itself."""
-        if not self.dataset.rig.is_spatial or self.condition is not None:
+        if not self.dataset.rig.moves_across or self.condition is not None:
             return (self,)
         return tuple(self._part(*found) for found in conditions_of(self.driven).items())
 
@@ -269,7 +269,7 @@ class Study:
     def periodic(self) -> PeriodicVibrations:
         """What the best law that has periodic vibrations does under sines of the study's levels, and beyond them."""
         nothing = functools.partial(PeriodicVibrations, "", (), None)
-        if self.dataset.rig.is_spatial:
+        if self.dataset.rig.moves_across:
             return nothing("clearance-mj response and clearance-mj orbits follow those of a rig in space")
         names = sorted(self.methods, key=lambda name: name == self.best_law)
         name = next((name for name in reversed(names) if has_periodic_vibrations(self.law(name).law)), None)

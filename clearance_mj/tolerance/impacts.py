@@ -83,7 +83,7 @@ def march(
 ) -> Iterator[list[Block]]:
     """March models side by side under one excitation; yield a block of each, from the end of the settling on.
 
-    Planar models of one step and size go in the lanes of the modal engine, others one by one.
+    Models of one step and size go in the lanes of the modal engine, others one by one.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def march(
 
 
 def lanes_of(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine) -> list[list[int]]:
-    """Return which of some models can be marched side by side: planar ones of one step and size, on the modal engine.
+    """Return which of some models can be marched side by side: those of one step and size, on the modal engine.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def lanes_of(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine
     together: dict[object, list[int]] = {}
     for i, (rig, law) in enumerate(cases):
         run = Simulation(rig, noise, law, engine).run
-        together.setdefault(run.alike() if isinstance(run, ModalRun) else i, []).append(i)
+        together.setdefault(run.alike() if isinstance(run, ModalRun) and not run.changes else i, []).append(i)
     most = LANES[-1]
     return [found[i : i + most] for found in together.values() for i in range(0, len(found), most)]
 
@@ -148,12 +148,12 @@ def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], n
     if len(runs) == 1:
         return lambda block: runs[0].advance(block)[None]
     if not all(isinstance(run, ModalRun) for run in runs):
-        raise ClearanceError("models side by side are planar ones on the modal engine; march others one by one")
-    planar = cast(list[ModalRun], runs)
-    if len({run.alike() for run in planar}) > 1:
+        raise ClearanceError("models side by side are those of the modal engine; march others one by one")
+    alike = cast(list[ModalRun], runs)
+    if len({run.alike() for run in alike}) > 1:
         raise ClearanceError("models side by side need one time step and as many modes, sensors and clearances")
-    lanes = next(count for count in LANES if count >= len(planar))
-    return SideBySide(planar + planar[-1:] * (lanes - len(planar))).advance
+    lanes = next(count for count in LANES if count >= len(alike))
+    return SideBySide(alike + alike[-1:] * (lanes - len(alike))).advance
 
 
 class _Watch:
@@ -166,15 +166,14 @@ class _Watch:
 
     def see(self, outputs: np.ndarray) -> Block:
         """Reduce steps, (n, columns), a whole number of samples."""
-        n, each, n_sensors = len(self.rig.bushings), self.rig.n_coordinates, len(self.rig.sensors)
-        ends = n_sensors + n * each * np.arange(4)
+        n, rows = len(self.rig.bushings), self.rig.clearance_rows
+        ends = len(self.rig.sensors) + self.rig.n_rows * np.arange(4)
         acceleration, moved, contact, _, told = np.split(outputs, ends, axis=1)
-        force = np.linalg.norm(contact.reshape(-1, n, each), axis=2)
+        force = np.stack([np.linalg.norm(contact[:, part], axis=1) for part in rows], axis=1)
         touches = told[:, :n] > 0.5 if told.shape[1] >= n else force > 0
         begins = touches & ~np.concatenate((self.touched, touches[:-1]))
         self.touched = touches[-1:]
-        at = moved.reshape(-1, n, each)
-        depth = np.stack([_depth(bushing, at[:, j]) for j, bushing in enumerate(self.rig.bushings)], axis=1)
+        depth = np.stack([_depth(b, moved[:, part]) for b, part in zip(self.rig.bushings, rows)], axis=1)
         per_sample = -1, self.factor, n
         return Block(
             depth.reshape(per_sample).max(axis=1).T,

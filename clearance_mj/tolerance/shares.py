@@ -67,9 +67,6 @@ class Production(ArrayData):
     values: np.ndarray
     """(n_designs, n_numbers) their values, SI units"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def designs(self) -> int:
         """How many there are."""

@@ -65,7 +65,7 @@ def growth_per_volume(rig: Rig, rubbing: np.ndarray) -> np.ndarray:
     rig : Rig
         The rig.
     rubbing : ndarray, shape (n_bushings, 2, MOMENTS)
-        Of both ends of every bushing, as `rubbing.planar_rubbing` returns it.
+        Of both ends of every bushing, as `rubbing.rubbing` returns it.
     """
     radius, length = footprints(rig)
     turns = rig.spin is not None

@@ -26,9 +26,9 @@ from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
 from .growth import clearances_of, with_clearances
 from .marched import Marched, MarchedSource, averaged
-from .marching import ModalState, start_march
+from .marching import ModalState, Marching
 from .operation import Operation, Source, Vibration
-from .rubbing import footprints, planar_rubbing
+from .rubbing import footprints, in_space, rubbing
 
 __all__ = ["Sine"]
 
@@ -74,7 +74,7 @@ class Sine(Operation):
     def source(self, model: Model) -> Source:
         """Return what finds the vibrations of a model; see `Operation.source`."""
         footprints(model.rig)
-        if model.rig.is_spatial:
+        if model.rig.moves_across:
             return MarchedSource(self.in_time(model), model)
         return SineSource(self, model)
 
@@ -183,7 +183,7 @@ class SineSource(Source):
         fs = self.counts[-1] * max(start, stop)
         factor = step_factor(fs, engine.largest_step(model.rig, model.law))
         count = int(np.ceil(duration * fs * factor / SWEPT)) * SWEPT
-        march = start_march(model, engine, self.kind, duration / count, None)
+        march = Marching(model, engine, self.kind, duration / count, None)
         for times in np.array_split(duration / count * np.arange(count), SWEPT):
             phase = 2 * np.pi * (start * times + (stop - start) * times**2 / (2 * duration))
             march.advance(self.operation.amplitude * np.cos(phase))
@@ -194,7 +194,7 @@ class SineSource(Source):
         samples, engine = self.counts[-1], Modal(modes=self.operation.n_modes)
         fs = samples * self.operation.frequency
         factor = step_factor(fs, engine.largest_step(model.rig, model.law))
-        march = start_march(model, engine, self.kind, 1 / (fs * factor), state)
+        march = Marching(model, engine, self.kind, 1 / (fs * factor), state)
         steps = samples * factor
         period = self.operation.amplitude * np.cos(2 * np.pi * np.arange(steps) / steps)
         for _ in range(rounds):  # past the end of a branch a vibration lingers where that was
@@ -219,8 +219,11 @@ def _vibration(found: _Periodic) -> Vibration:
     place, speed = found.x @ basis.T, omega * (found.x @ rate.T)
     force = np.empty_like(place)
     fill_forces(solver.system.laws, place, speed, omega, basis, rate, project, False, force, fine.slopes)
-    rubbing = planar_rubbing(solver.system.rig, place[count:], speed[count:], force[count:])
-    return Vibration(rubbing, np.zeros(count), found, "periodic")
+    rig, ends = solver.system.rig, place[count:]
+    offsets = np.repeat([bushing.offset for bushing in rig.bushings], 2)[:, None]
+    normal = np.where(ends + offsets > 0, 1.0, -1.0) * force[count:]
+    rubbed = rubbing(rig, in_space(rig, ends), in_space(rig, speed[count:]), normal)
+    return Vibration(rubbed, np.zeros(count), found, "periodic")
 
 
 def _modal_state(found: _Periodic) -> ModalState:

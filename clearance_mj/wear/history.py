@@ -42,7 +42,7 @@ class GapHistory(ArrayData):
     """(n, n_bushings) standard deviation of each, m"""
 
     def __post_init__(self) -> None:
-        self._freeze()
+        super().__post_init__()
         if self.hours.ndim != 1 or self.gap.ndim != 2 or not len(self.hours) == len(self.gap) == len(self.std):
             raise RecordError("a history is hours (n,) with gap and std (n, n_bushings)")
         if self.gap.shape != self.std.shape:

@@ -77,9 +77,6 @@ class Life(ArrayData):
     ended: str
     """ "limit", "hours" or "no rubbing": why the prediction ends"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     @property
     def life(self) -> float:
         """Hours to the first gap that reaches its limit; infinite if none did."""

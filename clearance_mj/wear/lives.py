@@ -43,9 +43,6 @@ class Lives(ArrayData):
     gap: np.ndarray
     """(n, m, n_bushings) m; a machine keeps its gaps once its life has ended"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     def quantile(self, share: float) -> float:
         """Return the hours after which a share of the machines has reached a limit; infinite if less ever does.
 

@@ -15,7 +15,7 @@ from ..engines.modal import Modal
 from ..model import Model
 from ..signals.excitation import Excitation
 from ..signals.sampling import interpolate
-from .marching import ModalState, start_march
+from .marching import ModalState, Marching
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints
 
@@ -89,7 +89,7 @@ class MarchedSource(Source):
             self.fast[factor] = interpolate(excitation.value, factor)
         fast, step, settle = self.fast[factor], 1 / (excitation.fs * factor), self.operation.settle
         skipped = int(SETTLING * fast.size if settle is None else round(settle / step))
-        march = start_march(model, engine, excitation.kind, step, state)
+        march = Marching(model, engine, excitation.kind, step, state)
         if skipped:
             march.advance(fast[:skipped])
         pieces = np.array_split(fast[skipped:], min(BATCHES, fast.size - skipped))

@@ -59,9 +59,6 @@ class Remaining(ArrayData):
     misfit: np.ndarray
     """(n_bushings,) RMS of what the history misses, over its errors"""
 
-    def __post_init__(self) -> None:
-        self._freeze()
-
     def interval(self, level: float = 0.9) -> np.ndarray:
         """Return limits (2, n_bushings) between which the remaining hours lie with a probability.
 

@@ -3,9 +3,9 @@
 Archard (J. Appl. Phys. 24, 1953, 981): the volume worn off is V = K ∫ N |v_slip| dt, whatever the pressure. What a
 vibration adds to it in a second is K times the mean of N |v_slip|, its rubbing, W.
 
-The shaft's surface slips at radius R. In the plane it tilts only: |v| = R |dθ/dt|, with θ the slope of the shaft within
-the bushing, (x_b - x_a)/L between its ends. In space it also slips around: v_t = ṙ·t + R Ω with t = x × n, and along
-the shaft with the tilt towards the place where it touches, v_x = R n·dθ/dt.
+The shaft's surface slips at radius R: along the shaft with the tilt towards the place where it touches, v_x = R n·dθ/dt,
+with θ the slope of the shaft within the bushing, (x_b - x_a)/L between its ends; and around, v_t = ṙ·t + R Ω with
+t = x × n. Where it moves along z alone it tilts only.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..core.errors import RigError
 from ..rig import Rig
 from ..rig.dimensions import shaft_radius
 
-__all__ = ["MOMENTS", "footprints", "planar_rubbing", "round_rubbing"]
+__all__ = ["MOMENTS", "footprints", "in_space", "rubbing"]
 
 MOMENTS = 6
 """Means of N|v| times 1, n_y, n_z, n_y², n_z² and n_y n_z, with n the direction in which the shaft touches"""
@@ -54,37 +54,10 @@ def footprints(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     return radius, length
 
 
-def planar_rubbing(rig: Rig, place: np.ndarray, speed: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the rubbing (n_bushings, 2, `MOMENTS`) of both ends in the plane, W: N m/s.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    place, speed : ndarray, shape (2 n_bushings, n)
-        Displacement from rest, m, and velocity, m/s, of both ends of every bushing, evenly sampled.
-    force : ndarray, shape (2 n_bushings, n)
-        Contact force of each, positive against positive displacement, N.
-    """
-    radius, length = footprints(rig)
-    found = np.zeros((len(rig.bushings), 2, MOMENTS))
-    for j, bushing in enumerate(rig.bushings):
-        ends = slice(2 * j, 2 * j + 2)
-        if not bushing.wear or not force[ends].any():
-            continue
-        slip = radius[j] / length[j] * np.abs(speed[2 * j + 1] - speed[2 * j])
-        side = np.where(place[ends] + bushing.offset > 0, 1.0, -1.0)
-        rubs = np.maximum(side * force[ends], 0.0) * slip
-        above, below = (np.mean(np.where(side == s, rubs, 0.0), axis=1) for s in (1.0, -1.0))
-        nothing = np.zeros(2)
-        found[j] = np.transpose([above + below, nothing, above - below, nothing, above + below, nothing])
-    return found
-
-
-def round_rubbing(
-    rig: Rig, place: np.ndarray, speed: np.ndarray, normal: np.ndarray, spin: np.ndarray | float
+def rubbing(
+    rig: Rig, place: np.ndarray, speed: np.ndarray, normal: np.ndarray, spin: np.ndarray | float = 0.0
 ) -> np.ndarray:
-    """Return the rubbing (n_bushings, 2, `MOMENTS`) of both ends in space, W: N m/s.
+    """Return the rubbing (n_bushings, 2, `MOMENTS`) of both ends of every clearance, W: N m/s.
 
     Parameters
     ----------
@@ -92,7 +65,7 @@ def round_rubbing(
         The rig.
     place, speed : ndarray, shape (2 n_bushings, 2, n)
         Displacement along y and z from the unloaded place, m, and velocity, m/s, of both ends of every bushing, evenly
-        sampled.
+        sampled; that of a slot is along z, see `in_space`.
     normal : ndarray, shape (2 n_bushings, n)
         Normal force of each, N.
     spin : ndarray, shape (n,), or float
@@ -114,4 +87,21 @@ def round_rubbing(
             around = y * speed[at, 1] - z * speed[at, 0] + radius[j] * spin
             rubs = np.maximum(normal[at], 0.0) * np.hypot(around, radius[j] * (y * tilting[0] + z * tilting[1]))
             found[j, end] = np.mean(rubs * np.array([np.ones_like(y), y, z, y * y, z * z, y * z]), axis=1)
+    return found
+
+
+def in_space(rig: Rig, ends: np.ndarray) -> np.ndarray:
+    """Return rows of clearances' ends (2 n_rows, n) as (2 n_bushings, 2, n) along y and z.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    ends : ndarray, shape (2 n_rows, n)
+        Such as displacements, end by end of each clearance.
+    """
+    found = np.zeros((2 * len(rig.bushings), 2, ends.shape[1]))
+    for j, rows in enumerate(rig.clearance_rows):
+        size = rows.stop - rows.start
+        found[2 * j : 2 * j + 2, -size:] = ends[2 * rows.start : 2 * rows.stop].reshape(2, size, -1)
     return found

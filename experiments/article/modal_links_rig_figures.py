@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from clearance_mj.rig import Rig
 
-from .style import BLACK, BLUE, FONT, GREEN, GREY, ORANGE, VERMILION, panel, sheet
+from .style import BLACK, BLUE, FONT, GREY, ORANGE, VERMILION, panel, sheet
 
 __all__ = ["draw_backbones", "draw_best_linear", "draw_harmonics", "draw_jumps", "draw_shapes"]
 
@@ -22,11 +22,10 @@ LOOKS = {
     "rig": {"color": BLACK, "lw": 2.2, "alpha": 0.6},
     "links": {"color": VERMILION, "lw": 1.2},
     "modal": {"color": BLUE, "lw": 1.2, "ls": "--"},
-    "modal-mj": {"color": GREEN, "lw": 1.2, "ls": (0, (1, 1.2))},
     "modal, no contact": {"color": GREY, "lw": 1.2, "ls": ":"},
 }
 AROUND = 5  # Lines over which variances are averaged before they are drawn
-MARKERS = {"rig": "o", "links": "s", "modal": "^", "modal-mj": "v", "modal, no contact": "x"}
+MARKERS = {"rig": "o", "links": "s", "modal": "^", "modal, no contact": "x"}
 OPEN = {"color": ORANGE, "marker": "s", "mfc": "none"}
 
 

@@ -30,7 +30,7 @@ class Setup:
 
 
 FULL = Setup(
-    engines=("links", "modal", "modal-mj"),
+    engines=("links", "modal"),
     levels=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
     shown=(0.25, 2.0, 8.0),
     realisations=6,

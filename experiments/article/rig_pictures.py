@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pandas as pd
 
-from clearance_mj.engines import mjcf
+from clearance_mj.engines import build_links
 from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.rendering import View, render
 from clearance_mj.report.style import Drawing
@@ -45,7 +45,7 @@ def rendering(item: Item, rig: Rig) -> Result:
         "(a) the whole rig": View((middle, 0.0, 0.0), 1.12 * (last - first), 90.0, -20.0, 8.0, 0.008, (1500, 220)),
         "(b) clearance 1": View((near, 0.0, 0.0), 0.12, 70.0, 0.0, 15.0, 0.001, (1500, 560)),
     }
-    images, reason = render(mjcf(rig)["links"], tuple(views.values()))
+    images, reason = render(build_links(rig).to_xml(), tuple(views.values()))
     rows = pd.DataFrame(
         {"view": title, "look_at_x_m": v.look_at[0], "distance_m": v.distance, "azimuth_deg": v.azimuth,
          "elevation_deg": v.elevation}

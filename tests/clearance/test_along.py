@@ -8,6 +8,7 @@ import pytest
 import scipy.integrate
 
 from clearance_mj.clearance import (
+    AdamsImpact,
     AmplitudeLaw,
     ConstantLaw,
     ContactLaw,
@@ -33,6 +34,7 @@ GAP, STEP = 3e-4, 1e-4
 CONTACTS = [
     KelvinVoigt(2e4, 6.0), KelvinVoigt(2e4, 6.0, adhesion=True), HuntCrossley(1e6, 0.6), LankaraniNikravesh(1e6, 0.6),
     Flores(1e6, 0.6), HuntCrossley1975(3e5, 6.75e5), Cubic(2e4, 5e11, 6.0),
+    AdamsImpact(4e6, 1.5, 40.0, 1e-4),
 ]  # fmt: skip
 SLIPS = (4000.0, 2000.0), (0.4, 0.6)
 FILLINGS = [

@@ -8,6 +8,7 @@ import pytest
 from numba.extending import register_jitable
 
 from clearance_mj.clearance import (
+    AdamsImpact,
     AmplitudeLaw,
     ContactLaw,
     Cubic,
@@ -155,6 +156,7 @@ CONTACTS = {
     "kelvin-voigt": each(lambda f: KelvinVoigt(1e4 * f, 3.0)),
     "adhesion": each(lambda f: KelvinVoigt(1e4 * f, 3.0, adhesion=True)),
     "cubic": each(lambda f: Cubic(1e4, 1e11 * f, 2.0)),
+    "adams-impact": each(lambda f: AdamsImpact(1e6, 1.0 + f / 4, 3.0, 5e-5 * f)),
     "hunt-crossley": each(lambda f: HuntCrossley(1e6 * f, 0.5, 1.4 + 0.1 * f)),
     "lankarani-nikravesh": each(lambda f: LankaraniNikravesh(1e6 * f, 0.5)),
     "flores": each(lambda f: Flores(1e6, 0.5 * f)),

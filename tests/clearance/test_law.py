@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import (
+    AdamsImpact,
     AmplitudeLaw,
     ConstantLaw,
     ContactLaw,
@@ -154,6 +155,7 @@ LAWS = [
     ContactLaw((KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8))),
     ContactLaw((LankaraniNikravesh(1e6, 0.8), Flores(1e6, 0.7, 1.4)), grease=(FILM, FILM)),
     ContactLaw((HuntCrossley1975(1e6, 8e5, 1.4), Cubic(1e4, 1e10, 2.0)), grease=SLIP),
+    ContactLaw(AdamsImpact(1e6, 1.5, 3.0, 1 / 3e4), grease=FILM),
     ConstantLaw(1e4, 1.0, grease=(SLIP, FILM)),
 ]
 

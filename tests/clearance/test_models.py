@@ -8,6 +8,7 @@ import scipy.integrate
 import scipy.optimize
 
 from clearance_mj.clearance import (
+    AdamsImpact,
     ConstantLaw,
     ContactLaw,
     Cubic,
@@ -29,6 +30,7 @@ from ..conftest import TABLE1
 GAP = 3e-4
 HERTZ = HuntCrossley1975(3e5, 6.75e5)
 CUBIC = Cubic(2e4, 5e11, 6.0)
+IMPACT = AdamsImpact(4e6, 1.5, 40.0, 1e-4)
 SLIP = MaxwellSlip((4000.0, 2000.0, 1000.0), (0.4, 0.6, 0.5), elastic=500.0, damping=3.0, film_height=8e-4)
 
 
@@ -94,7 +96,22 @@ def test_cubic():
     np.testing.assert_array_equal(*linear)
 
 
-@pytest.mark.parametrize("model", [HERTZ, CUBIC, KelvinVoigt(2e4, 6.0)], ids=lambda model: model.name)
+def test_adams_impact():
+    """k δᵉ + c_max s²(3 - 2s) δ̇ with s = δ/d up to 1: half of c_max at half of d, and no pull."""
+    for depth, damping in ((2.5e-5, 40 * 10 / 64), (5e-5, 20.0), (1e-4, 40.0), (3e-4, 40.0)):
+        spring = 4e6 * depth**1.5
+        assert IMPACT.force(depth, 0.01) == pytest.approx(spring + damping * 0.01, rel=1e-13)
+        assert IMPACT.force(depth, -0.01) == pytest.approx(spring - damping * 0.01, rel=1e-13)
+    assert IMPACT.force(1e-4, -1.0) == IMPACT.force(-1e-4, 1.0) == 0
+    assert AdamsImpact(2e4, 1.0, 6.0, 1e-9).force(1e-4, 0.05) == KelvinVoigt(2e4, 6.0).force(1e-4, 0.05)
+    x, v = motion()
+    side, depth = np.sign(x), np.maximum(np.abs(x) - GAP, 0)
+    share = np.minimum(depth / 1e-4, 1)
+    expected = side * np.maximum(4e6 * depth**1.5 + 40 * share**2 * (3 - 2 * share) * side * v, 0)
+    np.testing.assert_allclose(loop(ContactLaw(IMPACT), x, v), expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("model", [HERTZ, CUBIC, IMPACT, KelvinVoigt(2e4, 6.0)], ids=lambda model: model.name)
 def test_energy_is_the_integral_of_the_force(model):
     for depth in (1e-5, 3e-4, 1e-3):
         expected = scipy.integrate.quad(lambda d: model.force(d, 0.0, 1.0), 0, depth, epsrel=1e-11, epsabs=0)[0]
@@ -187,6 +204,7 @@ def test_maxwell_slip_loop(measured):
 def test_largest():
     """Tangent stiffness and damping at one gap of penetration; of grease before it slides, with the thinnest film."""
     assert HERTZ.largest(4e-4) == pytest.approx((1.5 * 3e5 * 0.02, 6.75e5 * 8e-6), rel=1e-14)
+    assert IMPACT.largest(4e-4) == pytest.approx((1.5 * 4e6 * 0.02, 40.0), rel=1e-14)
     assert CUBIC.largest(1e-3) == pytest.approx((2e4 + 1.5e6, 6.0), rel=1e-14)
     assert SLIP.largest() == pytest.approx((7500.0, 75.0), rel=1e-14) and SLIP.small_motion() == (7500.0, 3.0)
 
@@ -205,6 +223,8 @@ def test_largest():
         (lambda: HuntCrossley1975(0.0), "stiffness must be > 0, got 0"),
         (lambda: HuntCrossley1975(1.0, -1.0), "damping must be >= 0, got -1"),
         (lambda: HuntCrossley1975(1.0, exponent=0.5), "exponent must be >= 1, got 0.5"),
+        (lambda: AdamsImpact(1.0, 0.9, 1.0, 1.0), "exponent must be >= 1, got 0.9"),
+        (lambda: AdamsImpact(1.0, 1.5, 1.0, 0.0), "depth must be > 0, got 0"),
         (lambda: Cubic(1.0, -1.0), "cubic must be >= 0, got -1"),
         (lambda: MaxwellSlip((), ()), "springs must hold 1 or more"),
         (lambda: MaxwellSlip((1.0, 2.0), (1.0,)), "forces must be 2 numbers, one for each spring, got 1"),

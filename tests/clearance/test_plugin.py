@@ -88,12 +88,12 @@ def test_models_of_ones_own(rig, own, tmp_path, capsys):
     law.save(tmp_path / "law.json")
     assert cm.load_law(tmp_path / "law.json") == law
     noise, spread = cm.excitation.random(0.5, 2048.0, rms=6.0, seed=0), []
-    for engine in ("modal", "links", "modal-mj"):
+    for engine in ("modal", "links"):
         balance = cm.energy_balance(rig, noise, law, engine)
         response = balance.response
         assert balance.imbalance < 1e-3 and min(balance.summary()["impacts"]) > 5 and balance.hysteresis[:, -1].all()
         spread.append(response.acceleration.std(axis=-1))
-    np.testing.assert_allclose(spread, [spread[0]] * 3, rtol=0.1)
+    np.testing.assert_allclose(spread, [spread[0]] * 2, rtol=0.1)
     plugin = ["--plugin", str(tmp_path / "own_models.py"), "--law", str(tmp_path / "law.json"), "--json"]
     short = ["--engine", "modal", "--duration", "0.2", "--quiet", "--out", str(tmp_path / "r.nc")]
     assert main(["simulate", str(ROOT / "models" / "table1_rig.toml"), *plugin, *short]) == 0

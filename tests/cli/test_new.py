@@ -42,7 +42,7 @@ def new(folder, *arguments):
 def test_a_rig_in_space(tmp_path):
     options = "--kind shaft --length 500mm --gravity 0 0 -9.81 --spin 1500rpm --unbalance 0.3 1e-4 --friction 0.1"
     rig = new(tmp_path, "pump", *options.split(), "--oil", 0.02)
-    assert rig.is_spatial and rig.gravity == (0.0, 0.0, -9.81) and rig.spin.speed == pytest.approx(50 * np.pi)
+    assert rig.moves_across and rig.gravity == (0.0, 0.0, -9.81) and rig.spin.speed == pytest.approx(50 * np.pi)
     assert [(u.position, u.moment) for u in rig.unbalances] == [(0.3, 1e-4)]
     assert {(b.friction.coefficient, b.film.viscosity, b.grease.stiffness) for b in rig.bushings} == {(0.1, 0.02, 0.0)}
     assert {b.film.width for b in rig.bushings} == {"finite"}  # 12 mm in a shaft of 10 mm
@@ -52,7 +52,7 @@ def test_a_rig_in_space(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [("--spin 30rpm --shape slot", 'spin needs shape = "round", and bushings'),
+    [("--shape slot --friction 0.1", r'bushings\[0\].friction needs shape = "round"'),
      ("--unbalance 0.3 1e-4", r"give \[spin\]"), ("--spin 9 --unbalance 0.3 1mm", 'unit "mm" of kg m is unknown'),
      ("--section 5mm 8mm --spin 30rpm", "as stiff in every direction"), ("--friction -1", "must be >= 0, got -1")],
 )  # fmt: skip

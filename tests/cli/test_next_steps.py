@@ -83,7 +83,7 @@ def recorded(rig):
     for seed, path in enumerate((*RECORDS, CHECK)):
         noise = cm.excitation.random(SECONDS, FS, BAND, 1.0, seed, kind=rig.shaker.kind)
         named = logged(path, to_channels(cm.simulate(rig, noise)), rig.spin, seed)
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return named, []
     to = ["--rig", RIG, *_columns(named)]
     more = [("convert", *RECORDS, "bench", *to)]

@@ -37,7 +37,7 @@ def test_no_energy_is_lost_or_won(name):
 @pytest.mark.parametrize("name", RIGS)
 def test_links_runs_it_or_names_what_it_cannot(name):
     if name in FIELDS:
-        with pytest.raises(RigError, match=f"links knows no {FIELDS[name]}; use modal or modal-mj"):
+        with pytest.raises(RigError, match=f"links knows no {FIELDS[name]}; use modal"):
             cm.simulate(RIGS[name], PUSH, engine="links")
         assert cm.simulate(RIGS[name], PUSH).provenance["engine"] == "modal"
     else:

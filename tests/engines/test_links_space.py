@@ -14,9 +14,8 @@ from numpy.testing import assert_allclose
 import clearance_mj as cm
 from clearance_mj import physical
 from clearance_mj.clearance import nominal_law
-from clearance_mj.engines import Links, mjcf
+from clearance_mj.engines import Links, build_links
 from clearance_mj.engines.linkage import linkage
-from clearance_mj.engines.links import build_links
 from clearance_mj.engines.mujoco_space import SpatialMujocoRun
 from clearance_mj.linear import linear_model
 from clearance_mj.physical.rows import softness_of
@@ -307,7 +306,7 @@ def test_gyroscopic_moments_do_no_work() -> None:
     """The scheme's own energy, ½ v M v + ½ q K q of the places before and after, stays over 300 periods."""
     rig = overhung(900.0)
     run = started(rig, 4)
-    order, stiffness = run.maps.order, run.whole.diagonal(lambda plane: plane.whole_stiffness)
+    order, stiffness = run.maps.order, run.whole.whole_stiffness
     run.data.qvel[order] = 1e-2 * np.random.default_rng(0).standard_normal(run.model.nv)
     mass = np.zeros((run.model.nv, run.model.nv))
 
@@ -326,9 +325,7 @@ def test_gyroscopic_moments_do_no_work() -> None:
 def test_the_model_in_a_file_has_the_datasheet_softness_and_both_planes() -> None:
     """Two hinges a joint, round tubes, an annular clearance at each end of a bushing; stable in a viewer."""
     rig = SPACE.replace(gravity=(0.0, 0.0, -9.81))
-    models = mjcf(rig)
-    assert list(models) == ["links"]
-    model = mujoco.MjModel.from_xml_string(models["links"])
+    model = mujoco.MjModel.from_xml_string(build_links(rig).to_xml())
     assert (model.nv, model.ntendon, model.npair) == (32, 4, 0)
     assert physical.check(model) == ()
     assert_allclose([softness_of(model, "tendon", i) for i in range(4)], [(3.9e3, 2.0)] * 4, rtol=1e-5)
@@ -362,7 +359,6 @@ def test_refusals() -> None:
     sticky = cm.ContactLaw(cm.clearance.KelvinVoigt(2e4, 30.0, adhesion=True))
     axial = SPACE.replace(shaker=Shaker(direction=(1.0, 0.0, 0.0)))
     for rig, law, engine, words in (
-        (SPACE, None, "modal-mj", "modal-mj knows motion along z alone; use links or modal"),
         (SPACE, sticky, "links", "links engine cannot simulate adhesion.*use modal"),
         (thick, None, "links", "'thick': links has no shear flexibility; use modal"),
         (axial, None, "links", "moves no mass of the structure; give another"),

@@ -1,4 +1,4 @@
-"""The committed MJCF models: what the builder writes, and what it should be."""
+"""The committed MJCF model: what the builder writes, and what it should be."""
 
 import re
 from pathlib import Path
@@ -9,26 +9,25 @@ import pytest
 
 from clearance_mj import physical
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.engines import mjcf
+from clearance_mj.engines import build_links
 from clearance_mj.physical.rows import softness_of
 
 from ..conftest import TABLE1 as RIG
 
 NUMBER = re.compile(r"(-?\d+\.?\d*(?:e[-+]?\d+)?)")
-MODELS = Path(__file__).parents[2] / "models"
+MODEL = Path(__file__).parents[2] / "models" / "table1_rig_links.xml"
 
 
-def load(name):
-    model = mujoco.MjModel.from_xml_path(str(MODELS / f"table1_rig_{name}.xml"))
+def load():
+    model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return model, data
 
 
-@pytest.mark.parametrize("name", ["links", "modes"])
-def test_committed_models_are_what_the_builder_writes(name):
+def test_the_committed_model_is_what_the_builder_writes():
     """Otherwise: make models. MJCF holds six digits, of which the last may differ from one machine to another."""
-    committed, built = (MODELS / f"table1_rig_{name}.xml").read_text(encoding="utf-8"), mjcf(RIG)[name]
+    committed, built = MODEL.read_text(encoding="utf-8"), build_links(RIG).to_xml()
     texts, numbers = zip(*((parts[::2], parts[1::2]) for parts in (NUMBER.split(text) for text in (committed, built))))
     assert texts[0] == texts[1]
     np.testing.assert_allclose(*(np.array(row, dtype=float) for row in numbers), rtol=3e-6, atol=1e-12)
@@ -36,7 +35,7 @@ def test_committed_models_are_what_the_builder_writes(name):
 
 def test_links_model():
     """Sixteen hinges; its frequencies are the shaft's, without grease, which is not in the model."""
-    model, data = load("links")
+    model, data = load()
     assert (model.nv, model.npair) == (16, 8)
     mass = np.zeros((16, 16))
     mujoco.mj_fullM(model, data, mass)
@@ -45,22 +44,9 @@ def test_links_model():
     np.testing.assert_allclose(found, natural_frequencies(RIG.replace(bushings=()), 4), rtol=3e-3)
 
 
-def test_modes_model():
-    """A slide per mode, a limited tendon per bushing end."""
-    model, data = load("modes")
-    assert model.ntendon == 4
-    mass = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, mass)
-    np.testing.assert_allclose(mass, RIG.total_mass * np.eye(model.nv), rtol=1e-5, atol=1e-12)
-    found = np.sqrt(model.jnt_stiffness[:4] / RIG.total_mass) / (2 * np.pi)
-    np.testing.assert_allclose(found, natural_frequencies(RIG.replace(bushings=()), 4), rtol=2e-5)
-    np.testing.assert_allclose(np.abs(model.tendon_range), 3e-4)
-
-
-@pytest.mark.parametrize("name", ["links", "modes"])
-def test_timestep_is_stable(name):
+def test_timestep_is_stable():
     """An hour in the viewer begins with a second here: a shove at the tip rings down."""
-    model, data = load(name)
+    model, data = load()
     data.qvel[:] = 0.05
     energy = []
     for _ in range(4):
@@ -73,7 +59,7 @@ def test_timestep_is_stable(name):
 
 def test_links_touch_their_bushings():
     """Lifted by more than the gap the shaft meets the upper plates, lowered the lower ones, and none in between."""
-    model, data = load("links")
+    model, data = load()
     hinge = model.body("link0").pos[0]
     for lift, side in ((6e-4, "upper"), (-6e-4, "lower"), (2e-4, None)):
         # The first hinge lifts the inner bushing, at 0.5484 m, by this much; the outer one by half as much again.
@@ -90,12 +76,11 @@ def test_links_touch_their_bushings():
         np.testing.assert_allclose(depths, sorted(ends) if side else [], atol=1e-8)
 
 
-@pytest.mark.parametrize("name", ["links", "modes"])
-def test_datasheet_softness(name):
+def test_datasheet_softness():
     """k and c of the rig, half at each end; of six digits as the masses are, exact once the file is in memory."""
-    model, _ = load(name)
-    rows = [("pair", i) for i in range(model.npair)] + [("tendon", i) for i in range(model.ntendon)]
-    assert len(rows) == (8 if name == "links" else 4)
+    model, _ = load()
+    rows = [("pair", i) for i in range(model.npair)]
+    assert len(rows) == 8 and not model.ntendon
     assert physical.check(model) == ()
     np.testing.assert_allclose([softness_of(model, *row) for row in rows], [(3.9e3, 2.0)] * len(rows), rtol=1e-5)
     physical.apply(model)

@@ -10,7 +10,7 @@ import pytest
 
 from clearance_mj.clearance import AmplitudeLaw, ConstantLaw, ContactLaw, HuntCrossley, TimeLaw
 from clearance_mj.core.errors import ClearanceError, ExcitationError, LawError, RigError, SimulationError
-from clearance_mj.engines import Links, Modal, ModalMujoco, batch, get_engine, simulate, simulate_batch, simulate_each
+from clearance_mj.engines import Links, Modal, batch, get_engine, simulate, simulate_batch, simulate_each
 from clearance_mj.engines.base import step_factor
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
@@ -22,7 +22,7 @@ from ..structures import chain, stepped
 BARE = RIG.replace(name="bare", bushings=())
 LAW = ConstantLaw(2e4, 3.0)
 FS = 2048.0
-ENGINES = ["links", "modal", "modal-mj"]
+ENGINES = ["links", "modal"]
 
 
 def noise(duration=0.25, rms=6.0, seed=0, **fields):
@@ -169,7 +169,7 @@ def test_refusals(rig, excitation, law, error, message, engine):
     [
         ([noise(0.05)] * 2, [LAW] * 3, "links", ClearanceError, r"differ in number: \[2, 3\]"),
         ([noise(0.05), noise(0.05, 1e9)], LAW, "modal", SimulationError, "rig 'table1': the modal simulation diverged"),
-        (noise(0.05), LAW, "fem", ClearanceError, 'engine "fem" is unknown; known: links, modal, modal-mj'),
+        (noise(0.05), LAW, "fem", ClearanceError, 'engine "fem" is unknown; known: links, modal'),
     ],
 )
 def test_refusals_of_batches(excitations, laws, engine, error, message):
@@ -193,11 +193,10 @@ def test_divergence(engine, level):
         simulate(RIG, noise(0.1, level), LAW, engine)
 
 
-@pytest.mark.parametrize("engine", [Links(20, safety=2.0), ModalMujoco(safety=2.0)], ids=["links", "modal-mj"])
-def test_unstable_step(engine):
+def test_unstable_step():
     """Beyond the limit 2/ω explicit springs blow up; their own limit is safety = 1 (mujoco.md)."""
     with pytest.raises(SimulationError, match=r"rig 'table1'.*bushings\["):
-        simulate(RIG, noise(0.1), LAW, engine)
+        simulate(RIG, noise(0.1), LAW, Links(20, safety=2.0))
 
 
 def test_the_end_of_a_record(engine):
@@ -232,8 +231,6 @@ def test_force_of_a_shaken_rig():
         (lambda: Links(20, safety=0.0), "safety"),
         (lambda: Modal(-1), "modes"),
         (lambda: Modal(8, resolution=0.0), "resolution"),
-        (lambda: ModalMujoco(-1), "modes"),
-        (lambda: ModalMujoco(8, safety=np.nan), "safety"),
     ],
 )
 def test_impossible_settings(make, name):

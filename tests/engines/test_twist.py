@@ -7,7 +7,7 @@ import clearance_mj as cm
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import RigError
 from clearance_mj.engines import default_engine
-from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
+from clearance_mj.rig import Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Support
 
 INERTIA, LENGTH, DIAMETER = 2e-3, 0.5, 0.02
@@ -29,18 +29,23 @@ ONE_INERTIA = Matrices("m-kg-s", None, ((INERTIA,),), ((STIFFNESS,),), None, ("1
 ONE = rig(ONE_INERTIA, "1:RX")
 
 
-def test_teeth_are_those_of_one_inertia():
+@pytest.mark.parametrize(("engine", "share"), [("modal", 5e-3), ("links", 1e-2)])
+def test_teeth_are_those_of_one_inertia(engine, share):
     torque = cm.excitation.random(0.1, 81920, band=(20, 400), rms=3.0, seed=1, kind="force")
     law = ConstantLaw(CONTACT.stiffness, CONTACT.damping)
-    twisted, one = (cm.simulate(r, torque, law, engine="modal") for r in (SHAFT, ONE))
+    twisted, one = cm.simulate(SHAFT, torque, law, engine=engine), cm.simulate(ONE, torque, law, engine="modal")
     assert SHAFT.probe_labels == ["1:+RX"] and np.abs(one.contact_force).max() > 1.0
     size = np.abs(one.displacement).max()
     assert size > 1e-3
-    np.testing.assert_allclose(twisted.displacement, one.displacement, atol=5e-3 * size)  # of steps that differ
+    np.testing.assert_allclose(twisted.displacement, one.displacement, atol=share * size)  # of steps that differ
 
 
-def test_links_do_not_twist():
+def test_modes_are_the_default_engine():
     assert default_engine(SHAFT) == "modal"
+
+
+def test_links_refuse_a_mass_along_one_direction():
     torque = cm.excitation.random(0.1, 2048, rms=1.0, seed=1, kind="force")
-    with pytest.raises(RigError, match=r"links moves along its planes alone, and bushings\[0\]\.position names RX"):
-        cm.simulate(SHAFT, torque, engine="links")
+    heavy = SHAFT.replace(masses=(PointMass("@0.2:RY", 1e-3),))
+    with pytest.raises(RigError, match=r'links has masses that move in every direction, and "@0\.2:RY" names RY'):
+        cm.simulate(heavy, torque, engine="links")

@@ -51,7 +51,6 @@ USES = {
     "frequencies": frequencies,
     "modal": simulated("modal"),
     "links": simulated("links"),
-    "modal-mj": simulated("modal-mj"),
     "placed": placed,
 }  # What is done with a rig and a law
 

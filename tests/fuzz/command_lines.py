@@ -82,7 +82,7 @@ TEXTS = (
     "x" * 5000,
     "None",
 )
-WORDS = ("modal", "links", "modal-mj", "nominal", "constant", "ridge", "all", "beam", "modes", "frf", "base", "force",
+WORDS = ("modal", "links", "nominal", "constant", "ridge", "all", "beam", "modes", "frf", "base", "force",
          "identify", "validate", "trace", "exhaustive", "1:+Z", "6:+Z", "100:+Z", "beam.length=0.9:1.1", "acc 6=skip",
          "bushings.gap=1e-4:5e-4", "mujoco", "friction")  # fmt: skip
 SPECIAL = ("pipe", "socket", "zero", "full", "null", "loop", "dangling", "huge.csv", "empty.toml", "folder", ".", "..",

@@ -34,20 +34,12 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
         (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
         (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
         (text("gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
-        (text("", SPIN), 'spin needs shape = "round", and bushings[0] is a slot, along one coordinate'),
         (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction needs shape = "round"'),
         (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs shape = "round"'),
         (
             text('motion = "sideways"\n'),
             'motion "sideways" is unknown; leave it out, and give round bushings shape = "round"',
         ),
-        (
-            text("")
-            .replace("[shaker]", "[shaker]\nposition = 0.5\ndirection = [0.0, 1.0, 0.0]")
-            .replace('kind = "base"', 'kind = "force"'),
-            'shaker.direction needs shape = "round", and bushings[0] is a slot',
-        ),
-        (text("", of_bushing='shape = "round"'), 'a round one needs shape = "round", and bushings[1] is a slot'),
         (text("", of_bushing='shape = "stop"'), 'bushings[0].shape "stop" stands beside stops "both", which is a slot'),
         (text("", of_bushing='shape = "oval"'), 'bushings[0].shape "oval" is unknown; use slot, stop or round'),
         (
@@ -169,7 +161,6 @@ def test_what_knows_the_plane_alone_says_so() -> None:
     calls = (
         lambda: cm.identify.identify(dataclasses.replace(dataset, rig=rig), "constant"),
         lambda: cm.identify.law(dataclasses.replace(dataset, rig=rig), "output-error"),
-        lambda: cm.simulate(rig, cm.excitation.random(0.1, 2048.0, seed=0), engine="modal-mj"),
     )
     for call in calls:
         with pytest.raises(ClearanceError, match=r"planar|alone") as error:

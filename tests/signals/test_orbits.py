@@ -109,9 +109,9 @@ def test_a_response_in_space_names_its_rows_and_keeps_its_spin():
     found = Response(
         FS, np.zeros(100), np.zeros((1, 100)), rows, 0 * rows, 0 * rows, contact_share=np.zeros(2), spin=spin
     )
-    assert found.is_round
+    assert found.clearance_rows == [slice(0, 2), slice(2, 4)]
     again = Response.from_xarray(found.to_xarray())
-    assert again == found and again.is_round
+    assert again == found and again.clearance_rows == found.clearance_rows
     assert found.to_xarray()["displacement"].dims == ("coordinate", "time")
     axes = {ax.get_ylabel(): ax for ax in found.plot().axes}
     names = [line.get_label() for line in axes["Displacement (mm)"].get_lines()]
@@ -119,7 +119,8 @@ def test_a_response_in_space_names_its_rows_and_keeps_its_spin():
     shown = axes["Spin (rev/min)"].get_lines()[0].get_ydata()
     np.testing.assert_allclose(shown[[0, -1]], [95.493, 190.986], rtol=1e-4)
     plane = Response(FS, np.zeros(100), np.zeros((1, 100)), rows[:2], contact_share=np.zeros(2))
-    assert not plane.is_round and plane.to_xarray()["displacement"].dims == ("coordinate", "time")
+    assert plane.clearance_rows == [slice(0, 1), slice(1, 2)]
+    assert plane.to_xarray()["displacement"].dims == ("coordinate", "time")
 
 
 def test_rows_of_clearances_have_the_labels_of_their_probes_and_older_files_load():

@@ -9,7 +9,7 @@ import pyuff
 from clearance_mj.beam import linear_frf
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.core.errors import ExcitationError, RigError
-from clearance_mj.engines import Modal, ModalMujoco, simulate
+from clearance_mj.engines import Modal, simulate
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import random
@@ -18,6 +18,7 @@ from clearance_mj.structure.beam import cantilever_mode, cantilever_roots, stati
 from clearance_mj.structure.mode_files import ModesWarning, phase_collinearity
 
 from ..conftest import TABLE1
+from ..verification.modal_mj import ModalMujoco
 
 X = (0.3, 0.5484, 0.7918, 1.0)
 DOFS = ("1:+Z", "2:+Z", "3:-Z", "4:+Z")
@@ -121,7 +122,7 @@ def test_shaken_base_without_participation():
 
 
 def test_engines_run_and_files_keep_it(tmp_path):
-    """A rig that was saved and loaded gives the same response; modal and modal-mj agree."""
+    """A rig that was saved and loaded gives the same response; modes in MuJoCo agree."""
     rig = rig_of(cantilever(residual_flexibility=residual(cantilever())))
     rig.save(tmp_path / "rig.toml")
     again = Rig.load(tmp_path / "rig.toml")

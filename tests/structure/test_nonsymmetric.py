@@ -7,7 +7,6 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines.equilibrium import static_equilibrium
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker
@@ -99,11 +98,6 @@ def test_energies_of_a_cross_stiffness_balance():
     for shape in ("slot", "round"):
         balance = cm.energy_balance(jeffcott(5 * THRESHOLD, shape=shape), noise, engine="modal")
         assert balance.imbalance < 1e-6 and (balance.damping[-1] < 0 if shape == "slot" else balance.drive[-1] > 0)
-
-
-def test_who_knows_symmetric_matrices_alone():
-    with pytest.raises(ClearanceError, match="modal-mj knows symmetric stiffness and damping alone; use modal"):
-        cm.simulate(jeffcott(1e4, shape="slot"), cm.excitation.random(0.1, 2048.0, kind="force"), engine="modal-mj")
 
 
 def test_rest_and_vibration_in_the_gap():

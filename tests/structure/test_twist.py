@@ -209,7 +209,6 @@ TEETH = Bushing("@0.5:RX", 1e-3, 0.0, Grease(0.0), Contact(1e5))
             {"sensors": (Sensor(1, "@0.5:X"),)},
             '"@0.5:X": a shaft does not move along X; give Y, Z, RX',
         ),
-        ({"sensors": (Sensor(1, "@0.5:Y"),), "bushings": (TEETH,)}, 'sensors[0].position needs shape = "round"'),
         (
             {"shaker": Shaker("force", "@0:RX")},
             '"@0:RX" cannot twist: the support there holds it; give',

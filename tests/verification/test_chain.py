@@ -27,7 +27,7 @@ all_rigs = pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS.keys())
 def matrices(rig, n):
     """Mass and stiffness matrix of a chain of n links in its hinge angles, grease included."""
     shaft = linkage(rig, n)
-    lift = shaft.deflection([b.position for b in rig.bushings])
+    lift = shaft.along_own([b.position for b in rig.bushings])
     springs = (lift.T * [b.grease.stiffness for b in rig.bushings]) @ lift
     return shaft.mass, np.diag(shaft.stiffness) + springs
 
@@ -57,7 +57,7 @@ def test_convergence(rig, measured):
 
 def test_hinges():
     """Gauss's two points in ten elements of a bare shaft, each with half of an element's compliance."""
-    shaft = linkage(BARE, 20).chains[0]
+    shaft = linkage(BARE, 20).members[0].chain
     element = BARE.beam.length / 10
     first = element * (1 - 1 / np.sqrt(3)) / 2
     np.testing.assert_allclose(shaft.hinges[:4], [first, element - first, element + first, 2 * element - first])
@@ -71,15 +71,15 @@ def test_statics(rig, n):
 
     Links and shaft meet at the ends of elements, in place and slope, and the bushings' middles are such ends.
     """
-    shaft, length = linkage(rig, n).chains[0], rig.beam.length
+    shaft, length = linkage(rig, n).members[0].chain, rig.beam.length
 
     def expected(x):
         return x**2 * (3 * length - x) / (6 * rig.beam.bending_stiffness)
 
     x, ends = np.linspace(0, length, 50), np.array([e.end for e in shaft.elements])
     angle = (length - shaft.hinges) / shaft.stiffness
-    np.testing.assert_allclose(shaft.deflection(x) @ angle, expected(x), atol=1e-12 * expected(length))
-    np.testing.assert_allclose(shaft.lever(ends) @ angle, expected(ends), rtol=1e-12)
+    np.testing.assert_allclose(shaft.motion(x) @ angle, expected(x), atol=1e-12 * expected(length))
+    np.testing.assert_allclose(shaft.motion(ends, straight=True) @ angle, expected(ends), rtol=1e-12)
     assert all(np.isclose(ends, b.position, rtol=1e-12).any() for b in rig.bushings)
     assert shaft.hinges.size == n and min(e.hinges.size for e in shaft.elements) >= 2
 
@@ -127,8 +127,8 @@ def test_shapes_between_the_hinges(mode, measured):
     for n in (20, 40, 80):
         mass, stiffness = matrices(RIG, n)
         vector = scipy.linalg.eigh(stiffness, mass)[1][:, mode]
-        for name, lever in (("curved", linkage(RIG, n).deflection(x)), ("straight", linkage(RIG, n).lever(x))):
-            shape = lever @ vector
+        for name in errors:
+            shape = linkage(RIG, n).along_own(x, straight=name == "straight") @ vector
             errors[name].append(np.max(np.abs(shape * np.sign(shape @ expected) - expected)))
     order = {name: np.mean(-np.diff(np.log2(values))) for name, values in errors.items()}
     what = f"order of shape {mode + 1}, 20 to 80 links"
@@ -155,10 +155,10 @@ def test_armature(n, measured):
 
 def test_masses_sit_on_their_links():
     """One at the exact boundary of two links, too near to a bushing to be the end of an element, and one at the tip."""
-    hinges = linkage(RIG, 20).chains[0].hinges
+    hinges = linkage(RIG, 20).members[0].chain.hinges
     last = np.searchsorted(hinges, RIG.bushings[0].position)
     rig = RIG.replace(sensors=(Sensor(1, hinges[last], 0.3), Sensor(2, 1.0, 0.2), Sensor(3, 0.01, 0.7)))
-    np.testing.assert_array_equal(linkage(rig, 20).chains[0].hinges, hinges)
+    np.testing.assert_array_equal(linkage(rig, 20).members[0].chain.hinges, hinges)
     model, shaft = build_links(rig, 20).compile(), rig.beam.mass_per_length
     assert model.body(f"link{last - 1}").mass == pytest.approx(shaft * (hinges[last] - hinges[last - 1]))
     assert model.body(f"link{last}").mass == pytest.approx(shaft * (hinges[last + 1] - hinges[last]) + 0.3)
@@ -170,7 +170,7 @@ def test_bushing_over_a_hinge():
     """A long one, with a collar on each of two links."""
     bushing = dataclasses.replace(RIG.bushings[0], position=0.525, length=0.08)
     rig = RIG.replace(bushings=(bushing,))
-    model, hinges = build_links(rig, 20).compile(), linkage(rig, 20).chains[0].hinges
+    model, hinges = build_links(rig, 20).compile(), linkage(rig, 20).members[0].chain.hinges
     bodies = [model.geom(f"collar{name}").bodyid[0] - 1 for name in ("0a", "0b")]
     assert bodies == [np.searchsorted(hinges, x) - 1 for x in (0.485, 0.565)] and bodies[0] < bodies[1]
 
@@ -178,14 +178,14 @@ def test_bushing_over_a_hinge():
 def test_a_long_bushing():
     """Its ends are ends of elements too, so that chain and shaft meet where the contacts are."""
     bushing = dataclasses.replace(RIG.bushings[0], length=0.16)
-    ends = [e.end for e in linkage(RIG.replace(bushings=(bushing,)), 20).chains[0].elements]
+    ends = [e.end for e in linkage(RIG.replace(bushings=(bushing,)), 20).members[0].chain.elements]
     assert all(np.isclose(ends, x).any() for x in (*bushing.ends, bushing.position))
 
 
 def test_masses_along_the_shaft():
     """The heaviest is the end of an element, where the shaft's curvature has a kink; one close to it is not."""
     masses = (PointMass(0.3, 0.02, "light"), PointMass(0.32, 0.5, "heavy"), PointMass(1.0, 0.4, "tip"))
-    ends = [e.end for e in linkage(RIG.replace(masses=masses), 20).chains[0].elements]
+    ends = [e.end for e in linkage(RIG.replace(masses=masses), 20).members[0].chain.elements]
     assert np.isclose(ends, 0.32).any() and not np.isclose(ends, 0.3).any()
 
 

@@ -9,7 +9,7 @@ import scipy.linalg
 
 from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import Links, Modal, ModalMujoco, build_links, simulate
+from clearance_mj.engines import Links, Modal, build_links, simulate
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation
@@ -17,6 +17,7 @@ from clearance_mj.structure.beam import cantilever_roots
 from experiments.testrig.fem import FiniteElements
 
 from ..conftest import dense
+from .modal_mj import ModalMujoco
 from .test_beam_fe import RIG
 
 BARE = RIG.replace(masses=(), bushings=())

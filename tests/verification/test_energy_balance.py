@@ -23,13 +23,14 @@ from clearance_mj.clearance import (
     MaxwellSlip,
     TimeLaw,
 )  # fmt: skip
-from clearance_mj.engines import Links, Modal, ModalMujoco
+from clearance_mj.engines import Links, Modal
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.linear import linear_model
 from clearance_mj.rig import Beam, Bushing, Contact, Grease, PointMass, Rig, Sensor, Shaker
 from clearance_mj.signals.excitation import Excitation, hammer, random
 
 from ..conftest import TABLE1
+from .modal_mj import ModalMujoco
 
 RIG = TABLE1.replace(shaker=Shaker("base", 0.9))
 NO_CONTACT = ConstantLaw(0.0, 0.0)

@@ -16,6 +16,7 @@ import scipy.optimize
 
 from clearance_mj import physical
 from clearance_mj.clearance import (
+    AdamsImpact,
     ConstantLaw,
     ContactLaw,
     Cubic,
@@ -29,9 +30,9 @@ from clearance_mj.clearance import (
 from clearance_mj.clearance.kernel import clearance_records, greases_of
 from clearance_mj.clearance.lane_contacts import lane_contacts
 from clearance_mj.clearance.lane_greases import lane_greases
-from clearance_mj.engines import ModalMujoco, modal_mj, mujoco_loop
+from clearance_mj.engines import Modal, mujoco_loop
 from clearance_mj.engines.modal_loop import Motion, Shaft, advance
-from clearance_mj.engines.plant import Maps, set_solver
+from clearance_mj.engines.plant import Maps, Plant, Statics, set_solver
 from clearance_mj.linear import PlaneRows, RigRows
 from clearance_mj.rig import Bushing, Contact, Grease
 
@@ -149,8 +150,9 @@ class FreeMass:
         maps = Maps(np.ones((3, 1)), np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((2, 0), int), np.arange(2))
         along = PlaneRows(lambda points: np.ones((len(points), 1)), np.ones((1, 1)), slice(0, 1))
         rows = RigRows(self.rig, 1, (None, along))
-        plant = dataclasses.replace(modal_mj._plant(self.rig, 8), model=model, maps=maps, rows=rows)
-        run = mujoco_loop.MujocoRun(ModalMujoco(), self.rig, law, "base", self.step, plant)
+        statics = Statics(np.eye(1), np.zeros((1, 1)), np.eye(1), np.zeros((0, 0)), maps.at_points)
+        plant = Plant(model, maps, rows, statics)
+        run = mujoco_loop.MujocoRun(Modal(), self.rig, law, "base", self.step, plant)
         run.data.qpos[0], run.data.qvel[0] = position, speed
         self.simulate = lambda n: run.advance(np.zeros(n))
 
@@ -241,8 +243,11 @@ def test_hertz_damped_in_the_loops(loop, model, e, expected, measured):
     measured.equal(f"restitution, {model.__name__}, {loop} loop, e = {e}", rebound(mass), exact, HERTZ, rel=1e-6)
 
 
+NEW = [HuntCrossley1975(2.0, 1.2), Cubic(1.0, 3.0, 0.3), AdamsImpact(1.0, 1.5, 0.8, 0.3)]
+
+
 @pytest.mark.parametrize("loop", ["modal", "mujoco"])
-@pytest.mark.parametrize("contact", [HuntCrossley1975(2.0, 1.2), Cubic(1.0, 3.0, 0.3)], ids=lambda c: c.name)
+@pytest.mark.parametrize("contact", NEW, ids=lambda c: c.name)
 def test_new_contacts_in_the_loops(loop, contact, measured):
     exact = restitution(contact.force, speed=0.5)
     found = rebound(FreeMass(loop, ContactLaw(contact), 1.0, 5e-4, 0.9, 0.5))

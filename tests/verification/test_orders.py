@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.engines import Links, Modal, ModalMujoco, simulate
+from clearance_mj.engines import Links, Modal, simulate
 from clearance_mj.signals.excitation import Excitation
 
+from .modal_mj import ModalMujoco
 from .test_impact import RELEASED, FreeMass, damping, gap_oscillator, rebound, ring_down_error
 from .test_two_gap_beam import DAMPING, EXCITATION, FS, RIG, STIFFNESS
 

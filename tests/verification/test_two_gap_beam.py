@@ -12,10 +12,11 @@ import pytest
 import scipy.integrate
 
 from clearance_mj.clearance import ConstantLaw, ContactLaw, HuntCrossley
-from clearance_mj.engines import Links, Modal, ModalMujoco, simulate
+from clearance_mj.engines import Links, Modal, simulate
 from clearance_mj.signals.excitation import Excitation
 
 from ..conftest import TABLE1 as RIG
+from .modal_mj import ModalMujoco
 
 STIFFNESS, DAMPING = 2e4, 3.0
 FS, DURATION, RAMP = 8192.0, 0.11, 0.02

@@ -85,7 +85,7 @@ def map_channels(
     RigError
         If a force drives the rig and its file does not say where.
     """
-    if rig.is_spatial and rig.bushings:
+    if rig.moves_across and rig.bushings:
         raise RecordError(
             f"rig “{rig.name}” moves in space, where maps are not found: say of each channel what it is, such as "
             '--column "A1=acc:1:+Y [g]"'

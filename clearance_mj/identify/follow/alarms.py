@@ -65,8 +65,13 @@ class Alarm:
         """Return the alarm as plain data, SI units."""
         return dataclasses.asdict(self)
 
+    @property
+    def shown_in(self) -> tuple[float, str]:
+        """Number of the unit in which the quantity is shown in an SI unit, and its label."""
+        return (1e3, "mm") if self.quantity == "gap" else (1.0, TRACKED[self.quantity].unit)
+
     def __str__(self) -> str:
-        scale, unit = (1e3, "mm") if self.quantity == "gap" else (1.0, TRACKED[self.quantity].unit)
+        scale, unit = self.shown_in
         return (
             f"{self.time:.4g} s: {self.quantity} of bushings[{self.bushing}] changed by "
             f"{100 * (self.after / self.before - 1):+.1f} % since {self.since:.4g} s, "

@@ -88,7 +88,7 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
         raise RecordError("there are no records; give some of a shaft that turns")
     if not own.bushings:
         raise RecordError(f"rig {own.name!r} has no bushings, so there is no clearance to find")
-    if not own.is_spatial:
+    if not own.moves_across:
         raise RecordError(f'rig {own.name!r} moves in a plane and has no orbits; give its bushings shape = "round"')
     turned = {r.name: r for r in given if r.excitation_kind == "spin"}
     if not turned:

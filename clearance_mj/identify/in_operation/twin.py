@@ -19,6 +19,7 @@ from ...core.errors import RecordError
 from ...core.kinds import checks_kinds
 from ...estimate.beliefs import Belief
 from ...io.dataset import Record
+from ..follow.alarms import Alarm
 from ..follow.changes import Changes, fused, refined
 from ..records.prepared import prepared
 from .forces import ForceMaker, forces_in
@@ -47,31 +48,21 @@ MAX_MOVE = 1.5  # standard deviations of a window: one that ends farther off is 
 
 
 @dataclass(frozen=True)
-class OrbitAlarm:
-    """A change that a record shows."""
+class OrbitAlarm(Alarm):
+    """A change that a record shows: of "gap" or "viscosity", or a "rub".
 
-    time: float
-    """s, end of the window that shows it"""
-    since: float
-    """s, beginning of the window in which it most likely began"""
-    bushing: int
-    """number"""
-    quantity: str
-    """ "rub", "gap" or "viscosity" """
-    before: float
-    """value, SI unit; of a rub the contact force that laws explain, N"""
-    after: float
-    """value since then; of a rub the largest force that nothing explains, N"""
+    Before and after are, of a rub, the contact force that laws explain and the largest one that nothing explains, N.
+    """
+
+    @property
+    def shown_in(self) -> tuple[float, str]:
+        """Number of the unit in which the quantity is shown in an SI unit, and its label."""
+        return UNITS[self.quantity]
 
     def __str__(self) -> str:
         if self.quantity == "rub":
             return f"{self.time:.4g} s: bushings[{self.bushing}] rubs since {self.since:.4g} s, with {self.after:.3g} N"
-        scale, unit = UNITS[self.quantity]
-        return (
-            f"{self.time:.4g} s: {self.quantity} of bushings[{self.bushing}] changed by "
-            f"{100 * (self.after / self.before - 1):+.1f} % since {self.since:.4g} s, "
-            f"{scale * self.before:.4g} to {scale * self.after:.4g} {unit}"
-        )
+        return super().__str__()
 
 
 @dataclass(frozen=True, eq=False)

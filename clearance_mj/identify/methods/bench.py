@@ -94,11 +94,11 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         or in other units than the records say.
     """
     records = prepare(dataset)
-    if not dataset.rig.is_spatial:
+    if not dataset.rig.moves_across:
         check_places(records)
     update, diagnosis = examine(dataset.rig, records, progress)
     rig = update.rig
-    if dataset.rig.is_spatial:
+    if dataset.rig.moves_across:
         rig = with_unbalance(rig, prepare_turning(dataset), update.values)
         moved = [with_slow_roll(record, rig, update.values) for record in records]
         families = compare_round_families(moved, update, rig, progress)
@@ -110,7 +110,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     held = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
     pages: dict[str, Any] = {"update": update, "families": families, "misfit": misfit}
-    if not dataset.rig.is_spatial:
+    if not dataset.rig.moves_across:
         pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,

@@ -24,7 +24,7 @@ def in_test(model: Model, tested: Rig, turning: ShaftTurning | None) -> Model:
         What the keyphasor shows, `Record.turning`; None of a shaft that did not turn.
     """
     rig = model.rig
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return model
     shaker = dataclasses.replace(rig.shaker, direction=tested.shaker.direction)
     spin = tested.spin

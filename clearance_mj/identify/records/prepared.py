@@ -12,7 +12,7 @@ import numpy as np
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...io.dataset import Dataset, Record
-from ...rig import Rig
+from ...rig import Rig, one_kind
 from ...rig.sensing import clearance_of
 from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
@@ -168,6 +168,7 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
     """
     if isinstance(record, PreparedRecord):
         return record
+    one_kind(record.rig, "identification")
     response = record.response()
     displacement = [] if response.displacement is None else [response.displacement]
     if forces := [s.label for s in record.rig.sensors if clearance_of(record.rig, s) is not None]:
@@ -204,7 +205,7 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
         If there is no record to identify from, or a file cannot be read.
     """
     found = tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
-    if loaded := next((r.rig for r in found if not r.rig.is_spatial and (r.rig.gravity or r.rig.loads)), None):
+    if loaded := next((r.rig for r in found if not r.rig.moves_across and (r.rig.gravity or r.rig.loads)), None):
         raise RecordError(
             f"rig {loaded.name!r}: identification of slots knows no gravity and no loads yet; leave them out, and give "
             "the offsets at which they hold the shaft"

@@ -61,7 +61,7 @@ def model_with(rig: Rig, values: Mapping[str, float]) -> LinearModel:
         field, ratios = "beam" if whole.beam else "structure", linear.damping_ratios or ()
         # Modes are damped by ratios of their own: these leave the reduction as it is.
         structural |= {f"{field}.damping_ratios[{i}]": 0.0 for i in range(len(ratios))}
-    modes = SPATIAL_MODES if rig.is_spatial else MODES
+    modes = SPATIAL_MODES if rig.moves_across else MODES
     model = linear_model(rig_with(rig, structural), modes, turning=bool(linear.shafts) and whole.spin is not None)
     shares = [ratios_of_modes(ratios, n) for n in model.plane_sizes]
     damping = model.damping + 2 * model.omega * np.concatenate(shares)

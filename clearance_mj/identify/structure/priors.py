@@ -154,7 +154,7 @@ def prepared_rig(rig: Rig) -> Rig:
     if isinstance(linear, Shaft):
         linear = _on_springs(linear, _exact_supports(rig), "RX" in directed_points(rig).values())
     rig = rig.replace(tolerances=(), structure=None if rig.beam else linear)
-    if rig.is_spatial:
+    if rig.moves_across:
         sensors = list(rig.sensors)
         for i, sensor in enumerate(sensors):
             if parse_direction(sensor.position) is None:

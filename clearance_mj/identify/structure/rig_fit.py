@@ -223,7 +223,7 @@ class RigFit:
         where, _, number = instrument.partition("[")
         if field != wanted or (where not in ("sensors", "probes") and wanted != "probe_delay"):
             return None
-        if self.rig.is_spatial and where != "sensors" and wanted != "gain":
+        if self.rig.moves_across and where != "sensors" and wanted != "gain":
             return None  # of both probes of a bushing
         sensor = where == "sensors"
         if sensor and wanted == "position" and self.rig.sensors[int(number)].mass:
@@ -256,7 +256,7 @@ class RigFit:
             power = np.abs(f.forces[:, :-1, 0]) ** 2
             power = scipy.ndimage.uniform_filter1d(power, s.force_bandwidth, axis=0)
             coupled.append(g[:, :, :-1] * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None])
-        share = self._share_of_couples(at, coupled) if self.rig.is_spatial else COUPLE
+        share = self._share_of_couples(at, coupled) if self.rig.moves_across else COUPLE
         for i, (moved, noise) in enumerate(zip(coupled, self.noise)):
             covariance = np.eye(noise.shape[1]) + share**2 * moved @ moved.conj().transpose(0, 2, 1)
             self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]

@@ -33,7 +33,8 @@ Node = tuple[int, int, int, list[float]]  # number, systems of definition and di
 def rig_geometry(rig: Rig) -> Geometry:
     """Return the nodes of a rig's records, and one line through those of each shaft, from the clamp of a cantilever."""
     points = {s.node: point for s, point in zip(rig.sensors, sensor_points(rig))}
-    points |= {int(label.split(":")[0]): b.position for label, b in zip(rig.probe_labels, rig.bushings)} | points
+    probed = (rig.bushings[j].position for j in rig.bushing_of_row)
+    points |= {int(label.split(":")[0]): at for label, at in zip(rig.probe_labels, probed)} | points
     if rig.shaker.position is not None and rig.shaker.kind == "force":
         points[SHAKER_NODE] = rig.shaker.position
     nodes: dict[int, list[float]] = {BASE_NODE: [0.0, 0.0, 0.0]}

@@ -143,7 +143,7 @@ def excited_by(rig: Rig, kind: str | None) -> str:
         return UNBALANCE if rig.unbalances else rig.shaker.kind
     if kind not in ("base", "force", UNBALANCE):
         raise ExcitationError(f'kind must be "base" or "force", or "unbalance" of a shaft in space, got {kind!r}')
-    if kind == UNBALANCE and not rig.is_spatial:
+    if kind == UNBALANCE and not rig.moves_across:
         raise RigError(f"rig {rig.name!r} is planar and does not turn; give [spin] and round bushings")
     if kind == UNBALANCE and not rig.unbalances:
         raise RigError(f"rig {rig.name!r} has no unbalances; give [[unbalances]] with a position and a moment")

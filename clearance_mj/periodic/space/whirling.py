@@ -67,7 +67,7 @@ def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: in
 
 def _condensed(model: Model, harmonics: int, modes: int, ends: tuple[float, float]) -> RoundCondensed:
     rig = model.rig
-    if not rig.is_spatial or rig.spin is None:
+    if not rig.moves_across or rig.spin is None:
         raise RigError(f"rig {rig.name!r} does not turn, so nothing whirls; give [spin] and round bushings")
     return round_condensed(model, WHIRL, [], harmonics, modes, max(ends))
 

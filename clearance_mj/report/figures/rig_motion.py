@@ -20,7 +20,7 @@ def draw_motion(pen: Pen, rig: Rig, unbalances: Sequence[tuple[float, float, flo
 
     Of each unbalance its place, the height of the axis there and that of the shaft's surface above it are given.
     """
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return
     ax = pen.ax
     left, right = rig.linear.span
@@ -50,7 +50,7 @@ def instruments(rig: Rig) -> str:
 
 def words_of_motion(rig: Rig) -> str:
     """Return a sentence on how a rig in space moves, and what loads and turns it; nothing of a planar one."""
-    if not rig.is_spatial:
+    if not rig.moves_across:
         return ""
     words = ["Points move along y and z, and bushings are round"]
     if rig.gravity is not None:

@@ -56,7 +56,7 @@ def about(study: Study, writer: ReportWriter) -> str:
 @section("definitions", "Definitions", 70)
 def definitions(study: Study, writer: ReportWriter) -> str:
     """Return the definitions."""
-    return render("definitions.html.j2", resolution=f"{RESOLUTION:g}", in_space=study.dataset.rig.is_spatial)
+    return render("definitions.html.j2", resolution=f"{RESOLUTION:g}", in_space=study.dataset.rig.moves_across)
 
 
 @section("reproduce", "How to reproduce", 80)

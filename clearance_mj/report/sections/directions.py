@@ -22,7 +22,7 @@ CAPTION = (
 @section("directions", "FRF matrices and directional FRFs", 35)
 def directions(study: Study, writer: ReportWriter) -> str:
     """Return FRF matrices of each level and spin; writes frf_matrices.csv. Nothing of a rig in a plane."""
-    if not study.dataset.rig.is_spatial:
+    if not study.dataset.rig.moves_across:
         return ""
     found = matrices_of(study)
     if not found:

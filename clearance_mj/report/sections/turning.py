@@ -30,7 +30,7 @@ KEYS = ["spin_rpm", "bushing", "law"]
 @section("turning", "Orbits and run-ups", 45)
 def turning(study: Study, writer: ReportWriter) -> str:
     """Return orbits and run-ups; writes orbits.csv and run_ups.csv. Nothing of a rig in a plane."""
-    if not study.dataset.rig.is_spatial:
+    if not study.dataset.rig.moves_across:
         return ""
     found = Turning(study)
     if not found.groups:

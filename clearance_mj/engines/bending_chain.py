@@ -1,0 +1,105 @@
+"""A shaft that bends in one plane as a chain of rigid links; see `chain`.
+
+In place and slope, chain and shaft meet at every end of an element; in between the shaft lies above the chain by the
+double integral of a curvature whose moment is a straight line (a parabola with three hinges) within the element.
+Deflection and strain energy are those of cubic Hermite elements; the kinetic energy of rigid links differs from theirs
+in fourth order.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from ..structure import Shaft, Support
+from ..structure.shaft import OF_BENDING
+from ..structure.supports import HELD
+from .chain import Chain, Hold
+
+__all__ = ["BendingChain", "Link", "of_discs"]
+
+
+class Link(NamedTuple):
+    """A rigid piece of a shaft."""
+
+    start: float  #: m
+    end: float  #: m
+    mass: float  #: kg
+    centre: float  #: m, of mass
+    inertia: float  #: kg m², about the centre of mass
+
+
+@dataclass(frozen=True, eq=False)
+class BendingChain(Chain):
+    """A shaft that bends; at its left end it may slide and turn."""
+
+    axes: ClassVar[dict[str, tuple[int, float]]] = OF_BENDING
+    first_joints: ClassVar[tuple[str, ...]] = ("slide", "turn")
+    derivative: ClassVar[int] = 0
+
+    def holds(self, support: Support) -> tuple[Hold, ...]:
+        """Return what a support does to deflection and slope."""
+        slide = Hold(0, 0 in HELD[support.kind], support.translation, support.translation_damping)
+        return slide, Hold(1, 1 in HELD[support.kind], support.rotation, support.rotation_damping)
+
+    @functools.cached_property
+    def links(self) -> tuple[Link, ...]:
+        """The moving links, from left to right, with what sits on them."""
+        return tuple(self.link(start, end) for start, end in pairwise((*self.starts, self.shaft.end)))
+
+    def link(self, start: float, end: float) -> Link:
+        """Return a piece of the shaft, with what sits on it."""
+        at, weight, rigidity = self.shaft.integration(start, end)
+        mass, last = weight * rigidity.mass, end == self.shaft.end
+        parts = [(m, x, own) for x, m, own in self.masses if start <= x < end or (last and x >= end)]
+        total = mass.sum() + sum(m for m, _, _ in parts)
+        centre = (mass @ at + sum(m * x for m, x, _ in parts)) / total
+        inertia = mass @ (at - centre) ** 2 + sum(own + m * (x - centre) ** 2 for m, x, own in parts)
+        return Link(start, end, float(total), float(centre), float(inertia))
+
+    @property
+    def without_load(self) -> BendingChain:
+        """The same with nothing but the shaft's own discs on it."""
+        return dataclasses.replace(self, masses=of_discs(self.shaft))
+
+    @functools.cached_property
+    def _moves(self) -> np.ndarray:
+        """(n_links, nv) deflection of the links' centres."""
+        return self.motion([link.centre for link in self.links], straight=True)
+
+    @functools.cached_property
+    def mass(self) -> np.ndarray:
+        """(nv, nv) mass matrix of the straight chain, with what sits on it."""
+        at, turn = self._moves, self.motion([(link.start + link.end) / 2 for link in self.links], 1, straight=True)
+        masses, inertias = (np.array([getattr(link, name) for link in self.links]) for name in ("mass", "inertia"))
+        return (at.T * masses) @ at + (turn.T * inertias) @ turn
+
+    @property
+    def weight(self) -> np.ndarray:
+        """(nv,) force of a unit gravity along the deflection."""
+        return np.asarray(np.array([link.mass for link in self.links]) @ self._moves)
+
+    @property
+    def polar(self) -> np.ndarray:
+        """(n, nv) slopes times the root of the polar inertia there, twice their rotary one of sections, and discs."""
+        places, inertia = [d.position for d in self.shaft.discs], [d.about_axis for d in self.shaft.discs]
+        for element in self.elements:
+            at, weight, rigidity = self.shaft.integration(element.start, element.end)
+            places.extend(at)
+            inertia.extend(2 * weight * rigidity.rotary)
+        return np.asarray(np.sqrt(inertia)[:, None] * self.motion(places, 1))
+
+    @property
+    def strain(self) -> np.ndarray:
+        """(n_hinges, nv) strains of unit energy of the hinges."""
+        return np.diag(np.sqrt(self.stiffness))[len(self.roots) :]
+
+
+def of_discs(shaft: Shaft) -> tuple[tuple[float, float, float], ...]:
+    """Return the position, m, mass, kg, and inertia, kg m², of a shaft's discs."""
+    return tuple((disc.position, disc.mass, disc.inertia) for disc in shaft.discs)

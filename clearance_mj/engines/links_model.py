@@ -1,0 +1,204 @@
+"""A rig as a MuJoCo model of rigid links: shafts and their supports.
+
+Hinges are about -y and, where shafts bend across too, about z, so that positive angles lift a shaft along z and along
+y. Both are at one place, or at two where a tapered rectangle bends differently along y and z. Twist has bodies of its
+own beside the links, so that it turns no bending plane and a short link may have any polar inertia. Supports at the
+left end of a shaft are the joints of its first link; other rigid supports are equality constraints on fixed tendons,
+whose lengths are motions of the shaft there; springs are tendons with stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+import scipy.linalg
+
+from ..rig import Rig
+from ..structure.base import is_rotation
+from .bending_chain import BendingChain
+from .linkage import Linkage, Member, linkage
+from .links_parts import add_fixed_tendon, add_spring, add_support, finish_supports, set_inertia, visual
+from .plant import set_solver
+from .twist_chain import TwistChain
+
+__all__ = ["add_limit", "add_site", "aside", "carrier", "joint_names", "links_spec", "round_places"]
+
+SAME_PLACE = 1e-9  # of a shaft's length: hinges of both planes that are this close are one joint
+LEAST_INERTIA = 1e-13  # kg m², of a short link between the hinges of both planes: MuJoCo wants some
+SHAFT_SPACING = 20.0  # distance between several shafts in the picture, in half depths of the deepest
+DIGITS = 6  # that MuJoCo writes of a number
+TWIST_MASS = 1e-6  # kg, of a body that only twists: MuJoCo wants some, and nothing moves it
+JOINTS = {
+    "slide": (mujoco.mjtJoint.mjJNT_SLIDE, {"y": [0, 1, 0], "z": [0, 0, 1]}),
+    "hinge": (mujoco.mjtJoint.mjJNT_HINGE, {"x": [1, 0, 0], "y": [0, 0, 1], "z": [0, -1, 0]}),
+}
+
+
+def links_spec(rig: Rig, links: int) -> tuple[mujoco.MjSpec, Linkage]:
+    """Return a rig's shafts and supports with exact places, without clearances, and what they are made of."""
+    whole = linkage(rig, links)
+    spec = mujoco.MjSpec()
+    spec.modelname = rig.name
+    free = whole.free
+    fastest = scipy.linalg.eigvalsh(free.T @ whole.whole_stiffness @ free, free.T @ whole.mass @ free)[-1]
+    spec.option.timestep = 0.5 * 2 / np.sqrt(fastest)  # leaves room for contacts; engines set their own
+    set_solver(spec)
+    if whole.bends_across:
+        spec.option.gravity = rig.gravity or [0, 0, 0]
+    spec.compiler.degree = False
+    for i in range(len(rig.linear.shafts)):
+        _add_shaft(spec, whole, i)
+    for member in whole.along("x"):
+        _add_twist(spec, whole, member)
+    for axis in "yzx":
+        for i, row in enumerate(row for own, row in zip(*whole.fixed) if own == axis):
+            add_support(spec, f"support{i}{_suffix(whole, axis)}", _over(whole, row))
+        for i, (_, row, *numbers) in enumerate(each for each in zip(*whole.springs) if each[0] == axis):
+            add_spring(spec, f"spring{i}{_suffix(whole, axis)}", _over(whole, row), *numbers)
+    finish_supports(spec)
+    return spec, whole
+
+
+def round_places(spec: mujoco.MjSpec) -> None:
+    """Round places along the shaft to decimals of which six digits lose nothing.
+
+    Sites of a round clearance then stay at the same place however many links are between them. Otherwise their tendon
+    would be along the shaft, where MuJoCo finds no inertia.
+    """
+    exact = {"world": 0.0}
+    for body in spec.bodies[1:]:
+        exact[body.name] = exact[body.parent.name] + body.pos[0]
+    decimals = DIGITS - 1 - int(np.floor(np.log10(max(abs(x) for x in exact.values()))))
+    rounded = {name: round(x, decimals) for name, x in exact.items()}
+    for body in spec.bodies[1:]:
+        body.pos[0] = round(rounded[body.name] - rounded[body.parent.name], decimals)
+    for site in spec.sites:
+        carried_by = site.parent.name
+        site.pos[0] = round(round(exact[carried_by] + site.pos[0], decimals) - rounded[carried_by], decimals)
+
+
+def joint_names(whole: Linkage) -> list[str]:
+    """Return the names of the joints in the order of the coordinates."""
+    return [name for member in whole.members for name in _joints(whole, member)]
+
+
+def _joints(whole: Linkage, member: Member) -> list[str]:
+    suffix = _suffix(whole, member.axis)
+    return [f"{_prefix(whole, member.shaft)}{joint}{suffix}" for joint in member.chain.joints]
+
+
+def _suffix(whole: Linkage, axis: str) -> str:
+    return f"_{axis}" if whole.bends_across or axis == "x" else ""
+
+
+def _prefix(whole: Linkage, i: int) -> str:
+    return f"{whole.rig.linear.shafts[i].name}_" if len(whole.rig.linear.shafts) > 1 else ""
+
+
+def aside(whole: Linkage, i: int) -> float:
+    """Return where a shaft is along y, m: where none bends there, each beside the others."""
+    if whole.bends_across:
+        return 0.0
+    return i * SHAFT_SPACING * max(shaft.half_depth(x) for shaft in whole.rig.linear.shafts for x in shaft.edges)
+
+
+def _bending(whole: Linkage, i: int) -> list[tuple[Member, BendingChain]]:
+    """The members of a shaft that bend, along z first."""
+    members = (*whole.along("z"), *whole.along("y"))
+    return [(m, m.chain) for m in members if m.shaft == i and isinstance(m.chain, BendingChain)]
+
+
+def _starts(whole: Linkage, i: int) -> np.ndarray:
+    """(n,) where the links of shaft i begin, m: at the hinges of both planes, which mostly are at the same places."""
+    places = np.sort(np.concatenate([chain.starts for _, chain in _bending(whole, i)]))
+    return places[np.diff(places, prepend=-np.inf) > SAME_PLACE * whole.rig.linear.shafts[i].length]
+
+
+def _names(whole: Linkage, i: int) -> list[str]:
+    """Of a shaft's links; in one plane the first one is the root if the shaft's left end moves."""
+    prefix, count = _prefix(whole, i), len(_starts(whole, i))
+    roots = not whole.bends_across and bool(_bending(whole, i)[0][1].roots)
+    return [f"{prefix}root"] * roots + [f"{prefix}link{n}" for n in range(count - roots)]
+
+
+def _add_shaft(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
+    """One shaft: its links, joints and sensors."""
+    starts, y, members = _starts(whole, i), aside(whole, i), _bending(whole, i)
+    shaft, chain = whole.rig.linear.shafts[i], members[0][1]
+    if starts[0] > shaft.start:
+        at = shaft.start, y, starts[0] - shaft.start
+        visual(spec.worldbody, f"{_prefix(whole, i)}clamped", *at, shaft.half_depth(shaft.start))
+    body, origin = spec.worldbody, (0.0, 0.0)
+    for name, (start, end) in zip(_names(whole, i), pairwise((*starts, shaft.end))):
+        body, origin = body.add_body(name=name, pos=[start - origin[0], y - origin[1], 0]), (start, y)
+        set_inertia(body, chain.link(start, end))
+        body.inertia = np.maximum(body.inertia, LEAST_INERTIA * whole.bends_across)
+        here = [
+            (n, -rank, member) for rank, (member, own) in enumerate(members) for n, x in enumerate(own.places)
+            if abs(x - start) <= SAME_PLACE * shaft.length
+        ]  # fmt: skip
+        for n, _, member in sorted(here, key=lambda joint: joint[0]):
+            _add_joint(body, whole, member, n)
+        visual(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
+    across = [s for s in whole.rig.sensors if s.quantity == "acceleration" and not is_rotation(s.position)]
+    places = [(s, whole.rig.linear.place(s.position)) for s in across]
+    links = [(s, np.searchsorted(starts, x, side="right") or np.inf) for s, (number, x) in places if number == i]
+    for sensor, _ in sorted(links, key=lambda each: each[1]):  # along the shaft, what is clamped last
+        name = f"sensor{sensor.node}"
+        add_site(spec, whole, name, sensor.position, size=0.004, rgba=[0.9, 0.6, 0, 1])
+        site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": name}
+        spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_ACCELEROMETER, **site)
+
+
+def _add_twist(spec: mujoco.MjSpec, whole: Linkage, member: Member) -> None:
+    """The links of a shaft once more, as bodies that turn about its axis alone."""
+    chain, body, origin = member.chain, spec.worldbody, (0.0, 0.0)
+    assert isinstance(chain, TwistChain)
+    for n, (start, inertia) in enumerate(zip(chain.starts, chain.inertias)):
+        at = start, aside(whole, member.shaft)
+        body, origin = body.add_body(pos=[at[0] - origin[0], at[1] - origin[1], 0]), at
+        body.name = f"{_prefix(whole, member.shaft)}twist{n}"
+        body.mass, body.ipos, body.inertia, body.explicitinertial = TWIST_MASS, [0, 0, 0], [inertia] * 3, True
+        _add_joint(body, whole, member, n)
+
+
+def _add_joint(body: mujoco.MjsBody, whole: Linkage, member: Member, n: int) -> None:
+    """The joint of a member's coordinate n."""
+    kind, axes = JOINTS["slide" if member.chain.joints[n] == "slide" else "hinge"]
+    stiffness, damping = (float(values[member.part][n]) for values in (whole.stiffness, whole.damping))
+    body.add_joint(
+        type=kind, axis=axes[member.axis], name=_joints(whole, member)[n], stiffness=[stiffness, 0, 0],
+        damping=[damping, 0, 0],
+    )  # fmt: skip
+
+
+def carrier(spec: mujoco.MjSpec, whole: Linkage, point: float | str) -> tuple[mujoco.MjsBody, list[float]]:
+    """Return the body that carries a point, and its place there; the world where nothing moves."""
+    i, x = whole.rig.linear.place(point)
+    starts = _starts(whole, i)
+    n = int(np.searchsorted(starts, x, side="right")) - 1
+    return (
+        (spec.worldbody, [x, aside(whole, i), 0]) if n < 0 else (spec.body(_names(whole, i)[n]), [x - starts[n], 0, 0])
+    )
+
+
+def add_site(
+    spec: mujoco.MjSpec, whole: Linkage, name: str, point: float | str, size: float, rgba: Sequence[float] | None = None
+) -> None:
+    """Add a site on a shaft's axis."""
+    body, at = carrier(spec, whole, point)
+    body.add_site(name=name, pos=at, size=[size, 0, 0], **({"rgba": rgba} if rgba else {}))
+
+
+def add_limit(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray, limits: np.ndarray) -> None:
+    """Add a tendon whose length is a combination (nv,) of the coordinates, between limits (2,)."""
+    tendon = add_fixed_tendon(spec, name, _over(whole, row))
+    tendon.limited, tendon.range = 1, limits
+
+
+def _over(whole: Linkage, row: np.ndarray) -> list[tuple[list[str], np.ndarray]]:
+    """A row of the coordinates as the joints of each member and their shares."""
+    return [(_joints(whole, member), row[member.part]) for member in whole.members]
