@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 from numba import types
 
-from ..clearance.kernel import BUSHING, STATE, Clearance, clearance_records, side_by_side
 from ..clearance.pointers import address
+from ..clearance.record import BUSHING, clearance_records
 from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
@@ -159,22 +159,18 @@ class _Parts(NamedTuple):
     frictions: np.ndarray  # (m,) FRICTION
     joints: np.ndarray  # (njnt,) which element each one is, or -1
     tendons: np.ndarray  # (ntendon,)
-    records: Clearance  # of the elements
+    bushings: np.ndarray  # (n,) BUSHING
     template: np.ndarray  # (size,) the memory's beginning
-    first_friction: int
-    first_record: int
 
     def places(self) -> dict[str, int]:
         """Return what a HEAD holds of them."""
         arrays = {
             "elements": self.elements, "frictions": self.frictions, "joints": self.joints, "tendons": self.tendons,
-            "bushings": self.records.bushings, "states": self.records.states, "template": self.template,
+            "bushings": self.bushings, "template": self.template,
         }  # fmt: skip
-        n_numbers = self.records.numbers.size
         return {name: array.ctypes.data for name, array in arrays.items()} | {
             "n_elements": len(self.elements), "first_pair": int(np.sum(self.elements["kind"] != loop.PAIR)),
-            "n_frictions": len(self.frictions), "first_friction": self.first_friction, "size": self.template.size,
-            "records": self.first_record, "numbers": self.template.size - n_numbers, "n_numbers": n_numbers,
+            "n_frictions": len(self.frictions), "first_friction": 2 + len(self.elements), "size": self.template.size,
         }  # fmt: skip
 
 
@@ -196,7 +192,8 @@ def _laws(model: mujoco.MjModel) -> list[Asked]:
 
 
 def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Friction]) -> _Parts:
-    elements, records = np.zeros(len(laws), loop.ELEMENT), []
+    elements, bushings = np.zeros(len(laws), loop.ELEMENT), np.zeros(len(laws), BUSHING)
+    memory = [np.zeros(2 + len(laws) + loop.OF_FRICTION * len(bristles))]
     joints, tendons = (np.full(max(n, 1), -1, dtype=np.int32) for n in (model.njnt, model.ntendon))
     for e, (element, (kind, name, softness)) in enumerate(zip(elements, laws)):
         law, index = softness.law, find(model, KINDS[kind].object, name)
@@ -213,17 +210,15 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
         if kind != "pair":
             (joints if kind == "joint" else tendons)[index] = e
         opening = _Opening([Bushing(0.0, softness.depth, 0.0, Grease(0.0), Contact(1.0))])
-        records.append(clearance_records(opening, law, model.opt.timestep))
-    whole = side_by_side(records) if laws else Clearance(np.zeros(0, BUSHING), np.zeros(0, STATE), np.zeros(0))
-    elements["impact"] = whole.states["impact"]
-    whole.bushings["lower"], whole.bushings["upper"] = -np.inf, 0.0  # where the model's range is not read
+        record, numbers = clearance_records(opening, law, model.opt.timestep)
+        numbers[record["wall"][0] :][:2] = -loop.FAR, 0.0  # where the model's range is not read
+        bushings[e], element["numbers"], element["size"] = record[0], sum(part.size for part in memory), numbers.size
+        element["impact"] = element["numbers"] + record["ends"][0]
+        memory.append(numbers)
     found = np.zeros(len(bristles), loop.FRICTION)
     for row, friction in zip(found, bristles):
         _describe_friction(model, friction, row)
-    first_friction = 2 + len(laws) * loop.KEPT.itemsize // 8
-    first_record = first_friction + loop.OF_FRICTION * len(bristles)
-    memory = np.concatenate((np.zeros(first_record + (BUSHING.itemsize + STATE.itemsize) // 8), whole.numbers))
-    return _Parts(elements, found, joints, tendons, whole, memory, first_friction, first_record)
+    return _Parts(elements, found, joints, tendons, bushings, np.concatenate(memory))
 
 
 class _Opening(NamedTuple):

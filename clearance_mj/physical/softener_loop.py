@@ -15,14 +15,16 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..clearance.follower import contact_force
-from ..clearance.kernel import BUSHING, STATE, contact_step, follow_law, grease_step
+from ..clearance.kernel import answered, depth_in, fill, follow_law, forget, press
+from ..clearance.lanes import signed
 from ..clearance.pointers import caller
+from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
 from .library import external
 from .memory import doubles, field, integers, pointer
 
-__all__ = ["BUSHING_SIZE", "ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
+__all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 
 JOINT, TENDON, ROW, PAIR = range(4)
 """Kinds: a coordinate, a tendon's length, a row of the constraints alone (of a ball joint's limit), a pair of geoms"""
@@ -46,24 +48,24 @@ _OWN = (
     "soften",  # address of the compiled function
     "signature", "numeric",  # of the models that this is for, and where in their custom numbers the key is
     "elements", "n_elements", "first_pair",  # address and number of ELEMENT, and the first of them that is a pair
-    "bushings", "states",  # addresses of their records of the kernel
+    "bushings",  # address of their records of the kernel
     "frictions", "n_frictions", "first_friction",  # of FRICTION, and where in the memory their bristles begin
     "joints", "tendons",  # addresses: which element a joint or tendon is, -1 for none
     "template", "first", "size",  # the memory's beginning, and where it is in the user's data: numbers of 8 bytes
     "drives", "n_drives", "of_actuators",  # address and number of their PLACE, and which each actuator has, -1 for none
-    "records", "numbers", "n_numbers",  # where in the memory; records are those of the element that is looked at
 )  # fmt: skip
 HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, *PLACES))])
 """All that a compiled loop needs to know, by one address"""
 
-_INTEGERS = ("kind", "index", "place", "dof", "geom1", "geom2", "impact", "grease", "always", "from_zero")
+_INTEGERS = (
+    "kind", "index", "place", "dof", "geom1", "geom2", "numbers", "size", "impact", "grease", "always", "from_zero"
+)  # fmt: skip
 ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.float64)])
 """A contact or limit with a law: ``place`` and ``dof`` are where a coordinate is in qpos and qvel, or where a tendon's
-row of the Jacobian begins and its length; ``impact``: where in the numbers its speed is; ``always``: something happens
-in the gap too, or over time"""
-KEPT = np.dtype([("displacement", np.float64), ("envelope", np.float64), ("row", np.int64)])
-"""What is remembered of an element's state, and the row of its constraint, -1 for none"""
-BUSHING_SIZE = BUSHING.itemsize
+row of the Jacobian begins and its length; ``numbers``: where in the memory its numbers of the kernel begin, of
+``size``, and ``impact`` where its speed of impact is; ``always``: something happens in the gap too, or over time"""
+ONE = (0,)  # lane of the kernel
+FAR = 1e9  # m or rad, where a wall is that is not there: the user's data stay finite
 OF_FRICTION = 12  # numbers of memory: the bristles' deflection, their force, no torque, and the point where it acts
 FRICTION = np.dtype(
     [(name, np.int64) for name in ("kind", "numeric", "dof", "size", "geom1", "geom2", "body1", "body2")]
@@ -114,9 +116,9 @@ def soften(where: int, model: int, data: int) -> None:
     n_rows, n_contacts = integers(data + head.d_nefc, 1)[0], integers(data + head.d_ncon, 1)[0]
     if n > 0:
         elements = numba.carray(pointer(head.elements), n, ELEMENT)
-        kept = numba.carray(pointer(here + 16), n, KEPT)
+        rows = memory[2 : 2 + n]  # of the elements' constraints, -1 for none
         for e in range(n):
-            kept[e].row = -1
+            rows[e] = -1
         joints, tendons = integers(head.joints, 1), integers(head.tendons, 1)
         kinds = integers(field(data + head.d_efc_type), n_rows)
         ids = integers(field(data + head.d_efc_id), n_rows)
@@ -127,21 +129,22 @@ def soften(where: int, model: int, data: int) -> None:
             elif kinds[r] == _LIMIT_TENDON:
                 e = tendons[ids[r]]
             if e >= 0:
-                kept[e].row = r
+                rows[e] = r
         for i in range(n_contacts):
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0:
                 for e in range(head.first_pair, n):
                     if _between(geoms, elements[e].geom1, elements[e].geom2):
-                        kept[e].row = r
-        numbers = memory[head.numbers :]
+                        rows[e] = r
+        bushings = numba.carray(pointer(head.bushings), n, BUSHING)
         for e in range(n):
-            if kept[e].row >= 0 or elements[e].always:
-                _follow(head, model, data, here, e, elements[e], kept[e], begins, time, step, n_rows, n_contacts)
-            elif numbers[elements[e].impact] != 0.0:
-                numbers[elements[e].impact] = 0.0
-        memory[head.records : head.numbers] = 0.0
+            if rows[e] >= 0 or elements[e].always:
+                numbers = doubles(here + 8 * elements[e].numbers, elements[e].size)
+                _follow(head, model, data, elements[e], bushings[e : e + 1], numbers, int(rows[e]), begins, time,
+                        step, n_rows, n_contacts)  # fmt: skip
+            elif memory[elements[e].impact] != 0.0:
+                memory[elements[e].impact] = 0.0
     frictions = numba.carray(pointer(head.frictions), head.n_frictions, FRICTION)
     qvel, passive = doubles(field(data + head.d_qvel), 1), doubles(field(data + head.d_qfrc_passive), 1)
     for i in range(head.n_frictions):
@@ -159,15 +162,11 @@ def soften(where: int, model: int, data: int) -> None:
 
 @jit(**OPTIONS)
 def _follow(
-    head: Any, model: int, data: int, here: int, e: int, element: Any, kept: Any, begins: bool, time: float,
-    step: float, n_rows: int, n_contacts: int,
+    head: Any, model: int, data: int, element: Any, bushings: np.ndarray, numbers: np.ndarray, row: int, begins: bool,
+    time: float, step: float, n_rows: int, n_contacts: int,
 ) -> None:  # fmt: skip
     """Let an element follow its law."""
-    bushings = numba.carray(pointer(here + 8 * head.records), 1, BUSHING)
-    states = numba.carray(pointer(here + 8 * head.records + BUSHING_SIZE), 1, STATE)
-    bushings[0] = numba.carray(pointer(head.bushings), head.n_elements, BUSHING)[e]
-    states[0] = numba.carray(pointer(head.states), head.n_elements, STATE)[e]
-    bushing, state, numbers = bushings[0], states[0], doubles(here + 8 * head.numbers, head.n_numbers)
+    bushing = bushings[0]
     depths = doubles(field(data + head.d_efc_pos), n_rows)
     speeds = doubles(field(data + head.d_efc_vel), n_rows)
     softness = doubles(field(data + head.d_efc_R), n_rows)
@@ -185,42 +184,47 @@ def _follow(
             speed = doubles(field(data + head.d_ten_velocity), 1)[element.index]
         middle = 0.0 if element.from_zero else 0.5 * (walls[0] + walls[1])
         x -= middle
-        bushing.upper = walls[1] - middle
-        bushing.lower = -np.inf if element.from_zero else walls[0] - middle
-    elif element.kind == ROW and kept.row >= 0:
-        x, speed = -depths[kept.row], -speeds[kept.row]
-    state.displacement, state.envelope = x if begins else kept.displacement, kept.envelope
-    if step > 0.0:
-        bushing.step = step
-    if step > 0.0 or begins:
-        if bushing.by_amplitude:
-            bushing.decay = np.exp(-step / element.release)
-        follow_law(bushing, state, numbers, x, time)
+        numbers[bushing.wall + 1] = walls[1] - middle
+        numbers[bushing.wall] = -FAR if element.from_zero else walls[0] - middle
+    elif element.kind == ROW and row >= 0:
+        x, speed = -depths[row], -speeds[row]
+    if begins or not element.grease:
+        numbers[bushing.place] = x
     if element.grease:
-        elastic, film = grease_step(bushing, state, numbers, x)
-        force = elastic + film * speed
+        filled = bushings.copy()  # for this step
+        if step > 0.0:
+            filled[0].step = step
+        fill(filled[0], numbers, (x,), 0.0, ONE)
+        force = answered(bushing, numbers, 0, ONE) + answered(bushing, numbers, 1, ONE) * speed
         if element.kind == JOINT:
             passive[element.dof] -= force
         else:
             _pull(head, model, data, element.place, element.dof, force, passive)
-    kept.displacement, kept.envelope = x, state.envelope
-    if element.kind == PAIR and kept.row >= 0:
+    if step > 0.0 or begins:
+        if bushing.by_amplitude:
+            numbers[bushing.decay] = np.exp(-step / element.release)
+        follow_law(bushing, numbers, time, ONE)
+    if element.kind == PAIR and row >= 0:
         for i in range(n_contacts):
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0 and _between(geoms, element.geom1, element.geom2):
-                wanted[r] = softness[r] * _press(bushing, state, numbers, -depths[r], -speeds[r])
+                wanted[r] = softness[r] * _press(bushing, numbers, -depths[r], -speeds[r])
     else:
-        force = _press(bushing, state, numbers, x, speed)
-        if kept.row >= 0:
-            wanted[kept.row] = softness[kept.row] * force
+        force = _press(bushing, numbers, x, speed)
+        if row >= 0:
+            wanted[row] = softness[row] * force
 
 
 @jit(**OPTIONS)
-def _press(bushing: Any, state: Any, numbers: np.ndarray, x: float, speed: float) -> float:
+def _press(bushing: Any, numbers: np.ndarray, x: float, speed: float) -> float:
     """Follow a contact, and return its force."""
-    g, k, c = contact_step(bushing, state, numbers, 0, x, speed, False)
-    return contact_force(2.0 * k, 2.0 * c, abs(g), np.sign(g) * speed, False)
+    g = depth_in(bushing, numbers, x, ONE)
+    if g == 0.0:
+        forget(bushing, numbers, 0, ONE)
+        return 0.0
+    k, c = press(bushing, numbers, 0, g, speed, ONE)
+    return contact_force(2.0 * k, 2.0 * c, abs(g), signed(speed, g), False)
 
 
 @jit(**OPTIONS)

@@ -15,7 +15,7 @@ from clearance_mj.clearance import FiniteBearing, ShortBearing
 from clearance_mj.clearance.family import FILLING_FAMILIES, ROUND_FILLING_FAMILIES
 from clearance_mj.clearance.law_files import law_from_dict
 from clearance_mj.clearance.oil_bearing import OilBearing
-from clearance_mj.clearance.round_kernel import fillings_of
+from clearance_mj.clearance.record import fillings_of
 from clearance_mj.engines import Modal, static_equilibrium
 from clearance_mj.rig import OilFilm, Rig
 from experiments.benches.film import force, grid
@@ -134,8 +134,8 @@ def test_a_centred_film(cavitated: bool) -> None:
 def test_a_squeeze_on_a_line_is_that_of_the_plane() -> None:
     b, planar, space = bearing(0.5), [0.0] * 2, [0.0] * 6
     for x, dx in ((2e-5, 1e-7), (-3e-5, 1e-7), (4e-5, -1e-7)):
-        b.law(b.parameters(), [], x, dx, 1e-4, planar)
-        b.round_law(b.parameters(), [], 0.0, x, 0.0, dx, 0.0, 1e-4, space)
+        b.law(b.parameters(), [], (x,), (dx,), 0.0, 1e-4, planar)
+        b.law(b.parameters(), [], (0.0, x), (0.0, dx), 0.0, 1e-4, space)
         assert_allclose(space[:2], 0.0, atol=1e-12)
         assert_allclose(space[5], planar[1], rtol=1e-12)
 

@@ -4,12 +4,18 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw
-from clearance_mj.clearance.greases.bouc_wen import bouc_wen_step, film_damping
-from clearance_mj.clearance.kernel import greases_of
+from clearance_mj.clearance.greases import bouc_wen
+from clearance_mj.clearance.greases.bouc_wen import film_damping
+from clearance_mj.clearance.record import fillings_of
 from clearance_mj.core.errors import LawError, RigError
 from clearance_mj.rig import Grease
 
 from ..conftest import TABLE1 as RIG
+
+
+def bouc_wen_step(z, dx, *parameters):
+    """Along one coordinate."""
+    return bouc_wen.bouc_wen_step((z,), (dx,), *parameters)[0]
 
 
 @pytest.mark.parametrize(
@@ -79,7 +85,7 @@ def test_squeeze_film(x, factor):
 
 
 def table(rig, law):
-    return [model.parameters() for model in greases_of(rig, law)]
+    return [model.parameters() for model in fillings_of(rig, law)]
 
 
 def test_table():

@@ -1,26 +1,30 @@
-"""Numbers in the lanes of a register, against numpy; greases and contacts in them, against the kernel's steps."""
+"""Numbers in the lanes of a register, against numpy; clearances in them, against each by itself."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from clearance_mj.clearance.lane_contacts import contact_in_lanes, lane_contacts, penetration_in_lanes
-from clearance_mj.clearance.lane_greases import grease_in_lanes, lane_greases
+from numba.extending import register_jitable
 
 from clearance_mj.clearance import (
     AdamsImpact,
     AmplitudeLaw,
-    ConstantLaw,
     ContactLaw,
     Cubic,
+    FiniteBearing,
     Flores,
     HuntCrossley,
     HuntCrossley1975,
     KelvinVoigt,
+    LankaraniNikravesh,
     MaxwellSlip,
+    ShortBearing,
+    TimeLaw,
 )
+from clearance_mj.clearance.along import force_at, forces_along
 from clearance_mj.clearance.greases.bouc_wen import BoucWen
-from clearance_mj.clearance.kernel import clearance_records, contact_step, grease_step
+from clearance_mj.clearance.greases.long_film import LongFilm
 from clearance_mj.clearance.lanes import (
     all_below,
     any_below,
@@ -30,16 +34,16 @@ from clearance_mj.clearance.lanes import (
     power,
     signed,
     smaller,
+    spread,
     store,
     where_above,
     whole,
 )
+from clearance_mj.clearance.record import clearance_records, laws_of, side_by_side
 from clearance_mj.core.jit import OPTIONS, jit
-from clearance_mj.rig import Grease
+from clearance_mj.rig import Bushing, Contact, Friction, Grease
 
-from ..conftest import TABLE1
-
-LANES = (0, 1, 2, 3)
+LANES, STEP = (0, 1, 2, 3), 1e-4
 FILM = Grease(5e3, 2.0, 0.8, 1.1, 1.5e7, 5e6, 1.9, 8e-4, 0.3)
 
 
@@ -72,127 +76,147 @@ def test_arithmetic(rng):
     assert not arithmetic(np.array([[np.nan, 0.0, 0.0, 0.0]]), np.ones((1, 4)), out, LANES)[1]
 
 
-@jit(**OPTIONS)
-def in_lanes(greases, x, step, lanes, out):
-    elastic, viscous = np.zeros((1, len(lanes))), np.zeros((1, len(lanes)))
-    for i in range(len(x)):
-        grease_in_lanes(greases, 0, x[i : i + 1], step, lanes, elastic, viscous)
-        out[i, 0], out[i, 1] = elastic[0], viscous[0]
-
-
-@jit(**OPTIONS)
-def alone(clearance, x, out):
-    bushings, states, numbers = clearance
-    for i in range(len(x)):
-        out[i] = grease_step(bushings[0], states[0], numbers, x[i])
-
-
+EIGHT = tuple(range(8))
 SLIPS = (2e3, 1e3, 5e2), (0.2, 0.15, 0.3)
-GREASES = {
-    "Bouc-Wen": [
-        BoucWen(g)
-        for g in (FILM, Grease(4e3, 3.0), dataclasses.replace(FILM, exponent=2.0), dataclasses.replace(FILM, gamma=0.0))
-    ],
-    "Maxwell-slip": [
-        MaxwellSlip(*SLIPS, 1e3, 4.0), MaxwellSlip(*SLIPS, 0.0, 4.0, 8e-4, 0.3),
-        MaxwellSlip(*SLIPS, 1e3, 4.0, static_ratio=1.4, stribeck_speed=0.1),
-        MaxwellSlip(*SLIPS, 1e3, 4.0, static_ratio=2.0, stribeck_speed=1.0),
-    ],
+
+
+@register_jitable
+def one(row, p, lanes):
+    return (load(row, p, lanes),)
+
+
+@register_jitable
+def two(row, p, lanes):
+    return load(row, 2 * p, lanes), load(row, 2 * p + 1, lanes)
+
+
+@jit(**OPTIONS)
+def slots_together(lanes, bushings, numbers, x, v, spin, out):
+    for i in range(x.shape[0]):
+        force = force_at(
+            bushings[0], numbers, i * STEP, one(x[i], 0, lanes), one(v[i], 0, lanes), one(x[i], 1, lanes),
+            one(v[i], 1, lanes), one(x[i], 2, lanes), one(v[i], 2, lanes), spread(spin, lanes), lanes,
+        )  # fmt: skip
+        store(out[i], 0, force[0], lanes)
+
+
+@jit(**OPTIONS)
+def rounds_together(lanes, bushings, numbers, x, v, spin, out):
+    for i in range(x.shape[0]):
+        force = force_at(
+            bushings[0], numbers, i * STEP, two(x[i], 0, lanes), two(v[i], 0, lanes), two(x[i], 1, lanes),
+            two(v[i], 1, lanes), two(x[i], 2, lanes), two(v[i], 2, lanes), spread(spin, lanes), lanes,
+        )  # fmt: skip
+        store(out[i], 0, force[0], lanes)
+        store(out[i], 1, force[1], lanes)
+
+
+def motion(d, n=2000):
+    """Motions (n, 3, d, 8) of the middle and the ends from the middle, and their velocities."""
+    rng, time = np.random.default_rng(5), STEP * np.arange(n)
+    x = np.zeros((n, 3, d, 8))
+    for frequency in rng.uniform(5, 60, 12):
+        size = 1e-4 * rng.standard_normal((1, d, 8)) * (1.0, 1.1, 0.8, 1.0, 1.2, 0.9, 1.0, 1.05)
+        size = size + 2e-5 * rng.standard_normal((3, d, 8))
+        x += size * np.sin(2 * np.pi * frequency * time + 6 * rng.random())[:, None, None, None]
+    return x - x[0], np.gradient(x, STEP, axis=0)
+
+
+def bushings(**fields):
+    """Eight with other gaps and places."""
+    return [
+        Bushing(0.5, 2e-4 + 1e-5 * i, 0.01, Grease(0.0), Contact(1e4), radius=0.01, offset=2e-5 * (i - 4), **fields)
+        for i in range(8)
+    ]
+
+
+def compared(own, laws, spin=30.0):
+    """Forces in lanes and of each by itself, over the largest, and the records of the lanes."""
+    d = own[0].n_coordinates
+    x, v = motion(d)
+    rigs = [SimpleNamespace(bushings=(bushing,)) for bushing in own]
+    parts = [clearance_records(rig, law, STEP) for rig, law in zip(rigs, laws)]
+    records = side_by_side(parts, laws_of(rigs[0], laws[0]))
+    found, known = np.zeros((2, len(x), d, 8))
+    rows = [np.ascontiguousarray(each.reshape(len(x), 3 * d, 8)) for each in (x, v)]
+    (slots_together if d == 1 else rounds_together)(EIGHT, *records, *rows, spin, found)
+    for lane, part in enumerate(parts):
+        moved = (np.ascontiguousarray(each[..., lane]) for each in (x, v))
+        known[:, :, lane] = forces_along(part, 0, *moved, spin)
+    reach = np.linalg.norm(x[:, 1:], axis=2).max(axis=(0, 1))
+    assert np.all(reach > [bushing.gap for bushing in own])
+    return np.abs(found - known).max() / np.abs(known).max(), records.bushings[0]
+
+
+def each(make):
+    return [make(1 + 0.1 * i) for i in range(8)]
+
+
+CONTACTS = {
+    "kelvin-voigt": each(lambda f: KelvinVoigt(1e4 * f, 3.0)),
+    "adhesion": each(lambda f: KelvinVoigt(1e4 * f, 3.0, adhesion=True)),
+    "cubic": each(lambda f: Cubic(1e4, 1e11 * f, 2.0)),
+    "adams-impact": each(lambda f: AdamsImpact(1e6, 1.0 + f / 4, 3.0, 5e-5 * f)),
+    "hunt-crossley": each(lambda f: HuntCrossley(1e6 * f, 0.5, 1.4 + 0.1 * f)),
+    "lankarani-nikravesh": each(lambda f: LankaraniNikravesh(1e6 * f, 0.5)),
+    "flores": each(lambda f: Flores(1e6, 0.5 * f)),
+    "hunt-crossley-1975": each(lambda f: HuntCrossley1975(1e6 * f, 1e5, 1.0 + f / 2)),
+}
+FILLINGS = {
+    "linear": each(lambda f: Grease(4e3 * f, 5.0)),
+    "Bouc-Wen": each(lambda f: dataclasses.replace(FILM, gamma=5e6 / f, elastic_ratio=1 / f)),
+    "Maxwell-slip": each(lambda f: MaxwellSlip(*SLIPS, 1e3 * f, 4.0, 8e-4, 0.3)),
+    "Stribeck": each(lambda f: MaxwellSlip(*SLIPS, 1e3, 4.0, static_ratio=f, stribeck_speed=0.1)),
+    "long film": each(lambda f: LongFilm(3e3 * f, 2.0, 8e-4)),
+    "short bearing": each(lambda f: ShortBearing(0.02 * f, 0.01, 0.01, 4e-4, 1e-6)),
+    "finite bearing": each(lambda f: FiniteBearing(0.02 * f, 0.01, 0.01, 4e-4, 1e-6)),
+}
+SHAPES = {
+    "slot": {}, "slot that rubs": {"friction": Friction(0.2, 1e5, 0.1)}, "round": {"shape": "round"},
+    "round that rubs": {"shape": "round", "friction": Friction(0.2, 1e5, 0.1, 1.5, 0.01)},
+    "oval that rubs": {"shape": "oval", "wall": {"wide": 1e-5, "across": -5e-6}, "friction": Friction(0.2)},
 }  # fmt: skip
+CLOSE = 1e-13  # of the largest force
 
 
-@pytest.mark.parametrize("model", GREASES)
-def test_greases_in_lanes(model):
-    """Sliding and film, off centre, beside a Bouc-Wen grease that does not slide and slips of constant friction."""
-    greases = GREASES[model]
-    offsets = np.array([[1e-4], [0.0], [-5e-5], [2e-4]])
-    t = np.linspace(0, 20, 3000)[:, None]
-    x = 3e-4 * np.sin(t * [1.0, 1.1, 1.2, 0.9]) + 1e-4 * np.sin(3.3 * t)
-    made = lane_greases([[g] for g in greases], offsets)
-    assert made.law[0]
-    found = np.zeros((3000, 2, 4))
-    in_lanes(made, x, 1e-4, LANES, found)
-    for lane, (grease, offset) in enumerate(zip(greases, offsets[:, 0])):
-        bushing = dataclasses.replace(TABLE1.bushings[0], offset=float(offset))
-        law = ConstantLaw(0.0, 0.0, grease)
-        clearance = clearance_records(TABLE1.replace(bushings=(bushing,)), law, 1e-4)
-        expected = np.zeros((3000, 2))
-        alone(clearance, x[:, lane], expected)
-        np.testing.assert_allclose(found[:, :, lane], expected, rtol=1e-11, atol=1e-12)
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_contacts_in_lanes(shape, contact):
+    own, laws = bushings(**SHAPES[shape]), [ContactLaw(c, Grease(0.0)) for c in CONTACTS[contact]]
+    error, record = compared(own, laws)
+    assert error < CLOSE
+    assert not record["contact_by_lane"]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("filling", FILLINGS)
+def test_fillings_in_lanes(shape, filling):
+    own, laws = bushings(**SHAPES[shape]), [ContactLaw(KelvinVoigt(1e4, 3.0), g) for g in FILLINGS[filling]]
+    assert compared(own, laws)[0] < CLOSE
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_laws_over_time_and_amplitude_in_lanes(shape):
+    own = bushings(**SHAPES[shape])
+    over_time = each(lambda f: TimeLaw([0.0, 0.1 * f], [1e4, 3e4], [3.0, 9.0 * f], FILM))
+    amplitude = each(lambda f: AmplitudeLaw([1e-4, 5e-4], [1e4, 3e4 * f], [3.0, 9.0], grease=FILM))
+    for laws in (over_time, amplitude):
+        error, record = compared(own, laws)
+        assert error < CLOSE
+        assert record["contact_by_lane"]
 
 
 @dataclasses.dataclass(frozen=True)
 class Branched(BoucWen):
     @staticmethod
-    def law(p, state, x, dx, step, out):
-        out[0] = p[0] * x if x > 0.0 else 0.0
+    def law(p, state, r, dr, spin, step, out):
+        out[0] = p[0] * r[0] if r[0] > 0.0 else 0.0
         out[1] = p[6]
 
 
-@pytest.mark.parametrize("models", [[Branched(FILM)] * 4, [BoucWen(FILM), MaxwellSlip((1e3,), (0.1,))]])
-def test_greases_that_are_called_lane_by_lane(models):
-    """A law with branches, and lanes of unlike greases."""
-    assert not lane_greases([[model] for model in models], np.zeros((len(models), 1))).law[0]
-
-
-@jit(**OPTIONS)
-def contact_alone(clearance, x, v, out):
-    bushings, states, numbers = clearance
-    for i in range(len(x)):
-        g, k, c = contact_step(bushings[0], states[0], numbers, 1, x[i], v[i], False)
-        out[i] = k * g, c, 1.0 if g > 0.0 else -1.0
-
-
-@jit(**OPTIONS)
-def contacts_together(contacts, x, v, lanes, out):
-    elastic, viscous, side, depth = np.zeros((4, 1, len(lanes)))
-    for i in range(len(x)):
-        if penetration_in_lanes(contacts, 0, 1, x[i : i + 1], 0, lanes, depth):
-            contact_in_lanes(contacts, 0, 1, depth, v[i : i + 1], 0, lanes, elastic, viscous, side)
-            out[i, 0], out[i, 1], out[i, 2] = elastic[0], viscous[0], side[0]
-
-
-def records(laws):
-    """Of bushings with other gaps and offsets, one wall missing."""
-    walls = [(3e-4, 0.0), (2e-4, 1e-4), (2.5e-4, 0.0), (2e-4, -5e-5)]
-    bushings = [dataclasses.replace(TABLE1.bushings[0], gap=gap, offset=offset) for gap, offset in walls]
-    parts = [clearance_records(TABLE1.replace(bushings=(b,)), law, 1e-4) for b, law in zip(bushings, laws)]
-    for part in parts[2:3]:
-        part.bushings["lower"] = -np.inf
-    return lane_contacts([law.table(1).kinds for law in laws], parts), parts
-
-
-CONTACTS = {
-    "kelvin-voigt": [KelvinVoigt(1e4 * i, 3.0 * i, adhesion=i == 2) for i in range(1, 5)],
-    "cubic": [Cubic(1e4, 1e11 * i, 2.0 * i, 1.5 * i) for i in range(4)],
-    "hertz": [HuntCrossley(1e6, 0.9), HuntCrossley(1e5, 0.5, 1.0), HuntCrossley(1e8, 0.7, 2.1), Flores(1e6, 0.8)],
-    "adams-impact": [AdamsImpact(1e6, 1.0 + i / 2, 3.0 * i, 5e-5 * (i + 1)) for i in range(4)],
-    "hunt-crossley-1975": [HuntCrossley1975(1e6, 1e4 * i, 1.0 + i / 2) for i in range(4)],
-}
-
-
-@pytest.mark.parametrize("model", CONTACTS)
-def test_contacts_in_lanes(model):
-    """Impacts at several speeds, of lanes in contact beside lanes in the gap."""
-    contacts, parts = records([ContactLaw(contact) for contact in CONTACTS[model]])
-    assert contacts.law[0]
-    t = np.linspace(0, 20, 3000)[:, None]
-    x = 4e-4 * np.sin(t * [1.0, 1.1, 1.2, 0.9]) + 1e-4 * np.sin(3.3 * t)
-    v = np.gradient(x, 1e-4, axis=0)
-    found, expected = np.zeros((2, 3000, 3, 4))
-    contacts_together(contacts, x, v, LANES, found)
-    for lane, part in enumerate(parts):
-        contact_alone(part, x[:, lane].copy(), v[:, lane].copy(), expected[:, :, lane])
-    assert np.all(np.any(expected[:, 0] > 0, axis=0)) and not np.any(expected[:, 0, 2] < 0)
-    touching = expected[:, 0] != 0
-    np.testing.assert_allclose(found[:, :2], expected[:, :2], rtol=1e-11, atol=1e-12)
-    np.testing.assert_array_equal(found[:, 2][touching], expected[:, 2][touching])
-
-
-@pytest.mark.parametrize(
-    "laws",
-    [[AmplitudeLaw([1e-4, 6e-4], [1e4, 3e4], [3.0, 9.0])] * 4, [ConstantLaw(1e4, 1.0), ContactLaw(Cubic(1e4, 1e11))]],
-)
-def test_contacts_that_are_called_lane_by_lane(laws):
-    """A law over amplitude, and lanes of unlike contacts."""
-    assert not records(laws)[0].law[0]
+def test_laws_with_branches_are_called_lane_by_lane():
+    table = ContactLaw(KelvinVoigt(1e4, 3.0)).table
+    laws = each(lambda f: SimpleNamespace(grease=[Branched(Grease(1e3 * f, 2.0))], table=table))
+    error, record = compared(bushings(), laws)
+    assert error < CLOSE
+    assert record["filling_by_lane"] and not record["contact_by_lane"]

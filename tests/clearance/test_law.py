@@ -22,8 +22,9 @@ from clearance_mj.clearance import (
     TimeLaw,
     load_law,
 )  # fmt: skip
-from clearance_mj.clearance.kernel import clearance_records, follow_law
+from clearance_mj.clearance.kernel import follow_law
 from clearance_mj.clearance.law_files import law_from_dict, law_schema
+from clearance_mj.clearance.record import clearance_records
 from clearance_mj.core.errors import LawError
 from clearance_mj.core.jit import jit
 from clearance_mj.rig import Bushing, Contact, Grease
@@ -41,15 +42,16 @@ def rig_with(n):
 def values(law, n, at):
     """Parameters of n contacts where time, or the envelope of the motion, has the value ``at``, as loops read them."""
     rig = rig_with(n)
-    bushings, states, numbers = clearance_records(rig, law, 1e-3)
-    _follow(bushings, states, numbers, at)
-    return np.transpose([numbers[s["contact"] :][: b["width"]] for b, s in zip(bushings, states)])
+    bushings, numbers = clearance_records(rig, law, 1e-3)
+    numbers[bushings["place"]] = at
+    _follow(bushings, numbers, at)
+    return np.transpose([numbers[b["contact"] :][: b["width"]] for b in bushings])
 
 
 @jit
-def _follow(bushings, states, numbers, at):
+def _follow(bushings, numbers, at):
     for j in range(bushings.size):
-        follow_law(bushings[j], states[j], numbers, at, at)
+        follow_law(bushings[j], numbers, at, (0,))
 
 
 def test_constant():

@@ -19,9 +19,9 @@ from clearance_mj.clearance import (
     LankaraniNikravesh,
     MaxwellSlip,
 )  # fmt: skip
-from clearance_mj.clearance.kernel import clearance_records, contact_step, follow_law, grease_step
+from clearance_mj.clearance.along import forces_along
+from clearance_mj.clearance.record import clearance_records
 from clearance_mj.core.errors import LawError
-from clearance_mj.core.jit import jit
 from clearance_mj.rig import Bushing, Contact, Grease
 from experiments.testrig import physics
 
@@ -37,24 +37,9 @@ SLIP = MaxwellSlip((4000.0, 2000.0, 1000.0), (0.4, 0.6, 0.5), elastic=500.0, dam
 def loop(law, x, v, grease=None, step=1e-4, **place):
     """Forces of contact and grease of one bushing along a motion of all its points, as compiled loops find them."""
     bushing = Bushing(0.5, GAP, 0.01, grease if isinstance(grease, Grease) else Grease(0.0), Contact(1.0), **place)
-    law = dataclasses.replace(law, grease=grease)
-    rig = TABLE1.replace(bushings=(bushing,))
-    out = np.zeros((2, x.size))
-    _loop(x, v, clearance_records(rig, law, step), out)
-    return out
-
-
-@jit
-def _loop(x, v, clearance, out):
-    bushings, states, numbers = clearance
-    for i in range(x.size):
-        elastic, damping = grease_step(bushings[0], states[0], numbers, x[i])
-        out[1, i] = elastic + damping * v[i]
-        follow_law(bushings[0], states[0], numbers, x[i], i * bushings[0].step)
-        for end in range(2):
-            g, k, c = contact_step(bushings[0], states[0], numbers, end, x[i], v[i], False)
-            if g != 0.0:
-                out[0, i] += np.sign(g) * max(k * abs(g) + c * np.sign(g) * v[i], 0.0)
+    rig, law = TABLE1.replace(bushings=(bushing,)), dataclasses.replace(law, grease=grease)
+    moved = (np.repeat(each, 3).reshape(-1, 3, 1) for each in (x, v))
+    return forces_along(clearance_records(rig, law, step), 0, *moved)[:, 0]
 
 
 def motion(n=4000):
@@ -97,7 +82,7 @@ def test_hunt_crossley_1975_is_the_test_rig_s_contact():
     x, v = motion()
     expected = [physics.contact(a, b, GAP, 3e5, 1.5, 1.5)[0] for a, b in zip(x, v)]
     assert np.count_nonzero(expected) > 1000
-    np.testing.assert_allclose(loop(ContactLaw(HERTZ), x, v)[0], expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(loop(ContactLaw(HERTZ), x, v), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_cubic():
@@ -106,8 +91,8 @@ def test_cubic():
     side, depth = np.sign(x), np.maximum(np.abs(x) - GAP, 0)
     expected = np.where(depth > 0, side * np.maximum(2e4 * depth + 5e11 * depth**3 + 6.0 * side * v, 0), 0)
     assert np.any((depth > 0) & (expected == 0))
-    np.testing.assert_allclose(loop(ContactLaw(CUBIC), x, v)[0], expected, rtol=1e-12, atol=1e-12)
-    linear = [loop(ContactLaw(model), x, v)[0] for model in (Cubic(2e4, 0.0, 6.0), KelvinVoigt(2e4, 6.0))]
+    np.testing.assert_allclose(loop(ContactLaw(CUBIC), x, v), expected, rtol=1e-12, atol=1e-12)
+    linear = [loop(ContactLaw(model), x, v) for model in (Cubic(2e4, 0.0, 6.0), KelvinVoigt(2e4, 6.0))]
     np.testing.assert_array_equal(*linear)
 
 
@@ -123,7 +108,7 @@ def test_adams_impact():
     side, depth = np.sign(x), np.maximum(np.abs(x) - GAP, 0)
     share = np.minimum(depth / 1e-4, 1)
     expected = side * np.maximum(4e6 * depth**1.5 + 40 * share**2 * (3 - 2 * share) * side * v, 0)
-    np.testing.assert_allclose(loop(ContactLaw(IMPACT), x, v)[0], expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(loop(ContactLaw(IMPACT), x, v), expected, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("model", [HERTZ, CUBIC, IMPACT, KelvinVoigt(2e4, 6.0)], ids=lambda model: model.name)
@@ -174,7 +159,7 @@ def test_maxwell_slip_is_the_test_rig_s_iwan():
         z, _ = physics.iwan(a - before, state.copy(), yields, state)
         before = a
         expected.append(k * (share * a + (1 - share) * z) + physics.squeeze_film(a, b, 3.0, height, 0.2)[0])
-    np.testing.assert_allclose(loop(ConstantLaw(0.0, 0.0), x, v, slip)[1], expected, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(loop(ConstantLaw(0.0, 0.0), x, v, slip), expected, rtol=1e-10, atol=1e-12)
 
 
 def test_friction_falls_with_speed():
@@ -183,7 +168,7 @@ def test_friction_falls_with_speed():
     for speed in (1e-4, 0.01, 0.02, 0.5):
         for side in (1, -1):
             x, v = side * np.linspace(0, 0.01, 2000), np.full(2000, side * speed)
-            force = loop(ConstantLaw(0.0, 0.0), x, v, grease, step=0.01 / 1999 / speed)[1]
+            force = loop(ConstantLaw(0.0, 0.0), x, v, grease, step=0.01 / 1999 / speed)
             expected = side * 1.5 * (1 + 0.5 * np.exp(-((speed / 0.02) ** 2)))
             assert force[-1] == pytest.approx(expected, rel=1e-9)
     with pytest.raises(LawError, match="stribeck_speed is missing"):
@@ -196,7 +181,7 @@ def test_maxwell_slip_loop(measured):
     time = np.arange(3 * 4000) / 4000 / 5
     x, v = amplitude * np.sin(turn * time), np.zeros(time.size)
     slip = MaxwellSlip(SLIP.springs, SLIP.forces, SLIP.elastic)
-    force = loop(ConstantLaw(0.0, 0.0), x, v, slip, time[1])[1]
+    force = loop(ConstantLaw(0.0, 0.0), x, v, slip, time[1])
     last = slice(2 * 4000 - 1, 3 * 4000)
     found = np.sum((force[last][1:] + force[last][:-1]) / 2 * np.diff(x[last]))
     springs, forces = np.array(SLIP.springs), np.array(SLIP.forces)
@@ -208,8 +193,8 @@ def test_maxwell_slip_loop(measured):
     state, before, out, lost = [0.0] * 3, [0.0] * 3, [0.0, 0.0], 0.0
     for a, b in zip(x[1:], x[:-1]):
         before[:] = state
-        slip.law(slip.parameters(), state, a, a - b, time[1], out)
-        slip.energy(slip.parameters(), before, state, a, a - b, out)
+        slip.law(slip.parameters(), state, (a,), (a - b,), 0.0, time[1], out)
+        slip.energy(slip.parameters(), before, state, (a,), (a - b,), out)
         stored, lost = out[0], lost + out[1]
     assert stored == pytest.approx(np.sum(np.square(state) * springs) / 2 + 250.0 * x[-1] ** 2, rel=1e-12)
     work = np.sum((force[1:] + force[:-1]) / 2 * np.diff(x))
