@@ -20,6 +20,8 @@ from .base import Engine, location
 __all__ = ["check_warnings", "contact_rows", "mj_step", "refuse_adhesion", "warnings_counted"]
 
 
+ROUNDING = 1e-12
+
 mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
 
 
@@ -75,6 +77,7 @@ def contact_rows(ends: np.ndarray, pairs: np.ndarray, held: np.ndarray) -> np.nd
     """
     rows = np.vstack((ends, held))
     found = np.linalg.pinv(rows.T)[: len(ends)][pairs].sum(axis=1)
+    found[np.abs(found) < ROUNDING * np.abs(found).max(initial=0.0)] = 0.0  # planes do not feel each other
     wanted = np.zeros((len(pairs), len(rows)))
     np.put_along_axis(wanted, pairs, 1.0, axis=1)
     distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)
