@@ -200,7 +200,7 @@ def energy_balance(
     found: dict[str, Any] = dict(zip(OF_RIG, rows))
     of_clearances = rows[len(OF_RIG) :].reshape(n, len(OF_CLEARANCE), rows.shape[1])
     found |= dict(zip(OF_CLEARANCE, np.moveaxis(of_clearances, 1, 0)))
-    for name in STORED:  # above that at rest
+    for name in STORED[1:] if balanced.before() is not None else ():  # above that at rest
         found[name] = found[name] - found[name][..., :1]
     if not (rig.moves_across or rig.gravity or rig.loads):
         found |= dict.fromkeys(("weight", "unbalance", "drive"))
@@ -222,6 +222,10 @@ class _BalancedRun(Run):
         self.run, self.factor, self.bar, self.steps, self.sums = run, factor, bar, 0, np.zeros(0)
         self.rows: list[np.ndarray] = []
         self.ends: list[np.ndarray] = []
+
+    def before(self) -> np.ndarray | None:
+        """Return the rest; see `Run.before`."""
+        return self.run.before()
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""

@@ -69,10 +69,10 @@ def refuse_adhesion(engine: Engine, bushings: np.ndarray) -> None:
 
 
 def contact_rows(ends: np.ndarray, pairs: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Return the contact force (n_rows, nv) of each row of clearances, the sum over its ends, per force of the solver's.
+    """Return the contact force (n_rows, nv) of each row of clearances, summed over its ends, per force of the solver's.
 
-    These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions of
-    supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are on
+    These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions
+    of supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are on
     one rigid link.
     """
     rows = np.vstack((ends, held))

@@ -42,7 +42,7 @@ def test_within_empty_gaps_energies_close_to_rounding(rig, engine, kind):
     rig = rig.replace(shaker=Shaker(kind, 0.9), bushings=empty)
     found = energy_balance(rig, random(0.3, 2048.0, rms=0.02, seed=0, kind=kind), LAW, engine)
     assert not found.response.contact_force.any() and found.input[-1] > 0 and not found.film.any()
-    assert found.imbalance < (1e-9 if engine == "modal" else 1e-6)
+    assert found.imbalance < (1e-9 if engine == "modal" else 1e-5)
 
 
 def test_response_is_that_of_simulate(rig, engine):
