@@ -57,7 +57,7 @@ def test_coordinates_stand_by_axis(plant):
 
 
 def test_clearances_are_tendons(plant):
-    """Lengths of slots are their rows, of the round one the distance from the bushing's axis; walls are limits."""
+    """Lengths of slots are their rows, of the round one the distance from its axis; walls are their limits."""
     model, maps = plant.model, plant.maps
     assert model.npair == 0 and (maps.pairs == -1).all() and (maps.limits >= 0).all()
     data = mujoco.MjData(model)
