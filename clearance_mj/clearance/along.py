@@ -8,7 +8,16 @@ import numpy as np
 
 from ..core.jit import OPTIONS, inlined, jit
 from .kernel import (
-    answered, depth_in, fill, follow_law, forget, friction_limit, let_go, press, rub, touch,
+    answered,
+    depth_in,
+    fill,
+    follow_law,
+    forget,
+    friction_limit,
+    let_go,
+    press,
+    rub,
+    touch,
 )  # fmt: skip
 from .lanes import any_below, larger, load, signed, smaller, spread, where_above
 from .record import Bushing, Clearance, WithBushings, WithTable, clearance_records

@@ -21,7 +21,18 @@ import numpy as np
 from ..core.jit import inlined
 from .follower import SLOWEST_IMPACT, impact_speed, signed_penetration
 from .lanes import (
-    any_below, block, choose, exponential, larger, load, root, signed, smaller, spread, store, where_above,
+    any_below,
+    block,
+    choose,
+    exponential,
+    larger,
+    load,
+    root,
+    signed,
+    smaller,
+    spread,
+    store,
+    where_above,
 )  # fmt: skip
 from .pointers import at, call_law
 from .record import END_MEMORY, Bushing

@@ -8,8 +8,8 @@ from typing import Protocol, runtime_checkable
 from ..core.errors import LawError
 from ..core.kinds import checks_kinds
 from ..rig import Grease, Rig
-from .record import fillings_of
 from .law import ConstantLaw, Law
+from .record import fillings_of
 
 __all__ = ["Modelled", "nominal_law", "rig_and_law", "rig_in_gap"]
 

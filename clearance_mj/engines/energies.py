@@ -16,8 +16,8 @@ from ..clearance.kernel import BRISTLES, keep_step
 from ..clearance.pointers import at, call_contact_energy, call_law
 from ..clearance.record import END_MEMORY
 from ..core.jit import jit
-from .interact import DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED
 from .interact import BRISTLES as PREDICTED
+from .interact import DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED
 
 __all__ = ["NOTHING", "OF_CLEARANCE", "OF_END", "OF_RIG", "Kept", "clearance_energies", "columns_of", "keep", "remember"]
 

@@ -13,14 +13,36 @@ from typing import Any
 import numpy as np
 
 from ..clearance.kernel import (
-    answered, depth_in, fill, follow_law, forget, friction_limit, let_go, press, rub, touch,
+    answered,
+    depth_in,
+    fill,
+    follow_law,
+    forget,
+    friction_limit,
+    let_go,
+    press,
+    rub,
+    touch,
 )  # fmt: skip
 from ..clearance.lanes import all_below, any_below, larger, load, packed, signed, smaller, spread, store, where_above
 from ..clearance.record import Bushing
 from ..core.jit import inlined
 
 __all__ = [
-    "BRISTLES", "DEPTH", "ELASTIC", "ENDS", "FILLED", "N_Y", "N_Z", "NORMAL", "RUBBED", "VISCOUS", "find_contacts", "fill_all", "follow_contacts", "sweep",
+    "BRISTLES",
+    "DEPTH",
+    "ELASTIC",
+    "ENDS",
+    "FILLED",
+    "NORMAL",
+    "N_Y",
+    "N_Z",
+    "RUBBED",
+    "VISCOUS",
+    "fill_all",
+    "find_contacts",
+    "follow_contacts",
+    "sweep",
     "torque_of_friction",
 ]  # fmt: skip
 

@@ -23,7 +23,19 @@ from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
 from .energies import Kept, clearance_energies, remember
 from .interact import (
-    BRISTLES, DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED, VISCOUS, fill_all, find_contacts, sweep,
+    BRISTLES,
+    DEPTH,
+    ELASTIC,
+    ENDS,
+    FILLED,
+    N_Y,
+    N_Z,
+    NORMAL,
+    RUBBED,
+    VISCOUS,
+    fill_all,
+    find_contacts,
+    sweep,
     torque_of_friction,
 )  # fmt: skip
 from .modal_loop import SPIN, SWEEPS, turn_forces, turn_on

@@ -13,8 +13,8 @@ from ..rig import Rig
 from ..rig.loads import order_forces
 from .linkage import Linkage
 from .links_clearances import add_clearances, contact_names
-from .links_model import joint_names, links_spec
 from .links_loop import Maps
+from .links_model import joint_names, links_spec
 from .plant import ARMATURE, ITERATIONS, STIFF_ROOT, Statics
 from .scheme import moving, places_of, slide_rows
 

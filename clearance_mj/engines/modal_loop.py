@@ -17,7 +17,13 @@ from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
 from .energies import Kept, keep, remember
 from .interact import (
-    ENDS, FILLED, fill_all, find_contacts, follow_contacts, sweep, torque_of_friction,
+    ENDS,
+    FILLED,
+    fill_all,
+    find_contacts,
+    follow_contacts,
+    sweep,
+    torque_of_friction,
 )  # fmt: skip
 
 __all__ = [

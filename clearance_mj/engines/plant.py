@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import scipy.linalg
 
-from ..clearance.record import fillings_of
 from ..clearance.law import Law
+from ..clearance.record import fillings_of
 from ..linear import RigRows
 from ..physical.elements import Softness, ask
 from ..rig import Bushing, Rig

@@ -16,7 +16,17 @@ from ..rig.sensing import read_of_inputs
 from .modal_loop import Linear
 
 __all__ = [
-    "at_spin", "driven", "free_flow", "kicked_damping", "linear_part", "moving", "pack", "padded", "packed_part", "places_of", "slide_rows",
+    "at_spin",
+    "driven",
+    "free_flow",
+    "kicked_damping",
+    "linear_part",
+    "moving",
+    "pack",
+    "packed_part",
+    "padded",
+    "places_of",
+    "slide_rows",
 ]  # fmt: skip
 
 FOUR = 4  # modes, or rows, of one case that are packed

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..clearance.record import fillings_of
 from ..clearance.law import ConstantLaw, Law
 from ..clearance.modelled import nominal_law
+from ..clearance.record import fillings_of
 from ..core.checks import naming
 from ..core.errors import ClearanceError, ManoeuvreError
 from ..core.units import quantity_of

@@ -26,7 +26,7 @@ from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
 from .growth import clearances_of, with_clearances
 from .marched import Marched, MarchedSource, averaged
-from .marching import ModalState, Marching
+from .marching import Marching, ModalState
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 

@@ -15,7 +15,7 @@ from ..engines.modal import Modal
 from ..model import Model
 from ..signals.excitation import Excitation
 from ..signals.sampling import interpolate
-from .marching import ModalState, Marching
+from .marching import Marching, ModalState
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints
 

@@ -56,19 +56,19 @@ class Marching:
 
     def __init__(self, model: Model, engine: Modal, kind: str, step: float, state: ModalState | None):
         self.rig, self.step, self.run = model.rig, step, ModalRun(engine, model.rig, model.law, kind, step)
-        self.motion, self.size = self.run.alone.motion, self.run.model.size
+        self.motion = self.run.motion
         if self.motion.turning[[RATE, PER_INERTIA]].any():
             raise RigError(
                 f"rig {self.rig.name!r}: wear over hours needs a steady spin; leave out its rate and inertia"
             )
         if state is not None:
             for own, other in zip(self.motion, state):
-                own.ravel()[: other.size] = other
+                own[:] = other
 
     @property
     def state(self) -> ModalState:
         """Where the march is."""
-        return ModalState(*(np.array(part.ravel()[: self.size]) for part in self.motion[:3]), self.motion.turning[:, 0])
+        return ModalState(*map(np.array, self.motion))
 
     def advance(self, excitation: np.ndarray) -> Piece:
         """March under the next samples (m,) of the excitation.
@@ -85,9 +85,9 @@ class Marching:
         """
         size, n, at_rows = excitation.size, len(self.rig.bushings), self.run.linear.at_rows
         kept = Kept(np.empty((size, columns_of(n))), np.empty((size, len(at_rows))), np.empty((0, 0)))
-        before, spin = at_rows @ self.state.q_before, self.motion.turning[SPIN, 0]
+        before, spin = at_rows @ self.motion.q_before, self.motion.turning[SPIN]
         self.run.alone.advance(excitation, kept)
-        x = np.vstack((before, kept.rows, at_rows @ self.state.q))[:, : 3 * self.rig.n_rows]
+        x = np.vstack((before, kept.rows, at_rows @ self.motion.q))[:, : 3 * self.rig.n_rows]
         ends, speed = x[1:-1, self.rig.n_rows :].T, (x[2:] - x[:-2])[:, self.rig.n_rows :].T / (2 * self.step)
         of_ends = kept.energies[:, len(OF_RIG) + n * len(OF_CLEARANCE) :].reshape(size, 2 * n, len(OF_END))
         normal = of_ends[:, :, OF_END.index("push")].T

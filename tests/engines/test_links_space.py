@@ -16,7 +16,7 @@ from clearance_mj import physical
 from clearance_mj.clearance import nominal_law
 from clearance_mj.engines import Links, build_links
 from clearance_mj.engines.linkage import linkage
-from clearance_mj.engines.mujoco_space import SpatialMujocoRun
+from clearance_mj.engines.links_run import LinksRun
 from clearance_mj.linear import linear_model
 from clearance_mj.physical.rows import softness_of
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
@@ -47,11 +47,11 @@ def close(found: np.ndarray | None, told: np.ndarray | None, share: float) -> No
     assert_allclose(found, told, rtol=0, atol=share * np.abs(told).max())
 
 
-def started(rig: Rig, links: int = 16) -> SpatialMujocoRun:
+def started(rig: Rig, links: int = 16) -> LinksRun:
     """A run at its largest step."""
     engine, law = Links(links=links), nominal_law(rig)
     run = engine.start(rig, law, rig.shaker.kind, engine.largest_step(rig, law))
-    assert isinstance(run, SpatialMujocoRun)
+    assert isinstance(run, LinksRun)
     return run
 
 
@@ -306,7 +306,7 @@ def test_gyroscopic_moments_do_no_work() -> None:
     """The scheme's own energy, ½ v M v + ½ q K q of the places before and after, stays over 300 periods."""
     rig = overhung(900.0)
     run = started(rig, 4)
-    order, stiffness = run.maps.order, run.whole.whole_stiffness
+    order, stiffness = run.maps.order, run.plant.whole.whole_stiffness
     run.data.qvel[order] = 1e-2 * np.random.default_rng(0).standard_normal(run.model.nv)
     mass = np.zeros((run.model.nv, run.model.nv))
 

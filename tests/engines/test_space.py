@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 import clearance_mj as cm
 from clearance_mj.engines import Modal, simulate_together, static_equilibrium
-from clearance_mj.engines.modal_space import SpatialRun
+from clearance_mj.engines.modal import ModalRun
 from clearance_mj.report.energy import draw
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, OilFilm, Rig, Sensor, Shaker, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Spring, Support
@@ -121,11 +121,11 @@ def rubbing(rig: Rig, friction: float, **of_friction: float) -> Rig:
     return rig.replace(bushings=(dataclasses.replace(bushing, friction=Friction(friction, **of_friction)),))
 
 
-def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> SpatialRun:
+def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> ModalRun:
     """A run that begins with the bushings' middles y + i z off their rest, m, and with a speed, m/s."""
     law = cm.clearance.nominal_law(rig)
     run = engine.start(rig, law, "force", engine.largest_step(rig, law))
-    assert isinstance(run, SpatialRun)
+    assert isinstance(run, ModalRun)
     n = len(rig.bushings)
     inverse = np.linalg.pinv(run.model.at_bushings)
     run.motion.q[:] += inverse @ np.tile([place.real, place.imag], n)
@@ -134,7 +134,7 @@ def started(rig: Rig, place: complex, speed: complex, engine: Modal = LIGHT) -> 
     return run
 
 
-def path(run: SpatialRun, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+def path(run: ModalRun, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Displacements y + i z of the first bushing over steps, m, and whether it touches."""
     found = run.advance(np.zeros(int(seconds / run.step)))
     n = len(run.rig.bushings)
@@ -266,7 +266,7 @@ def test_gyroscopic_moments_keep_the_energy(measured: Measured) -> None:
     run.motion.v[0] = 0.1
 
     def energy() -> float:
-        weights = 1 / run.shaft.inverse_mass
+        weights = 1 / run.linear.inverse_mass
         return float(weights @ (run.motion.v**2 + run.model.omega**2 * run.motion.q**2))
 
     start = energy()

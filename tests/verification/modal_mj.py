@@ -8,6 +8,7 @@ its limits are the gap. Importing this file registers the engine, as `docs/exten
 """
 
 import functools
+from types import SimpleNamespace
 from typing import ClassVar
 
 import mujoco
@@ -15,8 +16,10 @@ import numpy as np
 
 from clearance_mj import physical
 from clearance_mj.engines.base import Engine, register
-from clearance_mj.engines.mujoco_loop import MujocoRun
-from clearance_mj.engines.plant import NO_WALL, Maps, Plant, Statics, set_solver, stable_step
+from clearance_mj.engines.links_loop import Maps
+from clearance_mj.engines.links_run import LinksRun
+from clearance_mj.engines.plant import ARMATURE, NO_WALL, set_solver, stable_step
+from clearance_mj.engines.scheme import moving, places_of
 from clearance_mj.linear import PlaneRows, RigRows, linear_model
 from clearance_mj.rig.instruments import each_kind
 
@@ -32,12 +35,12 @@ class ModalMujoco(Engine):
     def largest_step(self, rig, law):
         """``safety`` times the stability limit of the modes with every contact and film at its hardest."""
         plant = _plant(rig, self.modes)
-        limit = stable_step(plant.statics.mass, plant.model.jnt_stiffness, plant.maps.at_points, rig, law)
+        limit = stable_step(plant.whole.mass, plant.model.jnt_stiffness, plant.maps.at_rows, rig, law)
         return self.safety * limit
 
     def start(self, rig, law, kind, step):
         """Begin at rest."""
-        run = MujocoRun(self, rig, law, kind, step, _plant(rig, self.modes))
+        run = LinksRun(self, rig, law, kind, step, _plant(rig, self.modes))
         run.driving.lift[0, 1] = -float(each_kind(kind) == ("base",))  # the joints lean as the base moves
         return run
 
@@ -64,12 +67,18 @@ def _plant(rig, modes):
         physical.tendon_limit(spec, ends, 1.0, 0.0)  # the loop writes those of the law
     model = spec.compile()
     physical.set_inverse_inertia(model)
-    rows, transform, span, _ = ritz.planes[1]
-    sensors, none = ritz.sensor_rows, np.zeros((0, 0))
+    rows, transform, span = ritz.planes[1]
+    sensors, none, n = ritz.sensor_rows, np.zeros((0, 0)), ritz.size
+    points, damping = root * ritz.at_points, root**2 * ritz.damping
     maps = Maps(
-        root * ritz.at_points, none, root * sensors.accelerations, np.zeros((len(ends), 0), int), np.arange(len(ends)),
-        root * sensors.readings,
+        order=np.arange(n), at_rows=points, spans=moving(points), places=places_of(rig),
+        at_sensors=root * sensors.accelerations, influence=np.column_stack((np.zeros(n), root * ritz.participation)),
+        turning=np.zeros((0, n)), orders=np.zeros(0), viscous=none, circulatory=none,
+        pairs=np.zeros((len(ends), 0), int), limits=np.arange(len(ends)), readings=root * sensors.readings,
     )  # fmt: skip
-    mass, stiffness = root**2 * np.eye(ritz.size), np.diag(model.jnt_stiffness)
-    statics = Statics(mass, stiffness, np.eye(ritz.size), none, maps.at_points)
-    return Plant(model, maps, RigRows(rig, 1, (None, PlaneRows(rows, root * transform, span))), statics)
+    whole = SimpleNamespace(
+        rows=RigRows(rig, (None, PlaneRows(rows, root * transform, span))), rayleigh=(0.0, 0.0), gyroscopic=none,
+        free=np.eye(n), whole_stiffness=np.diag(model.jnt_stiffness), dampers=np.diag(damping), damping=damping,
+        bends_across=False, mass=root**2 * np.eye(n), size=n,
+    )  # fmt: skip
+    return SimpleNamespace(model=model, maps=maps, whole=whole, explicit=False, armature=ARMATURE)

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.optimize
+from clearance_mj.clearance.lane_contacts import lane_contacts
+from clearance_mj.clearance.lane_greases import lane_greases
 
 from clearance_mj import physical
 from clearance_mj.clearance import (
@@ -28,8 +30,6 @@ from clearance_mj.clearance import (
     MaxwellSlip,
 )  # fmt: skip
 from clearance_mj.clearance.kernel import clearance_records, greases_of
-from clearance_mj.clearance.lane_contacts import lane_contacts
-from clearance_mj.clearance.lane_greases import lane_greases
 from clearance_mj.engines import Modal, mujoco_loop
 from clearance_mj.engines.modal_loop import Motion, Shaft, advance
 from clearance_mj.engines.plant import Maps, Plant, Statics, set_solver
