@@ -16,6 +16,7 @@ import math
 from typing import ClassVar
 
 from clearance_mj.clearance import contact, grease
+from clearance_mj.clearance.vectors import along, answer, minus, plus, read, times, write
 from clearance_mj.core.validation import NotNegative, Positive
 
 
@@ -58,16 +59,17 @@ class Maxwell(grease.GreaseModel):
         return self.k + self.k1, 0.0
 
     @staticmethod
-    def law(p, state, x, dx, step, out):
+    def law(p, state, r, dr, spin, step, out):
         decay = math.exp(-step / p[2])
-        state[0] = state[0] * decay + dx * p[2] / step * (1.0 - decay)  # exact at constant speed
-        out[0] = p[0] * x + p[1] * state[0]
-        out[1] = 0.0
+        z = plus(times(decay, read(state, 0, r)), times(p[2] / step * (1.0 - decay), dr))  # exact at constant speed
+        write(state, 0, z)
+        answer(out, plus(times(p[0], r), times(p[1], z)), 0.0)
 
     @staticmethod
-    def energy(p, before, state, x, dx, out):
-        out[0] = 0.5 * p[0] * x * x + 0.5 * p[1] * state[0] ** 2
-        out[1] = p[1] * 0.5 * (before[0] + state[0]) * (dx - (state[0] - before[0]))
+    def energy(p, before, state, r, dr, out):
+        then, z = read(before, 0, r), read(state, 0, r)
+        out[0] = 0.5 * p[0] * along(r, r) + 0.5 * p[1] * along(z, z)
+        out[1] = p[1] * 0.5 * along(plus(then, z), minus(dr, minus(z, then)))
 '''
 
 
