@@ -21,9 +21,9 @@ import numpy as np
 from ..core.jit import inlined
 from .follower import SLOWEST_IMPACT, impact_speed, signed_penetration
 from .lanes import any_below, choose, exponential, larger, root, signed, smaller, where_above
-from .registers import block, load, spread, store
 from .pointers import at, call_law
 from .record import END_MEMORY, Bushing
+from .registers import block, load, spread, store
 from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [

@@ -72,8 +72,8 @@ def contact_rows(ends: np.ndarray, pairs: np.ndarray, held: np.ndarray) -> np.nd
     """Return the contact force (n_rows, nv) of each row of clearances, summed over its ends, per force of the solver's.
 
     These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions
-    of supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are on
-    one rigid link.
+    of supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are
+    on one rigid link.
     """
     rows = np.vstack((ends, held))
     found = np.linalg.pinv(rows.T)[: len(ends)][pairs].sum(axis=1)
