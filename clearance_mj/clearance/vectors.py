@@ -30,7 +30,7 @@ def of_one_or_two(one: Callable[..., Any], two: Callable[..., Any]) -> Any:
         return (one if size == 1 else two)(*arguments)
 
     def compiled(*kinds: Any) -> Any:
-        sizes = [kind.count for kind in kinds if isinstance(kind, types.BaseTuple)]
+        sizes = [len(kind) for kind in kinds if isinstance(kind, types.BaseTuple)]
         return (one if sizes[0] == 1 else two) if sizes else None
 
     overload(function, strict=False)(compiled)

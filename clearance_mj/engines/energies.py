@@ -10,9 +10,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
-from ..clearance.kernel import BRISTLES, keep_step
+from ..clearance.kernel import BRISTLES
 from ..clearance.pointers import at, call_contact_energy, call_law
 from ..clearance.record import END_MEMORY
 from ..core.jit import jit
@@ -27,8 +26,7 @@ __all__ = [
     "Kept",
     "clearance_energies",
     "columns_of",
-    "keep",
-    "remember",
+    "keep_energies",
 ]
 
 OF_RIG = ("input", "weight", "unbalance", "drive", "damping", "kinetic", "strain")
@@ -56,51 +54,22 @@ def columns_of(n_bushings: int) -> int:
     return len(OF_RIG) + n_bushings * (len(OF_CLEARANCE) + 2 * len(OF_END))
 
 
-def remember(bushings, numbers, kept, lanes):  # type: ignore[no-untyped-def]
-    """Let the records of one case remember the step before, if energies are kept."""
-    raise NotImplementedError
+@jit
+def keep_energies(
+    row: np.ndarray, h: float, linear: Any, motion: Any, factors: np.ndarray, inputs: np.ndarray, total: np.ndarray,
+    travel: np.ndarray, bushings: np.ndarray, numbers: np.ndarray, places: np.ndarray, x: np.ndarray, way: np.ndarray,
+    force: np.ndarray, filled: np.ndarray, ends: np.ndarray, acts: np.ndarray,
+) -> None:  # fmt: skip
+    """Fill a row with the energies of a step of one case, whose modes have not moved yet.
 
-
-@overload(remember)
-def _remember(bushings, numbers, kept, lanes):  # type: ignore[no-untyped-def]
-    def of_one(bushings, numbers, kept, lanes):  # type: ignore[no-untyped-def]
-        if kept.energies.shape[0]:
-            for j in range(bushings.size):
-                keep_step(bushings[j], numbers)
-
-    return of_one if lanes.count == 1 else (lambda bushings, numbers, kept, lanes: None)
-
-
-def keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings, numbers,
-         places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-    """Keep of a step of one case what is asked for, before its modes move: in ``row`` of what is kept."""
-    raise NotImplementedError
-
-
-@overload(keep)
-def _keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings, numbers,
-          places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-    def of_one(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings,
-               numbers, places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-        if kept.rows.shape[0]:
-            for r in range(kept.rows.shape[1]):
-                kept.rows[row, r] = x[r, 0]
-        if kept.energies.shape[0]:
-            found = kept.energies[row]
-            found[:] = 0.0
-            _of_modes(
-                found, h, linear, motion.q.ravel(), motion.v.ravel(), motion.q_before.ravel(), factors, excitation[i],
-                total.ravel(), travel.ravel(), force, way,
-            )  # fmt: skip
-            clearance_energies(
-                found, h, spin, bushings, numbers, places, x, way, force, filled, ends, acts
-            )  # fmt: skip
-
-    def nothing(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings,
-                numbers, places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-        return None
-
-    return of_one if lanes.count == 1 else nothing
+    ``total`` is the whole force on the modes; ``travel`` and ``way`` are room for how modes and rows travel.
+    """
+    row[:] = 0.0
+    _of_modes(
+        row, h, linear, motion.q.ravel(), motion.v.ravel(), motion.q_before.ravel(), factors, inputs, total.ravel(),
+        travel.ravel(), force, way,
+    )  # fmt: skip
+    clearance_energies(row, h, motion.turning[0, 0], bushings, numbers, places, x, way, force, filled, ends, acts)
 
 
 @jit

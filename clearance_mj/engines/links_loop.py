@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.kernel import press, rub
+from ..clearance.kernel import keep_step, press, rub
 from ..clearance.pointers import at
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
-from .energies import Kept, clearance_energies, remember
+from .energies import Kept, clearance_energies
 from .interact import (
     BRISTLES,
     DEPTH,
@@ -147,7 +147,9 @@ def advance_links(
         for row in range(n_rows):
             x[row, 0] = _dot(at_rows, row, q, spans[row, 0], spans[row, 1])
             drawn[row, 0] = kicked[row, 0] = 0.0
-        remember(bushings, numbers, kept, ONE)
+        if kept.energies.shape[0]:
+            for j in range(n_bushings):
+                keep_step(bushings[j], numbers)
         j = find_contacts(bushings, numbers, places, x, ONE, ends, acts, pushed)
         if j >= 0:
             return i, j

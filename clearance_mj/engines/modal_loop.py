@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..clearance.kernel import keep_step
 from ..clearance.lanes import larger, where_above
 from ..clearance.record import Clearance
 from ..clearance.registers import joined, load, packed, spread, store
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
-from .energies import Kept, keep, remember
+from .energies import Kept, keep_energies
 from .interact import (
     ENDS,
     FILLED,
@@ -108,7 +109,9 @@ def advance(
             store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
         for row in range(n_rows):
             store(x, row, _product(at_rows, row, spans[row, 0], spans[row, 1], modes, q, lanes), lanes)
-        remember(bushings, numbers, kept, lanes)
+        if kept.energies.shape[0]:
+            for j in range(n_bushings):
+                keep_step(bushings[j], numbers)
         j = find_contacts(bushings, numbers, places, x, lanes, ends, acts, pushed)
         if j >= 0:
             for lane in range(count):
@@ -135,8 +138,13 @@ def advance(
         if coupling.shape[0]:
             _couple(h, lanes, inverse_mass, coupling, v, total, middle)
         row = first + i
-        keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, middle, w, bushings, numbers,
-             places, x, force, filled, ends, acts)  # fmt: skip
+        for r in range(kept.rows.shape[1] if kept.rows.shape[0] else 0):
+            kept.rows[row, r] = x[r, 0]
+        if kept.energies.shape[0]:
+            keep_energies(
+                kept.energies[row], h, linear, motion, factors, excitation[i], total, middle, bushings, numbers,
+                places, x, w, force, filled, ends, acts,
+            )  # fmt: skip
         _move(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
         for s in range(n_sensors):
             value = _product(at_sensors, s, of_sensors[s, 0], of_sensors[s, 1], modes, acceleration, lanes)
