@@ -79,8 +79,8 @@ def advance(
     lanes), filled from its row ``first`` on with what `Run.advance` returns, forces and touch if there are columns.
     """
     (
-        inverse_mass, flow, given, _, turned, orders, at_rows, spans, groups, compliance, at_sensors, of_sensors, base, springs,
-        coupling, readings,
+        inverse_mass, flow, given, _, turned, orders, at_rows, spans, groups, compliance, at_sensors, of_sensors, base,
+        springs, coupling, readings,
     ) = linear  # fmt: skip
     q, v, q_before, turning = motion
     bushings, numbers = clearance
@@ -146,8 +146,9 @@ def advance(
             kept.rows[row, r] = x[r, 0]
         if kept.energies.shape[0]:
             keep_energies(
-                kept.energies[row], h, linear, motion, factors, excitation[i], total, middle, bushings, numbers,
-                places, x, w, force, filled, ends, acts,
+                row, kept.energies, h, turning[SPIN, 0], linear.n_excited, excitation, i, factors, inverse_mass, flow,
+                given, turned, at_rows, springs, q, v, q_before, total, middle, bushings, numbers, places, x, w, force,
+                filled, ends, acts,
             )  # fmt: skip
         _move(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
         for g in range(of_sensors.shape[0]):
