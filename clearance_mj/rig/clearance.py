@@ -217,8 +217,8 @@ class Bushing:
     @functools.cached_property
     def wall_model(self) -> Wall:
         """Its wall."""
-        numbers = self.wall or ({} if self.stops == "both" else {"side": self.stops})
-        return WALLS[self.shape or self.of_stops](**numbers)
+        numbers: dict[str, Any] = {} if self.stops == "both" else {"side": self.stops}
+        return WALLS[self.shape or self.of_stops](**self.wall or numbers)
 
     @property
     def of_stops(self) -> Literal["slot", "stop"]:
