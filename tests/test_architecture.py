@@ -131,7 +131,7 @@ def test_one_decorator_compiles():
     }
     assert found == {
         ("clearance_mj/core/jit.py", "njit"),
-        ("clearance_mj/clearance/walls.py", "vectorize"),
+        ("clearance_mj/clearance/walls/slot.py", "vectorize"),
         ("clearance_mj/engines/mujoco_step.py", "cfunc"),
     }
 

@@ -19,8 +19,9 @@ from .kernel import (
     rub,
     touch,
 )  # fmt: skip
-from .lanes import any_below, larger, load, signed, smaller, spread, where_above
+from .lanes import any_below, larger, signed, smaller, where_above
 from .record import Bushing, Clearance, WithBushings, WithTable, clearance_records
+from .registers import load, spread
 from .vectors import of_one_or_two, plus
 
 __all__ = ["cycle_force", "force_at", "forces_along"]

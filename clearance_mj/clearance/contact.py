@@ -12,8 +12,8 @@ from collections.abc import MutableSequence, Sequence
 
 from ..core.errors import LawError
 from ..core.validation import Registered, register
-from .lanes import contact_law_of
 from .pointers import CONTACT_ENERGY, address
+from .registers import contact_law_of
 
 __all__ = ["CONTACTS", "ContactModel", "Numbers", "register"]
 

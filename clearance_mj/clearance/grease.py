@@ -9,8 +9,8 @@ from typing import ClassVar, TypeAlias
 from ..core.errors import LawError
 from ..core.validation import Registered, register
 from .contact import Numbers
-from .lanes import filling_law_of
 from .pointers import FILLING_ENERGIES, address
+from .registers import filling_law_of
 
 __all__ = ["GREASES", "GreaseModel", "Vector", "register"]
 

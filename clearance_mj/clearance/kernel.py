@@ -20,22 +20,10 @@ import numpy as np
 
 from ..core.jit import inlined
 from .follower import SLOWEST_IMPACT, impact_speed, signed_penetration
-from .lanes import (
-    any_below,
-    block,
-    choose,
-    exponential,
-    larger,
-    load,
-    root,
-    signed,
-    smaller,
-    spread,
-    store,
-    where_above,
-)  # fmt: skip
+from .lanes import any_below, choose, exponential, larger, root, signed, smaller, where_above
 from .pointers import at, call_law
 from .record import END_MEMORY, Bushing
+from .registers import block, load, spread, store
 from .vectors import TINY, minus, of_one_or_two, plus
 
 __all__ = [

@@ -1,94 +1,25 @@
-"""Numbers of compiled loops that stand for one case, or for several side by side in a SIMD register.
+"""Functions of laws of plain numbers, and of the lanes of a register: of several cases side by side.
 
-A loop is given ``lanes``, the tuple (0, 1, ... n-1). Its arrays are contiguous, with the lanes as their last axis. For
-n = 1 the numbers that it loads are plain ones, otherwise registers of n numbers, for which + - * /, abs and the
-functions of this file are defined: one source serves single simulations and batches of them.
+A law that is made of + - * /, abs and these functions, without branches, works on all lanes at once; see `registers`.
 """
 
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core.cgutils import get_or_insert_function
-from numba.extending import intrinsic, models, overload, register_jitable, register_model
+from numba.extending import intrinsic, overload, register_jitable
+
+from .registers import Register, define, in_all_lanes
 
 __all__ = [
-    "all_below", "any_below", "block", "choose", "contact_law_of", "exponential", "filling_law_of", "joined", "larger",
-    "load", "packed", "power", "root", "signed", "smaller", "spread", "store", "wall_law_of", "where_above",
+    "all_below", "any_below", "choose", "exponential", "larger", "power", "root", "signed", "smaller", "where_above",
     "whole",
 ]  # fmt: skip
-
-
-class _Register(types.Type):
-    def __init__(self, count: int):
-        self.count = count
-        super().__init__(name=f"Register({count})")
-
-
-@register_model(_Register)
-class _RegisterModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: _Register):
-        super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), kind.count))
-
-
-def _number(lanes: Any) -> types.Type:
-    return types.float64 if lanes.count == 1 else _Register(lanes.count)
-
-
-def _pointer(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-    """Where the numbers of an array's row begin, row i at i times the number of lanes."""
-    view, count = context.make_array(signature.args[0])(context, builder, values[0]), signature.args[-1].count
-    place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
-    return place if count == 1 else builder.bitcast(place, context.get_value_type(_Register(count)).as_pointer())
-
-
-@intrinsic
-def _load(_: Any, array: Any, row: Any, lanes: Any) -> Any:
-    """Return the numbers in a row of an array: load(array, row, lanes)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return builder.load(_pointer(context, builder, signature, values), align=8)
-
-    return _number(lanes)(array, types.intp, lanes), generate
-
-
-@intrinsic
-def _store(_: Any, array: Any, row: Any, number: Any, lanes: Any) -> Any:
-    """Store numbers in a row of an array: store(array, row, numbers, lanes)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        builder.store(values[2], _pointer(context, builder, signature, values), align=8)
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp, _number(lanes), lanes), generate
-
-
-@intrinsic
-def _spread(_: Any, number: Any, lanes: Any) -> Any:
-    """Return one number for all lanes: spread(number, lanes)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return _in_all_lanes(builder, values[0], lanes.count)
-
-    return _number(lanes)(types.float64, lanes), generate
-
-
-def _in_all_lanes(builder: Any, number: Any, count: int) -> Any:
-    if count == 1:
-        return number
-    nothing = ir.Constant(ir.VectorType(ir.DoubleType(), count), ir.Undefined)
-    first = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(ir.IntType(32), count), [0] * count))
-
-
-load: Any = _load
-store: Any = _store
-spread: Any = _spread
 
 
 def _of_plain_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -96,7 +27,7 @@ def _of_plain_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @overload(function)
     def plain(a, b):  # type: ignore[no-untyped-def]
-        return None if isinstance(a, _Register) or isinstance(b, _Register) else function
+        return None if isinstance(a, Register) or isinstance(b, Register) else function
 
     return function
 
@@ -163,34 +94,8 @@ def power(a, b):  # type: ignore[no-untyped-def]
     return a * a if b == 2.0 else a**b
 
 
-def _define(function: Callable[..., Any], generate_one: Callable[..., Any]) -> None:
-    """Let a function of two numbers work on registers; a plain number stands in all lanes."""
-
-    @intrinsic
-    def operate(_: Any, a: Any, b: Any) -> Any:
-        kind = a if isinstance(a, _Register) else b
-
-        def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
-            pairs = zip(values, signature.args)
-            both = [v if k == kind else _in_all_lanes(builder, v, kind.count) for v, k in pairs]
-            return generate_one(builder, *both)
-
-        return kind(*(k if k == kind else types.float64 for k in (a, b))), generate
-
-    @overload(function)
-    def of_registers(a, b):  # type: ignore[no-untyped-def]
-        if isinstance(a, _Register) or isinstance(b, _Register):
-            return lambda a, b: operate(a, b)
-        return None
-
-
-_define(operator.add, lambda builder, a, b: builder.fadd(a, b))
-_define(operator.iadd, lambda builder, a, b: builder.fadd(a, b))
-_define(operator.sub, lambda builder, a, b: builder.fsub(a, b))
-_define(operator.mul, lambda builder, a, b: builder.fmul(a, b))
-_define(operator.truediv, lambda builder, a, b: builder.fdiv(a, b))
-_define(larger, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
-_define(smaller, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
+define(larger, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
+define(smaller, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
 
 
 def _define_one(generate_one: Callable[..., Any]) -> Any:
@@ -201,7 +106,7 @@ def _define_one(generate_one: Callable[..., Any]) -> Any:
         def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
             return generate_one(builder, values[0], a.count)
 
-        return (a(a), generate) if isinstance(a, _Register) else None
+        return (a(a), generate) if isinstance(a, Register) else None
 
     return operate
 
@@ -256,17 +161,17 @@ def _is_positive(builder: Any, number: Any) -> Any:
     return builder.fcmp_ordered(">", number, _zeros(number))
 
 
-_define(signed, lambda builder, a, b: builder.select(_is_positive(builder, b), a, builder.fsub(_zeros(a), a)))
-_define(where_above, lambda builder, a, b: builder.select(_is_positive(builder, b), a, _zeros(a)))
+define(signed, lambda builder, a, b: builder.select(_is_positive(builder, b), a, builder.fsub(_zeros(a), a)))
+define(where_above, lambda builder, a, b: builder.select(_is_positive(builder, b), a, _zeros(a)))
 
 
 @intrinsic
 def _choose(_: Any, a: Any, b: Any, c: Any) -> Any:
-    kind = next(kind for kind in (a, b, c) if isinstance(kind, _Register))
+    kind = next(kind for kind in (a, b, c) if isinstance(kind, Register))
 
     def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
         pairs = zip(values, signature.args)
-        x, y, z = (v if k == kind else _in_all_lanes(builder, v, kind.count) for v, k in pairs)
+        x, y, z = (v if k == kind else in_all_lanes(builder, v, kind.count) for v, k in pairs)
         return builder.select(_is_positive(builder, z), x, y)
 
     return kind(*(k if k == kind else types.float64 for k in (a, b, c))), generate
@@ -274,7 +179,7 @@ def _choose(_: Any, a: Any, b: Any, c: Any) -> Any:
 
 @overload(choose)
 def _choose_of_any(a, b, c):  # type: ignore[no-untyped-def]
-    if any(isinstance(kind, _Register) for kind in (a, b, c)):
+    if any(isinstance(kind, Register) for kind in (a, b, c)):
         return lambda a, b, c: _choose(a, b, c)
     return choose
 
@@ -289,7 +194,7 @@ _root = _define_one(_root_of)
 
 @overload(root)
 def _root_of_any(a):  # type: ignore[no-untyped-def]
-    return (lambda a: _root(a)) if isinstance(a, _Register) else root
+    return (lambda a: _root(a)) if isinstance(a, Register) else root
 
 
 def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:
@@ -298,7 +203,7 @@ def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:
     @intrinsic
     def below(_: Any, a: Any, b: Any) -> Any:
         def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
-            other = values[1] if signature.args[1] == a else _in_all_lanes(builder, values[1], a.count)
+            other = values[1] if signature.args[1] == a else in_all_lanes(builder, values[1], a.count)
             bits = builder.bitcast(builder.fcmp_ordered("<", values[0], other), ir.IntType(a.count))
             if of_all:
                 return builder.icmp_unsigned("==", bits, bits.type(2**a.count - 1))
@@ -308,7 +213,7 @@ def _define_comparison(function: Callable[..., Any], of_all: bool) -> None:
 
     @overload(function)
     def of_registers(a, b):  # type: ignore[no-untyped-def]
-        return (lambda a, b: below(a, b)) if isinstance(a, _Register) else None
+        return (lambda a, b: below(a, b)) if isinstance(a, Register) else None
 
 
 _define_comparison(any_below, of_all=False)
@@ -318,7 +223,7 @@ _define_comparison(all_below, of_all=True)
 @intrinsic
 def _whole(_: Any, a: Any) -> Any:
     def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        number = builder.extract_element(values[0], ir.IntType(32)(0)) if isinstance(a, _Register) else values[0]
+        number = builder.extract_element(values[0], ir.IntType(32)(0)) if isinstance(a, Register) else values[0]
         return builder.fptosi(number, ir.IntType(64))
 
     return types.intp(a), generate
@@ -331,13 +236,13 @@ def _whole_of_any(a):  # type: ignore[no-untyped-def]
 
 @overload(abs)
 def _abs_of_registers(a):  # type: ignore[no-untyped-def]
-    return (lambda a: _absolute(a)) if isinstance(a, _Register) else None
+    return (lambda a: _absolute(a)) if isinstance(a, Register) else None
 
 
 @overload(power)
 def _power_of_registers(a, b):  # type: ignore[no-untyped-def]
     """2^(n log2 x): log2 by the series of artanh, 2^f by that of exp, both to the last digit."""
-    if not isinstance(a, _Register):
+    if not isinstance(a, Register):
         return None
 
     def of_registers(a, b):  # type: ignore[no-untyped-def]
@@ -370,115 +275,6 @@ def _exponential_2(y):  # type: ignore[no-untyped-def]
 
 @overload(exponential)
 def _exponential_of_any(a):  # type: ignore[no-untyped-def]
-    if isinstance(a, _Register):
+    if isinstance(a, Register):
         return lambda a: _exponential_2(larger(1.4426950408889634 * a, -1020.0))
     return lambda a: math.exp(a)
-
-
-class _Rows(types.Type):
-    """Where numbers of all lanes stand, row after row: what laws index."""
-
-    def __init__(self, count: int):
-        self.count = count
-        super().__init__(name=f"Rows({count})")
-
-
-@register_model(_Rows)
-class _RowsModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: _Rows):
-        super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), kind.count).as_pointer())
-
-
-@intrinsic
-def _get(_: Any, numbers: Any, row: Any) -> Any:
-    def generate(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        found = builder.load(builder.gep(values[0], [values[1]]), align=8)
-        return builder.extract_element(found, ir.IntType(32)(0)) if numbers.count == 1 else found
-
-    return _number(numbers)(numbers, types.intp), generate
-
-
-@intrinsic
-def _set(_: Any, numbers: Any, row: Any, value: Any) -> Any:
-    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
-        builder.store(values[2], builder.gep(values[0], [values[1]]), align=8)
-        return context.get_dummy_value()
-
-    return types.void(numbers, types.intp, _Register(numbers.count)), generate
-
-
-@overload(operator.getitem)
-def _get_row(numbers, row):  # type: ignore[no-untyped-def]
-    return (lambda numbers, row: _get(numbers, row)) if isinstance(numbers, _Rows) else None
-
-
-@overload(operator.setitem)
-def _set_row(numbers, row, value):  # type: ignore[no-untyped-def]
-    return (lambda numbers, row, value: _set(numbers, row, value)) if isinstance(numbers, _Rows) else None
-
-
-@intrinsic
-def _block(_: Any, array: Any, row: Any, lanes: Any) -> Any:
-    """Return what a law reads and writes from a row on: block(array, row, lanes)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        view, count = context.make_array(signature.args[0])(context, builder, values[0]), lanes.count
-        place = builder.gep(view.data, [builder.mul(values[1], ir.Constant(values[1].type, count))])
-        return place if count == 1 else builder.bitcast(place, context.get_value_type(_Rows(count)))
-
-    return _numbers(lanes.count)(array, types.intp, lanes), generate
-
-
-def _numbers(count: int) -> types.Type:
-    return types.CPointer(types.float64) if count == 1 else _Rows(count)
-
-
-def filling_law_of(coordinates: int, count: int) -> Any:
-    """Return the signature of a filling's law of one coordinate or two that works on so many lanes at once."""
-    numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
-    vector = types.UniTuple(number, coordinates)
-    return types.void(numbers, numbers, vector, vector, number, types.float64, numbers)
-
-
-def contact_law_of(count: int) -> Any:
-    """Return the signature of a contact's law that works on so many lanes at once."""
-    numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
-    return types.void(numbers, number, number, number, numbers)
-
-
-def wall_law_of(count: int) -> Any:
-    """Return the signature of a wall's law that works on so many lanes at once."""
-    numbers, number = _numbers(count), _number(types.UniTuple(types.intp, count))
-    return types.void(numbers, types.UniTuple(number, 2), numbers)
-
-
-def packed(lanes):  # type: ignore[no-untyped-def]
-    """Return the lanes in which modes and rows stand: those of the cases, or, of one case, four side by side."""
-    return (0, 1, 2, 3) if len(lanes) == 1 else lanes
-
-
-@overload(packed)
-def _packed(lanes):  # type: ignore[no-untyped-def]
-    return (lambda lanes: (0, 1, 2, 3)) if lanes.count == 1 else (lambda lanes: lanes)
-
-
-@intrinsic
-def _sum(_: Any, a: Any) -> Any:
-    def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
-        parts = [builder.extract_element(values[0], ir.IntType(32)(i)) for i in range(a.count)]
-        return builder.fadd(builder.fadd(parts[0], parts[1]), builder.fadd(parts[2], parts[3]))
-
-    return types.float64(a), generate
-
-
-def joined(a, lanes):  # type: ignore[no-untyped-def]
-    """Return the sum of the four parts of a number of one case, or of several cases the numbers themselves."""
-    raise NotImplementedError
-
-
-@overload(joined)
-def _joined(a, lanes):  # type: ignore[no-untyped-def]
-    return (lambda a, lanes: _sum(a)) if lanes.count == 1 else (lambda a, lanes: a)
-
-
-block: Any = _block

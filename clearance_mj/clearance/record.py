@@ -21,8 +21,8 @@ from ..rig.dimensions import shaft_radius
 from .grease import GreaseModel
 from .greases.bouc_wen import BoucWen
 from .greases.oil_film import film_bearing
-from .lanes import contact_law_of, filling_law_of, wall_law_of
 from .pointers import address
+from .registers import contact_law_of, filling_law_of, wall_law_of
 from .table import LawTable
 
 __all__ = [
@@ -77,6 +77,7 @@ class Bushing:
     rubs: bool  # whether there is friction; then its numbers, in `friction` and the rows after it:
     friction: int  # coefficient, bristles N/m and N s/m of one end, excess where sliding begins, s/m, radius m
     ends: int  # what both ends remember, `END_MEMORY` rows each
+    depths: int  # of both ends in the last step, m, for energies
     out: int  # what laws answer, 6 rows
     room: int  # 6 rows for what is gathered from the lanes, and 6 numbers for an answer
 
@@ -165,7 +166,7 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
             "contact_was": table.parameters[0, j], "filling": model.parameters(),
             "memory": [0.0] * model.states(size), "memory_was": [0.0] * model.states(size), "wall": on_walls,
             "reach": [wall.reach(bushing.gap)], "friction": _friction(rig, j) if rubs else (),
-            "ends": [0.0] * (2 * END_MEMORY), "out": [0.0] * 6, "room": [0.0] * 12,
+            "ends": [0.0] * (2 * END_MEMORY), "depths": [0.0] * 2, "out": [0.0] * 6, "room": [0.0] * 12,
         }  # fmt: skip
         for name, values in of_law.items():
             record[name] = place(values)
@@ -189,10 +190,11 @@ def _friction(rig: Any, j: int) -> tuple[float, ...]:
 def shared_kinds(rig: WithBushings, law: WithTable) -> tuple[Any, ...]:
     """Return the laws that cases share whose records may stand side by side."""
     table = law.table(len(rig.bushings))
-    return tuple(
+    of_clearances = [
         (type(b.wall_model), b.n_coordinates, b.friction is None, type(model), len(model.parameters()), kind, pulls)
         for b, model, kind, pulls in zip(rig.bushings, fillings_of(rig, law), table.kinds, table.adhesion.tolist())
-    ) + (table.parameters.shape, table.by_amplitude)
+    ]
+    return *of_clearances, table.parameters.shape, table.by_amplitude
 
 
 def side_by_side(parts: Sequence[Clearance], laws: Sequence[tuple[Any, ...]]) -> Clearance:

@@ -14,8 +14,10 @@ from numba.extending import overload
 
 from .lanes import choose, larger, root, smaller
 
-__all__ = ["TINY", "along", "answer", "answer_film", "in_plane", "length", "minus", "of_one_or_two", "plus", "read", "times", "within",
-           "write"]  # fmt: skip
+__all__ = [
+    "TINY", "along", "answer", "answer_film", "in_plane", "length", "minus", "of_one_or_two", "plus", "read", "times",
+    "within", "write",
+]  # fmt: skip
 
 TINY = 1e-300  # beside which a length is 0, so that nothing is divided by 0
 

@@ -35,7 +35,7 @@ class Run(ABC):
         return None
 
     def balanced(self, excitation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate one block; return what `advance` does, and the energies (n, columns) of its steps, see `energies`."""
+        """Simulate one block; return what `advance` does, and the energies of its steps, (n, columns) of `energies`."""
         raise ClearanceError("the engine does not tell its energies, so they cannot be balanced; use modal or links")
 
 

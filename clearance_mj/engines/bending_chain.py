@@ -8,7 +8,6 @@ in fourth order.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
@@ -21,7 +20,7 @@ from ..structure.shaft import OF_BENDING
 from ..structure.supports import HELD
 from .chain import Chain, Hold
 
-__all__ = ["BendingChain", "Link", "of_discs"]
+__all__ = ["BendingChain", "Link"]
 
 
 class Link(NamedTuple):
@@ -62,10 +61,10 @@ class BendingChain(Chain):
         inertia = mass @ (at - centre) ** 2 + sum(own + m * (x - centre) ** 2 for m, x, own in parts)
         return Link(start, end, float(total), float(centre), float(inertia))
 
-    @property
-    def without_load(self) -> BendingChain:
-        """The same with nothing but the shaft's own discs on it."""
-        return dataclasses.replace(self, masses=of_discs(self.shaft))
+    @staticmethod
+    def discs(shaft: Shaft) -> list[tuple[float, float, float]]:
+        """Return position, m, mass, kg, and inertia about a diameter, kg m², of a shaft's discs."""
+        return [(disc.position, disc.mass, disc.inertia) for disc in shaft.discs]
 
     @functools.cached_property
     def _moves(self) -> np.ndarray:
@@ -98,8 +97,3 @@ class BendingChain(Chain):
     def strain(self) -> np.ndarray:
         """(n_hinges, nv) strains of unit energy of the hinges."""
         return np.diag(np.sqrt(self.stiffness))[len(self.roots) :]
-
-
-def of_discs(shaft: Shaft) -> tuple[tuple[float, float, float], ...]:
-    """Return the position, m, mass, kg, and inertia, kg m², of a shaft's discs."""
-    return tuple((disc.position, disc.mass, disc.inertia) for disc in shaft.discs)

@@ -10,6 +10,7 @@ A chain begins at the shaft's left end, where its first link can move unless a s
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -102,10 +103,15 @@ class Chain(ABC):
     def mass(self) -> np.ndarray:
         """(nv, nv) mass matrix of the straight chain, with what sits on it."""
 
-    @property
+    @staticmethod
     @abstractmethod
+    def discs(shaft: Shaft) -> list[tuple[float, float, float]]:
+        """Return what a shaft's own discs put on it, as `masses`."""
+
+    @property
     def without_load(self) -> Self:
         """The same with nothing but the shaft's own discs on it."""
+        return dataclasses.replace(self, masses=tuple(self.discs(self.shaft)))
 
     @functools.cached_property
     def hinges(self) -> np.ndarray:

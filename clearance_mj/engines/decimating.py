@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.lanes import load, spread, store
+from ..clearance.registers import load, spread, store
 from ..core.jit import jit
 
 __all__ = ["BLOCK_SAMPLES", "decimate", "fill_before", "padded_taps"]

@@ -19,7 +19,17 @@ from ..core.jit import jit
 from .interact import BRISTLES as PREDICTED
 from .interact import DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED
 
-__all__ = ["NOTHING", "OF_CLEARANCE", "OF_END", "OF_RIG", "Kept", "clearance_energies", "columns_of", "keep", "remember"]
+__all__ = [
+    "NOTHING",
+    "OF_CLEARANCE",
+    "OF_END",
+    "OF_RIG",
+    "Kept",
+    "clearance_energies",
+    "columns_of",
+    "keep",
+    "remember",
+]
 
 OF_RIG = ("input", "weight", "unbalance", "drive", "damping", "kinetic", "strain")
 """J: put in in a step, lost in it, and, the last two, stored; the work of orders counts with that of the unbalance"""
@@ -161,6 +171,7 @@ def clearance_energies(
             of_end[0] = _depth(bushings[j], numbers, x[y, 0], x[z, 0])
             if acts[c]:
                 _of_contact(row, own, of_end, bushings[j], numbers, end, h, spin, y, z, way, ends[ENDS * c :, 0])
+            numbers[bushings[j].depths + end] = of_end[0]
 
 
 @jit
@@ -191,7 +202,10 @@ def _of_filling(own, bushing, numbers, first, x, way, force, filled):  # type: i
     if size == 1:
         call_law(bushing.filling_energy, parameters, before, now, (y,), (was,), out)
     else:
-        z, went = numbers[bushing.place + 1] + numbers[offset + 1], numbers[bushing.place + 1] - numbers[bushing.was + 1]
+        z, went = (
+            numbers[bushing.place + 1] + numbers[offset + 1],
+            numbers[bushing.place + 1] - numbers[bushing.was + 1],
+        )
         call_law(bushing.filling_energy, parameters, before, now, (y, z), (was, went), out)
     own[5] = numbers[bushing.out] + stored
     own[1] = numbers[bushing.out + 1]
@@ -207,7 +221,8 @@ def _of_contact(row, own, of_end, bushing, numbers, end, h, spin, y, z, way, fou
     energy = bushing.contact_energy
     now, was = at(numbers, bushing.contact), at(numbers, bushing.contact_was)
     if bushing.rows > 1:
-        own[4] += 0.5 * (call_contact_energy(energy, now, depth) - call_contact_energy(energy, was, depth))
+        common = np.sqrt(max(depth * numbers[bushing.depths + end], 0.0))
+        own[4] += 0.5 * (call_contact_energy(energy, now, common) - call_contact_energy(energy, was, common))
     own[6] += 0.5 * call_contact_energy(energy, now, depth)
     own[2] += loss
     if bushing.rubs:
@@ -219,4 +234,3 @@ def _of_contact(row, own, of_end, bushing, numbers, end, h, spin, y, z, way, fou
         own[3] += found[RUBBED] * slid + (found[RUBBED] - stiffness * bristles) * across
         row[DRIVE] += found[RUBBED] * surface
     of_end[1], of_end[2], of_end[3], of_end[4] = normal, loss, n_y, n_z
-

@@ -198,14 +198,16 @@ def energy_balance(
         output = np.concatenate([block for _, block in simulation.outputs([excitation])])
     rows = np.concatenate(balanced.rows)[:size].T
     found: dict[str, Any] = dict(zip(OF_RIG, rows))
-    found |= dict(zip(OF_CLEARANCE, np.moveaxis(rows[len(OF_RIG) :].reshape(n, len(OF_CLEARANCE), -1), 1, 0)))
-    for name in STORED:  # above that at rest
+    of_clearances = rows[len(OF_RIG) :].reshape(n, len(OF_CLEARANCE), rows.shape[1])
+    found |= dict(zip(OF_CLEARANCE, np.moveaxis(of_clearances, 1, 0)))
+    for name in STORED[1:] if balanced.before() is not None else ():  # above that at rest
         found[name] = found[name] - found[name][..., :1]
     if not (rig.moves_across or rig.gravity or rig.loads):
         found |= dict.fromkeys(("weight", "unbalance", "drive"))
     if not any(bushing.friction for bushing in rig.bushings) and not rig.moves_across:
         found["friction"] = None
-    ends = np.concatenate(balanced.ends).reshape(-1, 2 * n, len(OF_END))
+    ends = np.concatenate(balanced.ends)
+    ends = ends.reshape(len(ends), 2 * n, len(OF_END))
     visits = (visit for c in range(2 * n) for visit in _impacts(ends[:, c], c, rig, simulation.step))
     impacts = tuple(each for each in visits if each.time + each.duration <= size / excitation.fs)
     return EnergyBalance(
@@ -220,6 +222,10 @@ class _BalancedRun(Run):
         self.run, self.factor, self.bar, self.steps, self.sums = run, factor, bar, 0, np.zeros(0)
         self.rows: list[np.ndarray] = []
         self.ends: list[np.ndarray] = []
+
+    def before(self) -> np.ndarray | None:
+        """Return the rest; see `Run.before`."""
+        return self.run.before()
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""

@@ -73,7 +73,7 @@ class Equilibrium:
         return np.asarray(self.model.moved(points) @ self.coordinates)
 
     def columns(self) -> np.ndarray:
-        """Return what an engine's run returns of the clearances at rest: (3 n_rows + n_bushings,); see `Run.advance`."""
+        """Return what an engine's run returns of clearances at rest: (3 n_rows + n_bushings,); see `Run.advance`."""
         touches = [float(self.contact_force[rows].any()) for rows in self.rig.clearance_rows]
         return np.concatenate((self.displacement, self.contact_force, self.grease_force, touches))
 

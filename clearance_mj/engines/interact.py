@@ -24,8 +24,9 @@ from ..clearance.kernel import (
     rub,
     touch,
 )  # fmt: skip
-from ..clearance.lanes import all_below, any_below, larger, load, packed, signed, smaller, spread, store, where_above
+from ..clearance.lanes import all_below, any_below, larger, signed, smaller, where_above
 from ..clearance.record import Bushing
+from ..clearance.registers import load, packed, spread, store
 from ..core.jit import inlined
 
 __all__ = [

@@ -24,9 +24,9 @@ from ..structure.base import parse_direction, ratios_of_modes
 from ..structure.reduction import vibration_modes
 from ..structure.shaft import OF_TWIST
 from ..structure.shafts import Spring
-from .bending_chain import BendingChain, of_discs
+from .bending_chain import BendingChain
 from .chain import Chain, cut, elements_of
-from .twist_chain import TwistChain, polar_discs
+from .twist_chain import TwistChain
 
 __all__ = ["Linkage", "Member", "cannot_be_linked", "linkage"]
 
@@ -339,9 +339,9 @@ def linkage(rig: Rig, links: int) -> Linkage:
     across = rig.linear.in_other_plane if rig.moves_across else None
     members: list[tuple[Literal["x", "y", "z"], int, Chain]] = []
     for i, shaft in enumerate(rig.linear.shafts):
-        masses = [(m, rig.linear.place(m.position)[1]) for m in rig.point_masses if _is_on(rig, i, m.position)]
-        carried = [*of_discs(shaft), *((x, m.mass, 0.0) for m, x in masses if not parse_direction(m.position))]
-        turned = [*polar_discs(shaft), *((x, 0.0, m.mass) for m, x in masses if parse_direction(m.position))]
+        masses = [(_twists(m.position), rig.linear.place(m.position), m.mass) for m in rig.point_masses]
+        carried = BendingChain.discs(shaft) + [(x, m, 0.0) for twists, (n, x), m in masses if n == i and not twists]
+        turned = TwistChain.discs(shaft) + [(x, 0.0, m) for twists, (n, x), m in masses if n == i and twists]
         pieces = cut(shaft, links, _wanted(rig, i, carried))
         along_z = BendingChain(shaft, elements_of(shaft, pieces, "bending"), tuple(carried))
         members.append(("z", i, along_z))

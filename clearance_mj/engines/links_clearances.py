@@ -13,7 +13,7 @@ import numpy as np
 
 from ..rig import Bushing
 from .linkage import Linkage
-from .links_model import add_limit, add_site, aside, carrier
+from .links_model import add_site, add_tendon, aside, carrier
 from .plant import NO_WALL, soften
 
 __all__ = ["add_clearances", "contact_names"]
@@ -83,7 +83,8 @@ def _add_limits(spec: mujoco.MjSpec, whole: Linkage, j: int) -> None:
     ends = rig.n_rows + rig.end_rows[rig.clearance_rows[j].start]
     for row, name in zip(whole.at_points[ends], contact_names(whole)[1][2 * j :]):
         if name:
-            add_limit(spec, whole, name, row, np.clip(bushing.walls, -NO_WALL, NO_WALL))
+            tendon = add_tendon(spec, whole, name, row)
+            tendon.limited, tendon.range = 1, np.clip(bushing.walls, -NO_WALL, NO_WALL)
             spec.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_TENDONPOS, objname=name, **TENDON)
             soften(spec, "tendon", name, bushing)
 

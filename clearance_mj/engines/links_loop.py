@@ -102,7 +102,8 @@ def advance_links(
 
     ``excitation``: (n, n_inputs). ``lighter``: what of gravity MuJoCo's heavier bodies get. ``coupling``: (nv, nv)
     gyroscopic moments per velocity in the middle of all other kicks; (0, 0) for none. ``turning``: (5, 1) as of
-    `modal_loop`. ``before``: (nv,) coordinates a step ago. ``out``: (n, columns), filled from row ``first`` on with what `Run.advance` returns.
+    `modal_loop`. ``before``: (nv,) coordinates a step ago. ``out``: (n, columns), filled from row ``first`` on with
+    what `Run.advance` returns.
     """
     model, data, gravity, of_pairs, of_limits, qpos, qvel, applied, constraint, qacc = views
     (
@@ -260,9 +261,7 @@ def _dot(rows: np.ndarray, row: int, vector: np.ndarray, start: int, stop: int) 
 
 
 @inlined
-def _pull(
-    at_rows: np.ndarray, spans: np.ndarray, row: int, push: float, total: np.ndarray, force: np.ndarray
-) -> None:
+def _pull(at_rows: np.ndarray, spans: np.ndarray, row: int, push: float, total: np.ndarray, force: np.ndarray) -> None:
     """Add a force at a row, N, against its displacement, to two sums of forces on the coordinates."""
     along, to, also = at(at_rows, row * total.size), at(total, 0), at(force, 0)
     for m in range(spans[row, 0], spans[row, 1]):

@@ -20,11 +20,10 @@ from ..rig import Rig
 from ..structure.base import is_rotation
 from .bending_chain import BendingChain
 from .linkage import Linkage, Member, linkage
-from .links_parts import add_fixed_tendon, add_spring, add_support, finish_supports, set_inertia, visual
-from .plant import set_solver
+from .plant import set_solver, settling
 from .twist_chain import TwistChain
 
-__all__ = ["add_limit", "add_site", "aside", "carrier", "joint_names", "links_spec", "round_places"]
+__all__ = ["add_site", "add_tendon", "aside", "carrier", "joint_names", "links_spec", "round_places"]
 
 SAME_PLACE = 1e-9  # of a shaft's length: hinges of both planes that are this close are one joint
 LEAST_INERTIA = 1e-13  # kg m², of a short link between the hinges of both planes: MuJoCo wants some
@@ -55,10 +54,11 @@ def links_spec(rig: Rig, links: int) -> tuple[mujoco.MjSpec, Linkage]:
         _add_twist(spec, whole, member)
     for axis in "yzx":
         for i, row in enumerate(row for own, row in zip(*whole.fixed) if own == axis):
-            add_support(spec, f"support{i}{_suffix(whole, axis)}", _over(whole, row))
-        for i, (_, row, *numbers) in enumerate(each for each in zip(*whole.springs) if each[0] == axis):
-            add_spring(spec, f"spring{i}{_suffix(whole, axis)}", _over(whole, row), *numbers)
-    finish_supports(spec)
+            _add_support(spec, whole, f"support{i}{_suffix(whole, axis)}", row)
+        for i, (_, row, stiffness, damping) in enumerate(each for each in zip(*whole.springs) if each[0] == axis):
+            spring = add_tendon(spec, whole, f"spring{i}{_suffix(whole, axis)}", row)
+            spring.stiffness, spring.damping = [stiffness, 0, 0], [damping, 0, 0]
+    _finish_supports(spec)
     return spec, whole
 
 
@@ -105,44 +105,45 @@ def aside(whole: Linkage, i: int) -> float:
     return i * SHAFT_SPACING * max(shaft.half_depth(x) for shaft in whole.rig.linear.shafts for x in shaft.edges)
 
 
-def _bending(whole: Linkage, i: int) -> list[tuple[Member, BendingChain]]:
+def _bending(whole: Linkage, i: int) -> list[Member]:
     """The members of a shaft that bend, along z first."""
-    members = (*whole.along("z"), *whole.along("y"))
-    return [(m, m.chain) for m in members if m.shaft == i and isinstance(m.chain, BendingChain)]
+    return [member for member in (*whole.along("z"), *whole.along("y")) if member.shaft == i]
 
 
 def _starts(whole: Linkage, i: int) -> np.ndarray:
     """(n,) where the links of shaft i begin, m: at the hinges of both planes, which mostly are at the same places."""
-    places = np.sort(np.concatenate([chain.starts for _, chain in _bending(whole, i)]))
+    places = np.sort(np.concatenate([member.chain.starts for member in _bending(whole, i)]))
     return places[np.diff(places, prepend=-np.inf) > SAME_PLACE * whole.rig.linear.shafts[i].length]
 
 
 def _names(whole: Linkage, i: int) -> list[str]:
     """Of a shaft's links; in one plane the first one is the root if the shaft's left end moves."""
     prefix, count = _prefix(whole, i), len(_starts(whole, i))
-    roots = not whole.bends_across and bool(_bending(whole, i)[0][1].roots)
+    roots = not whole.bends_across and bool(_bending(whole, i)[0].chain.roots)
     return [f"{prefix}root"] * roots + [f"{prefix}link{n}" for n in range(count - roots)]
 
 
 def _add_shaft(spec: mujoco.MjSpec, whole: Linkage, i: int) -> None:
     """One shaft: its links, joints and sensors."""
     starts, y, members = _starts(whole, i), aside(whole, i), _bending(whole, i)
-    shaft, chain = whole.rig.linear.shafts[i], members[0][1]
+    shaft, chain = whole.rig.linear.shafts[i], members[0].chain
+    assert isinstance(chain, BendingChain)
     if starts[0] > shaft.start:
         at = shaft.start, y, starts[0] - shaft.start
-        visual(spec.worldbody, f"{_prefix(whole, i)}clamped", *at, shaft.half_depth(shaft.start))
+        _show(spec.worldbody, f"{_prefix(whole, i)}clamped", *at, shaft.half_depth(shaft.start))
     body, origin = spec.worldbody, (0.0, 0.0)
     for name, (start, end) in zip(_names(whole, i), pairwise((*starts, shaft.end))):
         body, origin = body.add_body(name=name, pos=[start - origin[0], y - origin[1], 0]), (start, y)
-        set_inertia(body, chain.link(start, end))
-        body.inertia = np.maximum(body.inertia, LEAST_INERTIA * whole.bends_across)
+        link = chain.link(start, end)
+        inertia = np.maximum(np.array([1e-6, 1, 1]) * link.inertia, LEAST_INERTIA * whole.bends_across)
+        _set_inertia(body, link.mass, link.centre - start, inertia)
         here = [
-            (n, -rank, member) for rank, (member, own) in enumerate(members) for n, x in enumerate(own.places)
+            (n, member) for member in members for n, x in enumerate(member.chain.places)
             if abs(x - start) <= SAME_PLACE * shaft.length
         ]  # fmt: skip
-        for n, _, member in sorted(here, key=lambda joint: joint[0]):
+        for n, member in sorted(here, key=lambda joint: joint[0]):
             _add_joint(body, whole, member, n)
-        visual(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
+        _show(body, name, 0.0, 0.0, end - start, shaft.half_depth((start + end) / 2))
     across = [s for s in whole.rig.sensors if s.quantity == "acceleration" and not is_rotation(s.position)]
     places = [(s, whole.rig.linear.place(s.position)) for s in across]
     links = [(s, np.searchsorted(starts, x, side="right") or np.inf) for s, (number, x) in places if number == i]
@@ -161,7 +162,7 @@ def _add_twist(spec: mujoco.MjSpec, whole: Linkage, member: Member) -> None:
         at = start, aside(whole, member.shaft)
         body, origin = body.add_body(pos=[at[0] - origin[0], at[1] - origin[1], 0]), at
         body.name = f"{_prefix(whole, member.shaft)}twist{n}"
-        body.mass, body.ipos, body.inertia, body.explicitinertial = TWIST_MASS, [0, 0, 0], [inertia] * 3, True
+        _set_inertia(body, TWIST_MASS, 0.0, np.full(3, inertia))
         _add_joint(body, whole, member, n)
 
 
@@ -193,12 +194,41 @@ def add_site(
     body.add_site(name=name, pos=at, size=[size, 0, 0], **({"rgba": rgba} if rgba else {}))
 
 
-def add_limit(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray, limits: np.ndarray) -> None:
-    """Add a tendon whose length is a combination (nv,) of the coordinates, between limits (2,)."""
-    tendon = add_fixed_tendon(spec, name, _over(whole, row))
-    tendon.limited, tendon.range = 1, limits
+def add_tendon(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) -> mujoco.MjsTendon:
+    """Add a fixed tendon whose length is a combination (nv,) of the coordinates."""
+    tendon = spec.add_tendon(name=name, springlength=[0, 0])
+    for member in whole.members:
+        if row[member.part].any():
+            for joint, share in zip(_joints(whole, member), row[member.part]):
+                tendon.wrap_joint(joint, share)
+    return tendon
 
 
-def _over(whole: Linkage, row: np.ndarray) -> list[tuple[list[str], np.ndarray]]:
-    """A row of the coordinates as the joints of each member and their shares."""
-    return [(_joints(whole, member), row[member.part]) for member in whole.members]
+def _set_inertia(body: mujoco.MjsBody, mass: float, centre: float, inertia: np.ndarray) -> None:
+    body.mass, body.ipos, body.inertia, body.explicitinertial = mass, [centre, 0, 0], inertia, True
+
+
+def _show(body: mujoco.MjsBody, name: str, x: float, y: float, length: float, depth: float) -> None:
+    """Show a piece of a shaft, which touches nothing."""
+    body.add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[x, y, 0, x + length, y, 0], size=[depth, 0, 0],
+        contype=0, conaffinity=0, rgba=[0.55, 0.6, 0.66, 1],
+    )  # fmt: skip
+
+
+def _add_support(spec: mujoco.MjSpec, whole: Linkage, name: str, row: np.ndarray) -> None:
+    """Hold a motion of a shaft at zero."""
+    add_tendon(spec, whole, name, row)
+    tendon = {"type": mujoco.mjtEq.mjEQ_TENDON, "objtype": mujoco.mjtObj.mjOBJ_TENDON, "name1": name}
+    solref = settling(spec.option.timestep)
+    spec.add_equality(name=name, solref=solref, solimp=[0.9999, 0.9999, 1, 0.5, 1], **tendon)
+
+
+def _finish_supports(spec: mujoco.MjSpec) -> None:
+    """Set the options that supports and springs ask for, once all of them, and no other tendons, are there."""
+    if spec.equalities or spec.tendons:  # MuJoCo's implicit damping of joints alone would not hold supports still
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+        for joint in spec.joints:  # explicit dampers act half a step late: so much more inertia makes up for it
+            joint.armature = spec.option.timestep / 2 * joint.damping[0]
+    if spec.equalities:
+        spec.option.iterations = 100  # rows as they are; engines make them orthogonal

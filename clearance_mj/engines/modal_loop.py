@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..clearance.lanes import joined, larger, load, packed, spread, store, where_above
+from ..clearance.lanes import larger, where_above
 from ..clearance.record import Clearance
+from ..clearance.registers import joined, load, packed, spread, store
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
 from .energies import Kept, keep, remember

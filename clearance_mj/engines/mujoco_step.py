@@ -20,6 +20,8 @@ from .base import Engine, location
 __all__ = ["check_warnings", "contact_rows", "mj_step", "refuse_adhesion", "warnings_counted"]
 
 
+ROUNDING = 1e-12
+
 mj_step: Any = external("mj_step", numba.types.intp, numba.types.intp)
 
 
@@ -67,14 +69,15 @@ def refuse_adhesion(engine: Engine, bushings: np.ndarray) -> None:
 
 
 def contact_rows(ends: np.ndarray, pairs: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Return the contact force (n_rows, nv) of each row of clearances, the sum over its ends, per force of the solver's.
+    """Return the contact force (n_rows, nv) of each row of clearances, summed over its ends, per force of the solver's.
 
-    These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions of
-    supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are on
-    one rigid link.
+    These come from contacts at ``ends`` (2 n_rows, nv), of which ``pairs`` (n_rows, 2) belong to a row, and reactions
+    of supports ``held``. (0, nv) where the joints' forces do not distinguish them, as where a support and a bushing are
+    on one rigid link.
     """
     rows = np.vstack((ends, held))
     found = np.linalg.pinv(rows.T)[: len(ends)][pairs].sum(axis=1)
+    found[np.abs(found) < ROUNDING * np.abs(found).max(initial=0.0)] = 0.0  # planes do not feel each other
     wanted = np.zeros((len(pairs), len(rows)))
     np.put_along_axis(wanted, pairs, 1.0, axis=1)
     distinct = np.allclose(found @ rows.T, wanted * rows.any(axis=1), rtol=0, atol=1e-6)

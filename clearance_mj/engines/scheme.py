@@ -100,8 +100,8 @@ def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear,
         turning = np.vstack((model.unbalance, order_forces(rig.orders, model.directed, model.size)))
     spin = rig.spin.speed if rig.spin else 0.0
     found = Linear(
-        inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows, moving(rows),
-        (rows * inverse_mass) @ rows.T, sensors.accelerations, moving(sensors.accelerations), on_base,
+        inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows,
+        moving(rows), (rows * inverse_mass) @ rows.T, sensors.accelerations, moving(sensors.accelerations), on_base,
         *at_spin(model, coupled, inverse_mass, step, spin), sensors.readings,
     )  # fmt: skip
     return found, coupled

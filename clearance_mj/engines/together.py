@@ -71,7 +71,7 @@ def simulate_and_keep(
     keep : callable
         Takes a response; the response is gone once it has returned.
     forces : bool
-        Whether it looks at forces or contact of the bushings or provenance; without, those of rigs that do not turn have none.
+        Whether it looks at forces or contact of the bushings or provenance; without, rigs that do not turn have none.
 
     Returns
     -------

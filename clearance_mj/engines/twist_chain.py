@@ -7,7 +7,6 @@ second order: (kL/n)²/22 of a natural frequency with wave number k, of n links 
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,7 +18,7 @@ from ..structure import Shaft, Support
 from ..structure.shaft import OF_TWIST
 from .chain import Chain, Hold
 
-__all__ = ["TwistChain", "polar_discs"]
+__all__ = ["TwistChain"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +45,10 @@ class TwistChain(Chain):
             found.append(weight @ rigidity.polar + sum(parts))
         return np.array(found)
 
-    @property
-    def without_load(self) -> TwistChain:
-        """The same with nothing but the shaft's own discs on it."""
-        return dataclasses.replace(self, masses=polar_discs(self.shaft))
+    @staticmethod
+    def discs(shaft: Shaft) -> list[tuple[float, float, float]]:
+        """Return position, m, no mass, and inertia about the axis, kg m², of a shaft's discs."""
+        return [(disc.position, 0.0, disc.about_axis) for disc in shaft.discs]
 
     @functools.cached_property
     def mass(self) -> np.ndarray:
@@ -57,8 +56,3 @@ class TwistChain(Chain):
         middles = [(start + end) / 2 for start, end in pairwise((*self.starts, self.shaft.end))]
         turns = self.motion(middles, straight=True)
         return (turns.T * self.inertias) @ turns
-
-
-def polar_discs(shaft: Shaft) -> tuple[tuple[float, float, float], ...]:
-    """Return the position, m, no mass, and inertia about the axis, kg m², of a shaft's discs."""
-    return tuple((disc.position, 0.0, disc.about_axis) for disc in shaft.discs)

@@ -13,7 +13,7 @@ from ..core.validation import NotNegative, Number, Positive, Share, checked, sel
 from ..structure import Point
 from ..structure.attached import Housing
 from ..structure.base import moved, parse_dof, parse_place
-from .walls import WALLS, Wall
+from .walls import Wall, coordinates_of, wall_of
 
 __all__ = ["Bushing", "Contact", "Friction", "Grease", "OilFilm"]
 
@@ -190,13 +190,11 @@ class Bushing:
                 f"film.asperities {self.film.asperities:g} m are as high as the gap {self.gap:g} m is wide; there is "
                 "no room for oil"
             )
-        if self.shape and self.shape not in WALLS:
-            raise ValueError(f'shape "{self.shape}" is unknown; known: {", ".join(WALLS)}')
         if self.shape and not self.is_round and self.shape != self.of_stops:
             raise ValueError(f'shape "{self.shape}" stands beside stops "{self.stops}", which is a {self.of_stops}')
         if self.is_round and self.stops != "both":
             raise ValueError(f'stops "{self.stops}" is one wall; a round clearance has its wall all around')
-        if self.wall_model.reach(self.gap) <= 0:
+        if self.wall and self.wall_model.reach(self.gap) <= 0:
             raise ValueError(f"wall {self.wall} leaves no room in the gap {self.gap:g} m; it has less than it takes")
         if self.housing and self.to is not None:
             raise ValueError('housing holds a bushing to the base, and "to" says that it is on another part')
@@ -207,7 +205,7 @@ class Bushing:
     @property
     def n_coordinates(self) -> int:
         """Coordinates: 1 of walls across one direction, 2, y and z, of a round clearance."""
-        return WALLS[self.shape].coordinates if self.shape else 1
+        return coordinates_of(self.shape) if self.shape else 1
 
     @property
     def is_round(self) -> bool:
@@ -217,8 +215,8 @@ class Bushing:
     @functools.cached_property
     def wall_model(self) -> Wall:
         """Its wall."""
-        numbers: dict[str, Any] = {} if self.stops == "both" else {"side": self.stops}
-        return WALLS[self.shape or self.of_stops](**self.wall or numbers)
+        numbers = self.wall or ({} if self.stops == "both" else {"side": self.stops})
+        return wall_of(self.shape or self.of_stops, numbers)
 
     @property
     def of_stops(self) -> Literal["slot", "stop"]:

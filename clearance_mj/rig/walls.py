@@ -4,16 +4,59 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import MutableSequence, Sequence
-from typing import ClassVar
+from collections.abc import Mapping, MutableSequence, Sequence
+from importlib import import_module
+from typing import Any, ClassVar
 
 from ..core.errors import RigError
 from ..core.validation import Registered, register
 
-__all__ = ["WALLS", "Wall", "register"]
+__all__ = ["WALLS", "Wall", "coordinates_of", "register", "wall_of"]
 
 WALLS: dict[str, type[Wall]] = {}
 """The walls by the shape that rig files give them"""
+COORDINATES = {"slot": 1, "stop": 1, "round": 2}  # of the usual ones, which need not be imported to be known
+
+
+def wall_of(shape: str, numbers: Mapping[str, Any]) -> Wall:
+    """Return the wall of a shape, with its numbers beside the gap.
+
+    Parameters
+    ----------
+    shape : str
+        As rig files give it.
+    numbers : mapping of str to number
+        The wall's fields.
+
+    Raises
+    ------
+    RigError
+        If the shape is unknown, or a number is.
+    """
+    return _known(shape)(**numbers)
+
+
+def coordinates_of(shape: str) -> int:
+    """Return the number of coordinates of a clearance with a wall of a shape.
+
+    Parameters
+    ----------
+    shape : str
+        As rig files give it.
+
+    Raises
+    ------
+    RigError
+        If the shape is unknown.
+    """
+    return COORDINATES.get(shape) or _known(shape).coordinates
+
+
+def _known(shape: str) -> type[Wall]:
+    import_module("clearance_mj.clearance.walls")  # compiled laws, which a rig is read without
+    if shape not in WALLS:
+        raise RigError(f'shape "{shape}" is unknown; known: {", ".join(WALLS)}')
+    return WALLS[shape]
 
 
 class Wall(Registered, ABC):

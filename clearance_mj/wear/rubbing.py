@@ -3,9 +3,9 @@
 Archard (J. Appl. Phys. 24, 1953, 981): the volume worn off is V = K ∫ N |v_slip| dt, whatever the pressure. What a
 vibration adds to it in a second is K times the mean of N |v_slip|, its rubbing, W.
 
-The shaft's surface slips at radius R: along the shaft with the tilt towards the place where it touches, v_x = R n·dθ/dt,
-with θ the slope of the shaft within the bushing, (x_b - x_a)/L between its ends; and around, v_t = ṙ·t + R Ω with
-t = x × n. Where it moves along z alone it tilts only.
+The shaft's surface slips at radius R: along the shaft with the tilt towards the place where it touches,
+v_x = R n·dθ/dt, with θ the slope of the shaft within the bushing, (x_b - x_a)/L between its ends; and around,
+v_t = ṙ·t + R Ω with t = x × n. Where it moves along z alone it tilts only.
 """
 
 from __future__ import annotations

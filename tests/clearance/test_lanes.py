@@ -30,16 +30,14 @@ from clearance_mj.clearance.lanes import (
     any_below,
     exponential,
     larger,
-    load,
     power,
     signed,
     smaller,
-    spread,
-    store,
     where_above,
     whole,
 )
 from clearance_mj.clearance.record import clearance_records, laws_of, side_by_side
+from clearance_mj.clearance.registers import load, spread, store
 from clearance_mj.core.jit import OPTIONS, jit
 from clearance_mj.rig import Bushing, Contact, Friction, Grease
 

@@ -7,6 +7,7 @@ import pytest
 
 from clearance_mj import ConstantLaw, Excitation, Rig, simulate, simulate_blocks
 from clearance_mj.engines import get_engine, simulate_together
+from clearance_mj.engines.energies import OF_CLEARANCE, OF_END, OF_RIG
 from clearance_mj.engines.modal import ModalRun
 from clearance_mj.io import formats
 from clearance_mj.signals.excitation import random
@@ -46,14 +47,11 @@ def test_either_end_of_a_long_bushing_counts(engine):
     engine = get_engine(engine)
     step = engine.largest_step(rig, LAW)
     drive = 20 * np.sin(2 * np.pi * 38 * step * np.arange(4000))
-    run, places, touches = engine.start(rig, LAW, "base", step), [], []
-    points = run.equations().points
-    for a in drive:
-        places.append(points @ run.snapshot()[0])
-        touches.append(run.advance(np.array([a]))[0, -2:])
-    beyond = np.abs(places) > rig.bushings[0].gap
-    np.testing.assert_array_equal(touches, beyond[:, 2:].reshape(-1, 2, 2).any(axis=2))
-    assert np.all(np.mean(touches, axis=0) > np.mean(beyond[:, :2], axis=0) + 0.01)
+    found, works = engine.start(rig, LAW, "base", step).balanced(drive)
+    touches, middles, gap = found[:, -2:], np.abs(found[:, len(rig.sensors) :][:, :2]), rig.bushings[0].gap
+    depths = works[:, len(OF_RIG) + 2 * len(OF_CLEARANCE) :].reshape(len(drive), 2, 2, len(OF_END))[..., 0]
+    np.testing.assert_array_equal(touches, (depths > 0).any(axis=2))
+    assert np.all(np.mean(touches, axis=0) > np.mean(middles > gap, axis=0) + 0.01)
 
 
 def test_blocks_lanes_files_and_statistics_hold_the_same(tmp_path):

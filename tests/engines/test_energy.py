@@ -4,6 +4,7 @@ That its energies and impacts are right is tested in verification/test_energy_ba
 """
 
 import csv
+import dataclasses
 import json
 import re
 from dataclasses import dataclass
@@ -15,11 +16,11 @@ import pytest
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
-from clearance_mj.engines import Engine, get_engine, simulate
+from clearance_mj.engines import Engine, simulate
 from clearance_mj.engines.base import Run
 from clearance_mj.engines.energy import energy_balance
 from clearance_mj.report.energy import draw
-from clearance_mj.rig import Shaker
+from clearance_mj.rig import Grease, Shaker
 from clearance_mj.signals.excitation import random
 
 from ..conftest import ROOT
@@ -35,24 +36,13 @@ def kept(rig):
 
 
 @pytest.mark.parametrize("kind", ["base", "force"])
-def test_coordinates_satisfy_the_equations_of_the_steps(rig, engine, kind):
-    """M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/2h + K q = b a - Pᵀ f to rounding; f = k x + c ẋ is the grease's."""
-    rig, engine = rig.replace(shaker=Shaker(kind, 0.9)), get_engine(engine)
-    h = engine.largest_step(rig, LAW)
-    run, drive = engine.start(rig, LAW, kind, h), 0.3 * np.random.default_rng(0).standard_normal(500)
-    q, forces = [run.snapshot()[0].copy()] * 2, []
-    for a in drive:
-        forces.append(run.advance(np.array([a]))[0, -6:-2])
-        q.append(run.snapshot()[0].copy())
-    contact, grease = np.split(np.array(forces), 2, axis=1)
-    assert np.max(np.abs(contact)) < 1e-6  # N; the shaft has stayed within its gaps
-    mass, damping, stiffness, shape, points, seen, _ = run.equations()
-    before, now, after = np.array(q[:-2]), np.array(q[1:-1]), np.array(q[2:])
-    terms = [(after - 2 * now + before) @ mass / h**2, (after - before) @ damping / (2 * h), now @ stiffness]
-    terms += [-drive[:, None] * shape, grease @ points[:2]]
-    assert np.max(np.abs(sum(terms))) < 1e-6 * max(np.max(np.abs(term)) for term in terms)
-    speed = (before * seen[0] + now * seen[1] + after * seen[2]) @ points[:2].T
-    np.testing.assert_allclose(grease, 4369.0 * now @ points[:2].T + 3.0 * speed, atol=1e-9)
+def test_within_empty_gaps_energies_close_to_rounding(rig, engine, kind):
+    """M (q₊ - 2q + q₋)/h² + C (q₊ - q₋)/2h + K q = b a times the travel (q₊ - q₋)/2; links also turn as they sag."""
+    empty = tuple(dataclasses.replace(b, grease=Grease(0.0)) for b in rig.bushings)
+    rig = rig.replace(shaker=Shaker(kind, 0.9), bushings=empty)
+    found = energy_balance(rig, random(0.3, 2048.0, rms=0.02, seed=0, kind=kind), LAW, engine)
+    assert not found.response.contact_force.any() and found.input[-1] > 0 and not found.film.any()
+    assert found.imbalance < (1e-9 if engine == "modal" else 1e-5)
 
 
 def test_response_is_that_of_simulate(rig, engine):
@@ -130,10 +120,8 @@ def test_an_engine_that_does_not_tell(rig):
         def start(self, rig, law, kind, step):
             return Deaf()
 
-    with pytest.raises(ClearanceError, match="does not tell the equations of its steps"):
+    with pytest.raises(ClearanceError, match="does not tell its energies"):
         energy_balance(rig, random(0.1, 2048), LAW, Silent())
-    with pytest.raises(ClearanceError, match="its energies cannot be balanced"):
-        Deaf().snapshot()
 
 
 def test_figure(kept):

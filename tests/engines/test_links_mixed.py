@@ -34,7 +34,7 @@ def plant():
 
 def test_compliance_is_that_of_the_linear_model(plant):
     """Displacements of all rows under forces in all clearances, which both have exactly: the middles end elements."""
-    rows, whole, modal = plant.maps.at_points[: MIXED.n_rows], plant.whole, linear_model(MIXED)
+    rows, whole, modal = plant.maps.at_rows[: MIXED.n_rows], plant.whole, linear_model(MIXED)
     assert MIXED.n_rows == 6 and rows.shape == (6, 16 + 16 + 16)
     found = rows @ np.linalg.solve(whole.whole_stiffness, rows.T)
     told = (modal.at_bushings / modal.omega**2) @ modal.at_bushings.T
@@ -45,25 +45,26 @@ def test_compliance_is_that_of_the_linear_model(plant):
 def test_coordinates_stand_by_axis(plant):
     """Along y, along z, twist; a row moves those of its own axis alone, and MuJoCo's numbers are of every one."""
     maps = plant.maps
-    np.testing.assert_array_equal(maps.spans, [[0, 16], [16, 48]])
+    assert [(span.start, span.stop) for span in plant.whole.spans] == [(0, 16), (16, 48)]
     np.testing.assert_array_equal(np.sort(maps.order), np.arange(48))
-    moved = [{i // 16 for i in np.flatnonzero(row)} for row in maps.at_points[: MIXED.n_rows]]
+    moved = [{i // 16 for i in np.flatnonzero(row)} for row in maps.at_rows[: MIXED.n_rows]]
     assert moved == [{2}, {0}, {1}, {1}, {0}, {1}]
     names = [plant.model.joint(int(plant.model.dof_jntid[i])).name for i in maps.order]
     assert [names[i] for i in (0, 16, 32)] == ["hinge0_y", "hinge0_z", "hinge0_x"]
-    assert maps.gyroscopic.any() and not maps.gyroscopic[32:].any() and not maps.circulatory[:, 32:].any()
-    np.testing.assert_array_equal(maps.gyroscopic, -maps.gyroscopic.T)
+    turned = plant.whole.gyroscopic
+    assert turned.any() and not turned[32:].any() and not maps.circulatory[:, 32:].any()
+    np.testing.assert_array_equal(turned, -turned.T)
 
 
 def test_clearances_are_tendons(plant):
-    """Lengths of slots are their rows, of the round one the distance from the bushing's axis; walls are their limits."""
+    """Lengths of slots are their rows, of the round one the distance from its axis; walls are their limits."""
     model, maps = plant.model, plant.maps
     assert model.npair == 0 and (maps.pairs == -1).all() and (maps.limits >= 0).all()
     data = mujoco.MjData(model)
     q = 1e-4 * np.random.default_rng(0).standard_normal(48)
     data.qpos[maps.order] = q
     mujoco.mj_forward(model, data)
-    ends = maps.at_points[MIXED.n_rows + MIXED.end_rows] @ q  # (n_rows, 2)
+    ends = maps.at_rows[MIXED.n_rows + MIXED.end_rows] @ q  # (n_rows, 2)
     lengths = data.ten_length[maps.limits].reshape(-1, 2)
     np.testing.assert_allclose(lengths[[0, 2, 3, 4]], ends[[0, 3, 4, 5]], rtol=1e-12)
     np.testing.assert_allclose(lengths[1], np.hypot(ends[1] + 2e-5, ends[2]), rtol=1e-5)

@@ -366,8 +366,6 @@ def test_refusals() -> None:
         with pytest.raises(cm.ClearanceError, match=words) as error:
             cm.simulate(rig, still(0.1), law, engine)
         assert "\n" not in str(error.value)
-    with pytest.raises(cm.ClearanceError, match=r"links engine does not tell.*use modal"):
-        cm.energy_balance(SPACE, still(0.1), engine="links")
 
 
 def test_what_is_no_chain_of_links_is_simulated_by_its_modes() -> None:

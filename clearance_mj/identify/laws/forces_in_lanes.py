@@ -11,8 +11,8 @@ import scipy.signal
 
 from ...clearance import ContactLaw
 from ...clearance.along import force_at
-from ...clearance.lanes import load, spread, store
 from ...clearance.record import clearance_records, laws_of, side_by_side
+from ...clearance.registers import load, spread, store
 from ...core.jit import OPTIONS, jit
 from ...rig import Bushing, Rig
 
