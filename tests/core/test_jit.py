@@ -180,11 +180,11 @@ PAIRS = {
         "wear.stepping.march_round",
     ],
     ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
-    ("clearance/greases/bouc_wen.py", "half = z + 0.5", "half = z + 0.4"): [
+    ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",
         "joints.hysteresis_loop.loop_force",
     ],
-    ("clearance/walls.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
+    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): [
         "periodic.forces._grease_over_period"
