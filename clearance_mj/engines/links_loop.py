@@ -231,7 +231,7 @@ def advance_links(
             kept.coordinates[row, m] = qpos[order[m]]
         if kept.energies.shape[0]:
             works = kept.energies[row]
-            works[:] = 0.0
+            works[:4] = 0.0
             for m in range(nv):
                 travel[m], before[m] = 0.5 * (qpos[order[m]] - before[m]), q[m]
                 works[1] += (steady[m] + influence[m, 0] * weight[0] + influence[m, 1] * weight[1]) * travel[m]
@@ -246,7 +246,9 @@ def advance_links(
                 way[r, 0] = _dot(at_rows, r, travel, spans[r, 0], spans[r, 1])
             for m in range(n_middles):
                 drawn[m, 0] += kicked[m, 0]
-            clearance_energies(works, h, spin, bushings, numbers, places, x, way, drawn, filled, ends, acts)
+            clearance_energies(
+                row, kept.energies, h, spin, bushings, numbers, places, x, way, drawn, filled, ends, acts
+            )
         if turns:
             out[row, n_sensors + 3 * n_middles + n_bushings] = spin
             turn_on(turning, torque, time, h, ONE)

@@ -174,17 +174,18 @@ def test_an_edit_of_whatever_goes_into_machine_code_is_seen(tmp_path):
 
 # An edit of a file of the package, and functions of other files into whose machine code it goes
 PAIRS = {
-    ("engines/modal_loop.py", "limit[j, lane] = 1e3", "limit[j, lane] = 2e3"): ["wear.stepping.march_planar"],
-    ("engines/round_energies.py", "row[6] = kinetic, strain", "row[6] = strain, kinetic"): [
-        "engines.round_loop.advance_round",
-        "wear.stepping.march_round",
+    ("engines/modal_loop.py", "h * (spin + 0.5 * change)", "h * (spin + 0.6 * change)"): [
+        "engines.links_loop.advance_links"
+    ],
+    ("engines/energies.py", "0.25 * joined(strain", "0.35 * joined(strain"): [
+        "engines.modal_loop.advance"
     ],
     ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
-    ("clearance/greases/bouc_wen.py", "half = z + 0.5", "half = z + 0.4"): [
+    ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",
         "joints.hysteresis_loop.loop_force",
     ],
-    ("clearance/walls.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
+    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): [
         "periodic.forces._grease_over_period"
