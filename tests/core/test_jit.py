@@ -177,9 +177,7 @@ PAIRS = {
     ("engines/modal_loop.py", "h * (spin + 0.5 * change)", "h * (spin + 0.6 * change)"): [
         "engines.links_loop.advance_links"
     ],
-    ("engines/energies.py", "0.25 * joined(strain", "0.35 * joined(strain"): [
-        "engines.modal_loop.advance"
-    ],
+    ("engines/energies.py", "0.25 * joined(strain", "0.35 * joined(strain"): ["engines.modal_loop.advance"],
     ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
     ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",

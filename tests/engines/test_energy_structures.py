@@ -8,8 +8,10 @@ import pytest
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.engines import Links, Modal, simulate
 from clearance_mj.engines.energy import energy_balance
+from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.signals.excitation import random
 
+from ..conftest import TABLE1
 from ..structures import chain, stepped, two_shafts
 
 LAW = ConstantLaw(8e3, 5.0)
@@ -37,6 +39,22 @@ def test_energy_is_balanced(make, measured):
     assert balance.damping[-1] > 0 and len(balance.impacts) > 10
     what = f"{make.__name__}, modal: imbalance"
     measured.below(what, balance.imbalance, 1e-3, "conservation of energy")
+
+
+def test_energy_of_links_in_space_is_balanced(measured):
+    """A turning shaft that rubs: the balance closes, and what is put in and lost is that of the modal engine."""
+    rig, noise = TABLE1.with_shape("round"), random(0.5, 2048.0, rms=6.0, seed=3)
+    rig = rig.replace(
+        bushings=tuple(dataclasses.replace(b, friction=Friction(0.2, damping=0.5)) for b in rig.bushings),
+        gravity=(0.0, 0.0, -9.81), spin=Spin(100.0), unbalances=(Unbalance(0.5, 1e-5),),
+    )  # fmt: skip
+    links, modal = (energy_balance(rig, noise, LAW, engine) for engine in ("links", "modal"))
+    assert modal.friction is not None and modal.friction[:, -1].min() > 1e-3 and len(modal.impacts) > 10
+    measured.below("rubbing shaft in space, links: imbalance", links.imbalance, 1e-3, "conservation of energy")
+    for name in ("put_in", "lost", "friction", "contact_loss", "drive"):
+        np.testing.assert_allclose(
+            getattr(links, name)[..., -1], getattr(modal, name)[..., -1], rtol=0.02, err_msg=name
+        )
 
 
 def test_a_strong_dashpot_is_stable_and_exact(measured):

@@ -96,12 +96,15 @@ def _slope_two(z: Any, dr: Any, a: Any, beta: Any, gamma: Any, exponent: Any) ->
     return minus(times(a, dr), times(drag, z))
 
 
-slope = of_one_or_two(_slope_one, _slope_two)
-"""dz = A du - |z|ⁿ e (β |du·e| + γ du·e) along e = z/|z|, isotropic; β and γ in 1/mⁿ.
+slope = of_one_or_two(
+    _slope_one,
+    _slope_two,
+    """Return dz = A du - |z|ⁿ e (β |du·e| + γ du·e) along e = z/|z|, isotropic; β and γ in 1/mⁿ.
 
-Park, Wen & Ang (Earthquake Eng. Struct. Dyn. 14, 1986) have β (|du_y z_y| + |du_z z_z|) in the place of β |du·z|, which
-would let the force depend on how the axes lie; on an axis both are the law of one coordinate.
-"""
+    Park, Wen & Ang (Earthquake Eng. Struct. Dyn. 14, 1986) have β (|du_y z_y| + |du_z z_z|) in the place of β |du·z|,
+    which would let the force depend on how the axes lie; on an axis both are the law of one coordinate.
+    """,
+)
 
 
 @register_jitable
