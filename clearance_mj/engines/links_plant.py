@@ -42,7 +42,7 @@ class LinksPlant:
     def statics(self) -> Statics:
         """Matrices at rest."""
         whole = self.whole
-        return Statics(whole.mass, whole.whole_stiffness, whole.free, whole.circulatory, whole.at_points)
+        return Statics(whole.mass, whole.whole_stiffness, whole.free, whole.circulatory, self.maps.at_rows)
 
 
 @functools.lru_cache(maxsize=32)

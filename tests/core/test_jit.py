@@ -174,10 +174,17 @@ def test_an_edit_of_whatever_goes_into_machine_code_is_seen(tmp_path):
 
 # An edit of a file of the package, and functions of other files into whose machine code it goes
 PAIRS = {
-    ("engines/modal_loop.py", "limit[j, lane] = 1e3", "limit[j, lane] = 2e3"): ["wear.stepping.march_planar"],
-    ("engines/round_energies.py", "row[6] = kinetic, strain", "row[6] = strain, kinetic"): [
-        "engines.round_loop.advance_round",
-        "wear.stepping.march_round",
+    ("engines/modal_loop.py", "SWEEPS = 2", "SWEEPS = 3"): [
+        "engines.links_loop.advance_links",
+        "engines.modal_loop.advance_whole",
+    ],
+    ("engines/energies.py", "= joined(kinetic, ONE), 0.25", "= joined(kinetic, ONE), 0.5"): ["engines.modal_loop.advance"],
+    ("clearance/vectors.py", "size = root(r[0] * r[0] + r[1] * r[1])", "size = r[0]"): [
+        "clearance.greases.maxwell_slip.MaxwellSlip.law"
+    ],
+    ("clearance/kernel.py", "depth = larger(load(numbers", "depth = smaller(load(numbers"): [
+        "clearance.along._fill",
+        "engines.interact.find_contacts",
     ],
     ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
     ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
