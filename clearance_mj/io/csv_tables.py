@@ -111,10 +111,8 @@ def read_table(data: bytes, mapped: Mapping[str, str], rates: Rates) -> Contents
         return to_frf(used, [_numbers(body, c, cells, needed=True)[0] for c in used])
     layout = body.layout
     above = [line.decode().rstrip() for line in body.data[: body.begin].splitlines()]
-    known = find_rate(above, layout.style)
-    axis, of_time = time_of(body, used, cells, rates, known)
-    columns = _channels(body, used, of_time, notes)
-    if not columns:
+    axis, of_time = time_of(body, used, cells, rates, find_rate(above, layout.style))
+    if not (columns := _channels(body, used, of_time, notes)):
         raise RecordError(f"line {line}: has no column of numbers beside time; its columns are {listed(cells)}")
     parts = [(c, *_numbers(body, c, cells)) for c in columns]
     return gapless_channels(
@@ -164,8 +162,7 @@ def _channels(body: Body, used: Sequence[Column], of_time: frozenset[int], notes
     for column in used:
         if column.index in of_time:
             continue
-        why = _useless(body, column) if column.is_raw else ""
-        if why:
+        if why := _useless(body, column) if column.is_raw else "":
             notes.append(f'left out "{column.name}", {why}')
         else:
             found.append(column)

@@ -93,10 +93,8 @@ class Isolas(ArrayData):
             lower.bar(self.frequency, share, width, base, color=colour)
             base = base + share
         lower.bar(self.frequency, 1 - base, width, base, color="w", edgecolor="k", hatch="//", label="do not repeat")
-        upper.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
-        upper.set_yscale("log")
-        lower.set_xlabel("frequency (Hz)")
-        lower.set_ylabel("share of the starts (-)")
+        upper.set(ylabel=f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})", yscale="log")
+        lower.set(xlabel="frequency (Hz)", ylabel="share of the starts (-)")
         upper.legend(frameon=False)
         lower.legend(frameon=False)
         return figure

@@ -144,8 +144,7 @@ class RattleMap(ArrayData):
                     axes.plot(*np.transpose(at), marker, color="C0", ms=3, label=f"jumps in a sweep {way}")
             if self.level.size > 1:
                 axes.set_ylim(self.level[0], self.level[-1])
-            axes.set_xlim(self.frequency[0], self.frequency[-1])
-            axes.set_xlabel(level_axis(self.kind).frequency)
+            axes.set(xlim=(self.frequency[0], self.frequency[-1]), xlabel=level_axis(self.kind).frequency)
             axes.set_title(
                 "gap " + ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i])) + " mm", fontsize=10
             )

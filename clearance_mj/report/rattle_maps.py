@@ -115,8 +115,7 @@ def words(found: RattleMap) -> Iterator[str]:
         share = f"{100 * np.mean(found.rattles[i]):.0f} % of the map"
         yield f"{_gap(found, i)}: {_first(found, i)}; rattles in {share}{most}"
         for sweep in ("up", "down"):
-            jumps = [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]
-            if jumps:
+            if jumps := [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]:
                 count = "1 jump" if len(jumps) == 1 else f"{len(jumps)} jumps"
                 yield f"{count} in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:

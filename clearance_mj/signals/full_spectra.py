@@ -130,8 +130,7 @@ def full_spectrum(
     """
     w = _whirl(y, z)
     size = _window_size(w.size, fs, resolution, window)
-    step = max(round(size * (1 - OVERLAP)), 1)
-    starts = np.arange(0, w.size - size + 1, step)
+    starts = np.arange(0, w.size - size + 1, max(round(size * (1 - OVERLAP)), 1))
     frequency, amplitude = _windowed(w - w.mean(), starts, size, fs, window)
     return FullSpectrum(frequency, np.sqrt(np.mean(amplitude**2, axis=0)), window, starts.size)
 

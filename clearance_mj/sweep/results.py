@@ -51,8 +51,7 @@ def labelled(plan: Plan, table: Table) -> xr.Dataset:
 
 
 def _labels(plan: Plan) -> dict:
-    observer = plan.observer
-    if observer is None:
+    if (observer := plan.observer) is None:
         return {}
     responses = plan.rig.sensor_labels
     labels = {

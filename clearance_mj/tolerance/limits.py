@@ -52,8 +52,7 @@ class Limit:
         text : str
             Quantity, where (or nothing for the largest of all), and a value with its unit; SI without.
         """
-        match = _TEXT.fullmatch(text)
-        if not match:
+        if not (match := _TEXT.fullmatch(text)):
             raise ClearanceError(f'limit "{text}" is none such as "contact_force > 20 N" or "acceleration@3:+Z > 5 g"')
         quantity, at, value = match.groups()
         if quantity not in KINDS:

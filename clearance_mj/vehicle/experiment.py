@@ -153,8 +153,7 @@ def check(case: Case) -> None:
 
 def drive(case: Case, controller: Controller, disturbance: Disturbance | None = None) -> Run:
     """Run a case with a controller of any settings, and a disturbance if one is given, in place of its own."""
-    spread = Spread.random(case.seed) if case.spread else Spread()
-    plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
+    plant = PLANTS[case.plant](Spread.random(case.seed) if case.spread else Spread(), _regime(case.regime).trail)
     sensors = get_sensors(case.sensors)
     return follow_path(plant, case.steering, controller, case.task, sensors, case.seed, disturbance or case.disturbance)
 

@@ -141,8 +141,7 @@ class ClearanceTracker:
 
         block, believed = round(BLOCK * motion.rate), self.belief.drifted(law.walk)
         found, observation = refined(self.belief, residuals, block, law.window_std, law.change_std, MAX_MOVE)
-        scatter = self.changes.add(believed, observation)
-        self.belief = fused(believed, observation, scatter)
+        self.belief = fused(believed, observation, self.changes.add(believed, observation))
         alarm = self._alarm(time)
         covariance = self.belief.covariance + self.constant_covariance
         known = Belief(self.belief.mean, covariance).through(law.log_quantities)
@@ -154,8 +153,7 @@ class ClearanceTracker:
 
     def _alarm(self, time: float) -> Alarm | None:
         """Begin anew with what followed a significant change, if the windows show one; return its alarm."""
-        found = significant_change(self.changes, self.law.directions)
-        if found is None:
+        if (found := significant_change(self.changes, self.law.directions)) is None:
             return None
         quantity, change = found
         self.belief = change.after.drifted(self.law.window_std)  # the window in which it happened holds both

@@ -33,8 +33,7 @@ def find_rate(lines: Sequence[str], style: Style) -> tuple[float, int] | None:
     """Return samples per second and the number of the line, from 1, that says so; None if no line does."""
     for number, line in enumerate(lines, 1):
         for pattern, units, is_step in _LINES:
-            match = pattern.fullmatch(line[:200])
-            if not match:
+            if not (match := pattern.fullmatch(line[:200])):
                 continue
             named, text, after = match.groups()
             unit = (after or named or "").strip("[]()").lower()
