@@ -33,7 +33,8 @@ def settings_of(
     """Return what designs are looked at with, or refuse what cannot be; see `production`."""
     level, frequency = increasing(levels, "levels", 1), increasing(frequencies, "frequencies", 1)
     kind = excited_by(model.rig, kind)
-    if limit := Limit.parse(limit) if isinstance(limit, str) else limit:
+    limit = Limit.parse(limit) if isinstance(limit, str) else limit
+    if limit:
         limit.row(model.rig)
     harmonics, counts = resolution(HARMONICS[-1] if n_harmonics is None else n_harmonics, n_samples, 1, n_modes)
     fastest = 2 * np.pi * float(frequency[-1])
