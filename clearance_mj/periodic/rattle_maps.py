@@ -156,8 +156,7 @@ class RattleMap(ArrayData):
 
     def _shown(self, quantity: str, row: int | None, sweep: str) -> np.ndarray:
         """(n_gaps, n_levels, n_frequencies) of a quantity."""
-        if quantity not in QUANTITIES:
-            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(QUANTITIES)}')
+        ClearanceError.require_known("quantity", quantity, QUANTITIES)
         values = getattr(self, quantity)
         if row is not None and not 0 <= row < values.shape[-1]:
             raise ClearanceError(f"row must be between 0 and {values.shape[-1] - 1}, got {row}")

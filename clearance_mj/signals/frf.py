@@ -372,8 +372,7 @@ def estimate_frf_blocks(
         As `estimate_frf`.
     """
     for name, given, known in (("estimator", estimator, ESTIMATORS), ("window", window, WINDOWS)):
-        if given not in known:
-            raise RecordError(f'{name} "{given}" is unknown; use {", ".join(known)}')
+        RecordError.require_known(name, given, known)
     if not 0 <= overlap < 1:
         raise RecordError(f"overlap must be in 0 <= overlap < 1, got {overlap!r}")
     blocks = iter(blocks)

@@ -187,8 +187,7 @@ def _whirl(y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _window_size(n: int, fs: float, resolution: float, window: str) -> int:
-    if window not in WINDOWS:
-        raise RecordError(f'window "{window}" is unknown; use {", ".join(WINDOWS)}')
+    RecordError.require_known("window", window, WINDOWS)
     if not 0 < resolution <= fs / 8:
         raise RecordError(f"resolution {resolution:g} Hz: must be above 0 and at most an eighth of {fs:g} samples/s")
     size = round(fs / resolution)

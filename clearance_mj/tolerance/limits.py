@@ -38,8 +38,7 @@ class Limit:
     """name of the clearance or sensor; None: the largest of all"""
 
     def __post_init__(self) -> None:
-        if self.quantity not in LIMITED:
-            raise ClearanceError(f'limit of "{self.quantity}" is unknown; use one of {", ".join(LIMITED)}')
+        ClearanceError.require_known("limit of", self.quantity, LIMITED)
         if not 0 < self.value < math.inf:
             raise ClearanceError(f"limit of {self.quantity} must be > 0, got {self.value!r}")
 

@@ -135,8 +135,7 @@ def _task(manoeuvre: str | None, length_factor: float | None, speed: float, trai
 
 
 def _regime(regime: str) -> Regime:
-    if regime not in REGIMES:
-        raise ManoeuvreError(f'regime "{regime}" is unknown; known: {", ".join(REGIMES)}')
+    ManoeuvreError.require_known("regime", regime, REGIMES)
     return REGIMES[regime]
 
 
@@ -145,8 +144,7 @@ def check(case: Case) -> None:
     get_controller(case.controller)
     if case.seed < 0:
         raise ManoeuvreError(f"seed must be >= 0, got {case.seed}")
-    if case.plant not in PLANTS:
-        raise ManoeuvreError(f'plant "{case.plant}" is unknown; known: {", ".join(PLANTS)}')
+    ManoeuvreError.require_known("plant", case.plant, PLANTS)
     check_feasible(case.task.path, case.task.speed, case.task.vehicle.tyre.friction)
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 

@@ -213,6 +213,5 @@ MANOEUVRES = {
 
 def get_manoeuvre(name: str) -> Manoeuvre:
     """Return the manoeuvre of a name; the message on an unknown one lists the known ones."""
-    if name not in MANOEUVRES:
-        raise ManoeuvreError(f'manoeuvre "{name}" is unknown; known: {", ".join(MANOEUVRES)}')
+    ManoeuvreError.require_known("manoeuvre", name, MANOEUVRES)
     return MANOEUVRES[name]

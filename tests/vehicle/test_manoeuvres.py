@@ -104,7 +104,7 @@ def test_needed_accelerations(name):
 @pytest.mark.parametrize(
     ("refused", "message"),
     [
-        (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; known: lane-change, slalom, obstacle-40'),
+        (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; use lane-change, slalom, obstacle-40'),
         (lambda: check(Case("smc", 80.0, manoeuvre="moose")), 'manoeuvre "moose" is unknown'),
         (lambda: check(Case("smc", 80.0, manoeuvre="slalom", length_factor=2.0)), 'manoeuvre "slalom" has none'),
         (lambda: check(Case("smc", 160.0, manoeuvre="slalom")), r"path 'slalom' needs .* 18\.\d m/s²"),
