@@ -1,5 +1,7 @@
 """The errors that users meet; each message says what is wrong, where, and what would be right."""
 
+from collections.abc import Iterable
+
 MAX_CHARACTERS = 600  # of a message; what is quoted out of a damaged file can be as long as the file
 
 
@@ -15,6 +17,12 @@ class ClearanceError(Exception):
     def __init__(self, message: str = ""):
         text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(message))
         super().__init__(text if len(text) <= MAX_CHARACTERS else f"{text[:400]} ... {text[-150:]}")
+
+    @classmethod
+    def require_known(cls, what: str, value: object, known: Iterable[str]) -> None:
+        """Refuse a value that is none of the known ones, which the message lists; ``what`` says of what it is."""
+        if value not in (names := list(known)):
+            raise cls(f'{what} "{value}" is unknown; use {", ".join(names)}')
 
 
 class RigError(ClearanceError):

@@ -41,8 +41,7 @@ def check(path: str | Path, renderer: str) -> None:
         raise ClearanceError(f"{path}: animations are written as {' or '.join(_WRITERS)}")
     if Path(path).suffix == ".mp4" and not shutil.which("ffmpeg"):
         raise ClearanceError(f"{path}: .mp4 needs the program ffmpeg, which is not on this machine; .gif needs none")
-    if renderer not in RENDERERS:
-        raise ClearanceError(f'renderer "{renderer}" is unknown; use {", ".join(RENDERERS)}')
+    ClearanceError.require_known("renderer", renderer, RENDERERS)
 
 
 def write(

@@ -77,8 +77,7 @@ def contact_drawings(
 
 
 def _scalograms(record: Record) -> Figure:
-    probes = record.response().displacement
-    if probes is None:
+    if (probes := record.response().displacement) is None:
         raise RecordError("no displacement probe at every bushing")
     planes = [scalogram(signal, record.fs, ridge_band(record.rig)) for signal in probes]
     gaps = [b.gap for b in record.rig.bushings]

@@ -120,8 +120,7 @@ def _sheet(title: str, height: float) -> Figure:
 
 def _limit(ax: Axes, *curves: np.ndarray) -> None:
     """End the axis near the bulk of what is drawn."""
-    finite = [v[np.isfinite(v)] for v in curves]
-    top = max((LIMIT * np.percentile(v, 95) for v in finite if v.size), default=0)
+    top = max((LIMIT * np.percentile(v, 95) for v in [v[np.isfinite(v)] for v in curves] if v.size), default=0)
     ax.set_ylim(0, top if top > 0 else 1)
 
 

@@ -150,8 +150,7 @@ class SineSource(Source):
         while share < 1.0:
             ahead = min(1.0, share + piece)
             model = to if ahead == 1.0 else with_clearances(at, start + ahead * (stop - start))
-            found = self._near(now.x, model)
-            if found is None:
+            if (found := self._near(now.x, model)) is None:
                 piece /= 2
                 if piece * length < SHORTEST:
                     return None
@@ -165,8 +164,7 @@ class SineSource(Source):
         basis = solver.system.linear.basis
         z = basis.T @ x
         row, scale = np.append(np.zeros(solver.size), 1.0), max(float(np.linalg.norm(z)), solver.least)
-        motion = solver.solve(self.omega, z, x - basis @ z, row, scale)
-        if motion is None:
+        if (motion := solver.solve(self.omega, z, x - basis @ z, row, scale)) is None:
             return None
         found = _Periodic(solver, motion)
         return found if np.linalg.norm(found.x - x) <= NEAR * np.linalg.norm(x) else None

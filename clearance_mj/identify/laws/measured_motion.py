@@ -129,8 +129,7 @@ class MeasuredMotion:
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
         free = dataclasses.replace(bushing, gap=1e3 * bushing.gap)  # its walls are never met
-        ends = self._at_ends(bushing.length)
-        inside = self.fitted[~penetration(ends[self.fitted], *bushing.walls).any(axis=1)]
+        inside = self.fitted[~penetration(self._at_ends(bushing.length)[self.fitted], *bushing.walls).any(axis=1)]
         columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings], rounds=0)
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
 

@@ -105,8 +105,7 @@ def hole_of(bushing: Bushing, gap: float, estimates: Estimates, own: str = "") -
 
 
 def _hole(numbers: Sequence[float], gap: float) -> dict[str, Any]:
-    size = math.hypot(*numbers)
-    if not size:
+    if not (size := math.hypot(*numbers)):
         return {"shape": "round", "wall": None}
     wide, across = (min(1.0, FARTHEST_OUT * gap / size) * x for x in numbers)
     return {"shape": "oval", "wall": {"wide": wide, "across": across}}

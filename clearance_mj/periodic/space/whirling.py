@@ -153,8 +153,7 @@ def _out_of_rest(
     beside = rest + amplitude - system.basis @ (z + small)
     lead = np.angle(small[:, 1] - 1j * small[:, 2])[np.abs(small[:, 1] - 1j * small[:, 2]).argmax()]
     small, beside = turned(small, -lead), turned(beside, -lead)
-    first = solver.grown(onset.speed, onset.omega, z, beside, small)
-    if first is None:
+    if (first := solver.grown(onset.speed, onset.omega, z, beside, small)) is None:
         raise ClearanceError(
             f"rig {system.rig.name!r}: the whirl that begins at {onset.speed:.6g} rad/s was not found; give more "
             "harmonics"
