@@ -178,9 +178,11 @@ PAIRS = {
         "engines.links_loop.advance_links",
         "engines.modal_loop.advance_whole",
     ],
-    ("engines/energies.py", "= joined(kinetic, ONE), 0.25", "= joined(kinetic, ONE), 0.5"): ["engines.modal_loop.advance"],
+    ("engines/energies.py", "= joined(kinetic, ONE), 0.25", "= joined(kinetic, ONE), 0.5"): [
+        "engines.modal_loop.advance"
+    ],
     ("clearance/vectors.py", "size = root(r[0] * r[0] + r[1] * r[1])", "size = r[0]"): [
-        "clearance.greases.maxwell_slip.MaxwellSlip.law"
+        "clearance.greases.maxwell_slip:MaxwellSlip.law"
     ],
     ("clearance/kernel.py", "depth = larger(load(numbers", "depth = smaller(load(numbers"): [
         "clearance.along._fill",
@@ -206,7 +208,7 @@ PAIRS = {
 }
 
 NUMBERS = """
-import importlib, json, sys
+import importlib, json, operator, sys
 import numpy as np
 from clearance_mj.core.jit import digest
 from clearance_mj.identify.laws.grease import _bouc_wen
@@ -215,8 +217,9 @@ from clearance_mj.vehicle.lost_motion import LostMotion
 from clearance_mj.vehicle.steering_run import _lost_motion
 
 def digest_of(name):
-    module, _, function = ("clearance_mj." + name).rpartition(".")
-    return digest(getattr(importlib.import_module(module), function))
+    module, _, function = ("clearance_mj." + name).rpartition(".") if ":" not in name else name.partition(":")
+    module = module.removeprefix("clearance_mj.")
+    return digest(operator.attrgetter(function)(importlib.import_module("clearance_mj." + module)))
 
 x = np.linspace(0.0, 1e-4, 9)
 play = LostMotion(half_gap=1e-3, stiffness=1e4, damping=5.0)
