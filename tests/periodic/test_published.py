@@ -52,7 +52,7 @@ class CubicSpring(GreaseModel):
 
     @staticmethod
     def law(p, state, r, dr, spin, step, out):
-        out[0] = p[0] * r[0] * r[0] * r[0]
+        out[0] = p[0] * r[0] ** 3
         out[1] = 0.0
 
     @staticmethod

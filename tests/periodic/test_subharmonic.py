@@ -38,7 +38,7 @@ class AsymmetricSpring(GreaseModel):
 
     @staticmethod
     def law(p, state, r, dr, spin, step, out):
-        out[0] = p[0] * r[0] * r[0] + p[1] * r[0] * r[0] * r[0]
+        out[0] = p[0] * r[0] ** 2 + p[1] * r[0] ** 3
         out[1] = 0.0
 
     @staticmethod
