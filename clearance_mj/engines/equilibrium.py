@@ -146,14 +146,17 @@ class _Contact:
         sliding = np.sign(surface) * (bushing.friction.coefficient if bushing.friction and turns else 0.0)
         self.friction, self.offset = float(sliding), np.array([bushing.offset_y, bushing.offset])
         self.wall, self.of_wall = bushing.wall_model, bushing.wall_model.parameters(bushing.gap)
+        self.reach = self.wall.reach(bushing.gap)
 
     def depth(self, place: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the depth at a place, m, (2,) or (1,), below 0 in the gap, and the direction in which it is deep."""
+        """Return the depth at a place, m, (2,) or (1,), < 0 in the gap, and the direction in which it is deep."""
         if place.size == 1:
             g = signed_penetration(float(place[0]), *self.bushing.walls)
             return abs(g), np.sign([g])
-        out = [0.0] * 3
-        self.wall.law(self.of_wall, tuple((place + self.offset).tolist()), out)
+        out, from_middle = [0.0] * 3, place + self.offset
+        if np.linalg.norm(from_middle) <= self.reach:
+            return -1.0, np.zeros(2)
+        self.wall.law(self.of_wall, tuple(from_middle.tolist()), out)
         return out[0], np.array(out[1:])
 
     def moved(self, place: np.ndarray) -> np.ndarray:
