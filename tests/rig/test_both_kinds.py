@@ -116,15 +116,11 @@ def test_records_have_a_channel_for_every_row(tmp_path):
 
 
 def test_what_knows_one_kind_says_so_in_one_line():
-    noise = cm.excitation.random(0.1, 2048.0, seed=0)
     made = Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))
     moves = r"takes slots or round clearances, not both yet: rig .* moves along y and z, and bushings\[1\] is a slot"
     calls = {
-        'engine "modal"': lambda: cm.simulate(BOTH, noise, engine="modal"),
-        'engine "links"': lambda: cm.simulate(BOTH, noise, engine="links"),
         "identification": lambda: cm.identify.fit_bench(Dataset(BOTH, [made])),
         "harmonic balance": lambda: cm.periodic.follow_response(cm.Model(BOTH), 1.0, (10.0, 20.0)),
-        "an orbit": lambda: cm.rotors.whirl(BOTH, response()),
     }
     for name, call in calls.items():
         with pytest.raises(ClearanceError, match=f"{name} {moves}"):
