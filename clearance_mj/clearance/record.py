@@ -184,7 +184,8 @@ def _friction(rig: Any, j: int) -> tuple[float, ...]:
     per_speed = 1 / friction.stribeck_speed if friction.stribeck_speed else 0.0
     bristles = (friction.stiffness or bushing.contact.stiffness) / 2
     excess = friction.static_ratio - 1
-    return friction.coefficient, bristles, friction.damping / 2, excess, per_speed, shaft_radius(rig, j)
+    radius = shaft_radius(rig, j) if friction.along is None else 0.0  # of what slides, not the turning shaft's surface
+    return friction.coefficient, bristles, friction.damping / 2, excess, per_speed, radius
 
 
 def shared_kinds(rig: WithBushings, law: WithTable) -> tuple[Any, ...]:

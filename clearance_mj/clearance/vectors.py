@@ -22,42 +22,40 @@ __all__ = [
 TINY = 1e-300  # beside which a length is 0, so that nothing is divided by 0
 
 
-def of_one_or_two(one: Callable[..., Any], two: Callable[..., Any], summary: str = "") -> Any:
-    """Return the function that is ``one`` of vectors of one coordinate and ``two`` of others, compiled or not."""
+def of_one_or_two(one: Callable[..., Any], two: Callable[..., Any], says: str = "") -> Any:
+    """Return the function that is ``one`` of vectors of one coordinate and ``two`` of others, compiled or not.
+
+    ``says`` is its docstring.
+    """
 
     def function(*arguments: Any) -> Any:
         size = next(len(each) for each in arguments if isinstance(each, tuple))
         return (one if size == 1 else two)(*arguments)
-
-    function.__doc__ = summary
 
     def compiled(*kinds: Any) -> Any:
         sizes = [len(kind) for kind in kinds if isinstance(kind, types.BaseTuple)]
         return (one if sizes[0] == 1 else two) if sizes else None
 
     overload(function, strict=False)(compiled)
+    function.__doc__ = says
     return function
 
 
-plus = of_one_or_two(
-    lambda a, b: (a[0] + b[0],), lambda a, b: (a[0] + b[0], a[1] + b[1]), "Return the sum of two vectors."
-)
+plus = of_one_or_two(lambda a, b: (a[0] + b[0],), lambda a, b: (a[0] + b[0], a[1] + b[1]), "The sum of two vectors.")
 minus = of_one_or_two(
-    lambda a, b: (a[0] - b[0],), lambda a, b: (a[0] - b[0], a[1] - b[1]), "Return the difference of two vectors."
+    lambda a, b: (a[0] - b[0],), lambda a, b: (a[0] - b[0], a[1] - b[1]), "The difference of two vectors."
 )
 times = of_one_or_two(
-    lambda factor, r: (factor * r[0],),
-    lambda factor, r: (factor * r[0], factor * r[1]),
-    "Return a number times a vector.",
+    lambda factor, r: (factor * r[0],), lambda factor, r: (factor * r[0], factor * r[1]), "A number times a vector."
 )
 along = of_one_or_two(
-    lambda a, b: a[0] * b[0], lambda a, b: a[0] * b[0] + a[1] * b[1], "Return the scalar product of two vectors."
+    lambda a, b: a[0] * b[0], lambda a, b: a[0] * b[0] + a[1] * b[1], "The scalar product of two vectors."
 )
-length = of_one_or_two(lambda r: abs(r[0]), lambda r: root(r[0] * r[0] + r[1] * r[1]), "Return the length of a vector.")
+length = of_one_or_two(lambda r: abs(r[0]), lambda r: root(r[0] * r[0] + r[1] * r[1]), "The length of a vector.")
 read = of_one_or_two(
     lambda state, i, like: (state[i],),
     lambda state, i, like: (state[2 * i], state[2 * i + 1]),
-    "Return vector number i of a state: read(state, i, like), with any vector of as many coordinates.",
+    "The vector number i of those that a state is of: read(state, i, like), with any vector of as many coordinates.",
 )
 
 
@@ -86,10 +84,10 @@ def _within_two(r: Any, limit: Any) -> Any:
 within = of_one_or_two(
     _within_one,
     _within_two,
-    "Return a vector, or if it is longer than a limit, one of that length in its direction: within(r, limit).",
+    "A vector, or if it is longer than a limit, one of that length in its direction: within(r, limit).",
 )
 in_plane = of_one_or_two(
-    lambda r: (0.0 * r[0], r[0]), lambda r: r, "Return a vector as one along y and z: one of one coordinate is along z."
+    lambda r: (0.0 * r[0], r[0]), lambda r: r, "A vector as one along y and z: one of one coordinate is along z."
 )
 
 

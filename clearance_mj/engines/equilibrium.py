@@ -18,6 +18,7 @@ from ..core.errors import SimulationError
 from ..core.kinds import checks_kinds
 from ..linear import LinearModel, linear_model
 from ..rig import Bushing, Rig
+from .scheme import at_rows, places_of
 
 __all__ = ["ChainModes", "Equilibrium", "equilibrium_of", "rest_of", "static_equilibrium"]
 
@@ -34,7 +35,7 @@ class ChainModes(NamedTuple):
     omega: np.ndarray  # (n,) natural circular frequencies, 1/s
     circulatory: np.ndarray  # (n, n) H; (0, 0) if there is none
     weight: np.ndarray  # (n,) steady force on the modes
-    at_points: np.ndarray  # (3 n_rows, n) as of `LinearModel`
+    at_points: np.ndarray  # of `at_rows`, (rows, n)
     moved: Callable[[Sequence[float | str]], np.ndarray]  # as of `LinearModel`
 
     def stiff(self, spin: float) -> np.ndarray:
@@ -85,8 +86,8 @@ class Equilibrium:
         clearance : Clearance
             Of the rig, changed in place.
         """
-        numbers, rows = clearance.numbers, self.model.at_points @ self.coordinates
-        middles, ends = _at_clearances(self.rig, rows)
+        numbers = clearance.numbers
+        middles, ends = _at_clearances(self.rig, _rows(self.model) @ self.coordinates)
         for j, (record, filling, here) in enumerate(zip(clearance.bushings, self._fillings, middles)):
             numbers[record["place"] : record["place"] + here.size] = here
             filling.moved(here)
@@ -100,18 +101,21 @@ class Equilibrium:
                 if record["touching"] == 1:
                     numbers[memory] = SLOWEST_IMPACT * direction[0]
                     continue
-                in_plane = np.array([0.0, *place])[-2:]
-                numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *np.array([0.0, *direction])[-2:]
-                numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *in_plane
+                numbers[memory : memory + BRISTLES] = SLOWEST_IMPACT, *direction
+                numbers[memory + BRISTLES : memory + END_MEMORY] = 0.0, *place
+
+
+def _rows(model: LinearModel | ChainModes) -> np.ndarray:
+    return model.at_points if isinstance(model, ChainModes) else at_rows(model)
 
 
 def _at_clearances(rig: Rig, rows: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """What rows (3 n_rows, ...) have of the middle of each clearance, and of both ends of each, end by end."""
-    middles = [rows[part] for part in rig.clearance_rows]
-    starts = [rig.n_rows + 2 * part.start + end * (part.stop - part.start) for part in rig.clearance_rows
-              for end in range(2)]  # fmt: skip
-    sizes = np.repeat([part.stop - part.start for part in rig.clearance_rows], 2).tolist()
-    return middles, [rows[start : start + size] for start, size in zip(starts, sizes)]
+    """What rows, of `_rows`, have of the middle of each clearance, and of both ends of each, end by end.
+
+    An end of a slot that rubs has what slides before what presses.
+    """
+    ends = places_of(rig)[:, 1:].reshape(-1, 2)
+    return [rows[part] for part in rig.clearance_rows], [rows[[y, z] if y != z else [z]] for y, z in ends]
 
 
 class _Filling:
@@ -138,17 +142,21 @@ class _Contact:
 
     def __init__(self, bushing: Bushing, parameters: np.ndarray, law: Callable[..., None], surface: float):
         self.bushing, self.parameters, self.law = bushing, tuple(parameters), law
-        sliding = np.sign(surface) * (bushing.friction.coefficient if bushing.friction else 0.0)
+        turns = bushing.friction and bushing.friction.along is None
+        sliding = np.sign(surface) * (bushing.friction.coefficient if bushing.friction and turns else 0.0)
         self.friction, self.offset = float(sliding), np.array([bushing.offset_y, bushing.offset])
         self.wall, self.of_wall = bushing.wall_model, bushing.wall_model.parameters(bushing.gap)
+        self.reach = self.wall.reach(bushing.gap)
 
     def depth(self, place: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the depth at a place, m, (2,) or (1,), below 0 in the gap, and the direction in which it is deep."""
+        """Return the depth at a place, m, (2,) or (1,), < 0 in the gap, and the direction in which it is deep."""
         if place.size == 1:
             g = signed_penetration(float(place[0]), *self.bushing.walls)
             return abs(g), np.sign([g])
-        out = [0.0] * 3
-        self.wall.law(self.of_wall, tuple((place + self.offset).tolist()), out)
+        out, from_middle = [0.0] * 3, place + self.offset
+        if np.linalg.norm(from_middle) <= self.reach:
+            return -1.0, np.zeros(2)
+        self.wall.law(self.of_wall, tuple(from_middle.tolist()), out)
         return out[0], np.array(out[1:])
 
     def moved(self, place: np.ndarray) -> np.ndarray:
@@ -158,7 +166,7 @@ class _Contact:
             return np.zeros(place.size)
         out = [0.0, 0.0]
         self.law(self.parameters, depth, 0.0, SLOWEST_IMPACT, out)
-        across = self.friction * np.array([-n[1], n[0]]) if self.friction and n.size == 2 else 0.0
+        across = self.friction * np.array([-n[1], n[0]]) if self.friction else 0.0
         return np.asarray(out[0] / 2 * depth * (n + across))
 
 
@@ -199,8 +207,8 @@ def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equil
     spin = rig.spin.speed if rig.spin else 0.0
     fillings, contacts = _forces(rig, law, spin)
     q = _rest(rig, whole, [*fillings, *contacts], spin)
-    middles, ends = _at_clearances(rig, whole.at_points @ q)
-    pushed = [contact.moved(r) for contact, r in zip(contacts, ends)]
+    middles, ends = _at_clearances(rig, _rows(whole) @ q)
+    pushed = [c.moved(r)[-c.bushing.n_coordinates :] for c, r in zip(contacts, ends)]
     pressed = _flat([a + b for a, b in zip(pushed[::2], pushed[1::2])])
     held = _flat([filling.moved(r) for filling, r in zip(fillings, middles)])
     return Equilibrium(rig, _flat(middles), pressed, held, q, whole, tuple(fillings), tuple(contacts))
@@ -251,7 +259,7 @@ class _Balance:
     def __init__(self, model: LinearModel | ChainModes, forces: Sequence[_Filling | _Contact], rig: Rig, spin: float):
         self.forces, self.weight = forces, model.weight
         self.small = SMALL * min((b.gap for b in rig.bushings), default=1.0)
-        middles, ends = _at_clearances(rig, model.at_points)
+        middles, ends = _at_clearances(rig, _rows(model))
         self.points, self.stiffness = [*middles, *ends], model.stiff(spin)
         self.scale = 1 / np.sqrt(model.omega**2 + 1e-4 * np.mean(model.omega) ** 2 + 1.0)
 

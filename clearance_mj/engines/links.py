@@ -22,7 +22,7 @@ from .links_plant import links_plant
 from .links_run import LinksRun
 from .modal import stiffest_contacts
 from .plant import stable_step_with
-from .scheme import driven
+from .scheme import driven, slide_rows
 
 __all__ = ["Links", "build_links"]
 
@@ -45,8 +45,11 @@ class Links(Engine):
         plant, of_row = links_plant(rig, self.links), rig.bushing_of_row
         grease = np.array([(0.0, 0.0) if g.turned else g.largest() for g in fillings_of(rig, law)]).reshape(-1, 2)
         contacts = np.transpose((stiffest_contacts(rig, law), law.largest([b.gap for b in rig.bushings])[1]))
-        whole, forces = plant.whole, (grease[of_row], contacts[of_row])
-        step = stable_step_with(whole.mass, whole.stiffness, whole.at_points, *forces, plant.armature, *whole.beside)
+        whole, slides = plant.whole, slide_rows(rig)
+        bristles = contacts[[*slides]] * [1.0, 0.0]
+        rows = np.vstack((whole.at_points, np.repeat(plant.maps.at_rows[3 * rig.n_rows :], 2, axis=0)))
+        forces = grease[of_row], np.vstack((contacts[of_row], bristles))
+        step = stable_step_with(whole.mass, whole.stiffness, rows, *forces, plant.armature, *whole.beside)
         return self.safety * step
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from ..clearance.walls.round import Round
+from ..clearance.walls.slot import Slot
+from ..clearance.walls.stop import Stop
 from ..physical import INVERSE_INERTIA, set_inverse_inertia
 from ..rig import Rig
 from ..rig.loads import order_forces
@@ -18,7 +21,9 @@ from .links_model import joint_names, links_spec
 from .plant import ARMATURE, ITERATIONS, STIFF_ROOT, Statics
 from .scheme import moving, places_of, slide_rows
 
-__all__ = ["LinksPlant", "links_plant"]
+__all__ = ["IN_MUJOCO", "LinksPlant", "links_plant"]
+
+IN_MUJOCO = Slot, Stop, Round  # walls of which MuJoCo gives the normal force
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +47,7 @@ class LinksPlant:
     def statics(self) -> Statics:
         """Matrices at rest."""
         whole = self.whole
-        return Statics(whole.mass, whole.whole_stiffness, whole.free, whole.circulatory, whole.at_points)
+        return Statics(whole.mass, whole.whole_stiffness, whole.free, whole.circulatory, self.maps.at_rows)
 
 
 @functools.lru_cache(maxsize=32)
@@ -77,6 +82,7 @@ def links_plant(rig: Rig, links: int) -> LinksPlant:
     for bushing, name in zip((b for b in rig.bushings for _ in "ab"), tendons):
         if bushing.is_round and name:
             spec.site(f"{name} middle").pos[1:] = -bushing.offset_y, -bushing.offset
+            spec.tendon(name).limited = type(bushing.wall_model) in IN_MUJOCO  # else the loop pushes
     model = spec.compile()
     set_inverse_inertia(model)
     limits = np.array([model.tendon(name).id if name else -1 for name in tendons], dtype=int)

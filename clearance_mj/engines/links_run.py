@@ -13,16 +13,13 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.record import clearance_records, fillings_of
-from ..clearance.walls.round import Round
-from ..clearance.walls.slot import Slot
-from ..clearance.walls.stop import Stop
 from ..physical import SOLREF_PER_UNIT
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from .base import Engine, Run, diverged, in_columns
 from .energies import NOTHING, OF_RIG, Kept, columns_of
 from .links_loop import Foresight, Maps, Views, advance_links
-from .links_plant import LinksPlant
+from .links_plant import IN_MUJOCO, LinksPlant
 from .modal_loop import PER_INERTIA, RATE, SPIN
 from .mujoco_step import check_warnings, contact_rows, refuse_adhesion, warnings_counted
 from .plant import driving, hold, rest_in_mujoco, tendon_rows
@@ -32,8 +29,6 @@ from .turning import SPIN_STEPS, as_probes, turning_of
 __all__ = ["LinksRun"]
 
 DAMPING = OF_RIG.index("damping")
-
-IN_MUJOCO = Slot, Stop, Round  # walls of which MuJoCo gives the normal force
 
 
 class LinksRun(Run):

@@ -27,7 +27,7 @@ from .base import Engine, Run, diverged, in_columns, register
 from .energies import NOTHING, Kept, columns_of
 from .equilibrium import rest_of
 from .modal_loop import RATE, SPIN, Motion, advance, advance_whole
-from .scheme import at_spin, linear_part, pack, packed_part, places_of
+from .scheme import at_spin, linear_part, pack, packed_part, places_of, slide_rows
 from .turning import SPIN_STEPS, as_probes, turning_of
 
 __all__ = ["Modal", "ModalRun", "SideBySide", "leaving", "stiffest_contacts"]
@@ -46,8 +46,9 @@ class Modal(Engine):
     def largest_step(self, rig: Rig, law: Law) -> float:
         """Step in which the fastest mode, or the stiffest contact on the shaft, turns by ``resolution`` rad."""
         model, stiffest = linear_model(rig, self.modes), stiffest_contacts(rig, law)
-        fastest, moved = np.max(model.omega), np.sum(model.at_bushings**2, axis=1)
-        contact = np.sqrt(np.max(stiffest[rig.bushing_of_row] * moved, initial=0.0))
+        rows = np.vstack((model.at_bushings, *map(model.sliding, slide_rows(rig))))
+        fastest, moved = np.max(model.omega), np.sum(rows**2, axis=1)
+        contact = np.sqrt(np.max(stiffest[[*rig.bushing_of_row, *slide_rows(rig)]] * moved, initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
         return float(self.resolution / max(fastest, 4 * contact))
 

@@ -144,7 +144,7 @@ class Statics(NamedTuple):
     stiffness: np.ndarray  # (nv, nv)
     free: np.ndarray  # (nv, n) basis of the motions that supports allow
     circulatory: np.ndarray  # (nv, nv) H; (0, 0) if there is none
-    at_points: np.ndarray  # (3 n_rows, nv) as of `RigRows`
+    at_points: np.ndarray  # (rows, nv) as of `at_rows`
 
 
 def rest_in_mujoco(

@@ -53,12 +53,12 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
         If the structure's mass is not positive or its stiffness negative, or it cannot turn as asked.
     """
     turns = rig.spin is not None if turning is None else turning
-    across, more = rig.linear.in_other_plane, tuple[tuple[float | str, float], ...]()
+    across, more = rig.linear.in_other_plane, tuple((b.slides, 1.0) for b in rig.bushings if b.slides is not None)
     of_planes: tuple[Structure | None, Structure] = (across, rig.linear)
     if turns:
         shaft = _turning_shaft(rig)
         # A strong damper at a support bends the shaft there: the static shapes under its force are among the modes.
-        more = tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
+        more += tuple((s.position, 1.0) for s in shaft.supports if s.translation_damping)
         # Both planes are cut into the same elements, where the spin couples them: at slots, too, which act in one.
         slots = (rig.linear.place(b.position)[1] for b in rig.bushings if not b.is_round)
         more += tuple((f"@{x!r}:X", 1.0) for x in slots)
@@ -66,7 +66,7 @@ def linear_model(rig: Rig, n_modes: int = 8, grease: bool = False, turning: bool
     if turns or (rig.moves_across and across is not None):
         found = [rig.reduction(n_modes, grease, s, more=more, axes=axis) for axis, s in zip("YZ", of_planes)]
     else:
-        found = [rig.reduction(n_modes, grease)]
+        found = [rig.reduction(n_modes, grease, more=more)]
     ends = [0, *np.cumsum([part.omega.size for part in found]).tolist()]
     moves = [PlaneRows(p.rows, p.transform, slice(*span)) for p, span in zip(found, zip(ends, ends[1:]))]
     y = moves[0] if len(moves) == 2 or across is None else None

@@ -151,11 +151,9 @@ class RigRows:
         bushing : int
             Its number.
         """
-        at = self.rig.bushings[bushing]
-        assert at.friction
-        if at.friction.along is not None:
-            return np.asarray(self.directed([at.friction.along], np.array([0.0, 0.0, 1.0]))[0])
-        return np.asarray(self.moved([at.position])[0, 0])
+        point = self.rig.bushings[bushing].slides
+        assert point is not None
+        return np.asarray(self.directed([point], np.array([0.0, 0.0, 1.0]))[0])
 
     @property
     def ends_by_row(self) -> np.ndarray:

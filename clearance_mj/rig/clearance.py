@@ -12,7 +12,7 @@ from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Positive, Share, checked, seldom
 from ..structure import Point
 from ..structure.attached import Housing
-from ..structure.base import moved, parse_dof, parse_place
+from ..structure.base import along_axis, moved, parse_dof, parse_place
 from .walls import Wall, coordinates_of, wall_of
 
 __all__ = ["Bushing", "Contact", "Friction", "Grease", "OilFilm"]
@@ -106,7 +106,7 @@ class Friction:
     """m/s, at which the friction has fallen by 63 % of the way to that of fast sliding"""
     along: Point | None = seldom(default=None)
     """of a clearance along one coordinate: the point, of another coordinate, that slides along the wall; None: the
-    shaft there along y, of a rig that moves along y"""
+    shaft there along y, of a rig that moves along y and z, whose surface turns with it"""
 
     def __post_init__(self) -> None:
         if self.static_ratio > 1 and self.stribeck_speed is None:
@@ -164,7 +164,7 @@ class Bushing:
     offset_y: Number = seldom(default=0.0)
     """m, the same along y, of a round clearance"""
     friction: Friction | None = seldom(default=None)
-    """of the contact, of a round clearance; None: it slides without"""
+    """of the contact; None: it slides without"""
     film: OilFilm | None = seldom(default=None)
     """oil in the gap, of a round clearance; None: grease"""
     radius: Positive | None = seldom(default=None)
@@ -224,11 +224,20 @@ class Bushing:
         return "slot" if self.stops == "both" else "stop"
 
     @property
+    def slides(self) -> float | str | None:
+        """The point that slides along the wall of a clearance of one coordinate with friction, else None."""
+        if self.is_round or self.friction is None:
+            return None
+        if self.friction.along is not None:
+            return self.friction.along
+        place = parse_place(self.position)
+        return f"{place[0]}@{place[1]!r}:Y" if place else along_axis(self.position, "Y")
+
+    @property
     def in_space_only(self) -> tuple[str, ...]:
         """Names of its fields that have a meaning only in a round clearance."""
-        radius = None if self.wear else self.radius  # wear acts there in the plane, too
-        told = {"offset_y": self.offset_y, "friction": self.friction, "film": self.film, "radius": radius,
-                "probe_angle": self.probe_angle}  # fmt: skip
+        radius = None if self.wear or self.friction else self.radius  # they act there in a slot, too
+        told = {"offset_y": self.offset_y, "film": self.film, "radius": radius, "probe_angle": self.probe_angle}
         return tuple(name for name, value in told.items() if value)
 
     @property

@@ -11,7 +11,7 @@ from ..core.errors import ClearanceError, RigError
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
-from ..structure.base import parse_direction, parse_dof, parse_place
+from ..structure.base import is_rotation, parse_direction, parse_dof, parse_place
 from .bearings import Bearing
 from .clearance import Bushing
 from .instruments import Sensor, Shaker
@@ -178,6 +178,8 @@ def named_points(rig: InSpace) -> dict[str, float | str]:
     for kind, springs in (("springs", rig.attached.springs), ("structure.springs", getattr(rig.linear, "springs", ()))):
         points |= {f"{kind}[{i}].{end}": p for i, s in enumerate(springs) for end, p in zip(ENDS, s.joined)}
     points |= {f"bushings[{i}].to": b.to for i, b in enumerate(rig.bushings) if b.to is not None}
+    rubbing = {f"bushings[{i}].friction.along": b.friction.along for i, b in enumerate(rig.bushings) if b.friction}
+    points |= {name: point for name, point in rubbing.items() if point is not None}
     for name, shaker in _inputs(rig):
         paths = ["position", *(f"also[{i}].position" for i in range(len(shaker.forces) - 1))]
         points |= {f"{name}.{path}": point for path, (point, _) in zip(paths, shaker.forces)}
@@ -210,6 +212,8 @@ def check_motion(rig: InSpace) -> None:
         if b.in_space_only and not b.is_round:
             name = f"bushings[{i}].{b.in_space_only[0]}"
             raise ValueError(f'{name} needs shape = "round", and bushings[{i}] is a {b.of_stops}, along one coordinate')
+        if b.friction:
+            _check_friction(rig, b, f"bushings[{i}].friction.along")
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
     if not rig.moves_across:
@@ -240,7 +244,7 @@ def check_motion(rig: InSpace) -> None:
             raise ValueError(f'bushings[{i}].position "{b.position}": a round clearance moves along Y and Z; give one')
         if b.to is not None and rig.spin and rig.linear.shafts:
             raise ValueError(f"bushings[{i}].to is on another shaft, and which of them turns is not told; leave it out")
-        if (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
+        if b.is_round and (b.friction or b.film) and b.radius is None and parse_place(b.position) is None:
             raise ValueError(f"bushings[{i}].radius is missing: friction and film act at the shaft's radius")
     slots = tuple(f"bushings[{i}]." for i, b in enumerate(rig.bushings) if not b.is_round)
     for name, axis in directed_points(rig).items():
@@ -248,6 +252,27 @@ def check_motion(rig: InSpace) -> None:
             raise ValueError(f"{name} names {axis}, but it moves along y and z: give the position alone")
     if rig.spin:
         _check_spin(rig)
+
+
+def _check_friction(rig: InSpace, bushing: Bushing, name: str) -> None:
+    assert bushing.friction
+    along, slides = bushing.friction.along, bushing.slides
+    if slides is None:
+        if along is not None:
+            raise ValueError(f"{name} is of a slot or stop; in a round clearance the shaft slides around its wall")
+        return
+    axis = (parse_direction(bushing.position) or "Z")[0]
+    if slides == bushing.position or (along is None and (axis != "Z" or not rig.moves_across)):
+        raise ValueError(
+            f'{name} "{slides}": nothing slides along the wall that "{bushing.position}" meets; give a point of '
+            'another coordinate, such as "12:Y" or "@0.4:Y"'
+        )
+    if is_rotation(slides) != is_rotation(bushing.position):
+        raise ValueError(f'{name} "{slides}": one of it and position "{bushing.position}" is an angle; give two alike')
+    try:
+        rig.linear.check(slides)
+    except ValueError as error:
+        raise ValueError(f"{name} {error}") from None
 
 
 def _check_spin(rig: InSpace) -> None:

@@ -13,7 +13,7 @@ from clearance_mj.core.errors import ClearanceError, RigError
 from clearance_mj.io.dataset import Dataset, Record, write_dataset
 from clearance_mj.io.formats import to_channels
 from clearance_mj.io.uff.geometry import rig_geometry
-from clearance_mj.rig import Bushing, Contact, Grease, Load, OilFilm, Spin
+from clearance_mj.rig import Bushing, Contact, Friction, Grease, Load, OilFilm, Spin
 from clearance_mj.rig.depths import wall_depths
 from clearance_mj.signals.response import Response
 from clearance_mj.statistics import contact_statistics
@@ -65,7 +65,7 @@ def test_slots_may_stand_in_a_rig_that_moves_along_y():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"friction": {"coefficient": 0.1}}, 'bushings[2].friction needs shape = "round", and bushings[2] is a slot'),
+        ({"friction": Friction(0.1, along="3:Y")}, 'bushings[2].friction.along "3:Y" is no position on the beam'),
         ({"offset_y": 1e-5}, 'bushings[2].offset_y needs shape = "round", and bushings[2] is a slot'),
         ({"film": OilFilm(0.02), "grease": Grease(0.0)}, 'bushings[2].film needs shape = "round"'),
         ({"probe_angle": 0.1}, 'bushings[2].probe_angle needs shape = "round"'),
@@ -116,15 +116,11 @@ def test_records_have_a_channel_for_every_row(tmp_path):
 
 
 def test_what_knows_one_kind_says_so_in_one_line():
-    noise = cm.excitation.random(0.1, 2048.0, seed=0)
     made = Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))
     moves = r"takes slots or round clearances, not both yet: rig .* moves along y and z, and bushings\[1\] is a slot"
     calls = {
-        'engine "modal"': lambda: cm.simulate(BOTH, noise, engine="modal"),
-        'engine "links"': lambda: cm.simulate(BOTH, noise, engine="links"),
         "identification": lambda: cm.identify.fit_bench(Dataset(BOTH, [made])),
         "harmonic balance": lambda: cm.periodic.follow_response(cm.Model(BOTH), 1.0, (10.0, 20.0)),
-        "an orbit": lambda: cm.rotors.whirl(BOTH, response()),
     }
     for name, call in calls.items():
         with pytest.raises(ClearanceError, match=f"{name} {moves}"):

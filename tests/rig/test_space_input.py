@@ -34,14 +34,25 @@ def text(head: str = SPACE, tail: str = "", of_bushing: str = "") -> str:
         (text(SPACE + "gravity = 9.81\n"), "gravity 9.81 has no direction; give a vector (x, y, z) in m/s², such as"),
         (text(SPACE + "gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
         (text("gravity = [0.0, 0.0, 0.0]\n"), "gravity (0, 0, 0) has no direction; leave it out"),
-        (text("", of_bushing="friction = {coefficient = 0.1}"), 'bushings[0].friction needs shape = "round"'),
+        (
+            text("", of_bushing="friction = {coefficient = 0.1}"),
+            'bushings[0].friction.along "@0.5484:Y": nothing slides',
+        ),
         (text("", of_bushing="offset_y = 1e-5"), 'bushings[0].offset_y needs shape = "round"'),
         (
             text('motion = "sideways"\n'),
             'motion "sideways" is unknown; leave it out, and give round bushings shape = "round"',
         ),
         (text("", of_bushing='shape = "stop"'), 'bushings[0].shape "stop" stands beside stops "both", which is a slot'),
-        (text("", of_bushing='shape = "oval"'), 'bushings[0].shape "oval" is unknown; use slot, stop or round'),
+        (text("", of_bushing='shape = "square"'), 'shape "square" is unknown; known: oval, round, slot, stop'),
+        (
+            text("", of_bushing='shape = "oval"\nwall = {tall = 1e-5}'),
+            'shape "oval".tall is not a known key; known: wide, across',
+        ),
+        (
+            text("", of_bushing='shape = "oval"\nwall = {wide = 2e-4, across = -2.5e-4}'),
+            "bushings[0].wall {'wide': 0.0002, 'across': -0.00025} leaves no room in the gap 0.0003 m",
+        ),
         (
             text(of_bushing="offset_y = 2.5e-4\noffset = 2.5e-4"),
             "bushings[0].offset (0.00025, 0.00025) m along y, z lies beyond the gap 0.0003 m: at rest the shaft "
