@@ -17,7 +17,8 @@ import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.engines import plant
 from clearance_mj.engines.base import step_factor
-from clearance_mj.engines.links_plant import links_plant
+from clearance_mj.engines.links_plant import LinksPlant, links_plant
+from clearance_mj.engines.links_run import LinksRun
 from clearance_mj.physical.library import LIBRARY
 from clearance_mj.signals.sampling import interpolate
 
@@ -81,13 +82,24 @@ def _armatures():
     return [(Changed(n, armature=shares[name]), f"{n} links, armature {name}", {}) for n, name in cases]
 
 
+@dataclass(frozen=True, eq=False)
+class WithArmature(LinksPlant):
+    """Chains of which all joints have the same armature."""
+
+    share: float
+
+    @property
+    def armature(self):
+        return np.full(self.maps.order.size, self.share)
+
+
 @dataclass(frozen=True)
 class Changed(cm.engines.Engine):
     """Links with options of their MuJoCo model overwritten."""
 
     size: int
     fields: tuple = ()
-    armature: float = plant.ARMATURE  #: as in `Plant`
+    armature: float = plant.ARMATURE  #: as in `LinksPlant`
     shapes: bool = False  #: keep the shapes that touch nothing
 
     name = "changed"
@@ -102,8 +114,8 @@ class Changed(cm.engines.Engine):
         model = copy.copy(built.model)
         for name, value in self.fields:
             setattr(model.opt, name, value)
-        built = dataclasses.replace(built, model=model, armature=self.armature)
-        return mujoco_loop.MujocoRun(self, rig, law, kind, step, built)
+        built = WithArmature(model, built.whole, built.maps, built.explicit, self.armature)
+        return LinksRun(self, rig, law, kind, step, built)
 
     def _plant(self, rig):
         built = links_plant(rig, self.size)

@@ -196,8 +196,7 @@ def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
     """Take n of the models that a file keeps, each at most once."""
     try:
         drawn = json.loads(plain_file(path).read_text(encoding="utf-8"))["drawn"]
-        chosen = np.random.default_rng(seed).permutation(len(drawn))[:n]
-        found = [Model.from_dict(drawn[i], rig) for i in chosen]
+        found = [Model.from_dict(drawn[i], rig) for i in np.random.default_rng(seed).permutation(len(drawn))[:n]]
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise LawError(f"{path}: holds no draws of a model ({error})") from None
     if len(found) < n:

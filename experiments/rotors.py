@@ -1,4 +1,4 @@
-"""Figures of shafts that turn, on docs/structures.md and docs/rotors.md: ``python -m experiments.rotors``."""
+"""Figures of shafts in space, on docs/structures.md and docs/rotors.md: ``python -m experiments.rotors``."""
 
 import argparse
 from pathlib import Path
@@ -67,6 +67,15 @@ def seen(rig):
     return drawn, clip(rig, response, start=6.2, seconds=0.1, slow=50.0)
 
 
+def column():
+    """Return the drawing of the steering column, and how it moves under the force of its motor and the road."""
+    rig = Rig.load(ROOT / "models" / "column.toml")
+    worm, road = (cm.excitation.random(2.0, FS, (5.0, 200.0), rms, seed, kind)
+                  for rms, seed, kind in ((40.0, 0, "force"), (3.0, 1, "base")))  # fmt: skip
+    response = cm.simulate(rig, cm.excitation.together(worm, road), engine="modal")
+    return rig_drawing(rig).figure, clip(rig, response, start=1.0, seconds=0.1, slow=50.0)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="python -m experiments.rotors", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs", help="folder of the figures")
@@ -78,10 +87,13 @@ def main():
         "rub": synchronous_rub(between_supports(), speeds, 0.5, 6e-5, friction=0.02).plot(),
     }
     figures, shown = seen(Rig.load(ROOT / "models" / "rotor.toml"))
-    for name, figure in (drawn | figures).items():
-        with replacing(given.out / f"rotor_{name}.png") as temporary:
+    column_rig, rattling = column()
+    named = {f"rotor_{name}": figure for name, figure in (drawn | figures).items()} | {"column_rig": column_rig}
+    for name, figure in named.items():
+        with replacing(given.out / f"{name}.png") as temporary:
             figure.savefig(temporary, format="png", dpi=110)
     write(shown, given.out / "rotor_whirl.gif")
+    write(rattling, given.out / "column.gif")
 
 
 if __name__ == "__main__":

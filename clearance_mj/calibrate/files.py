@@ -42,8 +42,7 @@ def read_frequencies(path: str | PathLike[str], std: float = FREQUENCY_STD) -> M
         raise RecordError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:
         raise RecordError(f"{path}: must be a heading and rows of as many numbers, separated by commas") from None
-    name = next((n for n in ("frequency_hz", "test_hz") if n in table), None)
-    if name is None:
+    if (name := next((n for n in ("frequency_hz", "test_hz") if n in table), None)) is None:
         raise RecordError(f"{path}: lacks a column frequency_hz (or test_hz); its columns: {', '.join(header)}")
     named = [(c[6:], c) for c in header if c.startswith("shape_") and (c[6:].isdigit() or parse_dof(c[6:]))]
     nodes = tuple(int(text) if text.isdigit() else text for text, _ in named)

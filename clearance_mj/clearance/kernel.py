@@ -264,9 +264,9 @@ def rub(
 def friction_limit(bushing: Bushing, numbers: np.ndarray, normal: Any, sliding: Any, lanes: tuple[int, ...]) -> Any:
     """Return the largest friction, N, under a normal force, N, at a speed of sliding, m/s."""
     most, excess = load(numbers, bushing.friction, lanes) * normal, load(numbers, bushing.friction + 3, lanes)
-    if any_below(0.0 - excess, 0.0):
+    if any_below(0.0 - excess, 0.0):  # returning here keeps the compiler from finding the exponential every time
         ratio = sliding * load(numbers, bushing.friction + 4, lanes)
-        most = most * (1.0 + excess * exponential(0.0 - ratio * ratio))
+        return most * (1.0 + excess * exponential(0.0 - ratio * ratio))
     return most
 
 

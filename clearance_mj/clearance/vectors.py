@@ -22,33 +22,41 @@ __all__ = [
 TINY = 1e-300  # beside which a length is 0, so that nothing is divided by 0
 
 
-def of_one_or_two(one: Callable[..., Any], two: Callable[..., Any]) -> Any:
-    """Return the function that is ``one`` of vectors of one coordinate and ``two`` of others, compiled or not."""
+def of_one_or_two(one: Callable[..., Any], two: Callable[..., Any], says: str = "") -> Any:
+    """Return the function that is ``one`` of vectors of one coordinate and ``two`` of others, compiled or not.
+
+    ``says`` is its docstring.
+    """
 
     def function(*arguments: Any) -> Any:
         size = next(len(each) for each in arguments if isinstance(each, tuple))
         return (one if size == 1 else two)(*arguments)
 
     def compiled(*kinds: Any) -> Any:
-        sizes = [kind.count for kind in kinds if isinstance(kind, types.BaseTuple)]
+        sizes = [len(kind) for kind in kinds if isinstance(kind, types.BaseTuple)]
         return (one if sizes[0] == 1 else two) if sizes else None
 
     overload(function, strict=False)(compiled)
+    function.__doc__ = says
     return function
 
 
-plus = of_one_or_two(lambda a, b: (a[0] + b[0],), lambda a, b: (a[0] + b[0], a[1] + b[1]))
-"""The sum of two vectors"""
-minus = of_one_or_two(lambda a, b: (a[0] - b[0],), lambda a, b: (a[0] - b[0], a[1] - b[1]))
-"""The difference of two vectors"""
-times = of_one_or_two(lambda factor, r: (factor * r[0],), lambda factor, r: (factor * r[0], factor * r[1]))
-"""A number times a vector"""
-along = of_one_or_two(lambda a, b: a[0] * b[0], lambda a, b: a[0] * b[0] + a[1] * b[1])
-"""The scalar product of two vectors"""
-length = of_one_or_two(lambda r: abs(r[0]), lambda r: root(r[0] * r[0] + r[1] * r[1]))
-"""The length of a vector"""
-read = of_one_or_two(lambda state, i, like: (state[i],), lambda state, i, like: (state[2 * i], state[2 * i + 1]))
-"""The vector number i of those that a state is of: read(state, i, like), with any vector of as many coordinates"""
+plus = of_one_or_two(lambda a, b: (a[0] + b[0],), lambda a, b: (a[0] + b[0], a[1] + b[1]), "The sum of two vectors.")
+minus = of_one_or_two(
+    lambda a, b: (a[0] - b[0],), lambda a, b: (a[0] - b[0], a[1] - b[1]), "The difference of two vectors."
+)
+times = of_one_or_two(
+    lambda factor, r: (factor * r[0],), lambda factor, r: (factor * r[0], factor * r[1]), "A number times a vector."
+)
+along = of_one_or_two(
+    lambda a, b: a[0] * b[0], lambda a, b: a[0] * b[0] + a[1] * b[1], "The scalar product of two vectors."
+)
+length = of_one_or_two(lambda r: abs(r[0]), lambda r: root(r[0] * r[0] + r[1] * r[1]), "The length of a vector.")
+read = of_one_or_two(
+    lambda state, i, like: (state[i],),
+    lambda state, i, like: (state[2 * i], state[2 * i + 1]),
+    "The vector number i of those that a state is of: read(state, i, like), with any vector of as many coordinates.",
+)
 
 
 def _write_one(state: Any, i: int, r: Any) -> None:
@@ -60,8 +68,7 @@ def _write_two(state: Any, i: int, r: Any) -> None:
     state[2 * i + 1] = r[1]
 
 
-write = of_one_or_two(_write_one, _write_two)
-"""Put a vector in the place of number i of a state: write(state, i, r)"""
+write = of_one_or_two(_write_one, _write_two, "Put a vector in the place of number i of a state: write(state, i, r).")
 
 
 def _within_one(r: Any, limit: Any) -> Any:
@@ -74,10 +81,14 @@ def _within_two(r: Any, limit: Any) -> Any:
     return choose(r[0] * limit / size, r[0], beyond), choose(r[1] * limit / size, r[1], beyond)
 
 
-within = of_one_or_two(_within_one, _within_two)
-"""A vector, or if it is longer than a limit, one of that length in its direction: within(r, limit)"""
-in_plane = of_one_or_two(lambda r: (0.0 * r[0], r[0]), lambda r: r)
-"""A vector as one along y and z: one of one coordinate is along z"""
+within = of_one_or_two(
+    _within_one,
+    _within_two,
+    "A vector, or if it is longer than a limit, one of that length in its direction: within(r, limit).",
+)
+in_plane = of_one_or_two(
+    lambda r: (0.0 * r[0], r[0]), lambda r: r, "A vector as one along y and z: one of one coordinate is along z."
+)
 
 
 def _answer_one(out: Any, force: Any, damping: Any) -> None:
@@ -94,8 +105,11 @@ def _answer_two(out: Any, force: Any, damping: Any) -> None:
     out[5] = damping
 
 
-answer = of_one_or_two(_answer_one, _answer_two)
-"""Fill in what a filling answers: its elastic force, and its damping, the same in all directions"""
+answer = of_one_or_two(
+    _answer_one,
+    _answer_two,
+    "Fill in what a filling answers: its elastic force, and its damping, the same in all directions.",
+)
 
 
 def _film_one(out: Any, r: Any, f_y: Any, f_z: Any, yy: Any, yz: Any, zy: Any, zz: Any) -> None:
@@ -112,5 +126,8 @@ def _film_two(out: Any, r: Any, f_y: Any, f_z: Any, yy: Any, yz: Any, zy: Any, z
     out[5] = zz
 
 
-answer_film = of_one_or_two(_film_one, _film_two)
-"""Fill in what a filling answers at r whose damping differs from direction to direction: yy, yz, zy, zz"""
+answer_film = of_one_or_two(
+    _film_one,
+    _film_two,
+    "Fill in what a filling answers at r whose damping differs from direction to direction: yy, yz, zy, zz.",
+)

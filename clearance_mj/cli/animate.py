@@ -44,8 +44,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     in_space = model.rig.moves_across
     shown = clip(model.rig, response, options.start, exaggeration=options.exaggeration, **cut)
     comment = json.dumps(provenance(options))
-    reason = write(shown, options.out, options.renderer, not options.quiet, comment)
-    if reason:
+    if reason := write(shown, options.out, options.renderer, not options.quiet, comment):
         say(f"drawn by matplotlib: {reason}")
     print(f"animation: {options.out}")
     return {

@@ -107,8 +107,7 @@ def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
 def _print(found: Identified, out: Path) -> None:
     if found.estimates:
         print_parameters(found.estimates, 48, f"{'found':>11s}   std  (over that of before)")
-    families = found.pages.get("families", ())
-    if families:
+    if families := found.pages.get("families", ()):
         print(f"{'family':58s} weight  misfit  held out")
     for family in families:
         print(f"{family.name:58s} {family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}")

@@ -69,8 +69,7 @@ def _operation(options: argparse.Namespace, model: Model) -> Operation:
         raise ClearanceError("--swept-from is of a sine; give its --frequency")
     if level == 0:
         return Marched(still(options.duration, options.fs, kind))
-    noise = random(options.duration, options.fs, tuple(options.band), level, options.seed, kind)
-    return Marched(noise)
+    return Marched(random(options.duration, options.fs, tuple(options.band), level, options.seed, kind))
 
 
 def _predicted(options: argparse.Namespace, model: Model, operation: Operation) -> Life | Lives | Remaining:

@@ -161,8 +161,7 @@ def _write_wavs(
                 continue  # of several realisations one is to be heard
             title += f"_{i + 1}" if f"{title}.wav" in signals else ""
             signals[f"{title}.wav"] = (sounds[name][i], 0) if options.what == "sound" else (response, row)
-    scale = options.full_scale
-    if scale is None:
+    if (scale := options.full_scale) is None:
         scale = max(full_scale(signal, row) for signal, row in signals.values())
     for file, (signal, row) in signals.items():
         write_wav(options.new / file, signal, scale, row)

@@ -49,8 +49,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError(f"--out {out}: is there and says otherwise; give another name, or remove it")
     found.save(out)
     print(found)
-    asked = ", ".join(f'"{name}"' for name in found.undecided)
-    if asked:
+    if asked := ", ".join(f'"{name}"' for name in found.undecided):
         print(f'{out}: to be decided: {asked}; write what each is instead of "?", such as "acc:3 [g]" or "skip"')
     print(f"next: {spelled('convert', *options.files, 'bench', '--rig', options.rig, '--map', out)}")
     return {

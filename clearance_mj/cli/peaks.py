@@ -38,8 +38,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..tolerance.peaks import peaks_over_an_hour
 
     model = load_model(options)
-    psd = psd_of(options, options.kind or model.rig.shaker.kind)
-    if psd is None:
+    if (psd := psd_of(options, options.kind or model.rig.shaker.kind)) is None:
         raise ClearanceError("give --psd FILE or --road CLASS, one of them")
     psd = psd if options.rms is None else psd.scaled(options.rms(psd.kind))
     quantity = KINDS.get(options.quantity, options.quantity)

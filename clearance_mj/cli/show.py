@@ -60,8 +60,7 @@ def _shown(path: Path, obj: object) -> dict[str, Any]:
     from ..io.channels import channel_faults
     from ..io.inventory import inventory
 
-    items = inventory(obj)
-    if not items:
+    if not (items := inventory(obj)):
         print(f"{path}: {obj!r}")
         return {"holds": type(obj).__name__, "overview": repr(obj)}
     counts = Counter(item.kind for item in items)

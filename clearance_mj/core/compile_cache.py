@@ -39,8 +39,7 @@ def choose() -> None:
 
 def _users() -> Path:
     """Folder in which numba keeps what a user compiled."""
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(home) / "numba"
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")) / "numba"
 
 
 def _is_writable(folder: Path) -> bool:

@@ -1,5 +1,7 @@
 """The errors that users meet; each message says what is wrong, where, and what would be right."""
 
+from collections.abc import Iterable
+
 MAX_CHARACTERS = 600  # of a message; what is quoted out of a damaged file can be as long as the file
 
 
@@ -15,6 +17,27 @@ class ClearanceError(Exception):
     def __init__(self, message: str = ""):
         text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(message))
         super().__init__(text if len(text) <= MAX_CHARACTERS else f"{text[:400]} ... {text[-150:]}")
+
+    @classmethod
+    def require_known(cls, what: str, value: object, known: Iterable[str]) -> None:
+        """Refuse a value that is none of the known ones, which the message lists.
+
+        Parameters
+        ----------
+        what : str
+            Of what it is a value, such as "window".
+        value : object
+            As it was given.
+        known : iterable of str
+            All values that would do.
+
+        Raises
+        ------
+        ClearanceError
+            This class of it.
+        """
+        if value not in (names := list(known)):
+            raise cls(f'{what} "{value}" is unknown; use {", ".join(names)}')
 
 
 class RigError(ClearanceError):

@@ -89,8 +89,7 @@ def _array(data: bytes, order: str, depth: int) -> tuple[str, Value]:
     """Name and value of an array."""
     if not depth:
         raise RecordError(f"holds cells more than {DEPTH} deep")
-    parts = list(_elements(data, order))
-    if not parts:
+    if not (parts := list(_elements(data, order))):
         return "", None  # an empty cell
     if parts[0][0] != 6 or len(parts[0][1]) != 8:
         raise RecordError("an array does not begin with its flags")

@@ -68,8 +68,7 @@ def si_value(text: str, quantity: str) -> float:
     ClearanceError
         If it is no number, or the unit is none of the quantity, see `unit_factor`.
     """
-    found = _NUMBER.fullmatch(text.strip())
-    if not found:
+    if not (found := _NUMBER.fullmatch(text.strip())):
         known = ", ".join(UNITS.get(quantity, [quantity]))
         raise ClearanceError(f'"{text}" is no number, alone or with a unit: {known}')
     # Fifteen digits: 24 in are 0.6096 m, not 0.6095999999999999 m.

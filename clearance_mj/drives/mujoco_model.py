@@ -67,8 +67,7 @@ def add_found_drive(
     friction = DriveFriction(
         most / (SLIPS_WITHIN * drive.friction.width * n), coulomb=dry / n, viscous=drive.damping / n**2, efficiency=eta
     )
-    motor = spec.actuator(actuator if isinstance(actuator, str) else actuator.name)
-    if motor is None:
+    if (motor := spec.actuator(actuator if isinstance(actuator, str) else actuator.name)) is None:
         raise ModelError(f'the specification has no actuator "{actuator}"')
     gear, motor.gear[0] = motor.gear[0], 1 / drive.ratio  # before, since limits of the joint become the motor's by it
     try:

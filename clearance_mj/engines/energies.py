@@ -10,12 +10,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
-from ..clearance.kernel import BRISTLES, keep_step
+from ..clearance.kernel import BRISTLES
+from ..clearance.lanes import larger
 from ..clearance.pointers import at, call_contact_energy, call_law
 from ..clearance.record import END_MEMORY
-from ..core.jit import jit
+from ..clearance.registers import joined, load, spread, store
+from ..clearance.vectors import TINY
+from ..core.jit import OPTIONS, inlined, jit
 from .interact import BRISTLES as PREDICTED
 from .interact import DEPTH, ELASTIC, ENDS, FILLED, N_Y, N_Z, NORMAL, RUBBED
 
@@ -27,8 +29,7 @@ __all__ = [
     "Kept",
     "clearance_energies",
     "columns_of",
-    "keep",
-    "remember",
+    "keep_energies",
 ]
 
 OF_RIG = ("input", "weight", "unbalance", "drive", "damping", "kinetic", "strain")
@@ -37,7 +38,8 @@ OF_CLEARANCE = ("film", "hysteresis", "contact_loss", "friction", "law_work", "g
 """J: lost in a step, put in, and, the last two, stored"""
 OF_END = ("depth", "push", "loss", "n_y", "n_z")
 """m, < 0 in the gap; N; J lost in a step; the direction in which it touches, of one coordinate along z"""
-DRIVE = OF_RIG.index("drive")
+DRIVE, STORED_FROM = OF_RIG.index("drive"), OF_RIG.index("kinetic")
+FOUR, ONE = (0, 1, 2, 3), (0,)
 
 
 class Kept(NamedTuple):
@@ -56,127 +58,92 @@ def columns_of(n_bushings: int) -> int:
     return len(OF_RIG) + n_bushings * (len(OF_CLEARANCE) + 2 * len(OF_END))
 
 
-def remember(bushings, numbers, kept, lanes):  # type: ignore[no-untyped-def]
-    """Let the records of one case remember the step before, if energies are kept."""
-    raise NotImplementedError
-
-
-@overload(remember)
-def _remember(bushings, numbers, kept, lanes):  # type: ignore[no-untyped-def]
-    def of_one(bushings, numbers, kept, lanes):  # type: ignore[no-untyped-def]
-        if kept.energies.shape[0]:
-            for j in range(bushings.size):
-                keep_step(bushings[j], numbers)
-
-    return of_one if lanes.count == 1 else (lambda bushings, numbers, kept, lanes: None)
-
-
-def keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings, numbers,
-         places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-    """Keep of a step of one case what is asked for, before its modes move: in ``row`` of what is kept."""
-    raise NotImplementedError
-
-
-@overload(keep)
-def _keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings, numbers,
-          places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-    def of_one(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings,
-               numbers, places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-        if kept.rows.shape[0]:
-            for r in range(kept.rows.shape[1]):
-                kept.rows[row, r] = x[r, 0]
-        if kept.energies.shape[0]:
-            found = kept.energies[row]
-            found[:] = 0.0
-            _of_modes(
-                found, h, linear, motion.q.ravel(), motion.v.ravel(), motion.q_before.ravel(), factors, excitation[i],
-                total.ravel(), travel.ravel(), force, way,
-            )  # fmt: skip
-            clearance_energies(
-                found, h, spin, bushings, numbers, places, x, way, force, filled, ends, acts
-            )  # fmt: skip
-
-    def nothing(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, travel, way, bushings,
-                numbers, places, x, force, filled, ends, acts):  # type: ignore[no-untyped-def]  # fmt: skip
-        return None
-
-    return of_one if lanes.count == 1 else nothing
-
-
-@jit
-def _of_modes(
-    row: np.ndarray, h: float, linear: Any, q: np.ndarray, v: np.ndarray, q_before: np.ndarray, factors: np.ndarray,
-    inputs: np.ndarray, total: np.ndarray, travel: np.ndarray, force: np.ndarray, way: np.ndarray,
+@jit(**OPTIONS)
+def keep_energies(
+    row: int, energies: np.ndarray, h: float, spin: float, n_excited: int, excitation: np.ndarray, i: int,
+    factors: np.ndarray, inverse_mass: np.ndarray, flow: np.ndarray, given: np.ndarray, turned: np.ndarray,
+    at_rows: np.ndarray, springs: np.ndarray, q: np.ndarray, v: np.ndarray, q_before: np.ndarray, total: np.ndarray,
+    travel: np.ndarray, bushings: np.ndarray, numbers: np.ndarray, places: np.ndarray, x: np.ndarray, way: np.ndarray,
+    force: np.ndarray, filled: np.ndarray, ends: np.ndarray, acts: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill a row with `OF_RIG`, and the travel of the modes and of the clearances' rows in the step.
+    """Fill a row with the energies of a step of one case, whose modes have not moved yet.
 
-    ``total`` is the whole force on the modes, which have not moved yet.
+    ``total`` is the whole force on the modes; ``travel`` and ``way`` are room for how modes and rows travel. All others
+    are as in `modal_loop.advance`.
     """
-    mass, flow = linear.inverse_mass.ravel(), linear.flow.reshape(4, -1)
-    kinetic = strain = work = lost = 0.0
-    for m in range(mass.size):
-        travel[m] = 0.0
-        if mass[m] == 0.0:
-            continue
-        qq, vq, qv, vv = flow[0, m], flow[1, m], flow[2, m], flow[3, m]
-        det, kick = qq * vv - vq * qv, vq * h * mass[m]
-        before, now = q_before[m], q[m]
-        after = qq * now + vq * (v[m] + h * mass[m] * total[m])
-        travel[m] = 0.5 * (after - before)
-        kinetic += 0.125 * (1.0 + det) / kick * ((after - now) ** 2 + (now - before) ** 2)
-        strain += 0.25 * (1.0 + det - qq - vv) / kick * now * (before + after)
-        lost += (1.0 - det) / kick * travel[m] * travel[m]
-        work += total[m] * travel[m]
-    given, turned, at_rows = linear.input, linear.turning, linear.at_rows
+    modes, none = inverse_mass.shape[0], spread(0.0, FOUR)
+    out = at(energies, row * energies.shape[1])
+    kinetic = strain = work = lost = none
+    for m in range(modes):
+        mass, now, before = load(inverse_mass, m, FOUR), load(q, m, FOUR), load(q_before, m, FOUR)
+        qq, vq = load(flow, m, FOUR), load(flow, modes + m, FOUR)
+        qv, vv = load(flow, 2 * modes + m, FOUR), load(flow, 3 * modes + m, FOUR)
+        det, kicked = qq * vv - vq * qv, load(v, m, FOUR) + h * mass * load(total, m, FOUR)
+        after, kick = qq * now + vq * kicked, larger(vq * mass * h, TINY)  # where modes are packed beside none
+        moved, ahead, behind = 0.5 * (after - before), after - now, now - before
+        store(travel, m, moved, FOUR)
+        kinetic = kinetic + (0.125 + 0.125 * det) / kick * (ahead * ahead + behind * behind)
+        strain = strain + (1.0 + det - qq - vv) / kick * now * (before + after)
+        lost = lost + (1.0 - det) / kick * moved * moved
+        work = work + load(total, m, FOUR) * moved
+    for k in range(STORED_FROM):
+        out[k] = 0.0
     for r in range(given.shape[0]):
-        row[0 if r < linear.n_excited else 1] += inputs[r] * _product(given[r], travel)
+        out[0 if r < n_excited else 1] += excitation[i, r] * _along(given, r, modes, travel)
     for r in range(turned.shape[0]):
-        row[2] += factors[r, 0] * _product(turned[r], travel)
-    for r in range(linear.springs.shape[0]):
-        row[DRIVE] -= q[r] * _product(linear.springs[r], travel)
+        out[2] += factors[r, 0] * _along(turned, r, modes, travel)
+    for r in range(springs.shape[0]):
+        out[DRIVE] -= at(q, 0)[r] * _along(springs, r, modes, travel)
     taken = 0.0
     for r in range(at_rows.shape[0]):
-        way[r, 0] = _product(at_rows[r], travel)
+        way[r, 0] = _along(at_rows, r, modes, travel)
         taken += force[r, 0] * way[r, 0]
     # What couples velocities is all that is left of the whole force's work.
-    row[4] = lost + row[0] + row[1] + row[2] + row[DRIVE] - taken - work
-    row[5], row[6] = kinetic, strain
+    put_in = out[0] + out[1] + out[2] + out[DRIVE]
+    out[4] = joined(lost, ONE) + put_in - taken - joined(work, ONE)
+    out[5], out[6] = joined(kinetic, ONE), 0.25 * joined(strain, ONE)
+    clearance_energies(row, energies, h, spin, bushings, numbers, places, x, way, force, filled, ends, acts)
 
 
-@jit
-def _product(row: np.ndarray, travel: np.ndarray) -> float:
-    total, along = 0.0, row.ravel()
-    for m in range(travel.size):
-        total += along[m] * travel[m]
-    return total
+@inlined
+def _along(rows: np.ndarray, row: int, modes: int, travel: np.ndarray) -> float:
+    found = spread(0.0, FOUR)
+    for m in range(modes):
+        found = found + load(rows, row * modes + m, FOUR) * load(travel, m, FOUR)
+    return joined(found, ONE)
 
 
-@jit
+@inlined
 def clearance_energies(
-    row: np.ndarray, h: float, spin: float, bushings: np.ndarray, numbers: np.ndarray, places: np.ndarray,
-    x: np.ndarray, way: np.ndarray, force: np.ndarray, filled: np.ndarray, ends: np.ndarray, acts: np.ndarray,
+    row: int, energies: np.ndarray, h: float, spin: float, bushings: np.ndarray, numbers: np.ndarray,
+    places: np.ndarray, x: np.ndarray, way: np.ndarray, force: np.ndarray, filled: np.ndarray, ends: np.ndarray,
+    acts: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add to a row what each clearance, then each end, holds and loses in a step, in which its rows travel ``way``.
+    """Fill in what each clearance, then each end, holds and loses in a step, in which its rows travel ``way``.
 
     Contacts and fillings have moved already; what they were before is what `keep_step` kept.
     """
-    n = bushings.size
+    n, whole = bushings.size, at(energies, row * energies.shape[1])
     for j in range(n):
-        own = row[len(OF_RIG) + len(OF_CLEARANCE) * j : len(OF_RIG) + len(OF_CLEARANCE) * (j + 1)]
-        _of_filling(own, bushings[j], numbers, places[j, 0], x, way, force, filled[FILLED * j :, 0])
+        bushing = bushings[j]
+        own = at(energies, row * energies.shape[1] + len(OF_RIG) + len(OF_CLEARANCE) * j)
+        for k in range(len(OF_CLEARANCE)):
+            own[k] = 0.0
+        _of_filling(own, bushing, numbers, places[j, 0], x, way, force, filled, FILLED * j)
         for end in range(2):
             c = 2 * j + end
-            of_end = row[len(OF_RIG) + len(OF_CLEARANCE) * n + len(OF_END) * c :]
+            of_end = at(energies, row * energies.shape[1] + len(OF_RIG) + len(OF_CLEARANCE) * n + len(OF_END) * c)
             y, z = places[j, 1 + 2 * end], places[j, 2 + 2 * end]
-            of_end[0] = _depth(bushings[j], numbers, x[y, 0], x[z, 0])
+            of_end[0] = _depth(bushing, numbers, x[y, 0], x[z, 0])
+            of_end[1] = of_end[2] = of_end[3] = of_end[4] = 0.0
             if acts[c]:
-                _of_contact(row, own, of_end, bushings[j], numbers, end, h, spin, y, z, way, ends[ENDS * c :, 0])
-            numbers[bushings[j].depths + end] = of_end[0]
+                _of_contact(whole, own, of_end, bushing, numbers, end, h, spin, y, z, way, at(ends, ENDS * c))
+            numbers[bushing.depths + end] = of_end[0]
 
 
-@jit
-def _depth(bushing, numbers, y, z):  # type: ignore[no-untyped-def]
-    """How deep a point is in the nearest wall, m, below 0 in the gap."""
+@inlined
+def _depth(bushing: Any, numbers: np.ndarray, y: float, z: float) -> float:
+    """Return how deep a point is in the nearest wall, m, below 0 in the gap."""
     if bushing.touching == 1:
         return max(z - numbers[bushing.wall + 1], numbers[bushing.wall] - z)
     place = (0.0, z + numbers[bushing.offset])
@@ -186,12 +153,16 @@ def _depth(bushing, numbers, y, z):  # type: ignore[no-untyped-def]
     return numbers[bushing.out]
 
 
-@jit
-def _of_filling(own, bushing, numbers, first, x, way, force, filled):  # type: ignore[no-untyped-def]
+@inlined
+def _of_filling(
+    own: Any, bushing: Any, numbers: np.ndarray, first: int, x: np.ndarray, way: np.ndarray, force: np.ndarray,
+    filled: np.ndarray, at_filling: int,
+) -> None:  # fmt: skip
     size = bushing.coordinates
     stored = -numbers[bushing.held]
     for d in range(size):
-        push = force[first + d, 0] - (0.0 if bushing.turned else filled[d])  # what a turning film does is all its own
+        # What a turning film does is all its own.
+        push = force[first + d, 0] - (0.0 if bushing.turned else filled[at_filling + d, 0])
         own[0] += push * way[first + d, 0]
         stored -= numbers[bushing.preload + d] * x[first + d, 0]
     out, offset = at(numbers, bushing.out), bushing.offset
@@ -207,13 +178,16 @@ def _of_filling(own, bushing, numbers, first, x, way, force, filled):  # type: i
             numbers[bushing.place + 1] - numbers[bushing.was + 1],
         )
         call_law(bushing.filling_energy, parameters, before, now, (y, z), (was, went), out)
-    own[5] = numbers[bushing.out] + stored
-    own[1] = numbers[bushing.out + 1]
+    own[5] = out[0] + stored
+    own[1] = out[1]
 
 
-@jit
-def _of_contact(row, own, of_end, bushing, numbers, end, h, spin, y, z, way, found):  # type: ignore[no-untyped-def]
-    """Energies of one end in contact: its spring and bristles hold them, its damper and sliding lose them."""
+@inlined
+def _of_contact(
+    whole: Any, own: Any, of_end: Any, bushing: Any, numbers: np.ndarray, end: int, h: float, spin: float, y: int,
+    z: int, way: np.ndarray, found: Any,
+) -> None:  # fmt: skip
+    """Fill in the energies of one end in contact: its spring and bristles hold them, its damper and sliding lose."""
     depth, n_z, normal = abs(found[DEPTH]), found[N_Z], found[NORMAL]
     n_y = found[N_Y] if bushing.touching == 2 else 0.0
     y_way = way[y, 0] if bushing.touching == 2 else 0.0
@@ -226,11 +200,14 @@ def _of_contact(row, own, of_end, bushing, numbers, end, h, spin, y, z, way, fou
     own[6] += 0.5 * call_contact_energy(energy, now, depth)
     own[2] += loss
     if bushing.rubs:
-        bristles, stiffness = numbers[bushing.ends + END_MEMORY * end + BRISTLES], numbers[bushing.friction + 1]
+        bristles, stiffness = (
+            numbers[bushing.ends + END_MEMORY * end + BRISTLES],
+            numbers[bushing.friction + 1],
+        )
         surface = h * numbers[bushing.friction + 5] * spin
         own[6] += 0.5 * stiffness * bristles * bristles
         slid = found[PREDICTED] - bristles
         across = n_y * way[z, 0] - n_z * y_way + surface - slid
         own[3] += found[RUBBED] * slid + (found[RUBBED] - stiffness * bristles) * across
-        row[DRIVE] += found[RUBBED] * surface
+        whole[DRIVE] += found[RUBBED] * surface
     of_end[1], of_end[2], of_end[3], of_end[4] = normal, loss, n_y, n_z

@@ -194,7 +194,7 @@ def energy_balance(
     size, n, factor = excitation.value.shape[-1], len(rig.bushings), simulation.interpolator.factor
     steps = (size + simulation.interpolator.ahead) * factor
     with tqdm(total=steps, desc="energy", unit="step", disable=not progress) as bar:
-        balanced = simulation.run = _BalancedRun(simulation.run, factor, bar)
+        balanced = simulation.run = _BalancedRun(simulation.run, n, factor, bar)
         output = np.concatenate([block for _, block in simulation.outputs([excitation])])
     rows = np.concatenate(balanced.rows)[:size].T
     found: dict[str, Any] = dict(zip(OF_RIG, rows))
@@ -216,10 +216,14 @@ def energy_balance(
 
 
 class _BalancedRun(Run):
-    """A run whose energies are kept, at the samples, with the ends' contacts at all steps."""
+    """A run whose energies are kept at the samples, with the ends' contacts at all steps."""
 
-    def __init__(self, run: Run, factor: int, bar: tqdm[Any]):
-        self.run, self.factor, self.bar, self.steps, self.sums = run, factor, bar, 0, np.zeros(0)
+    def __init__(self, run: Run, n_bushings: int, factor: int, bar: tqdm[Any]):
+        self.run, self.factor, self.bar, self.steps = run, factor, bar, 0
+        names = [*OF_RIG, *(name for _ in range(n_bushings) for name in OF_CLEARANCE)]
+        self.stored, self.sums = np.array([name in STORED for name in names]), np.zeros(len(names))
+        # A step's forces work from half a step before its time to half a step after; slipping and laws are over then.
+        self.to_come = np.array([0.0 if name in ("hysteresis", "law_work") else 0.5 for name in names])
         self.rows: list[np.ndarray] = []
         self.ends: list[np.ndarray] = []
 
@@ -230,17 +234,16 @@ class _BalancedRun(Run):
     def advance(self, excitation: np.ndarray) -> np.ndarray:
         """Simulate one block; see `Run.advance`."""
         output, works = self.run.balanced(excitation)
-        n = (works.shape[1] - len(OF_RIG)) // (len(OF_CLEARANCE) + 2 * len(OF_END))
-        flows = np.array([name not in STORED for name in (*OF_RIG, *(name for _ in range(n) for name in OF_CLEARANCE))])
-        of_rig, of_ends = np.split(works, [flows.size], axis=1)
-        flow = of_rig[:, flows]
-        if not self.sums.size:
-            self.sums = np.zeros(flow.shape[1])
-        sums = self.sums + np.cumsum(flow, axis=0)
-        self.sums = sums[-1] if len(sums) else self.sums
-        of_rig[:, flows] = sums - flow / 2  # half of a step's forces are still to work
-        self.rows.append(of_rig[-self.steps % self.factor :: self.factor].copy())
-        self.ends.append(of_ends)
+        of_rig = works[:, : self.stored.size]
+        at_samples = np.arange(-self.steps % self.factor, len(works), self.factor)
+        if len(works):
+            # Flows up to each sample, and after the last one.
+            pieces = np.add.reduceat(of_rig, np.append(0, at_samples[at_samples < len(works) - 1] + 1))
+            sums = self.sums + np.cumsum(pieces, axis=0)
+            self.sums = sums[-1]
+            rows = of_rig[at_samples]
+            self.rows.append(np.where(self.stored, rows, sums[: len(rows)] - self.to_come * rows))
+        self.ends.append(works[:, self.stored.size :].copy())
         self.steps += len(works)
         self.bar.update(len(works))
         return output

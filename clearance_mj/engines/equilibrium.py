@@ -209,13 +209,13 @@ def equilibrium_of(rig: Rig, law: Law, whole: LinearModel | ChainModes) -> Equil
     q = _rest(rig, whole, [*fillings, *contacts], spin)
     middles, ends = _at_clearances(rig, _rows(whole) @ q)
     pushed = [c.moved(r)[-c.bushing.n_coordinates :] for c, r in zip(contacts, ends)]
-    found = [
-        np.concatenate([np.zeros(0), *parts])
-        for parts in (
-            middles, [a + b for a, b in zip(pushed[::2], pushed[1::2])], [f.moved(r) for f, r in zip(fillings, middles)]
-        )
-    ]  # fmt: skip
-    return Equilibrium(rig, *found, q, whole, tuple(fillings), tuple(contacts))
+    pressed = _flat([a + b for a, b in zip(pushed[::2], pushed[1::2])])
+    held = _flat([filling.moved(r) for filling, r in zip(fillings, middles)])
+    return Equilibrium(rig, _flat(middles), pressed, held, q, whole, tuple(fillings), tuple(contacts))
+
+
+def _flat(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def _forces(rig: Rig, law: Law, spin: float) -> tuple[list[_Filling], list[_Contact]]:

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.kernel import press, rub
+from ..clearance.kernel import keep_step, press, rub
 from ..clearance.pointers import at
 from ..clearance.record import Clearance
 from ..core.jit import OPTIONS, inlined, jit
-from .energies import Kept, clearance_energies, remember
+from .energies import Kept, clearance_energies
 from .interact import (
     BRISTLES,
     DEPTH,
@@ -147,7 +147,9 @@ def advance_links(
         for row in range(n_rows):
             x[row, 0] = _dot(at_rows, row, q, spans[row, 0], spans[row, 1])
             drawn[row, 0] = kicked[row, 0] = 0.0
-        remember(bushings, numbers, kept, ONE)
+        if kept.energies.shape[0]:
+            for j in range(n_bushings):
+                keep_step(bushings[j], numbers)
         j = find_contacts(bushings, numbers, places, x, ONE, ends, acts, pushed)
         if j >= 0:
             return i, j
@@ -229,7 +231,7 @@ def advance_links(
             kept.coordinates[row, m] = qpos[order[m]]
         if kept.energies.shape[0]:
             works = kept.energies[row]
-            works[:] = 0.0
+            works[:4] = 0.0
             for m in range(nv):
                 travel[m], before[m] = 0.5 * (qpos[order[m]] - before[m]), q[m]
                 works[1] += (steady[m] + influence[m, 0] * weight[0] + influence[m, 1] * weight[1]) * travel[m]
@@ -244,7 +246,9 @@ def advance_links(
                 way[r, 0] = _dot(at_rows, r, travel, spans[r, 0], spans[r, 1])
             for m in range(n_middles):
                 drawn[m, 0] += kicked[m, 0]
-            clearance_energies(works, h, spin, bushings, numbers, places, x, way, drawn, filled, ends, acts)
+            clearance_energies(
+                row, kept.energies, h, spin, bushings, numbers, places, x, way, drawn, filled, ends, acts
+            )
         if turns:
             out[row, n_sensors + 3 * n_middles + n_bushings] = spin
             turn_on(turning, torque, time, h, ONE)

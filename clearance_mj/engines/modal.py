@@ -92,9 +92,8 @@ class ModalRun(Run):
         """whether matrices change with the spin"""
         self.columns = len(rig.sensors) + 3 * rig.n_rows + len(rig.bushings) + int(rig.spin is not None)
         self.alone = SideBySide([self])
-        self.motion = Motion(
-            *(part.ravel()[: q.size] for part in self.alone.motion[:3]), self.alone.motion.turning[:, 0]
-        )
+        modes = [part.ravel()[: q.size] for part in self.alone.motion[:3]]
+        self.motion = Motion(modes[0], modes[1], modes[2], self.alone.motion.turning[:, 0])
         """what the loop changes, one number for each mode"""
 
     def advance(self, excitation: np.ndarray) -> np.ndarray:

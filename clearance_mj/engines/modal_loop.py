@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..clearance.kernel import keep_step
 from ..clearance.lanes import larger, where_above
 from ..clearance.record import Clearance
 from ..clearance.registers import joined, load, packed, spread, store
 from ..core.jit import OPTIONS, inlined, jit
 from .decimating import BLOCK_SAMPLES, decimate, fill_before, padded_taps
-from .energies import Kept, keep, remember
+from .energies import Kept, keep_energies
 from .interact import (
     ENDS,
     FILLED,
@@ -48,9 +49,10 @@ class Linear(NamedTuple):
     orders: np.ndarray  # (n_orders,) k, for all cases
     at_rows: np.ndarray  # (n_rows, n) displacement of the clearances' rows: all middles, then both ends of each
     spans: np.ndarray  # (n_rows, 2) first packed modes that move each, and those after the last
+    groups: np.ndarray  # (n, 5) three rows that the same packed modes move, the first of these and that after the last
     compliance: np.ndarray  # (n_rows, rows) velocity of all rows, packed, per unit impulse at each
     at_sensors: np.ndarray  # (n_sensors, n) of accelerometers; zeros of others
-    of_sensors: np.ndarray  # (n_sensors, 2) as ``spans``
+    of_sensors: np.ndarray  # (n, 5) as ``groups``
     base: np.ndarray  # (n_inputs, n_sensors) what sensors read of an input itself, as numbers of the cases
     springs: np.ndarray  # (n, n) by columns: stiffness that is not of the modes; (0, n) where there is none
     coupling: np.ndarray  # (n, n) by columns: damping per velocity in the middle of all other kicks; or (0, n)
@@ -77,8 +79,8 @@ def advance(
     lanes), filled from its row ``first`` on with what `Run.advance` returns, forces and touch if there are columns.
     """
     (
-        inverse_mass, flow, given, _, turned, orders, at_rows, spans, compliance, at_sensors, of_sensors, base, springs,
-        coupling, readings,
+        inverse_mass, flow, given, _, turned, orders, at_rows, spans, groups, compliance, at_sensors, of_sensors, base,
+        springs, coupling, readings,
     ) = linear  # fmt: skip
     q, v, q_before, turning = motion
     bushings, numbers = clearance
@@ -91,7 +93,10 @@ def advance(
     ends, filled = np.zeros((2 * n_bushings * ENDS, count)), np.zeros((n_bushings * FILLED, count))
     total, middle, acceleration = np.zeros((modes, width)), np.zeros((modes, width)), np.zeros((modes, width))
     acts, pushed, factors = np.ones(2 * n_bushings, np.bool_), np.ones(tall, np.bool_), np.zeros((n_turning, count))
-    known = np.zeros((n_bushings, 2), np.bool_)
+    known, moved = np.zeros((n_bushings, 2), np.bool_), np.zeros(excitation.shape[1], np.bool_)
+    for r in range(moved.size):  # what sensors read of an input itself: of a base, with which they move
+        for s in range(n_sensors):
+            moved[r] = moved[r] or base[r, s, 0] != 0.0
     for i in range(excitation.shape[0]):
         time = (steps + i) * h
         if n_turning:
@@ -106,9 +111,11 @@ def advance(
                 now = now - _of_columns(springs, m, modes, q, lanes)
             store(total, m, now, side)
             store(middle, m, load(v, m, side) + half * load(inverse_mass, m, side) * now, side)
-        for row in range(n_rows):
-            store(x, row, _product(at_rows, row, spans[row, 0], spans[row, 1], modes, q, lanes), lanes)
-        remember(bushings, numbers, kept, lanes)
+        for g in range(groups.shape[0]):
+            _three_products(at_rows, groups, g, modes, q, lanes, x, 0, 1)
+        if kept.energies.shape[0]:
+            for j in range(n_bushings):
+                keep_step(bushings[j], numbers)
         j = find_contacts(bushings, numbers, places, x, lanes, ends, acts, pushed)
         if j >= 0:
             for lane in range(count):
@@ -135,14 +142,21 @@ def advance(
         if coupling.shape[0]:
             _couple(h, lanes, inverse_mass, coupling, v, total, middle)
         row = first + i
-        keep(kept, row, i, h, lanes, spin, linear, motion, factors, excitation, total, middle, w, bushings, numbers,
-             places, x, force, filled, ends, acts)  # fmt: skip
+        for r in range(kept.rows.shape[1] if kept.rows.shape[0] else 0):
+            kept.rows[row, r] = x[r, 0]
+        if kept.energies.shape[0]:
+            keep_energies(
+                row, kept.energies, h, turning[SPIN, 0], linear.n_excited, excitation, i, factors, inverse_mass, flow,
+                given, turned, at_rows, springs, q, v, q_before, total, middle, bushings, numbers, places, x, w, force,
+                filled, ends, acts,
+            )  # fmt: skip
         _move(h, lanes, inverse_mass, flow, q, v, q_before, total, acceleration)
-        for s in range(n_sensors):
-            value = _product(at_sensors, s, of_sensors[s, 0], of_sensors[s, 1], modes, acceleration, lanes)
-            for r in range(excitation.shape[1]):
-                value = value + load(base, r * n_sensors + s, lanes) * excitation[i, r]
-            store(out, s * size + row, value, lanes)
+        for g in range(of_sensors.shape[0]):
+            _three_products(at_sensors, of_sensors, g, modes, acceleration, lanes, out, row, size)
+        for r in range(excitation.shape[1]):
+            for s in range(n_sensors if moved[r] else 0):
+                value = load(out, s * size + row, lanes) + load(base, r * n_sensors + s, lanes) * excitation[i, r]
+                store(out, s * size + row, value, lanes)
         if readings.shape[0]:
             _read(h, lanes, readings, q, q_before, acceleration, middle, row, out)
         for m in range(n_middles):
@@ -171,6 +185,28 @@ def _product(
     for m in range(start, stop):
         found = found + load(rows, row * modes + m, side) * load(vector, m, side)
     return joined(found, lanes)
+
+
+@inlined
+def _three_products(
+    rows: np.ndarray, groups: np.ndarray, g: int, modes: int, vector: np.ndarray, lanes: tuple[int, ...],
+    out: np.ndarray, first: int, stride: int,
+) -> None:  # fmt: skip
+    """Fill in the products of the three rows of a group and a vector of modes, of which less is loaded so.
+
+    That of a row stands ``stride`` after that of the one before.
+    """
+    side = packed(lanes)
+    a = b = c = spread(0.0, side)
+    i, j, k = groups[g, 0], groups[g, 1], groups[g, 2]
+    for m in range(groups[g, 3], groups[g, 4]):
+        value = load(vector, m, side)
+        a = a + load(rows, i * modes + m, side) * value
+        b = b + load(rows, j * modes + m, side) * value
+        c = c + load(rows, k * modes + m, side) * value
+    store(out, first + stride * i, joined(a, lanes), lanes)
+    store(out, first + stride * j, joined(b, lanes), lanes)
+    store(out, first + stride * k, joined(c, lanes), lanes)
 
 
 @inlined

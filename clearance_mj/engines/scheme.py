@@ -101,7 +101,8 @@ def linear_part(rig: Rig, modes: int, kind: Kinds, step: float) -> tuple[Linear,
     spin = rig.spin.speed if rig.spin else 0.0
     found = Linear(
         inverse_mass, flow, push, len(each_kind(kind)), turning, np.array([each.order for each in rig.orders]), rows,
-        moving(rows), (rows * inverse_mass) @ rows.T, sensors.accelerations, moving(sensors.accelerations), on_base,
+        moving(rows), np.zeros((0, 5), dtype=int), (rows * inverse_mass) @ rows.T, sensors.accelerations,
+        moving(sensors.accelerations), on_base,
         *at_spin(model, coupled, inverse_mass, step, spin), sensors.readings,
     )  # fmt: skip
     return found, coupled
@@ -144,8 +145,19 @@ def packed_part(parts: Sequence[Linear]) -> Linear:
         low, high = (np.stack([getattr(part, name)[:, i] for part in parts]) for i in (0, 1))
         spans = np.column_stack((low.min(axis=0), high.max(axis=0))).reshape(-1, 2)
         packed[name] = spans if len(parts) > 1 else np.column_stack((spans[:, 0] // FOUR, -(-spans[:, 1] // FOUR)))
+    packed["groups"], packed["of_sensors"] = _groups(packed["spans"]), _groups(packed["of_sensors"])
     packed["compliance"] = padded([part.compliance for part in parts])
     return Linear(**packed)
+
+
+def _groups(spans: np.ndarray) -> np.ndarray:
+    """(n, 5) three rows that the same modes move, the first of these and the one after the last; the last row again."""
+    found = []
+    for start, stop in np.unique(spans, axis=0):
+        rows = np.flatnonzero((spans == (start, stop)).all(axis=1))
+        rows = np.append(rows, [rows[-1]] * (-len(rows) % 3))
+        found += [(*three, start, stop) for three in rows.reshape(-1, 3)]
+    return np.array(found, dtype=int).reshape(-1, 5)
 
 
 def pack(parts: Sequence[np.ndarray]) -> np.ndarray:

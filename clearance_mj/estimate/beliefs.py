@@ -124,8 +124,7 @@ class Belief:
         Belief
             About the m values: mean at this mean, covariance to first order.
         """
-        axes = _axes(self.covariance)
-        mean, slope = _differences(function, self.mean, axes)
+        mean, slope = _differences(function, self.mean, _axes(self.covariance))
         return Belief(mean, slope @ slope.T)
 
     def estimates(self, parameters: Sequence[Parameter]) -> Estimates:
@@ -254,8 +253,7 @@ def _widening(left: np.ndarray, slope: np.ndarray, block: int) -> float:
     """Factor on standard deviations over what independent residuals of unit variance would give."""
     if not 1 <= block <= left.size // 2:
         raise RecordError(f"blocks of {block} residuals: at least two of them must lie in a window of {left.size}")
-    starts = np.arange(0, left.size, block)
-    scores = np.add.reduceat(slope * left[:, None], starts)
+    scores = np.add.reduceat(slope * left[:, None], np.arange(0, left.size, block))
     information = slope.T @ slope
     # Of directions with less information than the belief has, the window says nothing.
     informed = int(np.count_nonzero(np.linalg.eigvalsh(information) > 1.0))

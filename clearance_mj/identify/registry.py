@@ -270,8 +270,7 @@ def get_method(name: str) -> Method:
     ClearanceError
         For an unknown name; the message lists the known ones.
     """
-    if name not in METHODS:
-        raise ClearanceError(f'method "{name}" is unknown; known: {", ".join(METHODS)}')
+    ClearanceError.require_known("method", name, METHODS)
     return METHODS[name]
 
 

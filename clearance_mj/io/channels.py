@@ -70,8 +70,7 @@ class Channel(_Measured):
             raise RecordError(f"channel name {name!r} must be 1 to {NAME_LIMIT} printable characters")
         if not 0 <= self.node < 10**9:
             raise RecordError(f'channel "{name}": node {self.node} must be a whole number of at most 9 digits')
-        if self.direction not in DIRECTIONS:
-            raise RecordError(f'channel "{name}": direction "{self.direction}" is unknown; use {", ".join(DIRECTIONS)}')
+        RecordError.require_known(f'channel "{name}": direction', self.direction, DIRECTIONS)
         if self.quantity not in (*QUANTITIES, UNKNOWN):
             known = ", ".join((*QUANTITIES, UNKNOWN))
             raise RecordError(f'channel "{name}": quantity "{self.quantity}" is unknown; use {known}')

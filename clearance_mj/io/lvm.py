@@ -129,8 +129,7 @@ def _joined(segments: Sequence[LvmSegment]) -> list[LvmSegment]:
     found = [segments[0]]
     for new in segments[1:]:
         last = found[-1]
-        offset = _offset(last, new)
-        if offset is None:
+        if (offset := _offset(last, new)) is None:
             found.append(new)
             continue
         abscissae = None

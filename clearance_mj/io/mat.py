@@ -162,8 +162,7 @@ def _names(cells: Value) -> list[str]:
 
 def _timing(used: list[Column], values: list[np.ndarray], rates: Rates, stored: Value) -> TimeAxis:
     """When the samples were taken."""
-    times = [(c, value) for c, value in zip(used, values) if c.quantity == "time"]
-    if not times:
+    if not (times := [(c, value) for c, value in zip(used, values) if c.quantity == "time"]):
         if rates.fs is not None:
             return TimeAxis(rates.fs)
         if stored is None:

@@ -99,8 +99,7 @@ def write_mdf(path: str | PathLike[str], channels: Sequence[Channel]) -> None:
 
     groups: dict[tuple[int, float, float], list[Signal]] = {}
     for (name, unit), c in zip(headers, channels):
-        signal = Signal(c.value, c.time, unit=unit, name=name)
-        groups.setdefault((c.size, c.fs, c.start), []).append(signal)
+        groups.setdefault((c.size, c.fs, c.start), []).append(Signal(c.value, c.time, unit=unit, name=name))
     with MDF(version="4.10") as file:
         for signals in groups.values():
             file.append(signals, common_timebase=True)

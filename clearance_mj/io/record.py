@@ -135,8 +135,7 @@ class Record(Shown):
                 )
             if not h.placed or h.quantity == UNKNOWN:
                 continue
-            other = seen.setdefault((h.node, h.direction.lstrip("+-"), h.quantity), h)
-            if other is not h:
+            if (other := seen.setdefault((h.node, h.direction.lstrip("+-"), h.quantity), h)) is not h:
                 raise RecordError(
                     f'channels "{other.name}" and "{h.name}" both are {h.quantity} at node {h.node} along '
                     f"{h.direction.lstrip('+-')}"
@@ -262,8 +261,7 @@ class Record(Shown):
 
     @functools.cached_property
     def _turning(self) -> ShaftTurning | None:
-        spin = self._turns
-        if spin is None:
+        if (spin := self._turns) is None:
             return None
         pulses = next(c.value for c in self.channels if c.label == KEYPHASOR)
         with naming(f'record "{self.name}"'):
@@ -343,8 +341,7 @@ class Record(Shown):
 
 def _way_out(headers: Sequence[Channel | ChannelHeader]) -> str:
     """How channels come to their places, where some have none."""
-    raw = [h.name for h in headers if not h.placed or h.quantity == UNKNOWN]
-    if not raw:
+    if not (raw := [h.name for h in headers if not h.placed or h.quantity == UNKNOWN]):
         return ""
     others = f" and {len(raw) - 1} more" if raw[1:] else ""
     return (

@@ -88,6 +88,5 @@ def format_of(path: str | PathLike[str]) -> Format:
             f"{path}: a {suffix} file does not say what its samples are, in which unit and at which node; save them as "
             'CSV with a header such as "time,base [g],acc:1 [g]", or as .mat'
         )
-    if suffix not in FORMATS:
-        raise RecordError(f'{path}: suffix "{suffix}" is unknown; use {", ".join(FORMATS)}')
+    RecordError.require_known(f"{path}: suffix", suffix, FORMATS)
     return FORMATS[suffix]

@@ -169,8 +169,7 @@ def saving(path: str | PathLike[str], blocks: Iterable[Response]) -> Iterator[Re
     import h5py
 
     blocks = iter(blocks)
-    first = next(blocks, None)
-    if first is None:
+    if (first := next(blocks, None)) is None:
         raise RecordError(f"{path}: there is no block to write")
     with replacing(path) as temporary:
         written, done = first.to_xarray(), first.excitation.shape[-1]

@@ -145,8 +145,7 @@ def bouc_wen(
     Bouc-Wen: Ismail, Ikhouane and Rodellar, The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods Eng. 16,
     2009. Covariance of output error with coloured residuals: Ljung, System Identification, 2nd ed., 1999, section 9.4.
     """
-    if dead_travel not in DEAD_TRAVEL:
-        raise RecordError(f'dead_travel "{dead_travel}" is unknown; use {", ".join(DEAD_TRAVEL)}')
+    RecordError.require_known("dead_travel", dead_travel, DEAD_TRAVEL)
     comparison = _Comparison(checked_records(time, displacement, force), gap, dead_travel == "reopening")
     problem = Problem(comparison.parameters, one_by_one(comparison.residual), step=STEP, lanes=False)
     starts = [problem.at(values) for values in comparison.starts()]

@@ -13,6 +13,7 @@ from ..core.validation import json_schema
 from ..io.dataset import Dataset
 from ..model import Model
 from ..rig import Bushing, Grease, Rig
+from ..structure.base import is_rotation
 from .control import Control, Value
 from .controls_in_space import motion_changes, of_motion, of_round, round_changes
 
@@ -43,7 +44,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     fs = dataset.records[0].fs if dataset else 2048.0
     low, high = next((r.band for r in dataset.records if r.band), BAND) if dataset else BAND
     # In space weight and unbalance move the shaft as well.
-    also, first = ((NONE,), NONE) if rig.moves_across else ((), "random")
+    also, first = (NONE,) if rig.moves_across else (), NONE if rig.spin else "random"
     yield Control("excitation", group, "Kind", first, choices=also + EXCITATIONS + records)
     if len(kinds) > 1:
         yield Control("kind", group, "Drives the", rig.shaker.kind, choices=kinds)
@@ -64,9 +65,9 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
 
 def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:
     group, name = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]"
-    gap = bushing.gap
-    yield Control.about(f"{name}.gap", group, "Gap", gap, "µm", 1e6)
-    yield Control(f"{name}.offset", group, "Offset at rest", bushing.offset, "µm", 1e6, -gap, gap)
+    gap, unit = bushing.gap, "µrad" if is_rotation(bushing.position) else "µm"
+    yield Control.about(f"{name}.gap", group, "Gap", gap, unit, 1e6)
+    yield Control(f"{name}.offset", group, "Offset at rest", bushing.offset, unit, 1e6, -gap, gap)
     yield from of_round(rig, i)
     for field, value in _contact(law, i, len(rig.bushings)).items():
         yield _number(f"{name}.contact.{field}", group, "Contact", field, value, _contact_units(law, i))

@@ -72,10 +72,10 @@ def _spin(spin: Spin | None, values: Mapping[str, Value]) -> Spin | None:
 
 
 def of_round(rig: Rig, i: int) -> Iterator[Control]:
-    """Return what a round clearance has beside a planar one."""
-    if not rig.moves_across:
-        return
+    """Return what a round clearance has beside a slot."""
     bushing = rig.bushings[i]
+    if not bushing.is_round:
+        return
     group, name, gap = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]", bushing.gap
     yield Control(f"{name}.offset_y", group, "Offset at rest along y", bushing.offset_y, "µm", 1e6, -gap, gap)
     if bushing.friction or bushing.radius or parse_place(bushing.position):

@@ -19,6 +19,7 @@ from ..report.style import COLOURS, FONT, TEST, canvas, phase, sensor_title, tid
 from ..report.whirl import draw_orbits, draw_spectra
 from ..rotors import whirl
 from ..signals.frf import FRF
+from ..structure.base import is_rotation
 from .session import Shown
 
 __all__ = ["exported"]
@@ -42,7 +43,7 @@ def exported(shown: Shown, test: FRF | None = None, inputs: Iterable[Path] = ())
         shown.model.save(folder)
         (folder / "setting.json").write_text(json.dumps(shown.values, indent=1) + "\n", encoding="utf-8")
         (folder / "README.txt").write_text(README, encoding="utf-8")
-        figures = _whirl(shown) if shown.model.rig.moves_across else {"displacement": _displacement(shown)}
+        figures = _whirl(shown) | _displacement(shown)
         if shown.frf is not None:
             (folder / "frf.csv").write_text(_table(shown.frf), encoding="utf-8")
             figures["frf"] = _frf(shown, shown.frf, test)
@@ -92,21 +93,25 @@ def _frf(shown: Shown, frf: FRF, test: FRF | None) -> Figure:
 
 
 def _whirl(shown: Shown) -> dict[str, Figure]:
-    """Orbits and full spectra of a rig in space."""
-    if not shown.model.rig.bushings:
+    """Orbits and full spectra in round clearances."""
+    if not any(b.is_round for b in shown.model.rig.bushings):
         return {}
     end = whirl(shown.model.rig, shown.response).ending(1.0, TURNS)
     return {"orbits": draw_orbits(end, TURNS).figure, "full_spectra": draw_spectra(end, 1.0).figure}
 
 
-def _displacement(shown: Shown) -> Figure:
-    response = shown.response
-    count = max(len(shown.model.rig.bushings), 1)
-    figure = canvas(0.6 + 1.6 * count)
-    axes = figure.subplots(count, sharex=True, squeeze=False)[:, 0]
-    for i, bushing in enumerate(shown.model.rig.bushings):
-        axes[i].plot(response.time, 1e3 * np.asarray(response.displacement)[i], color=COLOURS[i % len(COLOURS)], lw=0.4)
+def _displacement(shown: Shown) -> dict[str, Figure]:
+    """Displacements in clearances along one coordinate."""
+    response, rig = shown.response, shown.model.rig
+    slots = [(i, b, rows.start) for i, (b, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)) if not b.is_round]
+    if not slots:
+        return {}
+    figure = canvas(0.6 + 1.6 * len(slots))
+    axes = figure.subplots(len(slots), sharex=True, squeeze=False)[:, 0]
+    for ax, (i, bushing, row) in zip(axes, slots):
+        ax.plot(response.time, 1e3 * np.asarray(response.displacement)[row], color=COLOURS[i % len(COLOURS)], lw=0.4)
         for wall in filter(np.isfinite, bushing.walls):
-            axes[i].axhline(1e3 * wall, color=TEST, lw=0.7, ls="--")
-        tidy(axes[i], bushing.where, "Displacement (mm)", "Time (s)" if i == count - 1 else "")
-    return figure
+            ax.axhline(1e3 * wall, color=TEST, lw=0.7, ls="--")
+        words = "Angle (mrad)" if is_rotation(bushing.position) else "Displacement (mm)"
+        tidy(ax, bushing.where, words, "Time (s)" if ax is axes[-1] else "")
+    return {"displacement": figure}

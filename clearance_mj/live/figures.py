@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,12 +14,13 @@ from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
 from ..linear import linear_model
 from ..model import Model
-from ..report.clip import Clip, clip
-from ..rig import Rig
-from ..rotors import turning_shaft, whirl
+from ..report.clip import clip, walls_of_rows
+from ..rig import Bushing, Rig
+from ..rotors import clearance_places, turning_shaft
 from ..signals.frf import FRF
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
+from ..structure.base import is_rotation
 
 __all__ = [
     "Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "names", "orbits", "places", "shaft",
@@ -106,15 +108,19 @@ def history(response: Response, first: float = 0.0, last: float = np.inf) -> Num
 
 
 def names(rig: Rig) -> list[str]:
-    """Return the names of the rows of displacements of a rig in space: y and z of each clearance."""
-    return [f"clearance {i + 1}, {b.where}, {axis}" for i, b in enumerate(rig.bushings) for axis in "yz"]
+    """Return the names of the rows of displacements: one of each clearance, or y and z of a round one."""
+    found: list[str] = []
+    for i, b in enumerate(rig.bushings, 1):
+        name = f"clearance {i}, {b.where}{' (mrad)' if is_rotation(b.position) else ''}"
+        found += [f"{name}, {axis}" for axis in "yz"] if b.is_round else [name]
+    return found
 
 
 def places(rig: Rig, response: Response) -> Response:
-    """Return the response with displacements as they are drawn: in space from the middles of the bushings."""
-    if not (rig.moves_across and rig.bushings):
+    """Return the response with displacements as they are drawn: in round clearances from their middles."""
+    if response.displacement is None or not rig.bushings:
         return response
-    return dataclasses.replace(response, displacement=whirl(rig, response).position.reshape(2 * len(rig.bushings), -1))
+    return dataclasses.replace(response, displacement=clearance_places(rig, response))
 
 
 def motion(rig: Rig, response: Response) -> Numbers:
@@ -122,31 +128,31 @@ def motion(rig: Rig, response: Response) -> Numbers:
     x, force = response.displacement, response.contact_force
     if x is None or force is None or not len(x):
         return Numbers({"clearances": []})
-    found, pushed = contact_statistics(response), force.reshape(len(rig.bushings), -1, force.shape[1])
-    size = np.linalg.norm(pushed, axis=1)
+    found, pushed = contact_statistics(response), [force[part] for part in rig.clearance_rows]
+    size = np.array([np.linalg.norm(each, axis=0) for each in pushed])
     touch = size > np.maximum(TOUCH * size.max(axis=1, keepdims=True), LEAST)
     rows = [
         {
             "where": bushing.where, "share": found["contact_share"][i], "rms": found["displacement_rms"][i],
             "peak": found["displacement_peak"][i], "force": found["contact_peak"][i],
             "impacts": float(np.count_nonzero(np.diff(touch[i].astype(int)) > 0) / response.duration),
-            "rattle": _rattle(pushed[i][:, touch[i]]), "walls": list(bushing.walls),
+            "rattle": _rattle(pushed[i][:, touch[i]], bushing), "row": rig.clearance_rows[i].start,
         }
         for i, bushing in enumerate(rig.bushings)
     ]  # fmt: skip
-    facts: dict[str, Any] = {"clearances": rows}
-    if rig.moves_across:
-        facts |= {"walls": [[-b.gap, b.gap] for b in rig.bushings for _ in "yz"], "round": True}
+    walls = [list(w) for b in rig.bushings for w in ([(-b.gap, b.gap)] * 2 if b.is_round else [b.walls])]
     part = _about_strongest(response, size)
-    return Numbers(facts, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]})
+    return Numbers(
+        {"clearances": rows, "walls": walls}, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]}
+    )
 
 
-def _rattle(force: np.ndarray) -> str:
+def _rattle(force: np.ndarray, bushing: Bushing) -> str:
     """What contact forces (1 or 2, n) say: those of a shaft that leans on one side of a circle fit into a half."""
     if not force.size:
         return "free"
     if len(force) == 1:
-        return "touches one wall" if np.ptp(np.sign(force)) == 0 else "rattles"
+        return "touches one wall" if bushing.stops != "both" or np.ptp(np.sign(force)) == 0 else "rattles"
     turned = np.sort(np.arctan2(*force[::-1]))
     widest = np.diff(np.append(turned, turned[0] + 2 * np.pi)).max()
     return "touches one side" if widest > np.pi else "rattles"
@@ -160,43 +166,45 @@ def _about_strongest(response: Response, force: np.ndarray) -> slice:
     return slice(start, start + count)
 
 
-def orbits(rig: Rig) -> list[tuple[int, int]]:
-    """Return pairs of displacements that make an orbit: of clearances between the same two nodes in two directions."""
-    if rig.moves_across:
-        return [(2 * i, 2 * i + 1) for i in range(len(rig.bushings))]
+def orbits(rig: Rig) -> list[tuple[int, int, bool]]:
+    """Return pairs of rows that make an orbit, and whether its wall is a circle.
+
+    They are of a round clearance, or of two slots between the same two nodes in two directions.
+    """
+    rows = [part.start for part in rig.clearance_rows]
     nodes = [tuple(p.rpartition(":")[0] if isinstance(p, str) else "" for p in b.joined) for b in rig.bushings]
-    return [
-        (i, j) for j, node in enumerate(nodes) for i in range(j)
-        if node == nodes[i] and all(node) and rig.bushings[i].joined != rig.bushings[j].joined
+    slots = [j for j, b in enumerate(rig.bushings) if not b.is_round]
+    return [(row, row + 1, True) for row, b in zip(rows, rig.bushings) if b.is_round] + [
+        (rows[i], rows[j], False) for i, j in itertools.combinations(slots, 2)
+        if nodes[i] == nodes[j] and all(nodes[i]) and rig.bushings[i].joined != rig.bushings[j].joined
     ]  # fmt: skip
 
 
 def shaft(rig: Rig, response: Response) -> Numbers:
     """The shafts' deflection about the strongest contact, a picture after the other; why there is none, if so.
 
-    In space they are seen from the side (z) and, below, from above (y).
+    They are seen from the side (z) and, of a rig that moves along y, too, below from above (y).
     """
     try:
         seen = clip(rig, response, seconds=min(SHOWN, response.duration / 2), slow=SLOW, rate=PICTURES)
     except ClearanceError as error:
         return Numbers({"shaft": str(error)})
-    spots = [[*rig.linear.place(b.position), b.length] for b in rig.bushings]
-    facts: dict[str, Any] = {"slow": seen.slow, "rate": seen.rate, "places": spots, "starts": float(seen.time[0])}
-    arrays = {"position": seen.position, "number": seen.shaft.astype(float), "lift": seen.lift}
-    if isinstance(seen, Clip):
-        return Numbers({"shaft": facts}, arrays | {"pressed": seen.force})
-    n, offsets = len(rig.linear.shafts), [(b.gap, b.offset) for b in rig.bushings]
-    offsets += [(b.gap, b.offset_y) for b in rig.bushings]
-    facts |= {
-        "places": [*spots, *([lane + n, x, length] for lane, x, length in spots)],
-        "walls": [[-gap - offset, gap - offset] for gap, offset in offsets],
-        "views": "Above: from the side, z upwards; below: from above, y upwards. ",
+    axes, n, lanes, lifts = "ZY" if rig.moves_across else "Z", len(rig.linear.shafts), [], []
+    shown = [each for axis in axes for each in walls_of_rows(rig) if each.axis == axis]
+    for view, axis in enumerate(axes):
+        lanes.append(seen.shaft + n * view)
+        lifts.append(seen.lift[:, "YZ".index(axis)])
+    spots = [(*rig.linear.place((b := rig.bushings[each.bushing]).position), b.length) for each in shown]
+    facts: dict[str, Any] = {
+        "slow": seen.slow, "rate": seen.rate, "starts": float(seen.time[0]),
+        "places": [[lane + n * axes.index(e.axis), x, length] for e, (lane, x, length) in zip(shown, spots)],
+        "walls": [list(each.walls) for each in shown],
+        "views": "Above: from the side, z upwards; below: from above, y upwards. " if rig.moves_across else "",
     }  # fmt: skip
-    at = np.rint(seen.time * response.fs).astype(int)
-    pushed = np.asarray(response.contact_force).reshape(len(rig.bushings), 2, -1)[..., at]
     arrays = {
-        "position": np.tile(seen.position, 2), "number": np.concatenate((seen.shaft, seen.shaft + n)).astype(float),
-        "lift": seen.lift[:, ::-1].reshape(at.size, -1), "pressed": np.concatenate((pushed[:, 1], pushed[:, 0])).T,
+        "position": np.tile(seen.position, len(axes)), "number": np.concatenate(lanes).astype(float),
+        "lift": np.concatenate(lifts, axis=1),
+        "pressed": seen.force[:, [each.row for each in shown]] * [each.sign for each in shown],
     }  # fmt: skip
     return Numbers({"shaft": facts}, arrays)
 

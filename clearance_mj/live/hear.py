@@ -1,10 +1,11 @@
-"""What is shown, to hear: the sound of the rig's plate or, without one, the acceleration of a sensor."""
+"""What is shown, to hear: the sound of the rig's plate or, without one, what a sensor reads."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..core.errors import ClearanceError
+from ..core.quantities import QUANTITIES
 from ..sound import Sound, radiate, resampled
 from .figures import Numbers
 from .session import Shown
@@ -23,12 +24,13 @@ def heard(shown: Shown, sensor: int) -> Numbers:
     shown : Shown
         What a setting gave.
     sensor : int
-        Row of the acceleration that is heard where the rig has no plate.
+        Row of the sensor that is heard where the rig has no plate.
 
     Returns
     -------
     Numbers
-        Array "samples" (n,) in "unit", Pa or m/s², "rate" of them in a second; "of", in words; the setting's "values".
+        Array "samples" (n,) in "unit", Pa or the sensor's, "rate" of them in a second; "of", in words; the setting's
+        "values".
 
     Raises
     ------
@@ -40,7 +42,8 @@ def heard(shown: Shown, sensor: int) -> Numbers:
         sound, unit, words = radiate(response, shown.model.rig), "Pa", f"the plate at sensor {plate.sensor}"
     elif sensor < len(response.channels):
         sound = Sound(response.channels[sensor] - response.channels[sensor].mean(), response.fs)
-        unit, words = "m/s²", f"the acceleration {response.responses[sensor]}"
+        quantity = response.quantities[sensor]
+        unit, words = QUANTITIES[quantity].unit, f"the {quantity} {response.responses[sensor]}"
     else:
         raise ClearanceError(f"there is no sensor {sensor + 1} to hear")
     part = sound.between(max(0.0, sound.duration - LONGEST)).faded()

@@ -187,7 +187,7 @@ class Session:
             "controls": [vars(control) for control in self.controls.values()],
             "sensors": [sensor_title(self.rig, i) for i in range(len(self.rig.sensors))],
             "clearances": [f"clearance {i + 1}, {b.where}" for i, b in enumerate(self.rig.bushings)],
-            "rows": figures.names(self.rig) if self.rig.moves_across else None,
+            "rows": figures.names(self.rig),
             "orbits": figures.orbits(self.rig),
             "records": [r.name for r in self.dataset.records] if self.dataset else [],
             "record_prefix": RECORD,

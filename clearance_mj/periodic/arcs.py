@@ -205,8 +205,7 @@ def _walk(left: list[_Link], start: int) -> list[_Link]:
     found: list[_Link] = []
     at = start
     while at >= 0 or (not found and at != BROKEN):
-        link = next((link for link in left if at in link.ends), None)
-        if link is None:
+        if (link := next((link for link in left if at in link.ends), None)) is None:
             break
         left.remove(link)
         found.append(link if link.ends[0] == at else _reversed(link))

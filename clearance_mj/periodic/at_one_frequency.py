@@ -45,14 +45,7 @@ class _Balance(NamedTuple):
 
 @jit(**STRICT)
 def _distance(left: np.ndarray, beside: np.ndarray, y: np.ndarray, scale: float) -> float:
-    total = 0.0
-    for a in range(left.shape[0]):
-        for k in range(left.shape[1]):
-            total += left[a, k] ** 2
-    for p in range(y.shape[0]):
-        for k in range(y.shape[1]):
-            total += (beside[p, k] - y[p, k]) ** 2
-    return np.sqrt(total) / scale
+    return np.sqrt(np.sum(left**2) + np.sum((beside - y) ** 2)) / scale
 
 
 @jit(**STRICT)
@@ -60,8 +53,7 @@ def _inverse(jacobian: np.ndarray, driven: np.ndarray, row: np.ndarray, scale: f
     """Inverse (n + 1, n + 1) of the derivatives by unknowns over scale and level over pace, bordered by a row."""
     n = driven.size
     matrix = jacobian.copy()
-    for i in range(n):
-        matrix[i, n] = -driven[i] * pace / scale
+    matrix[:n, n] = -driven * pace / scale
     matrix[n] = row
     return np.linalg.inv(matrix)
 
@@ -175,11 +167,7 @@ def _followed(
         if at < lowest:
             break
         if at > beyond and onwards[n] > 0.0:
-            depth = -np.inf
-            for p in range(place.shape[0]):
-                for k in range(place.shape[1]):
-                    depth = max(depth, place[p, k] - walls[p, 1], walls[p, 0] - place[p, k])
-            if depth > deep:
+            if max(np.max(place - walls[:, 1:]), np.max(walls[:, :1] - place)) > deep:
                 break
         off = way - step * tangent[i]
         apart = np.sqrt(np.sum(off * off))

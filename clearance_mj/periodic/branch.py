@@ -150,8 +150,7 @@ class Branch(Vibrations):
                 axes.plot(x[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
         own = level_axis(self.kind)
         axes.set_xlabel({"frequency": own.frequency, "speed": "speed (rad/s)"}.get(self.over, own.level))
-        axes.set_ylabel(f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})")
-        axes.set_yscale("log")
+        axes.set(ylabel=f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})", yscale="log")
         axes.legend(frameon=False)
         return figure
 

@@ -124,8 +124,7 @@ class Follower(ABC):
 
     def solved_at(self, parameter: float, z: np.ndarray, y: np.ndarray, scale: float) -> Motion:
         """Return the motion at one value of the parameter, near a guess; NoConvergence where there is none."""
-        found = self.solve(parameter, z, y, np.append(np.zeros(self.size), 1.0), scale)
-        if found is None:
+        if (found := self.solve(parameter, z, y, np.append(np.zeros(self.size), 1.0), scale)) is None:
             raise NoConvergence(parameter)
         return found
 

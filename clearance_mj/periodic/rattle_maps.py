@@ -28,6 +28,7 @@ from .space.solver import RoundSolver
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["Jump", "RattleMap", "increasing", "map_rattle"]
@@ -117,8 +118,6 @@ class RattleMap(ArrayData):
         ClearanceError
             For another quantity or sweep, or a row that is not there.
         """
-        from matplotlib.colors import ListedColormap
-
         from ..core.drawing import canvas, key
 
         values = self._shown(quantity, row, sweep)
@@ -130,22 +129,10 @@ class RattleMap(ArrayData):
             mesh = axes.pcolormesh(
                 self.frequency, self.level, values[i], cmap="YlOrRd", vmin=0, vmax=most or 1.0, shading="nearest"
             )
-            if not self.vibrations[i].all():
-                lost = np.ma.masked_where(self.vibrations[i] > 0, self.vibrations[i])
-                axes.pcolormesh(self.frequency, self.level, lost, cmap=ListedColormap(["0.6"]), shading="nearest")
-            if np.any(self.vibrations[i] > 1):
-                axes.contourf(
-                    self.frequency, self.level, self.vibrations[i], levels=[1.5, 1e9], colors="none", hatches=["////"]
-                )
-            axes.plot(self.frequency, self.first_contact[i], color="#222222", lw=1, label="first contact")
-            for way, marker in zip(SWEEPS, "^v"):
-                at = [(jump.frequency, jump.level) for jump in self.jumps if jump.gap == i and jump.sweep == way]
-                if at:
-                    axes.plot(*np.transpose(at), marker, color="C0", ms=3, label=f"jumps in a sweep {way}")
+            self.mark(axes, i)
             if self.level.size > 1:
                 axes.set_ylim(self.level[0], self.level[-1])
-            axes.set_xlim(self.frequency[0], self.frequency[-1])
-            axes.set_xlabel(level_axis(self.kind).frequency)
+            axes.set(xlim=(self.frequency[0], self.frequency[-1]), xlabel=level_axis(self.kind).frequency)
             axes.set_title(
                 "gap " + ", ".join(f"{1e3 * gap:.3g}" for gap in np.unique(self.gap[i])) + " mm", fontsize=10
             )
@@ -155,10 +142,36 @@ class RattleMap(ArrayData):
         figure.colorbar(mesh, ax=list(panels), label=name)
         return figure
 
+    def mark(self, axes: Axes, gap: int) -> None:
+        """Mark on axes what is unknown, what has several vibrations, first contact and jumps.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes
+            Frequency along x, level along y.
+        gap : int
+            Number of the gap on the map.
+        """
+        from matplotlib.colors import ListedColormap
+
+        from ..core.drawing import COLOURS, REPEAT, TEST
+
+        count, cells = self.vibrations[gap], (self.frequency, self.level)
+        if not count.all():
+            lost = np.ma.masked_where(count > 0, count)
+            axes.pcolormesh(*cells, lost, cmap=ListedColormap([REPEAT]), shading="nearest")
+        if np.any(count > 1) and min(count.shape) > 1:
+            axes.contourf(*cells, count, levels=[1.5, 1e9], colors="none", hatches=["//////"])
+        axes.plot(self.frequency, self.first_contact[gap], color=TEST, lw=0.9, label="first contact")
+        for sweep, marker in zip(SWEEPS, "^v"):
+            at = [(jump.frequency, jump.level) for jump in self.jumps if jump.gap == gap and jump.sweep == sweep]
+            if at:
+                look: dict[str, Any] = {"color": COLOURS[0], "ms": 4.5, "mec": "white", "mew": 0.5}
+                axes.plot(*np.transpose(at), marker, label=f"jumps in a sweep {sweep}", **look)
+
     def _shown(self, quantity: str, row: int | None, sweep: str) -> np.ndarray:
         """(n_gaps, n_levels, n_frequencies) of a quantity."""
-        if quantity not in QUANTITIES:
-            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(QUANTITIES)}')
+        ClearanceError.require_known("quantity", quantity, QUANTITIES)
         values = getattr(self, quantity)
         if row is not None and not 0 <= row < values.shape[-1]:
             raise ClearanceError(f"row must be between 0 and {values.shape[-1] - 1}, got {row}")

@@ -121,8 +121,7 @@ def _between(solver: Follower, before: Located, after: Located) -> Callable[...,
     length = float(np.linalg.norm(way))
 
     def at(share: float, stability: bool = True) -> Located | None:
-        motion = solver.ahead(before.motion, share * length, way / length)
-        if motion is None:
+        if (motion := solver.ahead(before.motion, share * length, way / length)) is None:
             return None
         known = stability and before.multipliers is not None
         return Located(motion, multipliers(solver, motion) if known else None)
@@ -139,8 +138,7 @@ def _bisected(
         if high - low < EXACT and abs(first.motion.omega / last.motion.omega - 1) < EXACT:
             break
         middle = (low + high) / 2
-        found = at(middle)
-        if found is None:
+        if (found := at(middle)) is None:
             break
         if found.multipliers is not None and unstable(found.multipliers) == count:
             low, first = middle, found

@@ -75,8 +75,7 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
     if branch.over == "level":
         solver.over_level(omega)
         values = np.abs(branch.level).max(axis=1) / np.abs(branch.level[point.index]).max()
-    motion = _beside(solver, branch, point.index, values)
-    if motion is None:
+    if (motion := _beside(solver, branch, point.index, values)) is None:
         raise ClearanceError(
             f"beside the period doubling at {point.frequency:.6g} Hz no doubled vibration was found; follow the branch "
             "with more harmonics"

@@ -84,8 +84,7 @@ class Curve(ArrayData):
         axes.plot(self.frequency, self.value, label=self.what)
         if self.what == "fold" and self.turns.size:
             axes.plot(self.frequency[self.turns], self.value[self.turns], "o", color="k", mfc="w", label="cusp")
-        axes.set_xlabel("frequency (Hz)")
-        axes.set_ylabel(f"{self.over} ({self._unit})")
+        axes.set(xlabel="frequency (Hz)", ylabel=f"{self.over} ({self._unit})")
         axes.legend(frameon=False)
         return figure
 
@@ -308,8 +307,7 @@ def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]
     folds.begin(at)
     scale = max(float(np.linalg.norm(at.z)), solver.least)
     own = np.append(np.zeros(solver.size + 1), 1.0)
-    first = folds.solve(at, own, scale)
-    if first is None:
+    if (first := folds.solve(at, own, scale)) is None:
         raise NoConvergence(at.share)
     at, tangent = first
     tangent = tangent * np.sign(tangent[-1] * (last - 1.0))
@@ -347,8 +345,7 @@ def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]
                 before.z + share * (at.z - before.z), at.y, before.omega + share * (at.omega - before.omega),
                 before.share + share * (at.share - before.share),
             )  # fmt: skip
-            final = folds.solve(mixed, own, scale)
-            if final is not None:
+            if (final := folds.solve(mixed, own, scale)) is not None:
                 yield final[0]
             return
         yield at

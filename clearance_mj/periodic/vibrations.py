@@ -39,8 +39,7 @@ class Vibrations(ArrayData):
         ClearanceError
             For another quantity.
         """
-        if quantity not in UNITS:
-            raise ClearanceError(f'quantity "{quantity}" is unknown; use one of {", ".join(UNITS)}')
+        ClearanceError.require_known("quantity", quantity, UNITS)
         return np.ptp(history(getattr(self, quantity)), axis=-1) / 2
 
     def _names(self, quantity: str, rows: Sequence[int] | None) -> dict[int, str]:

@@ -145,8 +145,7 @@ def _elements(model: mujoco.MjModel) -> Iterator[str]:
                     "was asked; use compile() or apply()"
                 )
         starts = [getattr(model, field)[i] for field in KINDS[kind].starts.values()]
-        offset = starts[0] - sum(starts[1:])
-        if offset:
+        if offset := starts[0] - sum(starts[1:]):
             yield f"{where}: its margin lets the force begin {offset:g} before zero; set margin to 0"
         if kind == "pair":
             yield from _pair(model, i, where)

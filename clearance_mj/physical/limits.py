@@ -196,8 +196,7 @@ def _geom_name(model: mujoco.MjModel, geom: int) -> str:
 
 
 def _pair_name(model: mujoco.MjModel, pair: int) -> str:
-    name = model.pair(pair).name
-    if not name:
+    if not (name := model.pair(pair).name):
         geoms = " - ".join(_geom_name(model, g) for g in (model.pair_geom1[pair], model.pair_geom2[pair]))
         raise ModelError(f"the pair {geoms} has no name; give it one, or use the MjSpec")
     return name

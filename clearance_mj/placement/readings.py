@@ -92,8 +92,7 @@ def grid(rig: Rig, count: int) -> np.ndarray:
     ClearanceError
         If there are too few for the shafts, or no shafts.
     """
-    shafts = rig.linear.shafts
-    if not shafts:
+    if not (shafts := rig.linear.shafts):
         raise ClearanceError(
             f"rig {rig.name!r}: its structure has no shaft to spread candidates over; name them, as in 1:+Z,2:+Z,3:+Z"
         )
@@ -117,8 +116,7 @@ def _along(rig: Rig, shaft: Shaft, count: int) -> np.ndarray:
     outside = shaft.end - shaft.start - sum(length for _, length in on_it)
     held = {s.position for s in shaft.supports if s.kind in ("clamped", "pinned")}
     first, last = int(shaft.start in held), int(shaft.end in held)
-    steps = np.arange(first, first + count) / max(count - 1 + first + last, 1)
-    x = shaft.start + outside * steps
+    x = shaft.start + outside * (np.arange(first, first + count) / max(count - 1 + first + last, 1))
     for middle, length in sorted(on_it):
         x = np.where(x > middle - length / 2, x + length, x)
     return x

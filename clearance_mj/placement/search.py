@@ -53,8 +53,7 @@ def place_sensors(
     """
     required = _required(candidates, n, required)
     for what, value, known in (("criterion", criterion, CRITERIA), ("method", method, METHODS)):
-        if value not in known:
-            raise ClearanceError(f'{what} "{value}" is unknown; use {", ".join(known)}')
+        ClearanceError.require_known(what, value, known)
     return evaluate(candidates, getattr(_Search(candidates, n, criterion, required), method)())
 
 

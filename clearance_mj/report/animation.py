@@ -20,7 +20,7 @@ from tqdm import tqdm
 from ..core.errors import ClearanceError
 from ..core.files import replacing
 from ..core.provenance import MARK
-from .clip import Clip, SpaceClip
+from .clip import Clip
 from .rendering import Stroke, View, render
 from .space_stage import SpaceStage
 from .stage import CLAMP, DPI, HALF, MASS, PLATE, STEEL, WALL, Stage
@@ -41,13 +41,10 @@ def check(path: str | Path, renderer: str) -> None:
         raise ClearanceError(f"{path}: animations are written as {' or '.join(_WRITERS)}")
     if Path(path).suffix == ".mp4" and not shutil.which("ffmpeg"):
         raise ClearanceError(f"{path}: .mp4 needs the program ffmpeg, which is not on this machine; .gif needs none")
-    if renderer not in RENDERERS:
-        raise ClearanceError(f'renderer "{renderer}" is unknown; use {", ".join(RENDERERS)}')
+    ClearanceError.require_known("renderer", renderer, RENDERERS)
 
 
-def write(
-    shown: Clip | SpaceClip, path: str | Path, renderer: str = "auto", progress: bool = False, comment: str = MARK
-) -> str:
+def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool = False, comment: str = MARK) -> str:
     """Write a ``.gif`` (Pillow) or ``.mp4`` (ffmpeg); return why MuJoCo did not draw it if it might have, else "".
 
     The file carries the ``comment``, such as what it comes from.
@@ -63,9 +60,9 @@ def write(
     return reason
 
 
-def _stage(shown: Clip | SpaceClip, renderer: str, progress: bool) -> tuple[Stage | SpaceStage, str]:
+def _stage(shown: Clip, renderer: str, progress: bool) -> tuple[Stage | SpaceStage, str]:
     """The figure of an animation, and why MuJoCo did not draw it if it might have, else ""."""
-    if isinstance(shown, SpaceClip):
+    if shown.rig.moves_across:
         if renderer == "mujoco":
             raise ClearanceError("renderer mujoco draws planar rigs; leave it out, and matplotlib draws this one")
         return SpaceStage(shown), ""

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.errors import ClearanceError
 from ..rig import Rig
-from ..rotors.whirling import whirl
+from ..rotors.whirling import clearance_places, spin_and_angle
 from ..signals.response import Response
 from ..structure import Shaft
+from ..structure.base import parse_direction
 from .deflection import deflection
 from .outline import outline
 
-__all__ = ["AnyClip", "Clip", "SpaceClip", "clip"]
+__all__ = ["Clip", "WallsOfRow", "clip", "walls_of_rows"]
 
 POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
@@ -25,19 +26,30 @@ MIN_LIFT = 1e-4  # of the most: less cannot be seen
 MAX_FRAMES = 600
 
 
+class WallsOfRow(NamedTuple):
+    """A row of a clearance along y or z: where its walls are."""
+
+    bushing: int  #: number of the clearance
+    row: int  #: in displacements and forces
+    axis: str  #: "Y" or "Z", along which it moves
+    sign: int  #: of the row's displacement along the axis
+    walls: tuple[float, float]  #: m, the lower and the upper one along the axis, from the unloaded shaft; inf for none
+
+
 @dataclass(frozen=True, eq=False)
-class AnyClip:
-    """What every animation shows."""
+class Clip:
+    """What an animation shows."""
 
     rig: Rig  #: the rig
     time: np.ndarray  #: (n,) s, of the pictures
     position: np.ndarray  #: (n_x,) m, points of the shafts' lines
     shaft: np.ndarray  #: (n_x,) number of the shaft that each point is on
-    lift: np.ndarray
-    """(n, n_x) displacement of these points relative to the base, m; in space (n, 2, n_x) along y and z from the
-    unloaded shaft"""
+    lift: np.ndarray  #: (n, 2, n_x) displacement of these points along y and z from the unloaded shaft to the base, m
+    force: np.ndarray  #: (n, n_rows) contact force, N, positive where the shaft presses upwards
+    angle: np.ndarray  #: (n,) rad, of the shaft; 0 of one that does not turn
     trace_time: np.ndarray  #: (n_t,) s, of every sample from the first picture to the last
-    trace: np.ndarray  #: (n_t, n_bushings) contact force of every sample, N; in space its size
+    trace: np.ndarray  #: (n_t, n_bushings) contact force of every sample, N; of a round clearance its size
+    path: np.ndarray  #: (n_t, n_rows) m, place of the shaft's line in its clearances, see `rotors.clearance_places`
     exaggeration: float  #: how many times larger lifts and gaps are drawn than they are
     slow: float  #: how many times slower the motion is shown than it is
     rate: float  #: pictures per second
@@ -49,7 +61,7 @@ class AnyClip:
         return last - first
 
     def lift_at(self, point: float | str, pictures: int | slice = slice(None)) -> np.ndarray:
-        """Return the displacement of a point in pictures, m: as `lift` without its last axis."""
+        """Return the displacement (n, 2) of a point in pictures, m, along y and z."""
         shaft, x = self.rig.linear.place(point)
         on = self.shaft == shaft
         lift = self.lift[pictures][..., on]
@@ -57,23 +69,24 @@ class AnyClip:
         return np.reshape(rows, lift.shape[:-1])
 
 
-@dataclass(frozen=True, eq=False)
-class Clip(AnyClip):
-    """What an animation shows."""
-
-    force: np.ndarray  #: (n, n_bushings) contact force, N, positive where the shaft presses upwards
-
-
-@dataclass(frozen=True, eq=False)
-class SpaceClip(AnyClip):
-    """What an animation in space shows."""
-
-    angle: np.ndarray  #: (n,) rad, of the shaft; 0 of one that does not turn
-    path: np.ndarray  #: (n_t, n_bushings, 2) m, place of the shaft's line in its bushings, from their middles
+def walls_of_rows(rig: Rig) -> list[WallsOfRow]:
+    """Return the walls of every row of a clearance that moves along y or z; rotations have none that could be drawn."""
+    found: list[WallsOfRow] = []
+    for j, (bushing, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)):
+        if bushing.is_round:
+            middles = np.array([bushing.offset_y, bushing.offset])
+            both = zip("YZ", range(rows.start, rows.stop), -bushing.gap - middles, bushing.gap - middles)
+            found += [WallsOfRow(j, row, axis, 1, (low, high)) for axis, row, low, high in both]
+            continue
+        axis, sign = parse_direction(bushing.position) or ("Z", 1)
+        if axis in ("Y", "Z"):
+            low, high = sorted(sign * wall for wall in bushing.walls)
+            found.append(WallsOfRow(j, rows.start, axis, sign, (low, high)))
+    return found
 
 
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
-         exaggeration: float | None = None, rate: float = 20.0) -> Clip | SpaceClip:  # fmt: skip
+         exaggeration: float | None = None, rate: float = 20.0) -> Clip:  # fmt: skip
     """Cut a response from rest to what an animation shows: ``seconds`` from ``start`` (s), ``slow`` times slower.
 
     Default: the strongest contact is in the middle, and lifts fill the picture. A ClearanceError says what could be
@@ -85,29 +98,25 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
             f"rig {rig.name!r}: its structure has no shaft whose shape could be shown; clearance-mj "
             f"{'orbits' if rig.moves_across else 'motion'} draws the motion at the clearances"
         )
-    seen = whirl(rig, response) if rig.moves_across else None
     if not rig.bushings:
         raise ClearanceError(f"rig {rig.name!r} has no bushings in which its shaft could rattle")
     count, lines = _count_pictures(seconds, slow, rate), [_line(shaft) for shaft in shafts]
     points = [f"{s.name}@{x!r}" if s.name else x for s, line in zip(shafts, lines) for x in line.tolist()]
     lift = deflection(rig, response, points)
+    lift = lift if rig.moves_across else np.stack((np.zeros_like(lift), lift), axis=1)
     first, last = _window(response, start, seconds)
     shown, trace = np.linspace(first, last, count).round().astype(int), slice(first, last + 1)
-    sizes = np.abs(lift[trace]) if seen is None else np.hypot(*lift[trace].transpose(1, 0, 2))
     left, right = rig.linear.span
-    largest = float(max(sizes.max(), max(b.gap for b in rig.bushings)))
-    common: dict[str, Any] = {
-        "rig": rig, "time": response.time[shown], "position": np.concatenate(lines), "lift": lift[shown],
-        "shaft": np.repeat(np.arange(len(shafts)), [line.size for line in lines]), "trace_time": response.time[trace],
-        "exaggeration": _exaggeration(exaggeration, largest, right - left), "slow": slow, "rate": rate,
-    }  # fmt: skip
-    contact = np.asarray(response.contact_force)
-    if seen is None:
-        return Clip(**common, trace=contact.T[trace], force=contact.T[shown])
-    size = np.hypot(*contact.reshape(len(rig.bushings), 2, -1).transpose(1, 0, 2))
-    return SpaceClip(
-        **common, trace=size.T[trace], path=seen.position.transpose(2, 0, 1)[trace],
-        angle=np.zeros(shown.size) if seen.angle is None else seen.angle[shown],
+    gaps = [rig.bushings[each.bushing].gap for each in walls_of_rows(rig)]
+    largest = float(max([np.hypot(*lift[trace].transpose(1, 0, 2)).max(), *gaps]))
+    contact, angle = np.asarray(response.contact_force), spin_and_angle(rig, response)[1]
+    sizes = [contact[rows.start] if b.n_coordinates == 1 else np.hypot(*contact[rows])
+             for b, rows in zip(rig.bushings, rig.clearance_rows)]  # fmt: skip
+    return Clip(
+        rig, response.time[shown], np.concatenate(lines), np.repeat(np.arange(len(shafts)), [x.size for x in lines]),
+        lift[shown], contact.T[shown], np.zeros(count) if angle is None else angle[shown], response.time[trace],
+        np.stack(sizes, axis=1)[trace], clearance_places(rig, response).T[trace],
+        _exaggeration(exaggeration, largest, right - left), slow, rate,
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from ..core.jit import jit
 from ..linear import LinearModel, linear_model
 from ..rig import Rig
 from ..rig.loads import order_forces
-from ..rotors.whirling import Whirl, whirl
+from ..rotors.whirling import clearance_places, spin_and_angle
 from ..signals.response import Response
 
 __all__ = ["deflection"]
@@ -49,7 +49,7 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
 
     Returns
     -------
-    ndarray, shape (n_t, n_x), or (n_t, 2, n_x) along y and z of a spatial rig
+    ndarray, shape (n_t, n_x), or (n_t, 2, n_x) along y and z of a rig that moves along both
         m, from the line of the unloaded shaft.
 
     Raises
@@ -57,21 +57,17 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
     RecordError
         If the response has no forces or displacements, as a test record.
     """
-    displacement, contact, grease = response.displacement, response.contact_force, response.grease_force
-    if displacement is None or contact is None or grease is None:
+    contact, grease = response.contact_force, response.grease_force
+    if response.displacement is None or contact is None or grease is None:
         raise RecordError(
             "the shaft's shape needs displacements, contact and grease forces at the bushings, which only simulated "
             "responses have"
         )
-    model, seen, moved = linear_model(rig, MODES), None, displacement.T
-    if rig.moves_across:
-        seen = whirl(rig, response)
-        offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
-        moved = (seen.position.transpose(2, 0, 1) - offset).reshape(len(moved), -1)
+    model, moved = linear_model(rig, MODES), clearance_places(rig, response).T - rig.row_offsets
     middles = model.at_bushings
     steady = model.weight - grease.T @ middles - contact.T @ model.ends_by_row.mean(axis=1)
     driven = response.inputs.T @ [model.input(kind, i) for i, kind in enumerate(response.kinds)]
-    motion = _modal_motion(model, steady, driven, seen, 1 / response.fs)
+    motion = _modal_motion(model, steady, driven, *spin_and_angle(rig, response), 1 / response.fs)
     flexible = np.divide(1.0, model.omega**2, out=np.zeros(model.size), where=model.omega > 0)
     shapes = model.moved(x).reshape(-1, model.size) if rig.moves_across else model.shapes(x)
     here, there = (shapes * flexible) @ middles.T, (middles * flexible) @ middles.T
@@ -80,12 +76,15 @@ def deflection(rig: Rig, response: Response, x: Sequence[float | str] | np.ndarr
 
 
 def _modal_motion(
-    model: LinearModel, steady: np.ndarray, driven: np.ndarray, seen: Whirl | None, step: float
-) -> np.ndarray:
+    model: LinearModel, steady: np.ndarray, driven: np.ndarray, spin: np.ndarray | None, angle: np.ndarray | None,
+    step: float,
+) -> np.ndarray:  # fmt: skip
     """(n_t, n) modal coordinates from rest under steady and driving forces (n_t, n) and the unbalance of a spin."""
-    spin, force = np.zeros(len(steady)), steady + driven
-    if seen is not None and seen.spin is not None and seen.angle is not None:
-        spin, force = seen.spin, force + _unbalance(model, seen.spin, seen.angle, step)
+    force = steady + driven
+    if spin is not None and angle is not None:
+        force = force + _unbalance(model, spin, angle, step)
+    else:
+        spin = np.zeros(len(steady))
     change = np.diff(force, axis=0, append=force[-1:])
     n, scale = model.size, np.maximum(model.omega, 1.0)
     state = np.concatenate((scale * np.linalg.lstsq(model.stiff(spin[0]), steady[0], rcond=None)[0], np.zeros(n)))

@@ -103,8 +103,7 @@ def _restitution(ax: Axes, balance: EnergyBalance) -> None:
 
 
 def _impulse(ax: Axes, balance: EnergyBalance) -> None:
-    impulses = dict(_by_bushing(balance, "impulse"))
-    if impulses:
+    if impulses := dict(_by_bushing(balance, "impulse")):
         every = 1e3 * np.concatenate(list(impulses.values()))
         edges = np.geomspace(0.999 * every.min(), 1.001 * every.max(), 31).tolist()
         for j, values in impulses.items():

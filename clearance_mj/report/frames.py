@@ -114,8 +114,7 @@ def contact(study: Study) -> pd.DataFrame:
     """
     parts: list[tuple[Record, str, str, Rig, dict]] = []
     for record in study.driven:
-        probes = record.response().displacement
-        if probes is not None:
+        if (probes := record.response().displacement) is not None:
             moved = probes.reshape(len(study.dataset.rig.bushings), -1, record.size)
             seen = {"displacement_rms": np.sqrt(moved.var(axis=2).sum(axis=1))}
             seen |= {"displacement_peak": np.linalg.norm(moved, axis=1).max(axis=1)}

@@ -50,8 +50,7 @@ def paragraph(text: str, kind: str = "") -> str:
 
 def formula(text: str) -> str:
     """Return plain text as markup, with H_t as a symbol with an index and φ^H as one with an exponent."""
-    indexed = re.sub(r"([^\W_]+|Σ)_(\w+)", _index, str(escape(text)))
-    return re.sub(r"\^(\w)", r"<sup>\1</sup>", indexed)
+    return re.sub(r"\^(\w)", r"<sup>\1</sup>", re.sub(r"([^\W_]+|Σ)_(\w+)", _index, str(escape(text))))
 
 
 def _index(match: re.Match[str]) -> str:

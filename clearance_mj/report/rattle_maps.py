@@ -9,7 +9,6 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -34,7 +33,7 @@ def draw(found: RattleMap) -> Drawing:
     share = np.nanmax(np.where(np.isnan(found.contact_share), 0, found.contact_share), axis=(0, -1))
     for i, ax in enumerate(axes[:count]):
         image = ax.pcolormesh(found.frequency, found.level, share[i], cmap=_COLOURS, vmin=0, vmax=1, shading="nearest")
-        _cells(ax, found, i)
+        found.mark(ax, i)
         last_row = i >= count - 2
         tidy(ax, _gap(found, i), level_title(found) if i % 2 == 0 else "")
         ax.grid(False)
@@ -55,20 +54,6 @@ def draw(found: RattleMap) -> Drawing:
         "over level. Hatched: more than one vibration, of which the direction of a sweep decides."
     )
     return Drawing("rattle_map", figure, caption, "Share of time in contact over frequency and level.", False)
-
-
-def _cells(ax: Axes, found: RattleMap, gap: int) -> None:
-    """Mark what is unknown, what has several vibrations, first contact and jumps."""
-    count = found.vibrations[gap]
-    if not count.all():
-        lost = np.ma.masked_where(count > 0, count)
-        ax.pcolormesh(found.frequency, found.level, lost, cmap=ListedColormap([REPEAT]), shading="nearest")
-    if np.any(count > 1) and min(count.shape) > 1:
-        ax.contourf(found.frequency, found.level, count, levels=[1.5, 1e9], colors="none", hatches=["//////"])
-    ax.plot(found.frequency, found.first_contact[gap], color=TEST, lw=0.9)
-    for sweep, marker in JUMPS.items():
-        at = [(jump.frequency, jump.level) for jump in found.jumps if jump.gap == gap and jump.sweep == sweep]
-        ax.plot(*np.reshape(at, (-1, 2)).T, marker, color=COLOURS[0], ms=4.5, mec="white", mew=0.5)
 
 
 def _key(found: RattleMap) -> list[Artist]:
@@ -115,8 +100,7 @@ def words(found: RattleMap) -> Iterator[str]:
         share = f"{100 * np.mean(found.rattles[i]):.0f} % of the map"
         yield f"{_gap(found, i)}: {_first(found, i)}; rattles in {share}{most}"
         for sweep in ("up", "down"):
-            jumps = [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]
-            if jumps:
+            if jumps := [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]:
                 count = "1 jump" if len(jumps) == 1 else f"{len(jumps)} jumps"
                 yield f"{count} in sweeps {sweep}: {_span(jumps, unit(found))}"
     if found.unknown:

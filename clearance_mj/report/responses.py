@@ -125,8 +125,7 @@ def draw(
 
 def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> None:
     """Draw the steps of a stepped sine, up and down."""
-    values = steps.acceleration if quantity == "acceleration" else steps.displacement
-    if values is None:
+    if (values := steps.acceleration if quantity == "acceleration" else steps.displacement) is None:
         return
     y = values[:, row] / (1.0 if quantity == "acceleration" else rig.bushings[row].gap)
     for upwards, marker in WAYS.items():

@@ -1,7 +1,8 @@
 """The figure of an animation in space: shafts in their tubes seen from the side, orbits in the gaps, contact forces.
 
 Displacements and gaps are drawn many times larger than they are, the shafts' length and thickness as they are: a tube's
-bore is drawn as wide as the shaft and its exaggerated gap. Nothing is foreshortened (an orthographic view).
+bore is drawn as wide as the shaft and its exaggerated gap. Nothing is foreshortened (an orthographic view). A slot has
+plates above and below the shaft, or before and behind it, and teeth or another play of its twist have two flanks.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from .clip import SpaceClip
+from ..structure.base import parse_direction
+from .clip import Clip, WallsOfRow, walls_of_rows
 from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy
 
@@ -28,6 +30,8 @@ TRAIL = 0.35  # share of the shown time that an orbit's trail lasts
 MOST_ORBITS = 3  # panels beside the trace
 LARGEST_DISC = 0.13  # radius of a disc as it is drawn, as a share of the shaft's length
 DISC_RADII = 4.0  # radii of the shaft that a disc without a polar inertia has
+DRAWN_TWIST, FLANK = 0.5, 5.0
+"""rad, a clearance of twist as it is drawn; length of its flanks in radii of the shaft"""
 
 
 def picture_of(x: Any, y: Any, z: Any) -> np.ndarray:
@@ -43,10 +47,13 @@ def picture_of(x: Any, y: Any, z: Any) -> np.ndarray:
 class SpaceStage(Pictures):
     """The figure that becomes one picture after the other."""
 
-    shown: SpaceClip
-
-    def __init__(self, shown: SpaceClip):
+    def __init__(self, shown: Clip):
         super().__init__(shown)
+        self.rows = shown.rig.clearance_rows
+        self.round = [j for j, bushing in enumerate(shown.rig.bushings) if bushing.is_round]
+        self.slots = [each for each in walls_of_rows(shown.rig) if each.bushing not in self.round]
+        axes = [parse_direction(bushing.position) or ("Z", 1) for bushing in shown.rig.bushings]
+        self.axes = [axis for axis, _ in axes]
         self.discs = self._discs()
         self.moving: list[Artist] = []
         self.above, self.orbits, below = self._axes()
@@ -87,6 +94,8 @@ class SpaceStage(Pictures):
             at = shown.exaggeration * shown.lift_at(point)[:, :, None] + radius * circle
             found.append(picture_of(shown.rig.linear.place(point)[1], at[:, 0], at[:, 1]))
         for j, bushing in enumerate(shown.rig.bushings):
+            if self.axes[j].startswith("R"):
+                continue
             at = self._middle(j, 0)[:, None] + self._bore(j) * circle
             found.append(picture_of(shown.rig.linear.place(bushing.position)[1], *at))
         corner = 0.17 * shown.length  # where the directions are, below on the right
@@ -107,10 +116,14 @@ class SpaceStage(Pictures):
                 self._draw_support(ax, support.position, support.kind in ("clamped", "guided"))
         self._draw_axes_of_space(ax)
         self.bodies = self._pieces(ax)
-        self.tubes = [self._draw_tube(ax, j) for j in range(len(self.shown.rig.bushings))]
+        self.tubes = {j: self._draw_tube(ax, j) for j in self.round}
+        self.slabs = [self._draw_slabs(ax, *each) for each in self.slots]
         orders = [self._order(self.shown.rig.linear.place(point)[1]) for point, *_ in self.discs]
         self.plates = [(self._polygon(ax, MASS, at), self._line(ax, "white", 1.2, at + 0.001)) for at in orders]
-        self.paths = [self._line(ax, COLOURS[j % len(COLOURS)], 1.1, 6) for j in range(len(self.tubes))]
+        self.paths = [self._line(ax, COLOURS[j % len(COLOURS)], 1.1, 6) for j in range(len(self.rows))]
+        for j in (j for j, axis in enumerate(self.axes) if axis == "RX"):
+            for wall in filter(np.isfinite, self.shown.rig.bushings[j].walls):
+                ax.plot(*self._spoke(j, wall), color=HALF, lw=1.2, zorder=5)
 
     def _order(self, x: float) -> float:
         """Where a place (m) is in the order of drawing: what is nearer to the eye, at a smaller x, comes later."""
@@ -178,6 +191,17 @@ class SpaceStage(Pictures):
             halves.append((half, self._line(ax, colour, 0.9, order + 0.1)))
         return halves[0], halves[1]
 
+    def _draw_slabs(
+        self, ax: Axes, bushing: int, row: int, axis: str, sign: int, walls: tuple[float, float]
+    ) -> list[Polygon | None]:
+        """The plate at each wall of a slot; None without one."""
+        slabs: list[Polygon | None] = []
+        for wall, order in zip(walls, (2.0, 5.0)):
+            slabs.append(self._polygon(ax, COLOURS[bushing % len(COLOURS)], order) if np.isfinite(wall) else None)
+        for slab in filter(None, slabs):
+            slab.set(alpha=0.4)
+        return slabs
+
     def _discs(self) -> list[tuple[float | str, float, float]]:
         """Points of discs and masses, the angle (rad) of what marks their turning, and radii as drawn, m."""
         rig, most = self.shown.rig, LARGEST_DISC * self.shown.length
@@ -192,16 +216,41 @@ class SpaceStage(Pictures):
         return [(point, heavy.get(point, 0.0), min(radius, most)) for point, _, radius in found]
 
     def _draw_orbit(self, ax: Axes, j: int) -> tuple[Line2D, Line2D]:
-        gap, colour = 1e6 * self.shown.rig.bushings[j].gap, COLOURS[j % len(COLOURS)]
-        ax.plot(gap * np.cos(TURN), gap * np.sin(TURN), color=TEST, lw=0.9)
-        reach = 1.1 * max(gap, 1e6 * np.abs(self.shown.path[:, j]).max())
+        bushing, axis, colour = self.shown.rig.bushings[j], self.axes[j], COLOURS[j % len(COLOURS)]
+        gap, turns = self._shown_in_panel(j, bushing.gap), axis.startswith("R")
+        walls = self._shown_in_panel(j, np.array(bushing.walls))
+        if bushing.is_round:
+            ax.plot(gap * np.cos(TURN), gap * np.sin(TURN), color=TEST, lw=0.9)
+        for wall in () if bushing.is_round else walls[np.isfinite(walls)]:
+            (ax.axvline if axis == "Y" else ax.axhline)(wall, color=TEST, lw=0.9)
+        reach = 1.1 * max(gap, np.abs(self._shown_in_panel(j, self.shown.path[:, self.rows[j]])).max())
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        tidy(ax, f"bushing {j + 1}", "z (µm)" if j == 0 else "", "y (µm)")
+        words = f"bushing {j + 1}" + (f", {axis} (mrad)" if turns else "")
+        tidy(ax, words, "z (µm)" if j == 0 and not turns else "", "" if turns else "y (µm)")
         if j:
             ax.set_yticklabels([])
         dot = self._line(ax, colour, 0, 4)
         dot.set(marker="o", markersize=5)
         return self._line(ax, colour, 0.9, 3), dot
+
+    def _shown_in_panel(self, j: int, place: Any) -> Any:
+        """µm of places in a clearance, mrad of rotations."""
+        return (1e3 if self.axes[j].startswith("R") else 1e6) * place
+
+    def _path(self, j: int, samples: slice) -> np.ndarray:
+        """(2, n) places in a clearance: along y and z, of what moves along one of them 0 along the other."""
+        path = self.shown.path[samples, self.rows[j]].T
+        if len(path) == 2:
+            return path
+        return np.concatenate((path, 0 * path) if self.axes[j] == "Y" else (0 * path, path))
+
+    def _spoke(self, j: int, angle: float) -> np.ndarray:
+        """(2, 2) line from the shaft's axis outwards that shows a twist, rad."""
+        bushing = self.shown.rig.bushings[j]
+        number, x = self.shown.rig.linear.place(bushing.position)
+        radius = FLANK * float(np.interp(x, *self.edges[number][:2]))
+        at = np.pi / 2 + DRAWN_TWIST * angle / bushing.gap
+        return picture_of(x, radius * np.cos(at) * np.array([0, 1]), radius * np.sin(at) * np.array([0, 1]))
 
     def _move(self, i: int) -> None:
         shown = self.shown
@@ -219,21 +268,31 @@ class SpaceStage(Pictures):
                                       z + radius * np.sin(at) * np.array([0, 1])))  # fmt: skip
         last = int(np.searchsorted(shown.trace_time, shown.time[i] + 1e-12))
         trail = slice(max(last - round(TRAIL * len(shown.trace_time)), 0), max(last, 1))
-        for j, (bushing, tube) in enumerate(zip(shown.rig.bushings, self.tubes)):
-            centre = self._middle(j, i)
-            self._move_tube(tube, j, centre)
-            path = shown.exaggeration * shown.path[trail, j].T
-            x = shown.rig.linear.place(bushing.position)[1]
-            self.paths[j].set_data(*picture_of(x, centre[0] + path[0], centre[1] + path[1]))
+        for j, tube in self.tubes.items():
+            self._move_tube(tube, j, self._middle(j, i))
+        for each, slabs in zip(self.slots, self.slabs):
+            self._move_slabs(slabs, each, i)
+        for j, bushing in enumerate(shown.rig.bushings):
+            path, x = self._path(j, trail), shown.rig.linear.place(bushing.position)[1]
+            if self.axes[j] == "RX":
+                self.paths[j].set_data(*self._spoke(j, path[1, -1]))
+            elif not self.axes[j].startswith("R"):
+                centre = self._middle(j, i) if bushing.is_round else self._carried(j, i)
+                self.paths[j].set_data(*picture_of(x, *(centre[:, None] + shown.exaggeration * path)))
         for j, (line, dot) in enumerate(self.trails):
-            line.set_data(*1e6 * shown.path[trail, j].T)
-            dot.set_data(*1e6 * shown.path[max(last - 1, 0), j][:, None])
+            path = self._shown_in_panel(j, self._path(j, trail))
+            line.set_data(*path)
+            dot.set_data(*path[:, -1:])
+
+    def _carried(self, j: int, i: int) -> np.ndarray:
+        """(2,) drawn displacement of what a clearance is on: of the base none."""
+        to = self.shown.rig.bushings[j].to
+        return np.zeros(2) if to is None else self.shown.exaggeration * self.shown.lift_at(to, i)
 
     def _middle(self, j: int, i: int) -> np.ndarray:
         """(2,) drawn place of a bushing's middle: of one on another shaft it moves with that."""
         bushing = self.shown.rig.bushings[j]
-        carried = np.zeros(2) if bushing.to is None else self.shown.lift_at(bushing.to, i)
-        return np.asarray(self.shown.exaggeration * (carried - (bushing.offset_y, bushing.offset)))
+        return self._carried(j, i) - self.shown.exaggeration * np.array([bushing.offset_y, bushing.offset])
 
     def _bore(self, j: int) -> float:
         """Drawn radius of a tube's bore, m."""
@@ -261,3 +320,15 @@ class SpaceStage(Pictures):
             ends = [picture_of(x + side * half, y, z) for side in (-1, 1)]
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
             rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))
+
+    def _move_slabs(self, slabs: list[Polygon | None], each: WallsOfRow, i: int) -> None:
+        bushing = self.shown.rig.bushings[each.bushing]
+        number, x = self.shown.rig.linear.place(bushing.position)
+        radius = float(np.interp(x, *self.edges[number][:2]))
+        along = max(bushing.length, 0.04 * self.shown.length) / 2 * np.array([-1, 1, 1, -1])
+        across = 2 * radius * np.array([-1, -1, 1, 1])
+        for slab, wall, side in zip(slabs, each.walls, (-1, 1)):
+            if slab:
+                face = np.full(4, self.shown.exaggeration * wall + side * radius)
+                pair = np.stack((face, across) if each.axis == "Y" else (across, face))
+                slab.set_xy(picture_of(x + along, *(pair + self._carried(each.bushing, i)[:, None])).T)

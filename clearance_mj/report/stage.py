@@ -19,7 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 
 from ..structure import Support
-from .clip import AnyClip, Clip
+from ..structure.base import is_rotation
+from .clip import Clip
 from .outline import outline, position_label
 from .style import COLOURS, FONT, tidy
 
@@ -37,9 +38,7 @@ STEEL, MASS, HALF, CLAMP = "#8a949f", "#4d5660", "#3b3b3b", "#d0d0d0"
 class Pictures(ABC):
     """A figure that becomes one picture after the other, by what moves on it."""
 
-    shown: AnyClip
-
-    def __init__(self, shown: AnyClip):
+    def __init__(self, shown: Clip):
         self.shown, self.shafts = shown, shown.rig.linear.shafts
         self.edges = [outline(shaft) for shaft in self.shafts]
         self.numbers = [shown.shaft == i for i in range(len(self.shafts))]
@@ -51,10 +50,16 @@ class Pictures(ABC):
         self.canvas, self.background, self.moving = FigureCanvasAgg(self.figure), None, list(moving)
 
     def trace_of(self, ax: Axes, width: float) -> Line2D:
-        """Draw the contact forces over time with lines of a width; return the line of the picture's time."""
+        """Draw the contact forces over time with lines of a width; return the line of the picture's time.
+
+        Where some are torques, each is drawn over its largest.
+        """
+        turns = any(is_rotation(b.position) for b in self.shown.rig.bushings)
         for j, force in enumerate(self.shown.trace.T):
-            ax.plot(self.shown.trace_time, force, color=COLOURS[j % len(COLOURS)], lw=width, label=f"bushing {j + 1}")
-        tidy(ax, ylabel="Contact force (N)", xlabel="Time (s)")
+            scale = max(np.abs(force).max(), 1e-12) if turns else 1.0
+            look: dict[str, Any] = {"color": COLOURS[j % len(COLOURS)], "lw": width, "label": f"bushing {j + 1}"}
+            ax.plot(self.shown.trace_time, force / scale, **look)
+        tidy(ax, ylabel="Force over its largest" if turns else "Contact force (N)", xlabel="Time (s)")
         ax.set_xlim(*self.shown.trace_time[[0, -1]])
         return ax.axvline(0, color="black", lw=0.8)
 
@@ -83,8 +88,6 @@ class Stage(Pictures):
     lies under the same axes. Several shafts are drawn one above another, each at a level of its own.
     """
 
-    shown: Clip
-
     def __init__(self, shown: Clip):
         super().__init__(shown)
         self.length, self.radius = shown.length, max(float(edges[1].max()) for edges in self.edges)
@@ -92,7 +95,7 @@ class Stage(Pictures):
         self.places = [shown.rig.linear.place(b.position) for b in shown.rig.bushings]
         self.at_bushings = [np.interp(x, *self.edges[i][:2]) for i, x in self.places]
         self.level = np.zeros(len(self.shafts))
-        highest = shown.exaggeration * max(np.abs(shown.lift).max(), *(b.gap for b in shown.rig.bushings))
+        highest = shown.exaggeration * max(np.abs(shown.lift[:, 1]).max(), *(b.gap for b in shown.rig.bushings))
         self.per_newton = ARROW * self.length / max(np.abs(shown.trace).max(), 1e-12)
         lane = max(MIN_HEIGHT * self.length, 1.1 * highest, 1.05 * np.nanmax(np.abs(self.arrows()[..., 1])))
         self.level = lane * np.arange(len(self.shafts) - 1.0, -len(self.shafts), -2.0)
@@ -147,14 +150,14 @@ class Stage(Pictures):
 
     def height(self) -> np.ndarray:
         """Return (n, n_x) drawn height of the shafts' lines, m."""
-        return self.level[self.shown.shaft] + self.shown.exaggeration * self.shown.lift
+        return self.level[self.shown.shaft] + self.shown.exaggeration * self.shown.lift[:, 1]
 
     def masses_on_shafts(self) -> list[tuple[float, np.ndarray]]:
         """Return the position of every point mass and disc, and its drawn height in every picture, (n,), m."""
         points = [m.position for m in self.shown.rig.masses]
         points += [f"{s.name}@{d.position!r}" if s.name else d.position for s in self.shafts for d in s.discs]
         lanes = [self.shown.rig.linear.place(point) for point in points]
-        lifts = [self.shown.exaggeration * self.shown.lift_at(point) for point in points]
+        lifts = [self.shown.exaggeration * self.shown.lift_at(point)[:, 1] for point in points]
         return [(x, self.level[i] + lift) for (i, x), lift in zip(lanes, lifts)]
 
     def supports(self) -> list[tuple[Support, int, int]]:
@@ -183,8 +186,8 @@ class Stage(Pictures):
         """
         shown, faces = self.shown, []
         for bushing, (i, _), radius in zip(shown.rig.bushings, self.places, self.at_bushings):
-            carried = 0.0 if bushing.to is None else shown.lift_at(bushing.to)
-            moved = shown.lift_at(bushing.position) - carried
+            carried = 0.0 if bushing.to is None else shown.lift_at(bushing.to)[:, 1]
+            moved = shown.lift_at(bushing.position)[:, 1] - carried
             lower, upper = bushing.walls
             pair = np.column_stack((np.minimum(moved, lower), np.maximum(moved, upper))) + np.reshape(carried, (-1, 1))
             faces.append(self.level[i] + shown.exaggeration * pair + radius * np.array([-1, 1]))

@@ -112,9 +112,7 @@ def sheet(
 
 def frequency_axis(ax: Axes, band: tuple[float, float], labelled: bool) -> None:
     """Make x a logarithmic frequency axis over a band (Hz), ``labelled`` on the lowest panel."""
-    ax.set_xscale("log")
-    ax.set_xlim(*band)
-    ax.set_xticks([f for f in FREQUENCIES if band[0] <= f <= band[1]])
+    ax.set(xscale="log", xlim=band, xticks=[f for f in FREQUENCIES if band[0] <= f <= band[1]])
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(ScalarFormatter())
     ax.tick_params(axis="x", labelbottom=labelled)

@@ -39,8 +39,7 @@ MAX_KEPT = 4
 
 def draw_results(results: xr.Dataset, varied: tuple[Vary, ...]) -> Drawing | None:
     """Draw what came out over each varied parameter; None if all cases gave the same, or nothing."""
-    found = _most_telling(quantities(results))
-    if not found:
+    if not (found := _most_telling(quantities(results))):
         return None
     shape = len(found), len(varied)
     figure = canvas(0.7 + 1.15 * shape[0])

@@ -137,8 +137,7 @@ def _contact_strip(ax: Axes, outcomes: Sequence[Outcome]) -> None:
         ax.imshow(outcome.run.contact[None], aspect="auto", extent=extent, interpolation="none", **look_of_sides)
     tidy(ax, "", "", "Time (s)")
     ax.set_yticks(range(len(outcomes)), [_label(o) for o in outcomes])
-    ax.set_ylim(len(outcomes) - 0.5, -0.5)
-    ax.set_xlim(outcomes[0].run.time[0], max(o.run.time[-1] for o in outcomes))
+    ax.set(ylim=(len(outcomes) - 0.5, -0.5), xlim=(outcomes[0].run.time[0], max(o.run.time[-1] for o in outcomes)))
     ax.grid(False)
 
 

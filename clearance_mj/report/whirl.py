@@ -25,7 +25,7 @@ def finest(whirl: Whirl, resolution: float) -> float:
 
 def draw_orbits(whirl: Whirl, turns: int) -> Drawing:
     """Draw the last turns in each bushing; of a shaft that does not turn the whole path."""
-    names, gaps = whirl.names, [b.gap for b in whirl.rig.bushings]
+    names, gaps = whirl.names, [b.gap for b in whirl.bushings]
     shown: dict[str, Orbits | np.ndarray] = {}
     for j, name in enumerate(names):
         shown[name] = whirl.position[j] if whirl.angle is None else whirl.orbits(j).last(turns)
@@ -72,7 +72,7 @@ def _bode(whirl: Whirl) -> Figure:
     forward = {"lw": 0.9, "color": COLOURS[0]}
     curves = {name: [("forward", 1e6 * of.harmonic()[0], forward)] for name, of in zip(whirl.names, orbits)}
     figure, axes = bode(curves, RPM * orbits[0].speed, "1X (µm)")
-    for (above, _), of, bushing in zip(axes, orbits, whirl.rig.bushings):
+    for (above, _), of, bushing in zip(axes, orbits, whirl.bushings):
         above.plot(RPM * of.speed, 1e6 * np.abs(of.harmonic()[1]), lw=0.9, color=COLOURS[1], label="backward")
         above.axhline(1e6 * bushing.gap, color="black", lw=0.8, ls=":", label="gap")
     key(figure, axes[0, 0].get_legend_handles_labels()[0])
@@ -82,7 +82,7 @@ def _bode(whirl: Whirl) -> Figure:
 def of_orbits(whirl: Whirl, turns: int) -> list[dict[str, Any]]:
     """Return the numbers of each bushing's last turns: place, reach, and 1X motion where the shaft turns; SI units."""
     found = []
-    for j, bushing in enumerate(whirl.rig.bushings):
+    for j, bushing in enumerate(whirl.bushings):
         place = whirl.position[j]
         of: dict[str, Any] = {"bushing": whirl.names[j], "gap": bushing.gap}
         if whirl.angle is not None:

@@ -215,8 +215,8 @@ class Bushing:
     @functools.cached_property
     def wall_model(self) -> Wall:
         """Its wall."""
-        numbers = self.wall or ({} if self.stops == "both" else {"side": self.stops})
-        return wall_of(self.shape or self.of_stops, numbers)
+        side = {} if self.stops == "both" else {"side": self.stops}
+        return wall_of(self.shape or self.of_stops, {**side, **(self.wall or {})})
 
     @property
     def of_stops(self) -> Literal["slot", "stop"]:

@@ -28,6 +28,12 @@ class ClearanceRows:
         return [slice(*pair) for pair in itertools.pairwise(ends)]
 
     @property
+    def row_offsets(self) -> np.ndarray:
+        """(n_rows,) m, of the unloaded shaft from the middles of round clearances; 0 of slots and stops."""
+        offsets = [(b.offset_y, b.offset) if b.is_round else (0.0,) for b in self.bushings]
+        return np.array([each for of_one in offsets for each in of_one])
+
+    @property
     def n_rows(self) -> int:
         """Number of rows of all clearances."""
         return len(self.bushing_of_row)

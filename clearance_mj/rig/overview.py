@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import RigError
 from ..core.overview import few
 from ..structure import Beam, Structure
-from ..structure.base import StructureOfFiles
+from ..structure.base import StructureOfFiles, is_rotation
 from .clearance import Bushing
 from .instruments import Shaker
 
@@ -49,11 +49,9 @@ def frequencies_in_words(rig: Any) -> str:
 def bushing_rows(labels: Sequence[str], bushings: Sequence[Bushing]) -> list[tuple[str, ...]]:
     """Return the head and the rows of a table of clearances; no row at all without any."""
     head = ("bushing", "at", "gap (mm)", "datasheet contact (N/m, N s/m)", "datasheet grease (N/m, N s/m)")
-    rows = [
-        (
-            label, b.where, f"{1e3 * b.gap:.4g}", f"{b.contact.stiffness:.4g}, {b.contact.damping:.4g}",
-            f"{b.grease.stiffness:.4g}, {b.grease.damping:.4g}",
-        )
-        for label, b in zip(labels, bushings)
-    ]  # fmt: skip
+    rows = []
+    for label, b in zip(labels, bushings):
+        gap = f"{1e3 * b.gap:.4g}{' mrad' if is_rotation(b.position) else ''}"
+        contact, grease = (f"{each.stiffness:.4g}, {each.damping:.4g}" for each in (b.contact, b.grease))
+        rows.append((label, b.where, gap, contact, grease))
     return [head, *rows] if rows else []

@@ -4,7 +4,7 @@ from .api_617 import RunningClearance, UnbalanceResponse, running_clearance, unb
 from .diagram import Campbell, campbell
 from .rub import DryWhirl, SynchronousRub, dry_whirls, rolling_whirls, synchronous_rub
 from .turning import TurningShaft, turning_shaft
-from .whirling import Whirl, require_round, whirl
+from .whirling import Whirl, clearance_places, require_round, whirl
 
 __all__ = [
     "Campbell",
@@ -15,6 +15,7 @@ __all__ = [
     "UnbalanceResponse",
     "Whirl",
     "campbell",
+    "clearance_places",
     "dry_whirls",
     "require_round",
     "rolling_whirls",

@@ -149,5 +149,4 @@ def _next(before: Poles, now: Poles) -> Poles:
     unit = [poles.motion / np.linalg.norm(poles.motion, axis=0) for poles in (before, now)]
     alike = np.abs(unit[0].conj().T @ unit[1]) ** 2
     apart = np.abs(np.log(now.value.imag / before.value.imag[:, None]))
-    order = linear_sum_assignment(apart + 0.1 * (1 - alike))[1]
-    return now.selected(order)
+    return now.selected(linear_sum_assignment(apart + 0.1 * (1 - alike))[1])

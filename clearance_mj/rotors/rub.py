@@ -274,8 +274,7 @@ def _radius(rig: Rig, bushing: int) -> float:
     (shaft,) = rig.linear.shafts
     at = rig.linear.place(rig.bushings[bushing].position)[1]
     i = int(np.clip(np.searchsorted(shaft.edges, at) - 1, 0, len(shaft.sections) - 1))
-    diameter = shaft.sections[i].diameter
-    if diameter is None:
+    if (diameter := shaft.sections[i].diameter) is None:
         raise RigError(f"rig {rig.name!r}: sections[{i}] in bushings[{bushing}] is not round, so it does not roll")
     share = (at - shaft.edges[i]) / shaft.sections[i].length
     return float(diameter[0] + share * (diameter[1] - diameter[0])) / 2

@@ -123,8 +123,7 @@ class TurningShaft:
         model = self.model
         if not model.omega.all():
             raise RigError(f"rig {self.rig.name!r}: the shaft can move without bending; add a support")
-        tables = [held.bearing.spin for held in model.bearings if held.bearing.spin]
-        if not tables:
+        if not (tables := [held.bearing.spin for held in model.bearings if held.bearing.spin]):
             return self._critical_of(0.0)
         spins = np.linspace(max(0.0, *(t[0] for t in tables)), min(t[-1] for t in tables), FROZEN_SPINS)
         apart = np.array([self._critical_of(spin).value.imag - spin for spin in spins])

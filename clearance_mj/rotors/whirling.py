@@ -8,12 +8,12 @@ import numpy as np
 
 from ..core.errors import RecordError
 from ..core.kinds import checks_kinds
-from ..rig import Rig, one_kind
+from ..rig import Bushing, Rig
 from ..signals.full_spectra import FullSpectrum, SpeedCascade, full_spectrum, speed_cascade
 from ..signals.orbits import Orbits, orbits_by_turn, shaft_angle
 from ..signals.response import Response
 
-__all__ = ["Whirl", "require_round", "whirl"]
+__all__ = ["Whirl", "clearance_places", "require_round", "spin_and_angle", "whirl"]
 
 STEADY = 5e-3  # change of the spin that still counts as one speed
 
@@ -29,16 +29,22 @@ class Whirl:
     time: np.ndarray
     """(n_t,) s, of the response"""
     position: np.ndarray
-    """(n_bushings, 2, n_t) m, y and z of the shaft's line from the bushing's middle; the wall is a circle about it"""
+    """(n, 2, n_t) m, y and z of the shaft's line from the middle of each of ``bushings``; the wall is a circle about
+    it"""
     spin: np.ndarray | None
     """(n_t,) rad/s; None of a shaft that does not turn"""
     angle: np.ndarray | None
     """(n_t,) rad, of the shaft, whose whole turns are the once-per-turn marks"""
 
     @property
+    def bushings(self) -> list[Bushing]:
+        """The round ones of the rig's clearances."""
+        return [b for b in self.rig.bushings if b.is_round]
+
+    @property
     def names(self) -> list[str]:
-        """Each bushing in words, such as "bushing 1, x = 0.5 m"."""
-        return [f"bushing {j + 1}, {b.where}" for j, b in enumerate(self.rig.bushings)]
+        """Each of ``bushings`` in words, such as "bushing 1, x = 0.5 m"."""
+        return [f"bushing {j + 1}, {b.where}" for j, b in enumerate(self.rig.bushings) if b.is_round]
 
     @property
     def is_steady(self) -> bool:
@@ -152,15 +158,58 @@ def require_round(rig: Rig) -> None:
     Raises
     ------
     RecordError
-        If it is planar or has no bushings.
-    ClearanceError
-        If it has slots, too.
+        If it has none.
     """
     if not rig.moves_across:
         raise RecordError(f'rig {rig.name!r} moves along z alone and has no orbits; give its bushings shape = "round"')
-    if not rig.bushings:
-        raise RecordError(f"rig {rig.name!r} has no bushings in which its shaft could whirl")
-    one_kind(rig, "an orbit")
+    if not any(b.is_round for b in rig.bushings):
+        raise RecordError(f"rig {rig.name!r} has no round bushings in which its shaft could whirl")
+
+
+def clearance_places(rig: Rig, response: Response) -> np.ndarray:
+    """Return where a shaft is in its clearances, (n_rows, n_t) m; see `Rig.clearance_rows`.
+
+    In round ones along y and z from their middles, however their probes stand; in others as the response has it.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    response : Response
+        Simulated, or a record with every probe.
+
+    Raises
+    ------
+    RecordError
+        If the response lacks displacements.
+    """
+    moved = response.displacement
+    if moved is None or len(moved) != rig.n_rows:
+        had = "none" if moved is None else f"{len(moved)} rows"
+        raise RecordError(
+            f"the response has {had} of displacements; {len(rig.bushings)} bushings need {', '.join(rig.probe_labels)}"
+        )
+    found = moved + rig.row_offsets[:, None]
+    for bushing, rows in zip(rig.bushings, rig.clearance_rows):
+        if bushing.probe_angle:
+            cos, sin = np.cos(bushing.probe_angle), np.sin(bushing.probe_angle)
+            found[rows] += np.array([[cos - 1, -sin], [sin, cos - 1]]) @ moved[rows]
+    return found
+
+
+def spin_and_angle(rig: Rig, response: Response) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return the shaft's spin (n_t,), rad/s, and its angle (n_t,), rad; None of a shaft that does not turn.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig.
+    response : Response
+        Of it.
+    """
+    if response.spin is None or not response.spin.any():
+        return None, None
+    return response.spin, shaft_angle(response.spin, response.fs, rig.spin.angle if rig.spin else 0.0)
 
 
 @checks_kinds
@@ -180,20 +229,9 @@ def whirl(rig: Rig, response: Response) -> Whirl:
     Raises
     ------
     RecordError
-        If the rig is planar or has no bushings, or the response lacks displacements along y and z.
+        If the rig has no round bushings, or the response lacks displacements.
     """
     require_round(rig)
-    moved, n = response.displacement, len(rig.bushings)
-    if moved is None or len(moved) != 2 * n:
-        had = "none" if moved is None else f"{len(moved)} rows"
-        raise RecordError(
-            f"the response has {had} of displacements; orbits in {n} bushings need {', '.join(rig.probe_labels)}"
-        )
-    one, other = moved.reshape(n, 2, -1).transpose(1, 0, 2)
-    turned = np.array([b.probe_angle for b in rig.bushings])[:, None]
-    y = np.cos(turned) * one - np.sin(turned) * other
-    z = np.sin(turned) * one + np.cos(turned) * other
-    offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])[:, :, None]
-    spin = response.spin if response.spin is not None and response.spin.any() else None
-    angle = None if spin is None else shaft_angle(spin, response.fs, rig.spin.angle if rig.spin else 0.0)
-    return Whirl(rig, response.fs, response.time, np.stack((y, z), axis=1) + offset, spin, angle)
+    places = clearance_places(rig, response)
+    position = np.array([places[rows] for b, rows in zip(rig.bushings, rig.clearance_rows) if b.is_round])
+    return Whirl(rig, response.fs, response.time, position, *spin_and_angle(rig, response))

@@ -168,8 +168,7 @@ def _partners(what: str, test: Sequence[str], model: Sequence[str], notes: list[
                 break
     if not found:
         raise RecordError(f"no {what} is common; the test has {', '.join(test)}, the model {', '.join(model)}")
-    turned = [f"{model[j]} to {test[i]}" for i, j, sign in found if sign < 0]
-    if turned:
+    if turned := [f"{model[j]} to {test[i]}" for i, j, sign in found if sign < 0]:
         notes.append(f"the model's {what}s are turned: {', '.join(turned)}")
     return np.array(found).T
 
@@ -235,8 +234,7 @@ def _interpolated(frf: FRF, frequency: np.ndarray) -> FRF:
     at = np.clip(frequency, *frf.frequency[[0, -1]])  # within six digits
     value = np.full((*frf.value.shape[:2], at.size), complex(np.nan, np.nan))
     value[frf.measured] = scipy.interpolate.CubicSpline(frf.frequency, frf.value[frf.measured], axis=1)(at)
-    coherence = frf.coherence
-    if coherence is not None:
+    if (coherence := frf.coherence) is not None:
         coherence = np.apply_along_axis(lambda row: np.interp(at, frf.frequency, row), 2, coherence)
     return dataclasses.replace(frf, frequency=frequency, value=value, coherence=coherence)
 

@@ -66,8 +66,7 @@ def directional_frfs(frf: FRF) -> DirectionalFRF:
     for i, label in enumerate(frf.responses):
         axis, sign = _axis(label)
         rows.setdefault(label.split(":")[0], {})[axis] = i, sign
-    both = {node: of for node, of in rows.items() if set(AXES) <= set(of)}
-    if not both:
+    if not (both := {node: of for node, of in rows.items() if set(AXES) <= set(of)}):
         raise RecordError(f"no node has responses along y and z; there are {', '.join(frf.responses)}")
 
     def part(response: str, reference: str) -> np.ndarray:

@@ -70,8 +70,7 @@ def together(*excitations: Excitation) -> Excitation:
     size, bands = max(each.value.size for each in excitations), [each.band for each in excitations if each.band]
     band = (min(low for low, _ in bands), max(high for _, high in bands)) if len(bands) == len(excitations) else None
     value = np.array([np.pad(each.value, (0, size - each.value.size)) for each in excitations])
-    parts = [dict(each.description) for each in excitations]
-    description = {"generator": "together", "excitations": parts}
+    description = {"generator": "together", "excitations": [dict(each.description) for each in excitations]}
     return Excitation(value, excitations[0].fs, "mixed", band, description, tuple(each.kind for each in excitations))
 
 

@@ -115,11 +115,9 @@ def _draw_function(cell: FigureBase, curves: Sequence[tuple[Functions, Look]], r
             axes[2].plot(frf.frequency, coherence[row], **style | {"lw": 0.8})
     tidy(axes[0], first.labels[row], f"Magnitude\n(dB re {'1' if unit == '1' else f'1 {unit}'})")
     tidy(axes[1], ylabel="Phase (°)")
-    axes[1].set_ylim(-190, 190)
-    axes[1].set_yticks([-180, 0, 180])
+    axes[1].set(ylim=(-190, 190), yticks=[-180, 0, 180])
     tidy(axes[2], ylabel="Coh. (1)", xlabel="Frequency (Hz)")
-    axes[2].set_ylim(0, 1.1)
-    axes[2].set_yticks([0, 1])
+    axes[2].set(ylim=(0, 1.1), yticks=[0, 1])
     if all(frf.coherence is None for frf, _ in curves):
         axes[2].text(0.5, 0.5, "no coherence is known", transform=axes[2].transAxes, ha="center", va="center",
                      fontsize=FONT - 1)  # fmt: skip

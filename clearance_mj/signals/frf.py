@@ -147,8 +147,7 @@ class FRF(Shown, ArrayData):
         quantity : str
             Such as "velocity/force"; refused if no response has it.
         """
-        rows = [i for i, own in enumerate(self.row_quantities) if own == quantity]
-        if not rows:
+        if not (rows := [i for i, own in enumerate(self.row_quantities) if own == quantity]):
             raise RecordError(f"holds FRFs of {', '.join(dict.fromkeys(self.row_quantities))}; not {quantity}")
         coherence = None if self.coherence is None else self.coherence[rows]
         labels = tuple(self.responses[i] for i in rows)
@@ -373,13 +372,11 @@ def estimate_frf_blocks(
         As `estimate_frf`.
     """
     for name, given, known in (("estimator", estimator, ESTIMATORS), ("window", window, WINDOWS)):
-        if given not in known:
-            raise RecordError(f'{name} "{given}" is unknown; use {", ".join(known)}')
+        RecordError.require_known(name, given, known)
     if not 0 <= overlap < 1:
         raise RecordError(f"overlap must be in 0 <= overlap < 1, got {overlap!r}")
     blocks = iter(blocks)
-    first = next(blocks, None)
-    if first is None:
+    if (first := next(blocks, None)) is None:
         raise RecordError("there is no block of a record")
     if len({*first.kinds}) > 1:
         raise RecordError("FRFs to a base and to a force at once have no quantity in common; drive them one by one")

@@ -130,8 +130,7 @@ def full_spectrum(
     """
     w = _whirl(y, z)
     size = _window_size(w.size, fs, resolution, window)
-    step = max(round(size * (1 - OVERLAP)), 1)
-    starts = np.arange(0, w.size - size + 1, step)
+    starts = np.arange(0, w.size - size + 1, max(round(size * (1 - OVERLAP)), 1))
     frequency, amplitude = _windowed(w - w.mean(), starts, size, fs, window)
     return FullSpectrum(frequency, np.sqrt(np.mean(amplitude**2, axis=0)), window, starts.size)
 
@@ -188,8 +187,7 @@ def _whirl(y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _window_size(n: int, fs: float, resolution: float, window: str) -> int:
-    if window not in WINDOWS:
-        raise RecordError(f'window "{window}" is unknown; use {", ".join(WINDOWS)}')
+    RecordError.require_known("window", window, WINDOWS)
     if not 0 < resolution <= fs / 8:
         raise RecordError(f"resolution {resolution:g} Hz: must be above 0 and at most an eighth of {fs:g} samples/s")
     size = round(fs / resolution)

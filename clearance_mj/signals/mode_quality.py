@@ -52,8 +52,7 @@ def distinct_modes(frf: FRF, n_modes: int) -> Modes:
     """
     modes = extract_modes(frf, n_modes)
     while (pairs := _of_one_peak(modes)).size:
-        fit = _fit(frf)
-        own, _ = fit.explained(poles_of(_unknowns(frf, modes)))
+        own, _ = _fit(frf).explained(poles_of(_unknowns(frf, modes)))
         weaker = pairs.ravel()[np.argmin(own[pairs.ravel()])]
         kept = np.delete(np.arange(own.size), weaker)
         start = Modes(modes.frequency[kept], modes.damping[kept], modes.shape[:, kept], modes.responses)

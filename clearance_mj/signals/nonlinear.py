@@ -176,8 +176,7 @@ def stepped_harmonics(
 
 def _harmonics(signal: np.ndarray, fs: float, frequency: float, n_harmonics: int, longest: float) -> np.ndarray:
     """Harmonics in the last whole periods of a signal, no longer than so many samples."""
-    periods = int(longest * frequency / fs + 1e-9)
-    if not periods:
+    if not (periods := int(longest * frequency / fs + 1e-9)):
         raise RecordError(f"less than a period of {frequency:g} Hz is left of its step")
     last = np.arange(signal.size - round(periods * fs / frequency), signal.size)
     turns = np.exp(2j * np.pi * frequency / fs * np.outer(last, np.arange(1, n_harmonics + 1)))

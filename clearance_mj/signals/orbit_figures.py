@@ -116,8 +116,7 @@ def _draw_orbit(ax: Axes, title: str, path: np.ndarray, gap: float | None) -> No
         ax.plot(MICRO * gap * np.cos(turn), MICRO * gap * np.sin(turn), **WALL)
         reach = max(reach, MICRO * gap)
     reach = 1.08 * reach or 1.0
-    ax.set_xlim(-reach, reach)
-    ax.set_ylim(-reach, reach)
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
     ax.set_aspect("equal")
     tidy(ax, title, "z (µm)", "y (µm)")
 
@@ -142,8 +141,7 @@ def full_spectrum_figure(spectra: Mapping[str, Spectrum], spin: float | None = N
     for ax, (name, found) in zip(axes, spectra.items()):
         ax.plot(sense * found.frequency, MICRO * found.amplitude, color=COLOURS[0], lw=0.9)
         top = MICRO * found.amplitude.max() or 1.0
-        ax.set_yscale("log")
-        ax.set_ylim(top * 10**-DECADES, 2 * top)
+        ax.set(yscale="log", ylim=(top * 10**-DECADES, 2 * top))
         _mark_orders(ax, spin, highest)
         tidy(ax, name, "Amplitude (µm)")
         ax.set_xlim(-highest, highest)
@@ -187,8 +185,7 @@ def cascade_figure(cascades: Mapping[str, Cascade], highest: float | None = None
     fastest = one.speed[np.argmax(np.abs(one.speed))]
     most = shown_to(one.frequency, fastest) if highest is None else min(highest, float(one.frequency[-1]))
     for ax, (name, found) in zip(axes, cascades.items()):
-        mesh = _draw_cascade(ax, found, most, fastest < 0)
-        bar = figure.colorbar(mesh, ax=ax, pad=0.01)
+        bar = figure.colorbar(_draw_cascade(ax, found, most, fastest < 0), ax=ax, pad=0.01)
         bar.set_label("Amplitude (µm)", fontsize=FONT)
         bar.ax.tick_params(labelsize=FONT - 1)
         tidy(ax, name, "Spin (rev/min)")

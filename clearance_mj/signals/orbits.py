@@ -212,10 +212,8 @@ def orbits_by_turn(y: np.ndarray, z: np.ndarray, fs: float, angle: np.ndarray, n
     if last < first + 1:
         raise RecordError(f"the shaft makes no whole turn from mark to mark in {y.size / fs:g} s")
     time = np.arange(y.size) / fs
-    at = first + np.arange((last - first) * n_points) / n_points
-    moments = np.interp(np.append(at, last), turns, time)
+    moments = np.interp(np.append(first + np.arange((last - first) * n_points) / n_points, last), turns, time)
     position = CubicSpline(time, np.array((y, z)), axis=1)(moments[:-1])
     marks = moments[::n_points]
     speed = sense * 2 * np.pi / np.diff(marks)
-    by_turn = position.reshape(2, -1, n_points).transpose(1, 0, 2)
-    return Orbits(marks[:-1], speed, by_turn)
+    return Orbits(marks[:-1], speed, position.reshape(2, -1, n_points).transpose(1, 0, 2))

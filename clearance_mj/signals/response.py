@@ -97,8 +97,7 @@ class Response(Shown, ArrayData):
         else:
             self._set(reference=self.references[0], kind=common_kind(self.kinds))
         for name, (rows, _) in HISTORIES.items():
-            value = getattr(self, name)
-            if value is None:
+            if (value := getattr(self, name)) is None:
                 continue
             value = read_only(value)
             if value.ndim != 2 or value.shape[1:] != self.excitation.shape[-1:]:
@@ -205,8 +204,7 @@ class Response(Shown, ArrayData):
         """
         from .figures import response_figure
 
-        shown = rows_of(self.channels, sensors, RecordError)
-        return response_figure(self, shown, time or (0.0, self.duration))
+        return response_figure(self, rows_of(self.channels, sensors, RecordError), time or (0.0, self.duration))
 
     def to_xarray(self) -> xr.Dataset:
         """Return the histories with labels and units, the provenance (plain data) as JSON in an attribute.

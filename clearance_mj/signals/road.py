@@ -53,8 +53,7 @@ class Road:
         ExcitationError
             For another letter.
         """
-        if name not in ROAD_CLASSES:
-            raise ExcitationError(f'road class "{name}" is unknown; use one of {", ".join(ROAD_CLASSES)}')
+        ExcitationError.require_known("road class", name, ROAD_CLASSES)
         return cls(ROAD_CLASSES[name][1])
 
     def displacement(self, spatial_frequency: ArrayLike) -> np.ndarray:

@@ -49,8 +49,7 @@ def frf_from_spectra(auto: Spectra, cross: Spectra, estimator: str = "H1", refer
     -----
     Bendat and Piersol, Random Data, 4th ed., 2010, chapters 6 and 7.
     """
-    if estimator not in ESTIMATORS:
-        raise RecordError(f'estimator "{estimator}" is unknown; use {", ".join(ESTIMATORS)}')
+    RecordError.require_known("estimator", estimator, ESTIMATORS)
     if auto.kind not in AUTO_KINDS or cross.kind != "cross spectrum":
         raise RecordError(f"FRFs need auto and cross spectra, got {auto.kind} and {cross.kind}")
     if not np.array_equal(auto.frequency, cross.frequency):

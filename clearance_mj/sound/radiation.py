@@ -92,8 +92,7 @@ def radiate(response: Response, rig: Rig, plate: Plate | None = None) -> Sound:
     RecordError
         If there is no plate, its sensor is not in the response, or it listens from above half the sampling rate.
     """
-    plate = plate or rig.plate
-    if plate is None:
+    if (plate := plate or rig.plate) is None:
         raise RecordError(f'rig "{rig.name}" has no plate; give it a [plate] with sensor, area and distance')
     try:
         label = rig.sensor_labels[plate.row(rig.sensors)]

@@ -108,8 +108,7 @@ def wav_bytes(
     RecordError
         As `write_wav`.
     """
-    if encoding not in ENCODINGS:
-        raise RecordError(f'encoding "{encoding}" is unknown; use {", ".join(ENCODINGS)}')
+    RecordError.require_known("encoding", encoding, ENCODINGS)
     if not 0 < full_scale < np.inf:
         raise RecordError(f"full_scale must be > 0, got {full_scale}")
     if rate != int(rate) or rate < 1:

@@ -78,8 +78,7 @@ class Band(ArrayData):
         -------
         ndarray, shape (2, n_outputs, n_inputs, n_f)
         """
-        quantile = scipy.stats.norm.ppf(0.5 + self.confidence / 2)
-        return self._about(np.hypot(self._half_width, quantile * error))
+        return self._about(np.hypot(self._half_width, scipy.stats.norm.ppf(0.5 + self.confidence / 2) * error))
 
     @functools.cached_property
     def _half_width(self) -> np.ndarray:

@@ -85,8 +85,7 @@ def over_seeds(
     found = {level: _finite(values) for level, values in errors.items()}
     logarithms = [scale.to(v) for v in found.values()]
     repeated = [x for x in logarithms if x.size > 1]
-    freedom = sum(x.size - 1 for x in repeated)
-    if not freedom:
+    if not (freedom := sum(x.size - 1 for x in repeated)):
         means = {level: Interval(_mean(v), missing=TOO_FEW if v.size else "") for level, v in found.items()}
         return Pooled(means, math.nan, 0, math.nan, math.nan)
     variance = sum(np.sum((x - x.mean()) ** 2) for x in repeated) / freedom

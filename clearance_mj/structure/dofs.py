@@ -44,12 +44,10 @@ class Dofs:
 
     def find(self, point: float | str) -> tuple[int, float]:
         """Return the row of a point and its sign there; a ValueError says what comes nearest."""
-        dof = parse_dof(point)
-        if dof is None:
+        if (dof := parse_dof(point)) is None:
             raise ValueError(f'"{point}" is no degree of freedom, a text such as "{self.names[0]}" (node, direction)')
         node, axis, sign = dof
-        row = self.rows.get(f"{node}:{axis}")
-        if row is None:
+        if (row := self.rows.get(f"{node}:{axis}")) is None:
             raise ValueError(f'"{point}" is no degree of freedom of the structure; {self._nearest(str(node))}')
         return row, sign * self.signs[row]
 

@@ -53,8 +53,7 @@ def read_model(name: str) -> Found:
     variables = _variables(name)
     matrices = {}
     for what, names in VARIABLES.items():
-        found = [name for name in names if name in variables or f"{name}_data" in variables]
-        if found:
+        if found := [name for name in names if name in variables or f"{name}_data" in variables]:
             matrices[what] = as_matrix(f"{path}: {found[0]}", _variable(path, variables, found[0]))
     for what in ("mass", "stiffness"):
         if what not in matrices:
@@ -203,8 +202,7 @@ def as_matrix(where: str, value: Any) -> Matrix:
 
 def _dofs(path: str, variables: Mapping[str, Any]) -> Dofs | None:
     """Degrees of freedom that stand in the file of the matrices."""
-    found = variables.get("dofs")
-    if found is None:
+    if (found := variables.get("dofs")) is None:
         return None
     places = variables.get("coordinates")
     if isinstance(found, np.ndarray) and found.ndim == 2 and found.shape[1] == 2 and found.dtype.kind in "iuf":

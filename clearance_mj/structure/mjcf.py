@@ -98,8 +98,7 @@ class Mjcf(StructureOfFiles):
 
     def _row(self, point: float | str) -> np.ndarray:
         """Displacement of a point along its direction, per coordinate."""
-        dof = parse_dof(point)
-        if dof is None:
+        if (dof := parse_dof(point)) is None:
             raise ValueError(f'"{point}" is no point of a MuJoCo model, such as "tip:+Z" (site or body, direction)')
         return dof[2] * _linearised(self).row(*self._named(point), dof[1])
 

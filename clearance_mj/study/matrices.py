@@ -39,8 +39,7 @@ class FRFMatrices:
     @property
     def frfs(self) -> dict[str, FRF]:
         """FRFs of "repeat", if there is one, "test" and each law."""
-        repeat = {} if self.repeat is None else {REPEAT[0]: self.repeat}
-        return repeat | {"test": self.test} | self.models
+        return ({} if self.repeat is None else {REPEAT[0]: self.repeat}) | {"test": self.test} | self.models
 
     @property
     def directional(self) -> dict[str, DirectionalFRF]:
@@ -59,14 +58,12 @@ def matrices_of(study: Study) -> list[FRFMatrices]:
     pairs: dict[tuple[str, float], dict[str, Study]] = {}
     for part in study.parts:
         if part.condition:
-            key = part.condition.kind, part.condition.speed
-            pairs.setdefault(key, {})[part.condition.direction] = part
+            pairs.setdefault((part.condition.kind, part.condition.speed), {})[part.condition.direction] = part
     found = []
     for (kind, speed), along in pairs.items():
         if set(along) >= {"y", "z"}:
             y, z = along["y"], along["z"]
-            shared = sorted(set(y.levels) & set(z.levels))
-            found += [_matrices(kind, speed, level, (y, z)) for level in shared]
+            found += [_matrices(kind, speed, level, (y, z)) for level in sorted(set(y.levels) & set(z.levels))]
     return found
 
 

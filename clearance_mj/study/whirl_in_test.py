@@ -132,8 +132,7 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
     spin, used = tested.rig.spin, get_engine(engine)
     assert spin is not None
     lead = 0 if spin.rate else round(RUN_IN * record.fs)
-    earlier = dataclasses.replace(spin, angle=spin.angle - spin.speed * lead / record.fs)
-    rig = tested.rig.replace(spin=earlier)
+    rig = tested.rig.replace(spin=dataclasses.replace(spin, angle=spin.angle - spin.speed * lead / record.fs))
     n = len(rig.bushings)
 
     def compute() -> dict[str, np.ndarray]:

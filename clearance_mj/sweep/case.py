@@ -65,8 +65,7 @@ class Observer:
 
         A ClearanceError says which sensor, band or line of the reference does not fit them.
         """
-        band = outputs.band or excitation.band
-        if band is None:
+        if (band := outputs.band or excitation.band) is None:
             raise ClearanceError("outputs.band is missing: this excitation does not tell its band")
         frequency = _lines(rig, excitation, outputs.resolution, band)
         nodes = [s.node for s in rig.sensors]

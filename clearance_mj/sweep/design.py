@@ -139,8 +139,7 @@ class Design:
             if v.count is not None:
                 raise ClearanceError(f"vary {v.path}: count is for a grid; {self.method} takes design.samples")
         _require_few(self.samples * (len(varied) + 2 if self.method == "saltelli" else 1), len(varied))
-        shares = self._shares(len(varied))
-        return np.stack([v.at(share) for v, share in zip(varied, shares.T)], axis=1)
+        return np.stack([v.at(share) for v, share in zip(varied, self._shares(len(varied)).T)], axis=1)
 
     def _shares(self, d: int) -> np.ndarray:
         rng = np.random.default_rng(self.seed)
@@ -158,8 +157,7 @@ def saltelli_shares(groups: Sequence[Sequence[int]], samples: int, seed: int) ->
     """
     d = sum(map(len, groups))
     a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(samples), 2, axis=1)
-    mixed = [np.where(np.isin(np.arange(d), group), b, a) for group in groups]
-    return np.concatenate((a, b, *mixed))
+    return np.concatenate((a, b, *[np.where(np.isin(np.arange(d), group), b, a) for group in groups]))
 
 
 def _require_few(n_cases: int, n_varied: int) -> None:

@@ -329,5 +329,4 @@ def _reference(path: Path, rig: Rig, outputs: Outputs) -> tuple[FRF, Excitation 
     if outputs.band is None:
         raise ClearanceError("outputs.band is missing: the reference is a record, which does not tell its band")
     record = Record("reference", "validate", rig, found[0].fs, found, rig.shaker.kind)
-    frf = estimate_frf(record.response(), resolution=outputs.resolution, band=outputs.band)
-    return frf, record.excitation()
+    return estimate_frf(record.response(), resolution=outputs.resolution, band=outputs.band), record.excitation()

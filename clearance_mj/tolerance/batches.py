@@ -36,8 +36,7 @@ def settings_of(
     limit = Limit.parse(limit) if isinstance(limit, str) else limit
     if limit:
         limit.row(model.rig)
-    most = HARMONICS[-1] if n_harmonics is None else n_harmonics
-    harmonics, counts = resolution(most, n_samples, 1, n_modes)
+    harmonics, counts = resolution(HARMONICS[-1] if n_harmonics is None else n_harmonics, n_samples, 1, n_modes)
     fastest = 2 * np.pi * float(frequency[-1])
     poles = resonances(solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)).imag
     reach = REACH * float(poles[poles <= fastest].max(initial=0.0)) / (2 * np.pi)

@@ -96,8 +96,7 @@ class DrawingRule:
             Independent and even.
         """
         scores = norm.ppf(np.clip(shares, _UNIT_INTERVAL, 1 - _UNIT_INTERVAL)) @ self.mixing.T
-        even = norm.cdf(scores)
-        columns = zip(self.numbers, even.T, self.values, self.gaps)
+        columns = zip(self.numbers, norm.cdf(scores).T, self.values, self.gaps)
         values = np.stack([number.quantile(share, value, gap) for number, share, value, gap in columns], axis=1)
         return Designs(self.model, tuple(self.names), values, tuple(self.keys))
 

@@ -104,8 +104,7 @@ def march(
     if not all(rig.bushings for rig, _ in cases):
         raise ClearanceError("a rig without clearances has no impacts; give it bushings")
     pieces = iter(pieces)
-    first = next(pieces, None)
-    if first is None:
+    if (first := next(pieces, None)) is None:
         raise ExcitationError("there is no piece of an excitation")
     simulations = [Simulation(rig, first, law, engine) for rig, law in cases]
     advance, interpolator = _side_by_side(simulations), simulations[0].interpolator

@@ -38,8 +38,7 @@ class Limit:
     """name of the clearance or sensor; None: the largest of all"""
 
     def __post_init__(self) -> None:
-        if self.quantity not in LIMITED:
-            raise ClearanceError(f'limit of "{self.quantity}" is unknown; use one of {", ".join(LIMITED)}')
+        ClearanceError.require_known("limit of", self.quantity, LIMITED)
         if not 0 < self.value < math.inf:
             raise ClearanceError(f"limit of {self.quantity} must be > 0, got {self.value!r}")
 
@@ -52,8 +51,7 @@ class Limit:
         text : str
             Quantity, where (or nothing for the largest of all), and a value with its unit; SI without.
         """
-        match = _TEXT.fullmatch(text)
-        if not match:
+        if not (match := _TEXT.fullmatch(text)):
             raise ClearanceError(f'limit "{text}" is none such as "contact_force > 20 N" or "acceleration@3:+Z > 5 g"')
         quantity, at, value = match.groups()
         if quantity not in KINDS:

@@ -198,8 +198,7 @@ def peaks_of_record(
     quantity, hours, limit
         As in `peaks_over_an_hour`.
     """
-    if quantity not in QUANTITIES:
-        raise ClearanceError(f'quantity "{quantity}" is unknown; use {", ".join(QUANTITIES)}')
+    ClearanceError.require_known("quantity", quantity, QUANTITIES)
     if not 0 < hours < np.inf:
         raise ClearanceError(f"hours {hours!r}: must be > 0")
     if quantity == "acceleration" and (others := [s.label for s in rig.sensors if s.quantity != quantity]):

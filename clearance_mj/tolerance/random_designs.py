@@ -143,8 +143,7 @@ def peaks_of_designs(
     """
     if not len(models) or not len(levels):
         raise ClearanceError("a production needs one model or more, and one level or more")
-    if quantity not in QUANTITIES:
-        raise ClearanceError(f'quantity "{quantity}" is unknown; use {", ".join(QUANTITIES)}')
+    ClearanceError.require_known("quantity", quantity, QUANTITIES)
     cases, done, chosen = [rig_and_law(model) for model in models], set(known), get_engine(engine)
     tasks = []
     for level, first in itertools.product(levels, range(0, len(cases), TOGETHER)):

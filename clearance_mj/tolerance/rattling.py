@@ -120,8 +120,7 @@ def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:
             for i, branch in zip(left, _branches(settings, model, left, harmonics, samples)):
                 if i not in found or branch.complete or branch.level.max() > found[i].level.max():
                     found[i] = branch
-            left = [i for i in left if not found[i].complete]
-            if not left:
+            if not (left := [i for i in left if not found[i].complete]):
                 break
     return [found[i] for i in range(needed.size)]
 

@@ -252,8 +252,7 @@ def _tightened(
         return found
 
     def with_gap(factor: float) -> np.ndarray:
-        other = model.with_gap(f"x{factor!r}")
-        return first_levels(scatter.draw(other, n_designs, seed), f"gap_{factor:.6g}")
+        return first_levels(scatter.draw(model.with_gap(f"x{factor!r}"), n_designs, seed), f"gap_{factor:.6g}")
 
     factor, again = _gap(with_gap, first, level, allowed)
     gaps, (gap_share, limits) = tuple(factor * bushing.gap for bushing in model.rig.bushings), _share(again, level)

@@ -65,12 +65,10 @@ def scan(data: bytes, units: Units | None = None) -> Scan:
     units = units or SI
     while (blanks := _BLANKS.match(data, position)) and (begin := blanks.end()) < len(data):
         number += 1
-        opening = _OPEN.match(data, begin)
-        if not opening:
+        if not (opening := _OPEN.match(data, begin)):
             what = "not a universal file" if number == 1 else f"stray bytes before data set {number}"
             raise RecordError(f"{what}: needs a line '    -1' at byte {begin}")
-        kind = _KIND.match(data, opening.end())
-        if not kind:
+        if not (kind := _KIND.match(data, opening.end())):
             raise RecordError(f"data set {number}: has no type, needs a number such as 58 after its '    -1'")
         with naming(f"data set {number}"):
             if kind[1] == b"58":

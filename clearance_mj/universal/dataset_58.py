@@ -249,8 +249,7 @@ def _text_numbers(text: bytes, widths: list[int], count: int) -> np.ndarray:
     some programs use other columns, or fill the last line with zeros.
     """
     text = text.upper().replace(b"D", b"E")
-    edges = itertools.pairwise(np.cumsum([0, *widths]))
-    cuts = [slice(a, b) for a, b in edges]
+    cuts = [slice(a, b) for a, b in itertools.pairwise(np.cumsum([0, *widths]))]
     found: list[np.ndarray] = []
     for cells in (
         text.split,

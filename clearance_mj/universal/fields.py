@@ -62,8 +62,7 @@ def decoded(data: bytes) -> str:
 
 def closing_line(data: bytes, begin: int) -> tuple[int, int]:
     """Return where the text of a data set ends and where the next data set begins."""
-    closing = _CLOSING_LINE.search(data, begin)
-    if not closing:
+    if not (closing := _CLOSING_LINE.search(data, begin)):
         raise RecordError("has no closing line '    -1'; the file is cut short")
     return closing.start(), closing.end()
 
@@ -115,8 +114,7 @@ def read_dof(node: str, direction: str, what: str) -> str:
     if not 0 <= number < 10**9:
         raise RecordError(f"{what} node {number} must be a whole number of at most 9 digits")
     code = read_integer(direction, f"{what} direction")
-    names = [name for name, known in DIRECTIONS.items() if code == known]
-    if not names:
+    if not (names := [name for name, known in DIRECTIONS.items() if code == known]):
         raise RecordError(f"{what} direction {code} is unknown; needs -6 to 6")
     return f"{number}:{names[0]}"
 

@@ -135,8 +135,7 @@ def _task(manoeuvre: str | None, length_factor: float | None, speed: float, trai
 
 
 def _regime(regime: str) -> Regime:
-    if regime not in REGIMES:
-        raise ManoeuvreError(f'regime "{regime}" is unknown; known: {", ".join(REGIMES)}')
+    ManoeuvreError.require_known("regime", regime, REGIMES)
     return REGIMES[regime]
 
 
@@ -145,16 +144,14 @@ def check(case: Case) -> None:
     get_controller(case.controller)
     if case.seed < 0:
         raise ManoeuvreError(f"seed must be >= 0, got {case.seed}")
-    if case.plant not in PLANTS:
-        raise ManoeuvreError(f'plant "{case.plant}" is unknown; known: {", ".join(PLANTS)}')
+    ManoeuvreError.require_known("plant", case.plant, PLANTS)
     check_feasible(case.task.path, case.task.speed, case.task.vehicle.tyre.friction)
     _ = case.steering, case.tuned_controller  # which refuse impossible values
 
 
 def drive(case: Case, controller: Controller, disturbance: Disturbance | None = None) -> Run:
     """Run a case with a controller of any settings, and a disturbance if one is given, in place of its own."""
-    spread = Spread.random(case.seed) if case.spread else Spread()
-    plant = PLANTS[case.plant](spread, _regime(case.regime).trail)
+    plant = PLANTS[case.plant](Spread.random(case.seed) if case.spread else Spread(), _regime(case.regime).trail)
     sensors = get_sensors(case.sensors)
     return follow_path(plant, case.steering, controller, case.task, sensors, case.seed, disturbance or case.disturbance)
 

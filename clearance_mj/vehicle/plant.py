@@ -167,16 +167,13 @@ def _runge_kutta(
 ) -> np.ndarray:
     """Classical fourth-order Runge-Kutta steps, one for each wheel angle and load."""
     n, p = x.size, records[0]
-    k1, k2, k3, k4, inner, u = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.zeros(2)
+    k1, k2, k3, k4, u = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.zeros(2)
     for step in range(wheel_angle.size):
         x[2], load = wheel_angle[step], loads[step]
         _rates(x, p, u, load, k1)
         for share, before, after in ((h / 2, k1, k2), (h / 2, k2, k3), (h, k3, k4)):
-            for i in range(n):
-                inner[i] = x[i] + share * before[i]
-            _rates(inner, p, u, load, after)
-        for i in range(n):
-            x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
+            _rates(x + share * before, p, u, load, after)
+        x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     return x
 
 

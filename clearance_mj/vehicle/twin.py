@@ -172,8 +172,7 @@ class SteeringTwinRun:
         """One window: a sample of the steering before it, one at its beginning whose motion counted already."""
         servo, speed = np.ascontiguousarray(samples[:2])
         before, known = self.belief, self._known
-        expected = simulate(before.mean[None], servo, speed, known)[0]
-        noise = self._noise(expected)
+        noise = self._noise(simulate(before.mean[None], servo, speed, known)[0])
         measured = samples[2:, 2:]
 
         def residuals(points: np.ndarray) -> np.ndarray:

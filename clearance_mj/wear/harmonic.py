@@ -25,8 +25,7 @@ from ..periodic.stability import multipliers, samples_of_period, unstable
 from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
 from .growth import clearances_of, with_clearances
-from .marched import Marched, MarchedSource, averaged
-from .marching import Marching, ModalState
+from .marched import Marched, MarchedSource, Marching, ModalState, averaged
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 
@@ -150,8 +149,7 @@ class SineSource(Source):
         while share < 1.0:
             ahead = min(1.0, share + piece)
             model = to if ahead == 1.0 else with_clearances(at, start + ahead * (stop - start))
-            found = self._near(now.x, model)
-            if found is None:
+            if (found := self._near(now.x, model)) is None:
                 piece /= 2
                 if piece * length < SHORTEST:
                     return None
@@ -165,8 +163,7 @@ class SineSource(Source):
         basis = solver.system.linear.basis
         z = basis.T @ x
         row, scale = np.append(np.zeros(solver.size), 1.0), max(float(np.linalg.norm(z)), solver.least)
-        motion = solver.solve(self.omega, z, x - basis @ z, row, scale)
-        if motion is None:
+        if (motion := solver.solve(self.omega, z, x - basis @ z, row, scale)) is None:
             return None
         found = _Periodic(solver, motion)
         return found if np.linalg.norm(found.x - x) <= NEAR * np.linalg.norm(x) else None

@@ -124,8 +124,7 @@ def _stepped(source: Source, now: Moment, step: float, accuracy: float) -> tuple
 
     def after(change: np.ndarray, before: Vibration, at: Model) -> tuple[Model, Vibration]:
         model = with_clearances(now.model, start + step * change)
-        found = source.follow(before, at, model)
-        if found is None:
+        if (found := source.follow(before, at, model)) is None:
             raise _Ended
         slopes.append(growth(model.rig, found.rubbing))
         return model, found

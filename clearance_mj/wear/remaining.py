@@ -193,8 +193,7 @@ def predict_remaining(
 
     def found(way: Model, wanted: dict[str, float], hours: float) -> _Found:
         life = predict_life(way, operation, wanted, hours, COARSE, progress)
-        paces = {j: _pace(model, life, history, j, drift, rng) for j in known}
-        return _Found(life, history, limits, paces, rng)
+        return _Found(life, history, limits, {j: _pace(model, life, history, j, drift, rng) for j in known}, rng)
 
     seen = {f"bushings[{j}]": float(np.max(history.of(j)[1])) for j in known}
     way = _begun(model, history, known, limits)

@@ -82,9 +82,9 @@ def march(branch: cm.periodic.Branch, i: int, resolution: float = 0.25, longest:
     level = np.pad(branch.level[i], (1, 0))
     excitation = np.tile((level @ np.exp(1j * np.outer(np.arange(level.size), angle))).real, BLOCK)
     run = engine.start(branch.model.rig, branch.model.law, branch.kind, period / steps)
-    motion = run.alone.motion
-    motion.q[:, 0], motion.v[:, 0] = modal_state(branch, i)
-    motion.q_before[:, 0] = modal_state(branch, i, -angle[1])[0]
+    motion = run.motion
+    motion.q[:], motion.v[:] = modal_state(branch, i)
+    motion.q_before[:] = modal_state(branch, i, -angle[1])[0]
     rows = len(branch.model.rig.sensors) + len(branch.model.rig.bushings)
     before, settled, done = np.full(rows, np.inf), False, 0
     while (not settled or done < FEWEST) and done < longest:

@@ -87,8 +87,8 @@ def test_laws_over_time_and_amplitude_on_a_line(law):
     np.testing.assert_allclose(found, slot * to, rtol=0, atol=1e-12 * np.abs(slot).max())
 
 
-def test_friction_of_a_slot_is_that_of_a_round_clearance_that_turns():
-    """On a turning shaft what slides along a slot's wall is R Ω, as in a round clearance moved on a line, along z."""
+def test_friction_of_a_slot_acts_across_its_coordinate():
+    """On a shaft that turns it leaves the force along the slot as it is without friction."""
     law, (x, v) = ContactLaw(KelvinVoigt(2e4, 6.0)), on_a_line()
     friction = Friction(0.2, stiffness=1e5, damping=0.1)
     slot = along(bushing(friction=friction), law, x[..., None], v[..., None], 30.0)

@@ -174,17 +174,26 @@ def test_an_edit_of_whatever_goes_into_machine_code_is_seen(tmp_path):
 
 # An edit of a file of the package, and functions of other files into whose machine code it goes
 PAIRS = {
-    ("engines/modal_loop.py", "limit[j, lane] = 1e3", "limit[j, lane] = 2e3"): ["wear.stepping.march_planar"],
-    ("engines/round_energies.py", "row[6] = kinetic, strain", "row[6] = strain, kinetic"): [
-        "engines.round_loop.advance_round",
-        "wear.stepping.march_round",
+    ("engines/modal_loop.py", "SWEEPS = 2", "SWEEPS = 3"): [
+        "engines.links_loop.advance_links",
+        "engines.modal_loop.advance_whole",
+    ],
+    ("engines/energies.py", "= joined(kinetic, ONE), 0.25", "= joined(kinetic, ONE), 0.5"): [
+        "engines.modal_loop.advance"
+    ],
+    ("clearance/vectors.py", "size = root(r[0] * r[0] + r[1] * r[1])", "size = r[0]"): [
+        "clearance.greases.maxwell_slip:MaxwellSlip.law"
+    ],
+    ("clearance/kernel.py", "depth = larger(load(numbers", "depth = smaller(load(numbers"): [
+        "clearance.along._fill",
+        "engines.interact.find_contacts",
     ],
     ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
-    ("clearance/greases/bouc_wen.py", "half = z + 0.5", "half = z + 0.4"): [
+    ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",
         "joints.hysteresis_loop.loop_force",
     ],
-    ("clearance/walls.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
+    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): [
         "periodic.forces._grease_over_period"
@@ -199,7 +208,7 @@ PAIRS = {
 }
 
 NUMBERS = """
-import importlib, json, sys
+import importlib, json, operator, sys
 import numpy as np
 from clearance_mj.core.jit import digest
 from clearance_mj.identify.laws.grease import _bouc_wen
@@ -208,8 +217,9 @@ from clearance_mj.vehicle.lost_motion import LostMotion
 from clearance_mj.vehicle.steering_run import _lost_motion
 
 def digest_of(name):
-    module, _, function = ("clearance_mj." + name).rpartition(".")
-    return digest(getattr(importlib.import_module(module), function))
+    module, _, function = ("clearance_mj." + name).rpartition(".") if ":" not in name else name.partition(":")
+    module = module.removeprefix("clearance_mj.")
+    return digest(operator.attrgetter(function)(importlib.import_module("clearance_mj." + module)))
 
 x = np.linspace(0.0, 1e-4, 9)
 play = LostMotion(half_gap=1e-3, stiffness=1e4, damping=5.0)

@@ -61,7 +61,7 @@ def test_start_values_are_worse_than_the_fit(small_dataset):
 
 
 def test_unknown_method_lists_the_known(small_dataset):
-    with pytest.raises(ClearanceError, match='method "guess" is unknown; known: nominal, constant, ridge'):
+    with pytest.raises(ClearanceError, match='method "guess" is unknown; use nominal, constant, ridge'):
         identify.law(Dataset.load(small_dataset), "guess")
 
 

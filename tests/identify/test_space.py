@@ -11,13 +11,14 @@ import clearance_mj as cm
 from clearance_mj.clearance import along
 from clearance_mj.clearance.family import CONTACT_FAMILIES, ROUND_FILLING_FAMILIES
 from clearance_mj.clearance.record import clearance_records
+from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
+from clearance_mj.identify.laws.measured_motion import RoundCase, RoundMotion, smallest_circle
+from clearance_mj.identify.laws.measured_motion import forces_along as round_forces_along
 from clearance_mj.identify.laws.round_comparison import along_valley
-from clearance_mj.identify.laws.round_fit import fit_round, parameters_of, placed
-from clearance_mj.identify.laws.round_motion import RoundCase, RoundMotion, smallest_circle
-from clearance_mj.identify.laws.round_motion import forces_along as round_forces_along
+from clearance_mj.identify.laws.round_fit import HOLE, fit_round, hole_of, parameters_of, placed
 from clearance_mj.identify.records.prepared import prepare, prepare_turning, prepared
 from clearance_mj.identify.records.run_out import run_out
 from clearance_mj.identify.structure.priors import priors, rig_with
@@ -78,6 +79,17 @@ def test_a_wall_out_of_round_does_no_work():
     assert abs(work.sum()) < 1e-6 * np.abs(work).sum()
     round_work = forces_along(place, np.zeros_like(place))
     assert np.abs(force - round_work).max() > 0.05 * np.abs(force).max()
+
+
+@pytest.mark.parametrize(("wide", "told"), [(2.4e-6, False), (2.5e-6, True)])
+def test_a_hole_is_oval_where_its_estimates_say_so(wide, told):
+    """x' C^-1 x > 5.99, 95 % of the χ² of two: with a σ of 1 µm each from 2.447 µm on; else it stays round."""
+    names = [f"bushings[1].{name}" for name in HOLE]
+    parameters = [Parameter(name, "m", 0.0, -1e-4, 1e-4, 1e-5, "linear") for name in names]
+    found = hole_of(Bushing(0.5, GAP, 0.01, Grease(0.0), Contact(K), shape="round"), GAP,
+                    Estimates.of(parameters, [wide, 0.0], 1e-12 * np.eye(2)), "bushings[1].")  # fmt: skip
+    wall = {"wide": pytest.approx(wide), "across": 0.0}
+    assert found == ({"shape": "oval", "wall": wall} if told else {"shape": "round", "wall": None})
 
 
 def test_the_smallest_circle():

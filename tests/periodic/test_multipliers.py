@@ -99,10 +99,10 @@ def by_march(branch, i, steps=4096):
 
     def after(state):
         run = Modal(branch.n_modes).start(branch.model.rig, branch.model.law, branch.kind, TURN / omega / steps)
-        motion = run.alone.motion
-        motion.q[:, 0], motion.v[:, 0] = np.split(state, 2)
+        motion = run.motion
+        motion.q[:], motion.v[:] = np.split(state, 2)
         run.advance(excitation)
-        return np.concatenate((motion.q[:, 0], motion.v[:, 0]))
+        return np.concatenate((motion.q, motion.v))
 
     q, v = modal_state(branch, i)
     state, step = np.concatenate((q, v)), np.repeat(1e-4 * np.array([np.linalg.norm(q), np.linalg.norm(v)]), q.size)

@@ -16,6 +16,7 @@ from .jeffcott import jeffcott, replaced, unbalanced
 SPACE = TABLE1.with_shape("round")
 GREASED = replaced(SPACE, offset_y=1e-4, grease=Grease(8e3, 3.0, elastic_ratio=0.4, beta=2e7, gamma=1e7))
 RUBBED = replaced(SPACE, offset_y=1e-4, friction=Friction(0.2))
+OVAL = replaced(SPACE, offset_y=1e-4, shape="oval", wall={"wide": 4e-5, "across": -3e-5})
 ASKEW = {"gravity": (0.0, 2.0, -9.81)}
 PER_PERIOD = 400
 
@@ -74,10 +75,11 @@ def test_a_vibration_in_a_plane_may_leave_it():
     ("rig", "periods"),
     [
         (SPACE.replace(**ASKEW), 200),
+        (OVAL.replace(**ASKEW), 200),
         (RUBBED.replace(**ASKEW, spin=Spin(50.0)), 800),  # until what the start has excited along z has died out
         pytest.param(GREASED.replace(**ASKEW), 200, marks=pytest.mark.slow),
     ],
-    ids=["weight", "friction of a turning shaft", "hysteresis"],
+    ids=["weight", "an oval wall", "friction of a turning shaft", "hysteresis"],
 )
 def test_a_march_comes_to_the_same_orbit(rig, periods, measured):
     """Whole orbits of both bushings, over their largest radius, sag included: 0.1 %."""
@@ -121,6 +123,16 @@ def test_what_space_does_not_know_yet_is_refused_in_a_line():
     for name, call in calls.items():
         with pytest.raises(ClearanceError, match=f"{name} knows planar rigs.*it has round bushings"):
             call()
+
+
+def test_a_round_wall_is_an_oval_one_without_lobes():
+    """The nearest point of a circle, by the oval's search."""
+    circle = replaced(SPACE, offset_y=1e-4, shape="oval", wall={"wide": 0.0, "across": 0.0})
+    found, told = (
+        periodic.follow_response(cm.Model(rig.replace(**ASKEW)), 6.0, (38.0, 39.0), stability=False)
+        for rig in (circle, replaced(circle, shape="round", wall=None))
+    )
+    assert_allclose(found.clearance_displacement[-1], told.clearance_displacement[-1], atol=1e-10)
 
 
 def test_unbalances_beside_an_excitation_and_changing_speeds_are_refused():

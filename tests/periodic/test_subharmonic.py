@@ -30,20 +30,20 @@ class AsymmetricSpring(GreaseModel):
     def parameters(self):
         return self.square, self.cubic
 
-    def states(self):
+    def states(self, coordinates):
         return 0
 
     def small_motion(self):
         return 0.0, 0.0
 
     @staticmethod
-    def law(p, state, x, dx, step, out):
-        out[0] = p[0] * x * x + p[1] * x * x * x
+    def law(p, state, r, dr, spin, step, out):
+        out[0] = p[0] * r[0] ** 2 + p[1] * r[0] ** 3
         out[1] = 0.0
 
     @staticmethod
-    def energy(p, before, state, x, dx, out):
-        out[0] = p[0] * x**3 / 3.0 + p[1] * x**4 / 4.0
+    def energy(p, before, state, r, dr, out):
+        out[0] = p[0] * r[0] ** 3 / 3.0 + p[1] * r[0] ** 4 / 4.0
         out[1] = 0.0
 
 

@@ -136,7 +136,7 @@ def test_the_drawn_shaft_lies_where_it_is(shown):
         pixels = np.column_stack((columns, stage.picture(i).shape[0] - 1 - rows))
         x, millimetres = stage.above.transData.inverted().transform(pixels).T
         inside = (x > 0.05) & (x < 0.45)
-        expected = 1e3 * np.interp(x[inside], shown.position, shown.lift[i])
+        expected = 1e3 * np.interp(x[inside], shown.position, shown.lift[i, 1])
         one_pixel = 2 * stage.millimetres(stage.half_height) / (stage.size[1] * DPI)
         thickness = stage.millimetres(stage.radius)
         assert inside.sum() > 200
@@ -149,7 +149,7 @@ def test_arrows_are_as_long_as_the_force_and_point_at_the_shaft(shown):
     np.testing.assert_allclose(tail - tip, stage.per_newton * shown.force, atol=1e-15)
     strongest = np.unravel_index(np.argmax(np.abs(shown.force)), shown.force.shape)
     at = RIG.bushings[strongest[1]].position
-    drawn = shown.exaggeration * np.interp(at, shown.position, shown.lift[strongest[0]])
+    drawn = shown.exaggeration * np.interp(at, shown.position, shown.lift[strongest[0], 1])
     assert abs(tail[strongest]) > abs(tip[strongest]) > abs(drawn)
 
 
@@ -183,7 +183,7 @@ def test_mujoco_draws_the_shaft_where_matplotlib_does(shown):
     assert reason == "" and len(images) == 8
     height, width, _ = images[4].shape
     x = np.linspace(0.1, 0.45, 30)
-    lift = shown.exaggeration * np.interp(x, shown.position, shown.lift[4])
+    lift = shown.exaggeration * np.interp(x, shown.position, shown.lift[4, 1])
     columns = ((x - stage.left) / (stage.right - stage.left) * width).astype(int)
     rows = ((1 - lift / stage.half_height) / 2 * height).astype(int)
     for row, column in zip(rows, columns):

@@ -100,8 +100,8 @@ def test_animation_of_two_shafts(tmp_path):
     shown = clip(rig, response, seconds=0.02, slow=20.0)
     stage = Stage(shown)
     assert stage.level[0] - stage.level[1] == pytest.approx(stage.half_height)
-    carried, gap = shown.lift_at("outer@0.8"), rig.bushings[0].gap
-    moved = shown.lift_at("inner@0.8") - carried
+    carried, gap = shown.lift_at("outer@0.8")[:, 1], rig.bushings[0].gap
+    moved = shown.lift_at("inner@0.8")[:, 1] - carried
     upper = stage.level[0] + shown.exaggeration * (carried + np.maximum(moved, gap)) + 0.004
     np.testing.assert_allclose(stage.halves()[:, 0, 1], upper, atol=1e-12)
     assert animation.write(shown, tmp_path / "a.gif", "matplotlib", progress=False) == ""

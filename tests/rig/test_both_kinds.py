@@ -121,7 +121,6 @@ def test_what_knows_one_kind_says_so_in_one_line():
     calls = {
         "identification": lambda: cm.identify.fit_bench(Dataset(BOTH, [made])),
         "harmonic balance": lambda: cm.periodic.follow_response(cm.Model(BOTH), 1.0, (10.0, 20.0)),
-        "an orbit": lambda: cm.rotors.whirl(BOTH, response()),
     }
     for name, call in calls.items():
         with pytest.raises(ClearanceError, match=f"{name} {moves}"):

@@ -110,7 +110,7 @@ def test_a_command_that_asks_for_what_cannot_be_is_refused(refused):
     ("changes", "speeds", "operating", "words"),
     [
         ({"bushings": (), "spin": None, "unbalances": ()}, SPEEDS, (1, 2), r'give its bushings shape = "round"'),
-        ({"bushings": ()}, SPEEDS, (1, 2), "no bushings"),
+        ({"bushings": ()}, SPEEDS, (1, 2), "no round bushings"),
         ({"unbalances": ()}, SPEEDS, (1, 100), "no unbalances"),
         ({}, [2.0, 1.0], (1, 100), "rising spins"),
         ({}, SPEEDS, (100, 50), "must rise"),

@@ -82,9 +82,9 @@ def test_what_has_no_orbits_is_refused():
     found = whirl(still, response(still, np.zeros((2, 64)), None))
     with pytest.raises(RecordError, match="rig 'rotor' does not turn, and has no orbits by turn"):
         found.orbits(0)
-    with pytest.raises(RecordError, match=r"has 1 rows of displacements; orbits in 1 bushings need 301:\+Y, 301:\+Z"):
+    with pytest.raises(RecordError, match=r"has 1 rows of displacements; 1 bushings need 301:\+Y, 301:\+Z"):
         whirl(rig, response(rig, np.zeros((1, 64)), None))
     with pytest.raises(RecordError, match='moves along z alone and has no orbits; give its bushings shape = "round"'):
         whirl(rotor(spin=None, unbalances=()).with_shape(None), response(rig, np.zeros((2, 64)), None))
-    with pytest.raises(RecordError, match="has no bushings in which its shaft could whirl"):
+    with pytest.raises(RecordError, match="has no round bushings in which its shaft could whirl"):
         whirl(rig.replace(bushings=()), response(rig, np.zeros((2, 64)), None))

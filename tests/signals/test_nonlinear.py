@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clearance_mj.clearance.walls import gap
+from clearance_mj.clearance.walls.slot import gap
 from clearance_mj.core.errors import RecordError
 from clearance_mj.signals import excitation
 from clearance_mj.signals.nonlinear import best_linear, stepped_harmonics

@@ -8,14 +8,17 @@ import pytest
 from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.vehicle.curves import lane_changes
 from clearance_mj.vehicle.experiment import Case, check
-from clearance_mj.vehicle.iso3888 import (
+from clearance_mj.vehicle.manoeuvres import (
+    MANOEUVRES,
+    get_manoeuvre,
     iso3888_2_gates,
     iso3888_gates,
     iso_lane_change,
     obstacle_avoidance,
+    single_lane_change,
+    slalom,
     swift_obstacle_avoidance,
 )
-from clearance_mj.vehicle.manoeuvres import MANOEUVRES, get_manoeuvre, single_lane_change, slalom
 from clearance_mj.vehicle.nominal import Vehicle
 
 WIDTH, LENGTH = 1.61, 4.508  # m, of the vehicle
@@ -101,7 +104,7 @@ def test_needed_accelerations(name):
 @pytest.mark.parametrize(
     ("refused", "message"),
     [
-        (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; known: lane-change, slalom, obstacle-40'),
+        (lambda: get_manoeuvre("moose"), 'manoeuvre "moose" is unknown; use lane-change, slalom, obstacle-40'),
         (lambda: check(Case("smc", 80.0, manoeuvre="moose")), 'manoeuvre "moose" is unknown'),
         (lambda: check(Case("smc", 80.0, manoeuvre="slalom", length_factor=2.0)), 'manoeuvre "slalom" has none'),
         (lambda: check(Case("smc", 160.0, manoeuvre="slalom")), r"path 'slalom' needs .* 18\.\d m/s²"),

@@ -83,7 +83,7 @@ def test_leaving_the_path_costs_most():
 
 
 def test_what_cannot_be_tuned():
-    with pytest.raises(ManoeuvreError, match='"pid" is unknown; known: smc, smc-cm, mpc'):
+    with pytest.raises(ManoeuvreError, match='"pid" is unknown; use smc, smc-cm, mpc'):
         tune("pid")
     with pytest.raises(ManoeuvreError, match='"smc-inverse" has no bounds'):
         tune("smc-inverse")

@@ -1,22 +1,17 @@
 """Impacts with closed forms. The contact models alone, and the loops that the engines run.
 
-The loops are given a free mass between two stops. The compiled engine's gets its arrays from here; MuJoCo's gets a mass
+The loops are given a free mass between two stops: the compiled one of the modal engine, and that of links with a mass
 on a slide joint whose two tendons are the ends of the bushing.
 """
 
 import dataclasses
 import functools
-from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 import scipy.integrate
 import scipy.optimize
-from clearance_mj.clearance.lane_contacts import lane_contacts
-from clearance_mj.clearance.lane_greases import lane_greases
 
-from clearance_mj import physical
 from clearance_mj.clearance import (
     AdamsImpact,
     ConstantLaw,
@@ -29,16 +24,12 @@ from clearance_mj.clearance import (
     LankaraniNikravesh,
     MaxwellSlip,
 )  # fmt: skip
-from clearance_mj.clearance.kernel import clearance_records, greases_of
-from clearance_mj.engines import Modal, mujoco_loop
-from clearance_mj.engines.modal_loop import Motion, Shaft, advance
-from clearance_mj.engines.plant import Maps, Plant, Statics, set_solver
-from clearance_mj.linear import PlaneRows, RigRows
-from clearance_mj.rig import Bushing, Contact, Grease
+from clearance_mj.engines import Modal
+from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor
+from clearance_mj.structure import Matrices
 
-from ..conftest import TABLE1
+from .modal_mj import ModalMujoco
 
-MODELS = Path(__file__).parents[2] / "models"
 ADHESIVE = {0.1: 0.729248, 0.2: 0.526621, 0.3: 0.372326, 0.5: 0.163034}
 RELEASE = "closed form, release where the force is zero"
 RELEASED = {0.1: 0.744079, 0.2: 0.571740, 0.3: 0.450975, 0.5: 0.298436}
@@ -108,53 +99,24 @@ def test_hertz_damped(model, e, expected, exponent, measured):
     measured.equal(what, found, exact, HERTZ, rel=1e-4)
 
 
+ENGINES = {"modal": Modal(), "mujoco": ModalMujoco()}
+FREE = Matrices("m-kg-s", mass=[[1.0]], stiffness=[[0.0]], damping=[[0.0]], dofs=["1:Z"])
+
+
 class FreeMass:
     """A mass of 1 kg that moves between the walls of a bushing, simulated by an engine's own loop."""
 
     def __init__(self, loop, law, gap, step, position, speed, grease=None, **place):
         self.step = step
-        bushing = Bushing(0.5, gap, 0.01, Grease(0.0), Contact(1.0), **place)
-        law = dataclasses.replace(law, grease=grease)
-        self.rig = TABLE1.replace(bushings=(bushing,))
-        getattr(self, f"_start_{loop}")(law, position, speed)
-
-    def _start_modal(self, law, position, speed):
-        flow = np.array([[1.0], [self.step], [0.0], [1.0]])  # of a free mass: rows q→q, v→q, q→v, v→v
-        parts = np.ones((3, 1)), np.zeros((0, 1)), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros((0, 0))
-        more = np.ones((3, 3)), np.zeros((1, 3)), np.zeros((0, 0))
-        shaft = Shaft(*(part[..., None] for part in (np.ones(1), flow, *parts, *more)))
-        motion = Motion(*np.array([[[position]], [[speed]], [[position]]]))
-        clearance = clearance_records(self.rig, law, self.step)
-
-        greases = lane_greases([greases_of(self.rig, law)], np.zeros((1, 1)))
-        contacts = lane_contacts([law.table(1).kinds], [clearance])
-
-        def simulate(n):
-            out, parts = np.full((4, n, 1), np.nan), (shaft, motion, clearance, greases, contacts)
-            assert advance(0, np.zeros((n, 1)), self.step, (0,), *parts, out, 0) == (-1, -1)
-            return out[:, :, 0].T
-
-        self.simulate = simulate
-
-    def _start_mujoco(self, law, position, speed):
-        spec = mujoco.MjSpec()
-        set_solver(spec)
-        body = spec.worldbody.add_body(mass=1.0, inertia=[1, 1, 1], explicitinertial=True)
-        body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], name="z")
-        for end in "ab":
-            tendon = spec.add_tendon(name=end, limited=1, range=np.clip(self.rig.bushings[0].walls, -1e3, 1e3))
-            tendon.wrap_joint("z", 1.0)
-        physical.tendon_limit(spec, ["a", "b"], 1.0, 0.0)  # the loop writes those of the law
-        model = spec.compile()
-        physical.set_inverse_inertia(model)
-        maps = Maps(np.ones((3, 1)), np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((2, 0), int), np.arange(2))
-        along = PlaneRows(lambda points: np.ones((len(points), 1)), np.ones((1, 1)), slice(0, 1))
-        rows = RigRows(self.rig, 1, (None, along))
-        statics = Statics(np.eye(1), np.zeros((1, 1)), np.eye(1), np.zeros((0, 0)), maps.at_points)
-        plant = Plant(model, maps, rows, statics)
-        run = mujoco_loop.MujocoRun(Modal(), self.rig, law, "base", self.step, plant)
-        run.data.qpos[0], run.data.qvel[0] = position, speed
-        self.simulate = lambda n: run.advance(np.zeros(n))
+        bushing = Bushing("1:Z", gap, 0.0, Grease(0.0), Contact(1.0), **place)
+        rig = Rig("free mass", None, (bushing,), (Sensor(1, "1:Z"),), structure=FREE)
+        run = ENGINES[loop].start(rig, dataclasses.replace(law, grease=grease), "base", step)
+        if loop == "modal":
+            run.motion.q[:] = run.motion.q_before[:] = position
+            run.motion.v[:] = speed
+        else:
+            run.data.qpos[0], run.data.qvel[0] = position, speed
+        self.simulate = lambda n: run.advance(np.zeros(n))[:, 1:]
 
 
 def upward_crossings(x):

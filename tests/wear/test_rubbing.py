@@ -12,7 +12,7 @@ from clearance_mj.rig import Spin
 from clearance_mj.signals.excitation import still
 from clearance_mj.wear import Marched, Sine, predict_life
 from clearance_mj.wear.growth import HOUR, growth, growth_per_volume
-from clearance_mj.wear.rubbing import planar_rubbing, round_rubbing
+from clearance_mj.wear.rubbing import in_space, rubbing
 
 from ..conftest import TABLE1
 
@@ -39,7 +39,7 @@ def test_a_tilting_section_rubs_by_load_times_slip():
     place = np.array([-1, 1])[:, None] * LENGTH / 2 * angle * np.sin(TURN) + 4e-4
     speed = np.array([-1, 1])[:, None] * LENGTH / 2 * angle * omega * np.cos(TURN)
     force = np.array([np.zeros(N), load * (1 + np.cos(TURN))])
-    found = planar_rubbing(rig, place, speed, force)
+    found = rubbing(rig, in_space(rig, place), in_space(rig, speed), force)
     exact = load * RADIUS * angle * omega * 2 / np.pi
     assert found[0, 0, 0] == 0
     np.testing.assert_allclose(found[0, 1], exact * np.array([1, 0, 1, 0, 1, 0]), rtol=1e-6)
@@ -52,9 +52,9 @@ def test_a_tilting_section_rubs_by_load_times_slip():
 @pytest.mark.parametrize("stops, moved", [("upper", (1.0, 0.0)), ("both", (0.5, -0.5))])
 def test_the_wall_that_is_touched_recedes(stops, moved):
     rig = with_wear(TABLE1, stops=stops)
-    rubbing = np.zeros((1, 2, 6))
-    rubbing[0, 0] = [1, 0, 1, 0, 1, 0]
-    gap, y, z = growth_per_volume(rig, rubbing)[0] * 2 * RADIUS * LENGTH
+    power = np.zeros((1, 2, 6))
+    power[0, 0] = [1, 0, 1, 0, 1, 0]
+    gap, y, z = growth_per_volume(rig, power)[0] * 2 * RADIUS * LENGTH
     assert (gap, z, y) == pytest.approx((*moved, 0))
 
 
@@ -64,7 +64,7 @@ def test_a_shaft_that_whirls_in_full_contact_wears_a_round_hole():
     gap = rig.bushings[0].gap
     path = gap * np.array([np.cos(TURN), np.sin(TURN)])
     speed = gap * whirl * np.array([-np.sin(TURN), np.cos(TURN)])
-    both = round_rubbing(rig, np.array([path, path]), np.array([speed, speed]), np.full((2, N), load / 2), spin)
+    both = rubbing(rig, np.array([path, path]), np.array([speed, speed]), np.full((2, N), load / 2), spin)
     volume = load * (RADIUS * spin + gap * whirl)
     assert both[0, :, 0].sum() == pytest.approx(volume, rel=1e-9)
     grown = growth_per_volume(rig, both)[0]

@@ -108,7 +108,7 @@ would let the force depend on how the axes lie; on an axis both are the law of o
 def bouc_wen_step(z: Vector, dr: Vector, a: float, beta: float, gamma: float, exponent: float) -> Vector:
     """Return z after a displacement dr, m, by the midpoint rule, of second order in dr; β and γ are in 1/mⁿ."""
     half = plus(z, times(0.5, slope(z, dr, a, beta, gamma, exponent)))
-    return plus(z, slope(half, dr, a, beta, gamma, exponent))  # type: ignore[no-any-return]
+    return plus(z, slope(half, dr, a, beta, gamma, exponent))
 
 
 @register_family

@@ -39,8 +39,7 @@ def check_places(records: Sequence[PreparedRecord]) -> None:
     RecordError
         Says which channels, and what they are; other assignments are much worse, and this one fits the rig.
     """
-    records = [record for record in records if not record.absent]
-    if not records:
+    if not (records := [record for record in records if not record.absent]):
         return
     first = records[0]
     alike = [r for r in records if (r.fs, r.kind, r.channels) == (first.fs, first.kind, first.channels)]

@@ -96,8 +96,8 @@ class RestoringForce:
         v, spin = np.gradient(x, axis=2) * fs, 0.0 if self.spin is None else np.repeat(self.spin, FINER)
         records, fine = clearance_records(self.rig, law, 1 / fs), np.empty((len(x), size))
         for j, rows in enumerate(self.rig.clearance_rows):
-            motion = (np.ascontiguousarray(each[rows].T) for each in (x, v))
-            fine[rows] = forces_along(records, j, *motion, spin).T
+            moved, quick = (np.ascontiguousarray(each[rows].T) for each in (x, v))
+            fine[rows] = forces_along(records, j, moved, quick, spin).T
         return np.asarray(scipy.signal.resample(fine, self.time.size, axis=1))
 
 

@@ -185,8 +185,7 @@ class ForceMaker:
             by = -by if values[p.name] + by > p.high else by
             moved = {**values, p.name: values[p.name] + by}
             shown[:, :, k] = (self.shown(moved, window, own) - here) / by
-            other = self.gains(moved, window.mean_speed)
-            if other is not gains:
+            if (other := self.gains(moved, window.mean_speed)) is not gains:
                 per_force[k] = (other.shown - gains.shown) / by
         return shown, per_force
 

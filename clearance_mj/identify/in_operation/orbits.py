@@ -16,9 +16,9 @@ from ...io.dataset import Dataset, Record
 from ...model import Model
 from ...rig import Bushing, Friction, Rig, Unbalance
 from ...rig.examples import example_words, unknown_examples
+from ..laws.measured_motion import smallest_circle
 from ..laws.round_comparison import rests_of
 from ..laws.round_fit import hole_of, placed
-from ..laws.round_motion import smallest_circle
 from ..records.prepared import PreparedRecord, prepared, require_one_mark
 from ..structure.priors import priors, rig_with
 from .found import ClearanceInOperation, OrbitFit
@@ -90,8 +90,7 @@ def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[
         raise RecordError(f"rig {own.name!r} has no bushings, so there is no clearance to find")
     if not own.moves_across:
         raise RecordError(f'rig {own.name!r} moves in a plane and has no orbits; give its bushings shape = "round"')
-    turned = {r.name: r for r in given if r.excitation_kind == "spin"}
-    if not turned:
+    if not (turned := {r.name: r for r in given if r.excitation_kind == "spin"}):
         raise RecordError('no record is of a shaft that turns alone (kind "spin"), which orbits are found in')
     for record in turned.values():
         if record.missing_probes:
@@ -128,8 +127,7 @@ def _result(
     problem = found.problem
     assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
     correlated = max(found.loss.correlated, 1.0)
-    covariance = np.linalg.inv(found.information / correlated + found.prior)
-    estimates = found.estimates(covariance)
+    estimates = found.estimates(np.linalg.inv(found.information / correlated + found.prior))
     values = dict(zip(estimates.names, estimates.value.tolist()))
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
     linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}

@@ -254,8 +254,7 @@ class OrbitFollower:
         assert self.changes is not None
         found, observation = refined(self.belief, misses, BLOCK, WINDOW_STD, CHANGE_STD, MAX_MOVE)
         walked = self.belief.drifted([WALK[k] * math.sqrt(HOP) for k in self.kinds])
-        scatter = self.changes.add(walked, observation)
-        self.belief = fused(walked, observation, scatter)
+        self.belief = fused(walked, observation, self.changes.add(walked, observation))
         thresholds = np.log1p([THRESHOLD[k] for k in self.kinds])
         likeliest = self.changes.likeliest(np.eye(len(self.kinds)), thresholds)
         if likeliest is None or likeliest[1] < SIGNIFICANCE or likeliest[0].windows < MIN_WINDOWS:
@@ -266,8 +265,7 @@ class OrbitFollower:
         self.belief = change.after.drifted(WINDOW_STD)
         self.changes = Changes(self.belief, np.full(len(self.kinds), CHANGE_STD))
         since = end - (change.windows - 1) * HOP - LENGTH
-        alarm = OrbitAlarm(end, since, number, kind, before, before * math.exp(change.size))
-        return found.belief.mean, [alarm]
+        return found.belief.mean, [OrbitAlarm(end, since, number, kind, before, before * math.exp(change.size))]
 
     def _rubs(self, missed: np.ndarray, force: np.ndarray, end: float) -> list[OrbitAlarm]:
         """Alarms of forces that nothing explains: missed (2, n_bushings), RMS and largest of all lines."""

@@ -204,8 +204,7 @@ def without_noise(shown: np.ndarray, noise: np.ndarray, fs: float) -> np.ndarray
     size = min(round(CLEARED * fs), len(shown))
     taper = hann(size)
     transform = scipy.signal.ShortTimeFFT(taper, max(size // 4, 1), fs)
-    ends = [(size // 2, size - size // 2), (0, 0)]
-    longer = np.pad(shown, ends, "reflect", reflect_type="odd")
+    longer = np.pad(shown, [(size // 2, size - size // 2), (0, 0)], "reflect", reflect_type="odd")
     spectra = transform.stft(longer, axis=0)
     level = (CERTAIN * np.sum(taper**2) * noise**2)[None, :, None]
     spectra *= np.clip(1 - level / np.maximum(np.abs(spectra) ** 2, 1e-300), 0.0, 1.0)

@@ -22,8 +22,7 @@ from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .force_fit import ForceFit, fit_force
-from .measured_motion import MeasuredMotion
-from .round_motion import RoundMotion
+from .measured_motion import MeasuredMotion, RoundMotion
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
 __all__ = ["WORKERS", "FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on", "weighted"]
@@ -214,8 +213,7 @@ def _generations(families: Mapping[str, AnyFamily]) -> list[list[AnyFamily]]:
     found: list[list[AnyFamily]] = []
     names: set[str | None] = {None}
     while rest := [family for family in families.values() if family.name not in names]:
-        ready = [family for family in rest if family.begins_from in names]
-        if not ready:
+        if not (ready := [family for family in rest if family.begins_from in names]):
             raise LawError(
                 f'family "{rest[0].name}" begins from "{rest[0].begins_from}", of which no fit is known; '
                 f"known: {', '.join(families)}"
@@ -232,8 +230,7 @@ def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> Fo
     contacts = {p.name for family in (old.contact, rival.contact) for p in family.parameters(motion.nominal)}
     others = {name: value for name, value in rival.values.items() if name not in contacts}
     own = {name: value for name, value in old.values.items() if name in contacts}
-    new = fit_force(motion, old.contact, old.filling, [others, others | own])
-    return min(old, new, key=lambda f: f.misfit)
+    return min(old, fit_force(motion, old.contact, old.filling, [others, others | own]), key=lambda f: f.misfit)
 
 
 def weighted(motions: Sequence[AnyMotion], found: Sequence[Sequence[ForceFit]]) -> tuple[FamilyFit, ...]:

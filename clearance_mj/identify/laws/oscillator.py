@@ -91,10 +91,8 @@ def sdof(
 
 def check_options(correction: str, damping: str) -> None:
     """Refuse readings of Eqs 12 and 17 that are not known."""
-    if correction not in CORRECTIONS:
-        raise RecordError(f'correction "{correction}" is unknown; use {", ".join(CORRECTIONS)}')
-    if damping not in DAMPINGS:
-        raise RecordError(f'damping "{damping}" is unknown; use {", ".join(DAMPINGS)}')
+    RecordError.require_known("correction", correction, CORRECTIONS)
+    RecordError.require_known("damping", damping, DAMPINGS)
 
 
 def _points(track: Ridge, part: slice) -> np.ndarray:

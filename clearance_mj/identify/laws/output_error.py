@@ -53,8 +53,7 @@ class Evidence(NamedTuple):
 
 def evidence(records: Sequence[Record]) -> list[Evidence]:
     """Read the records that are long enough for an FRF piece; a RecordError if there is none."""
-    usable = [record for record in records if record.duration >= PIECE]
-    if not usable:
+    if not (usable := [record for record in records if record.duration >= PIECE]):
         longest = max((record.duration for record in records), default=0.0)
         raise RecordError(f"records to fit must last {PIECE:g} s or more, the longest lasts {longest:g} s")
     return [Evidence(record.excitation(), record.response()) for record in usable]
@@ -116,8 +115,7 @@ def fit_law(
     candidates = [problem.at(values) for values in ([p.start for p in parameters], *starts)]
     with compared.bar:
         solution = solve(problem, candidates, n_best=n_best, stop=Stop(decrease=tolerance))
-    covariance = jackknife(solution.rows, solution.scores, compared.block, solution.prior)
-    estimates = solution.estimates(covariance)
+    estimates = solution.estimates(jackknife(solution.rows, solution.scores, compared.block, solution.prior))
     return Fit(
         model=fitted_model(rig, make, estimates),
         estimates=estimates,

@@ -26,8 +26,8 @@ from ..records.prepared import PreparedRecord
 from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
 from .comparison import WORKERS, FamilyFit, weighted
+from .measured_motion import RoundMotion, forces_along
 from .round_fit import HOLE, RoundFit, fit_round, parameters_of, spread_by_rig
-from .round_motion import RoundMotion, forces_along
 
 __all__ = ["compare_round_families", "rests_of"]
 
@@ -65,8 +65,7 @@ def compare_round_families(
     seconds = sum(record.duration for record in records)
     records = [loudest(record, MAX_SECONDS / seconds) for record in records]
     motions = _motions(records, rig, update.values)
-    rests = rests_of(rig)
-    own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests)]
+    own = [parameters_of(m, update.clearance_priors, rest) for m, rest in zip(motions, rests_of(rig))]
     # That from whose fit the others begin first; a linear contact is a special case of all.
     nonlinear = [name for name in CONTACT_FAMILIES if name != "linear"]
     contacts = sorted(nonlinear, key=lambda name: CONTACT_FAMILIES[name].begins_from is not None)

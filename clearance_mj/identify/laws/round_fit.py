@@ -16,7 +16,7 @@ from ...clearance.oil_bearing import OilBearing
 from ...estimate import Estimates, Parameter, UnknownScale, solve
 from ...rig import Bushing, Friction
 from .force_fit import STOP, FamilyProblem, ForceFit
-from .round_motion import RoundCase, RoundMotion
+from .measured_motion import RoundCase, RoundMotion
 
 __all__ = ["HOLE", "RoundFit", "fit_round", "hole_of", "parameters_of", "placed", "round_case", "spread_by_rig"]
 
@@ -105,8 +105,7 @@ def hole_of(bushing: Bushing, gap: float, estimates: Estimates, own: str = "") -
 
 
 def _hole(numbers: Sequence[float], gap: float) -> dict[str, Any]:
-    size = math.hypot(*numbers)
-    if not size:
+    if not (size := math.hypot(*numbers)):
         return {"shape": "round", "wall": None}
     wide, across = (min(1.0, FARTHEST_OUT * gap / size) * x for x in numbers)
     return {"shape": "oval", "wall": {"wide": wide, "across": across}}

@@ -132,8 +132,7 @@ def reached(records: Sequence[PreparedRecord], rig: Rig) -> np.ndarray | None:
     rig : Rig
         With the offsets of a rig in a plane; in space the middle is that of the motion, as its rest is not known.
     """
-    probes = [d for record in records if (d := record.displacement) is not None]
-    if not probes:
+    if not (probes := [d for record in records if (d := record.displacement) is not None]):
         return None
     if rig.moves_across:
         around = [d.reshape(len(rig.bushings), 2, -1) for d in probes]

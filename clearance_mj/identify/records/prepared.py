@@ -210,8 +210,7 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
             f"rig {loaded.name!r}: identification of slots knows no gravity and no loads yet; leave them out, and give "
             "the offsets at which they hold the shaft"
         )
-    driven = tuple(record for record in without_run_out(found) if record.kind != "spin")
-    if not driven:
+    if not (driven := tuple(record for record in without_run_out(found) if record.kind != "spin")):
         raise RecordError("no record to identify is driven by its base or a force: turning alone tells no structure")
     return driven
 
@@ -279,6 +278,5 @@ def _less(record: PreparedRecord, found: np.ndarray, speed: float) -> PreparedRe
     if record.turning is None or record.displacement is None:
         return record
     signals = record.signals.copy()
-    at = slice(-1 - found.shape[1], -1)
-    signals[:, at] -= run_out_at(record.turning.angle, found).T
+    signals[:, slice(-1 - found.shape[1], -1)] -= run_out_at(record.turning.angle, found).T
     return dataclasses.replace(record, signals=signals, slow_roll=speed)

@@ -97,8 +97,7 @@ class RigFit:
             like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
         )
         self.lines = [Lines(s.kind, s.omega, s.tested) for s in self.spectra]
-        highest = max(s.frequency[-1] for s in self.spectra)
-        known = priors(rig, highest, self.probes)
+        known = priors(rig, max(s.frequency[-1] for s in self.spectra), self.probes)
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
         self.held = dict(held or {})
         parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]

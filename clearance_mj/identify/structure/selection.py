@@ -85,8 +85,7 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
     while len(found.accepted) < MOST:
         round_ = _Round(update, progress)
         found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried))
-        accepted = round_.accepted()
-        if accepted is None:
+        if (accepted := round_.accepted()) is None:
             break
         trial, one = accepted
         new = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
@@ -97,8 +96,7 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
         candidates.append(trial.candidate)
         named = [dataclasses.replace(a, words=c.words(update.rig)) for a, c in zip((*found.accepted, one), candidates)]
         found = dataclasses.replace(found, accepted=tuple(named))
-    kept = update.rig.replace(tolerances=drawn.rig.tolerances)
-    return dataclasses.replace(update, rig=kept, structure=found)
+    return dataclasses.replace(update, rig=update.rig.replace(tolerances=drawn.rig.tolerances), structure=found)
 
 
 class _Round:

@@ -82,8 +82,7 @@ class Layout:
 
 def without_end(cells: Sequence[str]) -> list[str]:
     """Return cells without those at their end that are empty."""
-    last = max((i for i, cell in enumerate(cells, 1) if cell), default=0)
-    return list(cells[:last])
+    return list(cells[: max((i for i, cell in enumerate(cells, 1) if cell), default=0)])
 
 
 def find_layout(head: Sequence[bytes]) -> Layout:
@@ -216,8 +215,7 @@ def _headed(
 def _commented(lines: Sequence[str], first: int, width: int, style: Style) -> list[str]:
     """Names of the columns in a comment right above the numbers, as numpy.savetxt writes them."""
     line = lines[first - 1] if first else ""
-    mark = next((mark for mark in COMMENTS if line.startswith(mark)), None)
-    if mark is None:
+    if (mark := next((mark for mark in COMMENTS if line.startswith(mark)), None)) is None:
         return []
     cells = style.split(line[len(mark) :].strip())
     return cells if len(cells) == width and all(style.kind(cell) == "t" for cell in cells) else []

@@ -158,8 +158,7 @@ def read_geometry(path: str | PathLike[str], units: str | None = None) -> Geomet
     data = contents(path)
     with naming(path):
         _, blocks, notes = scan(data, parse_units(units) if units else None)
-        found = read_geometry_blocks(blocks, notes)
-        if found is None:
+        if (found := read_geometry_blocks(blocks, notes)) is None:
             raise RecordError(f"holds no geometry (data sets {named_sets(GEOMETRY_SETS)})")
     _warn(path, notes)
     return found

@@ -94,8 +94,7 @@ def _nodes(block: Block) -> Iterator[Node]:
 def _global(node: Node, systems: dict[int, CoordinateSystem], notes: list[str]) -> list[float]:
     """Position in global coordinates."""
     number, definition, _, place = node
-    system = systems.get(definition)
-    if system is None:
+    if (system := systems.get(definition)) is None:
         return place
     if system.kind != "cartesian":
         notes.append(f"node {number} is defined in a {system.kind} system; its angles are taken for degrees")
@@ -213,8 +212,7 @@ def geometry_sets(geometry: Geometry) -> list[str]:
 
 def _element_rows(element: Element) -> list[str]:
     head = f"{element.number:10d}{element.kind:10d}{1:10d}{1:10d}{7:10d}{len(element.nodes):10d}"
-    beam = [f"{0:10d}{1:10d}{1:10d}"] if element.kind in _BEAMS else []
-    return [head, *beam, *_eights(element.nodes)]
+    return [head, *([f"{0:10d}{1:10d}{1:10d}"] if element.kind in _BEAMS else []), *_eights(element.nodes)]
 
 
 def _system_rows(system: CoordinateSystem) -> list[str]:

@@ -221,13 +221,13 @@ class Shaft {
     this.slider.value = this.picture;
     this.draw();
   }
-  show(facts, arrays, walls) {
+  show(facts, arrays) {
     const words = document.getElementById("shaft-words");
     this.lift = null;
     this.canvas.parentElement.classList.toggle("shaftless", typeof facts === "string");
     if (typeof facts === "string") { words.textContent = facts; this.draw(); return; }
     this.facts = facts;
-    this.walls = walls;
+    this.walls = facts.walls;
     this.position = arrays.position;
     this.number = arrays.number;
     this.lift = arrays.lift;
@@ -237,7 +237,7 @@ class Shaft {
     this.slider.max = this.count - 1;
     this.largest = 0;
     for (const v of this.lift) this.largest = Math.max(this.largest, Math.abs(v));
-    for (const pair of walls) for (const wall of pair) if (wall !== null) this.largest = Math.max(this.largest, Math.abs(wall));
+    for (const pair of facts.walls) for (const wall of pair) if (wall !== null) this.largest = Math.max(this.largest, Math.abs(wall));
     this.force = 1e-9;
     for (const v of this.pressed) this.force = Math.max(this.force, Math.abs(v));
     words.textContent = `${facts.slow} times slower, from ${sig(facts.starts)} s on, about the strongest contact; relative to the base. ${facts.views || ""}` +

@@ -47,7 +47,7 @@ function trouble(text) {
 
 // ---- controls ----
 function hello(head) {
-  Object.assign(state, { controls: head.controls, sensors: head.sensors, clearances: head.clearances, rows: head.rows || head.clearances, orbits: head.orbits, prefix: head.record_prefix });
+  Object.assign(state, { controls: head.controls, sensors: head.sensors, clearances: head.clearances, rows: head.rows, orbits: head.orbits, prefix: head.record_prefix });
   $("rig").textContent = head.rig;
   document.title = `${head.rig} – clearance-mj live`;
   state.shown = new Set(head.sensors.map((_, i) => i).slice(0, 8));
@@ -219,7 +219,7 @@ function draw() {
   drawFrf("phase", nulls);
   drawFrf("coherence", nulls);
   $("h-frf").textContent = head.spectrum ? "Spectra of the accelerations" : "Frequency response functions";
-  const walls = head.walls || head.clearances.map((c) => c.walls), many = walls.length;
+  const walls = head.walls || [], many = walls.length;
   const milli = (values) => Array.from(values, (v) => 1e3 * v);
   const shown = [...new Set(walls.flat().filter((w) => w !== null))];
   const lines = (key) => shown.map((w) => ({ [key]: 1e3 * w }));
@@ -228,20 +228,20 @@ function draw() {
     charts.history.full = [arrays.time[0], arrays.time[arrays.time.length - 1]];
     charts.history.show(series, [Array.from(arrays.time), ...series.map((_, i) => milli(row(arrays.displacement, i)))], lines("y"));
     if (charts.history.zoom) finely(charts.history.zoom);
-    drawOrbits(arrays, walls, milli, head.round);
+    drawOrbits(arrays, walls, milli);
     charts.portrait.show(series, [null, ...series.map((_, i) => [milli(row(arrays.x, i)), milli(row(arrays.v, i))])], lines("x"));
   }
   contact(head);
-  shaft.show(head.shaft, arrays, head.shaft.walls || walls);
+  shaft.show(head.shaft, arrays);
   reading();
 }
 const orbitOf = (k) => (state.orbits.length === 1 ? state.rows[state.orbits[0][k]].replace(/^.*?, /, "") : k ? "second" : "first");
 // Displacements of one clearance over those of another one, where they are two directions of the same. Walls are a box or, of round clearances, a circle.
 const turn = Array.from({ length: 73 }, (_, i) => (2 * Math.PI * i) / 72);
-function drawOrbits(arrays, walls, milli, round) {
+function drawOrbits(arrays, walls, milli) {
   if (!state.orbits.length) return;
   const corners = state.orbits.map(([i, j]) => [walls[i], walls[j]].map((pair) => milli(pair.map((w) => (w === null ? NaN : w)))));
-  const boxes = corners.map(([[left, right], [low, high]], k) => ({ label: `walls ${k + 1}`, stroke: ink("--ink"), dash: DASHES.A, data: round ? [turn.map((a) => right * Math.cos(a)), turn.map((a) => high * Math.sin(a))] : [[left, right, right, left, left], [low, low, high, high, low]].map(nulls) }));
+  const boxes = corners.map(([[left, right], [low, high]], k) => ({ label: `walls ${k + 1}`, stroke: ink("--ink"), dash: DASHES.A, data: state.orbits[k][2] ? [turn.map((a) => right * Math.cos(a)), turn.map((a) => high * Math.sin(a))] : [[left, right, right, left, left], [low, low, high, high, low]].map(nulls) }));
   const motions = state.orbits.map(([i, j], k) => ({ label: state.rows[i], stroke: colour(k), width: 1, data: [milli(row(arrays.x, i)), milli(row(arrays.x, j))] }));
   const reach = 1.05 * [...boxes, ...motions].reduce((most, one) => one.data.flat().reduce((m, v) => Math.max(m, Math.abs(v)), most), 0);
   const all = [{ label: "ends", stroke: "transparent", data: [[-reach, reach], [-reach, reach]] }, ...motions, ...boxes];
@@ -264,7 +264,7 @@ function finer(head, arrays) {
 function contact(head) {
   $("clearances").tBodies[0].replaceChildren(...head.clearances.map((c, i) => {
     const mark = make("span", { className: "swatch" });
-    mark.style.background = colour(head.round ? 2 * i : i);
+    mark.style.background = colour(c.row);
     return make("tr", {}, make("th", { scope: "row" }, mark, c.where),
       make("td", { textContent: c.rattle, className: c.rattle === "rattles" ? "rattles" : "" }),
       ...[100 * c.share, c.impacts, c.force, 1e6 * c.peak, 1e6 * c.rms].map((value) => sig(value, 3)).map((textContent) => make("td", { className: "n", textContent })));

@@ -54,8 +54,7 @@ def _grazing(solver: RoundSolver, before: Motion, away: float, after: Motion, be
     def depth(share: float) -> float:
         if share not in known:
             known[share] = solver.ahead(before, share * length, way / length)
-        motion = known[share]
-        if motion is None:
+        if (motion := known[share]) is None:
             raise ArithmeticError
         return solver.depth(motion.z, motion.y)
 

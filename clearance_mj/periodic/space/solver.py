@@ -127,8 +127,7 @@ class RoundSolver(Follower):
 
         Where a circle meets the wall all around it, the branch may turn by more than a right angle, as its phase does.
         """
-        found = super()._around_corner(motion)
-        if found is not None:
+        if (found := super()._around_corner(motion)) is not None:
             return found
         touches, direction = self.depth(motion.z, motion.y) > 0, motion.tangent
         for reach in ACROSS:
@@ -190,8 +189,7 @@ class RoundSolver(Follower):
         """
         z, y = self._at_rest(omega)
         self.over_level(omega)
-        motion = self._first_share(z, y, np.inf)
-        if motion is None:
+        if (motion := self._first_share(z, y, np.inf)) is None:
             raise NoConvergence(omega)
         return motion
 
@@ -217,8 +215,7 @@ class RoundSolver(Follower):
         return self.solved_at(least, start, near, self._scale(start))
 
     def _along_share(self, z: np.ndarray, y: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        motion = self._first_share(z, y, 1.0)
-        if motion is None:
+        if (motion := self._first_share(z, y, 1.0)) is None:
             return z, y
         if motion.omega < 1.0:
             try:

@@ -72,8 +72,7 @@ def directional(study: Study, found: FRFMatrices) -> Drawing:
             for sign in (-1, 1):
                 ax.axvline(sign * found.spin_rpm / 60, color=COLOURS[5 % len(COLOURS)], lw=0.7, ls=":")
         ax.set_xlim(frf.frequency[0], frf.frequency[-1])
-        last = row == len(points) - 1
-        label = "Frequency (Hz): backward < 0 < forward" if last else ""
+        label = "Frequency (Hz): backward < 0 < forward" if row == len(points) - 1 else ""
         tidy(ax, f"{letter} node {points[row]}, {name}", f"|H| ({looks.magnitude})" if column == 0 else "", label)
     caption = (
         f"Directional FRFs at {_words(study, found)}: normal, of circles that go round as the excitation does, and "

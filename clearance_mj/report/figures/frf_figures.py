@@ -27,8 +27,7 @@ CUT = (
 def frf_bushings(study: Study, level: float) -> Drawing | None:
     """Draw magnitude, phase and coherence of the sensors at the bushings."""
     panels = _Panels(study, level)
-    rows = at_bushings(panels.looks.rig)
-    if not rows:
+    if not (rows := at_bushings(panels.looks.rig)):
         return None
     figure = sheet(4.2, panels.key())
     ratios = {"height_ratios": (4, 2, 1), "hspace": 0.1, "wspace": 0.14}
@@ -48,8 +47,7 @@ def frf_others(study: Study, level: float) -> Drawing | None:
     """Draw magnitude and coherence of the other sensors."""
     panels = _Panels(study, level)
     rig = panels.looks.rig
-    rows = [row for row in range(len(rig.sensors)) if row not in at_bushings(rig)]
-    if not rows:
+    if not (rows := [row for row in range(len(rig.sensors)) if row not in at_bushings(rig)]):
         return None
     n_lines = -(-len(rows) // 2)
     figure = sheet(2.1 * n_lines, panels.key())
@@ -110,8 +108,7 @@ class _Panels:
         test = finite(decibel(self.tests[0].functions[row]))
         models = [finite(decibel(frf.functions[row])) for frf, _ in self.models]
         low = min(test.min(), *(np.percentile(model, 0.5) for model in models))
-        high = max(test.max(), *(model.max() for model in models))
-        ax.set_ylim(low - 2, high + 2)
+        ax.set_ylim(low - 2, max(test.max(), *(model.max() for model in models)) + 2)
         tidy(ax, f"{letter} {sensor_title(self.looks.rig, row)}")
 
     def phase(self, ax: Axes, row: int) -> None:

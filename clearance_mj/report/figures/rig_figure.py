@@ -11,6 +11,7 @@ from matplotlib.patches import Rectangle
 from ...rig import Bushing, PointMass, Rig
 from ...rig.sensing import sensor_points
 from ...structure import Disc, Shaft, Spring
+from ...structure.base import is_rotation
 from ..outline import outline, position_label
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
 from .rig_motion import draw_motion, instruments, words_of_motion
@@ -42,6 +43,7 @@ class _SideView:
         self.top = PITCH * (len(self.shafts) - 1)
         self.figure = sheet(2.8 + self.top, left=0.15, right=0.15, titled=0.05)
         self.ax: Axes = self.figure.subplots()
+        self.labelled: list[float] = []
         self.pen = Pen(self.ax, 1.25 * self.length / 7.2, PLATE)
 
     def level(self, i: int) -> float:
@@ -140,18 +142,30 @@ class _SideView:
         (i, x), ax = self.rig.linear.place(bushing.position), self.ax
         y, left, width = self.level(i), x - bushing.length / 2, max(bushing.length, 0.004 * self.length)
         half = float(np.max(self.half(i, np.array([left, x, left + width]))))
-        inner = half + DRAWN_GAP
-        for bottom in (half, -inner):
-            ax.add_patch(Rectangle((left, y + bottom), width, DRAWN_GAP, facecolor="#ffee88", edgecolor="none"))
-        for bottom in (inner, -inner - BLOCK):
-            ax.add_patch(Rectangle((left, y + bottom), width, BLOCK, facecolor=GREY, edgecolor=DARK, lw=0.6))
+        turns, inner = is_rotation(bushing.position), half + DRAWN_GAP
+        lower, upper = np.isfinite(bushing.walls) & (not turns)
+        for bottom, block in ((half, inner), (-inner, -inner - BLOCK)) if not turns else ():
+            if upper if bottom > 0 else lower:
+                ax.add_patch(Rectangle((left, y + bottom), width, DRAWN_GAP, facecolor="#ffee88", edgecolor="none"))
+                ax.add_patch(Rectangle((left, y + block), width, BLOCK, facecolor=GREY, edgecolor=DARK, lw=0.6))
+        if turns:  # teeth, of a wheel on the shaft and of what they touch below
+            wide = 0.04 * self.length
+            for bottom in (-inner, -inner - BLOCK):
+                look: dict[str, Any] = {"facecolor": "#cccccc", "edgecolor": DARK, "hatch": "||||", "lw": 0.6}
+                ax.add_patch(
+                    Rectangle((x - wide / 2, y + bottom), wide, DRAWN_GAP if bottom == -inner else BLOCK, **look)
+                )
         if bushing.to is None:
-            self.pen.post(x, y - inner - BLOCK)
+            self.pen.post(x, y + (inner if upper and not lower else -inner - BLOCK))
         else:
             self._carrier(i, x, inner + BLOCK, *self.rig.linear.place(bushing.to))
-        words = f"bushing {number + 1}\ngap {1e3 * bushing.gap:.3g} mm\nlength {1e3 * bushing.length:.3g} mm"
+        words = [f"bushing {number + 1}", f"gap {1e3 * bushing.gap:.3g} {'mrad' if turns else 'mm'}"]
+        words += [f"length {1e3 * bushing.length:.3g} mm"] if bushing.length else []
         corner: dict[str, Any] = {"ha": "right", "va": "top", "bbox": BEHIND_WORDS}
-        ax.text(x - 0.01 * self.length, y - inner - BLOCK - 0.06, words, fontsize=FONT - 1, **corner)
+        lines = sum(abs(x - other) < 0.13 * self.length for other in self.labelled)
+        self.labelled.append(x)
+        at = x - 0.01 * self.length, y - inner - BLOCK - 0.06 - 0.42 * lines
+        ax.text(*at, "\n".join(words), fontsize=FONT - 1, **corner)
 
     def _carrier(self, i: int, x: float, half: float, j: int, to: float) -> None:
         """What fixes a bushing on a shaft to another one."""
@@ -168,13 +182,17 @@ class _SideView:
         row, previous = 0, -np.inf
         points = zip(sensor_points(self.rig), self.rig.sensors)
         on_shafts = ((*self.rig.linear.place(point), s.node) for point, s in points)
-        places = [(x, node) for shaft, x, node in on_shafts if shaft == i]
-        for x, node in sorted(places):
+        places: dict[float, list[int]] = {}
+        for shaft, x, node in sorted(on_shafts):
+            if shaft == i:
+                places.setdefault(x, []).append(node)
+        for x, nodes in places.items():
             row, previous = (row + 1) % 2 if x - previous < 0.035 * self.length else 0, x
             half = self.half(i, x)
             height = y + max(half, self.scale * self.outlines[i][1].max()) + DRAWN_GAP + BLOCK + 0.15 + 0.22 * row
+            height += 0.24 if any(abs(x - d.position) < 0.05 * self.length for d in self.shafts[i].discs) else 0.0
             self.ax.plot([x, x], [y + half, height], color=COLOURS[0], linewidth=0.8, zorder=1)
-            self.ax.text(x, height, f"{node}", ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
+            self.ax.text(x, height, ", ".join(map(str, nodes)), ha="center", va="bottom", fontsize=FONT - 0.5, bbox=box)
 
     def _mass(self, mass: PointMass) -> None:
         i, x = self.rig.linear.place(mass.position)
@@ -191,11 +209,17 @@ class _SideView:
         if rig.shaker.kind == "force":
             for point, factor in rig.shaker.forces:
                 i, x = rig.linear.place(point)
+                if is_rotation(point):
+                    continue
                 foot = PLATE if self.level(i) == 0 else self.level(i) - 0.75
                 ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=arrow, zorder=2)
                 if factor != 1:
                     ax.text(x + 0.01 * length, foot + 0.06, f"× {factor:g}", fontsize=FONT - 1, color=COLOURS[1])
-            words, words_at = "shaker force", rig.linear.place(rig.shaker.forces[0][0])[1] + 0.02 * length
+            turned = [f"{factor:g} N m/N" for point, factor in rig.shaker.forces if is_rotation(point)]
+            words, words_at = (
+                ", and twists by ".join(["shaker force", *turned]),
+                rig.linear.place(rig.shaker.forces[0][0])[1] + 0.02 * length,
+            )
         else:
             held = "clamp and bushings" if rig.beam else "supports and bushings"
             words, along = f"base acceleration: plate, {held} move together", rig.shaker.unit_direction

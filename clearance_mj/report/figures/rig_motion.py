@@ -52,7 +52,9 @@ def words_of_motion(rig: Rig) -> str:
     """Return a sentence on how a rig in space moves, and what loads and turns it; nothing of a planar one."""
     if not rig.moves_across:
         return ""
-    words = ["Points move along y and z, and bushings are round"]
+    slots = [str(i) for i, bushing in enumerate(rig.bushings, 1) if not bushing.is_round]
+    words = ["Points move along y and z" + (", and bushings are round" if rig.bushings else "")]
+    words[0] += f" but for {', '.join(slots)}" if slots else ""
     if rig.gravity is not None:
         words.append(f"gravity ({', '.join(f'{g:.4g}' for g in rig.gravity)}) m/s²")
     if spin := rig.spin:

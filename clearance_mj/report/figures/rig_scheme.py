@@ -59,8 +59,7 @@ def _slots(rig: Rig) -> dict[tuple[int | str, str], float]:
     )
     on = [_key(b.position) for b in rig.bushings]
     width = [max(1, on.count(dof)) for dof in dofs]
-    starts = np.cumsum([0, *width[:-1]])
-    return {dof: float(start + w / 2) for dof, start, w in zip(dofs, starts, width)}
+    return {dof: float(start + w / 2) for dof, start, w in zip(dofs, np.cumsum([0, *width[:-1]]), width)}
 
 
 def _draw_scheme(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) -> None:
@@ -79,8 +78,7 @@ def _draw_scheme(ax: Axes, rig: Rig, slots: dict[tuple[int | str, str], float]) 
     _sensors_and_masses(ax, rig, slots)
     _shaker(ax, rig, slots, whole)
     ax.set_axis_off()
-    ax.set_xlim(-0.03 * whole, 1.03 * whole)
-    ax.set_ylim(PLATE - 0.62, 1.42 if rig.shaker.kind == "force" else 1.0)
+    ax.set(xlim=(-0.03 * whole, 1.03 * whole), ylim=(PLATE - 0.62, 1.42 if rig.shaker.kind == "force" else 1.0))
 
 
 def _clearance(ax: Axes, j: int, bushing: Bushing, at: tuple[float, float], to: float | None, few: bool) -> None:

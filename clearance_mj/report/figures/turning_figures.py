@@ -94,8 +94,7 @@ def run_ups_of_bushing(turning: Turning, bushing: int, records: tuple[Record, ..
         below.plot(rpm, np.ma.masked_array(phase, jumps), **look)
         if law:
             placed = turning.placed(law, records[0])
-            gap = placed.motion.rig.bushings[bushing].gap
-            onset = onset_of_contact(orbits, placed.rest[bushing], gap)
+            onset = onset_of_contact(orbits, placed.rest[bushing], placed.motion.rig.bushings[bushing].gap)
             if np.isfinite(onset):
                 above.axvline(onset, color=look["color"], lw=0.8, ls=":")
     below.set(ylim=(-190, 190), yticks=(-180, 0, 180))

@@ -24,8 +24,7 @@ def directions(study: Study, writer: ReportWriter) -> str:
     """Return FRF matrices of each level and spin; writes frf_matrices.csv. Nothing of a rig in a plane."""
     if not study.dataset.rig.moves_across:
         return ""
-    found = matrices_of(study)
-    if not found:
+    if not (found := matrices_of(study)):
         return "<p>The rig was not driven along y and along z at one level and spin.</p>\n"
     rows = pd.DataFrame(matrix_rows(study))
     writer.csv("frf_matrices", rows)

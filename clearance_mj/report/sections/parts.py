@@ -28,8 +28,7 @@ def by_part(study: Study, write: Callable[[Study], str]) -> str:
     others = [part for part in study.parts if part is not study.main_part]
     shown = []
     for part in (study.main_part, *others) if study.parts else ():
-        body = write(part)
-        shown.append((part, _with_suffix(body, part.suffix)))
+        shown.append((part, _with_suffix(write(part), part.suffix)))
     return render("parts.html.j2", shown=shown) if shown else "<p>No record is driven by its base or a force.</p>\n"
 
 

@@ -101,8 +101,7 @@ def _merged(rows: list[_Row]) -> list[_Row]:
     last = 0.0
     for row in sorted(rows, key=lambda row: (row[0], row[1], row[3])):
         if found and found[-1][:2] == row[:2] and row[3] - last <= ONE_POINT * row[3]:
-            larger = max(found[-1], row, key=_size)
-            found[-1] = (*row[:2], found[-1][2] + 1, *larger[3:])
+            found[-1] = (*row[:2], found[-1][2] + 1, *max(found[-1], row, key=_size)[3:])
         else:
             found.append(row)
         last = row[3]

@@ -71,8 +71,7 @@ def agreement_table(study: Study, engine: str) -> Table:
 
 def _rigs(study: Study) -> str:
     """Which laws are simulated on which rig, in a sentence."""
-    own = " and ".join(f"“{law.name}”" for law in study.laws if law.finds_rig)
-    if not own:
+    if not (own := " and ".join(f"“{law.name}”" for law in study.laws if law.finds_rig)):
         return "All laws are simulated on the rig file’s rig."
     others = ", all others on the rig file’s" if len(study.laws) > own.count("“") else ""
     return f"Law {own} is simulated on the rig that was identified with it{others}."

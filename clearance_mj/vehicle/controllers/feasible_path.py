@@ -46,43 +46,29 @@ class FeasiblePath:
     def ahead(self, seen: Observation) -> PathAhead:
         """Return the averaged path."""
         curvature = self._task.curvature(seen, self._times)
-        return PathAhead(*_averaged(curvature, self._half, self._task.period, seen.speed, self._gain))
+        return PathAhead(*_averaged(curvature, self._half, self._task.period, seen.speed, self._gain).tolist())
 
 
 @jit
-def _averaged(
-    curvature: np.ndarray, half: int, period: float, speed: float, gain: float
-) -> tuple[float, float, float, float, float]:
+def _averaged(curvature: np.ndarray, half: int, period: float, speed: float, gain: float) -> np.ndarray:
     """Averages over 2 w periods about the middle of curvatures sampled at ± half periods, gain in s/rad m."""
     n = curvature.size
     slope = np.empty(n)
     slope[0], slope[n - 1] = curvature[1] - curvature[0], curvature[n - 1] - curvature[n - 2]
     slope[1 : n - 1] = (curvature[2:] - curvature[: n - 2]) / 2
     slope /= period
-    need = 0.0  # what is near counts most
-    for i in range(n):
-        need = max(need, gain * abs(slope[i]) * (1 - abs(i - half) / half))
+    index = np.arange(n)
+    need = np.max(gain * np.abs(slope) * (1 - np.abs(index - half) / half))  # what is near counts most
     share = min(max((need - AVERAGED_FROM) / (AVERAGED_FULLY - AVERAGED_FROM), 0.0), 1.0)
     w = 1 + (half - 1) * share
     heading, offset, area = np.zeros(n), np.zeros(n), np.zeros(n)
-    for i in range(1, n):
-        heading[i] = heading[i - 1] + speed * period * (curvature[i] + curvature[i - 1]) / 2
+    heading[1:] = speed * period / 2 * np.cumsum(curvature[1:] + curvature[:-1])
     heading -= heading[half]
-    for i in range(1, n):
-        offset[i] = offset[i - 1] + speed * period * (heading[i] + heading[i - 1]) / 2
+    offset[1:] = speed * period / 2 * np.cumsum(heading[1:] + heading[:-1])
     offset -= offset[half]
-    for i in range(1, n):
-        area[i] = area[i - 1] + period * (offset[i] + offset[i - 1]) / 2
-    window = 2 * w * period
-    at = np.array([half - w, half + w])
-    index = np.arange(n)
-    areas, offsets = np.interp(at, index, area), np.interp(at, index, offset)
-    headings, curvatures = np.interp(at, index, heading), np.interp(at, index, curvature)
-    slopes = np.interp(at, index, slope)
-    return (
-        (areas[1] - areas[0]) / window,
-        (offsets[1] - offsets[0]) / (window * speed),
-        (headings[1] - headings[0]) / (window * speed),
-        (curvatures[1] - curvatures[0]) / window,
-        (slopes[1] - slopes[0]) / window,
-    )
+    area[1:] = period / 2 * np.cumsum(offset[1:] + offset[:-1])
+    at, means = np.array([half - w, half + w]), np.empty(5)
+    for k, values in enumerate((area, offset / speed, heading / speed, curvature, slope)):
+        first, last = np.interp(at, index, values)
+        means[k] = (last - first) / (2 * w * period)
+    return means

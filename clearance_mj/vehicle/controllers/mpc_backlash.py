@@ -106,9 +106,7 @@ def plan_costs(
         x -= p.turn * curvature[N]
         x[4] += d
         x[6] += d
-        for a in range(7):
-            for b in range(7):
-                costs[i] += x[a] * p.terminal[a, b] * x[b]
+        costs[i] += np.dot(x, p.terminal @ x)
     return costs
 
 

@@ -95,8 +95,7 @@ def register(registration: Registration) -> None:
 
 def get_controller(name: str) -> Registration:
     """Return the controller of a name; the message on an unknown one lists the known ones."""
-    if name not in CONTROLLERS:
-        raise ManoeuvreError(f'controller "{name}" is unknown; known: {", ".join(CONTROLLERS)}')
+    ManoeuvreError.require_known("controller", name, CONTROLLERS)
     return CONTROLLERS[name]
 
 

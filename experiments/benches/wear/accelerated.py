@@ -17,7 +17,7 @@ from clearance_mj.engines import Modal
 from clearance_mj.engines.base import step_factor
 from clearance_mj.wear import Sine, predict_life
 from clearance_mj.wear.growth import HOUR, clearances_of, growth, with_clearances
-from clearance_mj.wear.marching import start_march
+from clearance_mj.wear.marched import Marching
 
 RIG, LIMIT = "models/table1_rig.toml", 6e-4  # m, twice the gap
 SETTLING = 200  # periods before the wear begins
@@ -37,12 +37,12 @@ def whole_march(rig: Rig, sine: Sine, coefficient: float, periods: int = 4) -> f
     factor = step_factor(samples * sine.frequency, engine.largest_step(model.rig, model.law))
     steps = samples * factor
     period = sine.amplitude * np.cos(2 * np.pi * np.arange(steps) / steps)
-    march = start_march(model, engine, "base", 1 / (sine.frequency * steps), None)
+    march = Marching(model, engine, "base", 1 / (sine.frequency * steps), None)
     for _ in range(SETTLING):
         march.advance(period)
     clearances, hours = clearances_of(model.rig), 0.0
     while np.all(clearances[:, 0] < LIMIT * (1 - 1e-9)):
-        march = start_march(with_clearances(model, clearances), engine, "base", march.step, march.state)
+        march = Marching(with_clearances(model, clearances), engine, "base", march.step, march.state)
         rubbing = np.mean([march.advance(period).rubbing for _ in range(periods)], axis=0)
         step = periods / sine.frequency / HOUR
         grown = step * growth(model.rig, rubbing)

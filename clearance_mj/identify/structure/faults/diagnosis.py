@@ -70,8 +70,7 @@ def diagnose(update: RigUpdate) -> Diagnosis:
     """
     assessment, faults = Assessment(update), list[Fault]()
     for _ in range(MAX_FAULTS):
-        found = _next_fault(assessment)
-        if found is None:
+        if (found := _next_fault(assessment)) is None:
             break
         faults += found[0]
         assessment = found[1]
@@ -93,8 +92,7 @@ def misfit_alone(update: RigUpdate) -> Diagnosis:
 
 def _unexplained(assessment: Assessment) -> str:
     """What stands out and its likeliest cause, in words; "" if nothing does."""
-    missed = assessment.unexplained
-    if not missed:
+    if not (missed := assessment.unexplained):
         return ""
     words = f"no single cause explains what the updated rig misses: {missed}"
     cause = describe_signal_fault(assessment)

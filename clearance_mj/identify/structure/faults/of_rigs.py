@@ -74,8 +74,7 @@ def rig_corrections(assessment: Assessment) -> list[RigCorrection]:
 
 def _candidates(rig: Rig) -> Iterator[RigCorrection]:
     """Every change on the grids that makes a rig."""
-    beam = rig.beam
-    if beam is None:
+    if (beam := rig.beam) is None:
         return
     thick = "diameter" if beam.diameter else "height"
     for field, factors in ((thick, FACTORS), ("young_modulus", STIFFER), ("density", STIFFER)):
