@@ -302,6 +302,8 @@ def unbalance_response(
     at = [(label, rig.linear.place(point)[1], row) for label, point, row in read if "R" not in label]  # no angles
     planes = {label: f"node {label.split(':')[0]}, x = {x:.4g} m" for label, x, _ in at}
     rows = {label: row for label, _, row in at}  # a probe counts before a sensor
+    if not rows:
+        raise RigError(f"rig {rig.name!r}: its sensors and probes read angles alone; give a sensor that reads bending")
     near = np.multiply.outer(shaft.critical_speeds, np.concatenate((1 - NEAR, 1 + NEAR)))
     speed = np.union1d(speed, near[(near > speed[0]) & (near < speed[-1])])
     motion = np.array([*rows.values()]) @ shaft.under_unbalances(speed)

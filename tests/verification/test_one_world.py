@@ -7,7 +7,6 @@ fiftieth of the engines' steps. It shares nothing with the package but the numbe
 
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 import scipy.linalg
@@ -29,6 +28,7 @@ from clearance_mj.clearance import (
     TimeLaw,
 )
 from clearance_mj.clearance.greases.long_film import LongFilm
+from clearance_mj.core.jit import jit
 from clearance_mj.engines import Links, simulate_together
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Load, Rig, Sensor, Shaker
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
@@ -144,7 +144,7 @@ def twist_of_elements():
     return np.vstack((np.zeros((1, MODES)), shapes[:, :MODES])), square[:MODES]
 
 
-@numba.njit
+@jit
 def clearance_forces(x, v, forces):
     """Rows y and z of the round bushing, then teeth, then stop: contact in the first four, fillings in the others."""
     y, z = x[0] + 2e-5, x[1]
@@ -159,14 +159,14 @@ def clearance_forces(x, v, forces):
     forces[7] = 200.0 * x[3] + 1.0 * v[3]
 
 
-@numba.njit
+@jit
 def faster(q, v, steady, given, square, damping, rows, inputs, x, w, forces):
     x[:], w[:] = rows @ q, rows @ v
     clearance_forces(x, w, forces)
     return steady + inputs.T @ given - square * q - damping * v - rows.T @ (forces[:4] + forces[4:])
 
 
-@numba.njit
+@jit
 def runge_kutta(q, v, steady, drive, h, square, damping, rows, inputs, every):
     """Rows, velocities and forces at every so many steps; drive (2 n + 1, inputs) at half steps."""
     n = (len(drive) - 1) // 2
