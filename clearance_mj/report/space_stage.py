@@ -15,8 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from ..structure.base import parse_direction
-from .clip import Clip, WallsOfRow, walls_of_rows
+from .clip import Clip
 from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy
 
@@ -50,10 +49,7 @@ class SpaceStage(Pictures):
     def __init__(self, shown: Clip):
         super().__init__(shown)
         self.rows = shown.rig.clearance_rows
-        self.round = [j for j, bushing in enumerate(shown.rig.bushings) if bushing.is_round]
-        self.slots = [each for each in walls_of_rows(shown.rig) if each.bushing not in self.round]
-        axes = [parse_direction(bushing.position) or ("Z", 1) for bushing in shown.rig.bushings]
-        self.axes = [axis for axis, _ in axes]
+        self.axes = [shown.rig.row_axes[rows.stop - 1] for rows in self.rows]  # of a round one z, its second
         self.discs = self._discs()
         self.moving: list[Artist] = []
         self.above, self.orbits, below = self._axes()
@@ -94,7 +90,7 @@ class SpaceStage(Pictures):
             at = shown.exaggeration * shown.lift_at(point)[:, :, None] + radius * circle
             found.append(picture_of(shown.rig.linear.place(point)[1], at[:, 0], at[:, 1]))
         for j, bushing in enumerate(shown.rig.bushings):
-            if self.axes[j].startswith("R"):
+            if self._turns(j):
                 continue
             at = self._middle(j, 0)[:, None] + self._bore(j) * circle
             found.append(picture_of(shown.rig.linear.place(bushing.position)[1], *at))
@@ -116,12 +112,14 @@ class SpaceStage(Pictures):
                 self._draw_support(ax, support.position, support.kind in ("clamped", "guided"))
         self._draw_axes_of_space(ax)
         self.bodies = self._pieces(ax)
-        self.tubes = {j: self._draw_tube(ax, j) for j in self.round}
-        self.slabs = [self._draw_slabs(ax, *each) for each in self.slots]
+        self.tubes = {j: self._draw_tube(ax, j) for j, b in enumerate(self.shown.rig.bushings) if b.is_round}
+        self.slabs = {
+            j: self._draw_slabs(ax, j) for j in range(len(self.rows)) if not (j in self.tubes or self._turns(j))
+        }
         orders = [self._order(self.shown.rig.linear.place(point)[1]) for point, *_ in self.discs]
         self.plates = [(self._polygon(ax, MASS, at), self._line(ax, "white", 1.2, at + 0.001)) for at in orders]
         self.paths = [self._line(ax, COLOURS[j % len(COLOURS)], 1.1, 6) for j in range(len(self.rows))]
-        for j in (j for j, axis in enumerate(self.axes) if axis == "RX"):
+        for j in (j for j, (axis, _) in enumerate(self.axes) if axis == "RX"):
             for wall in filter(np.isfinite, self.shown.rig.bushings[j].walls):
                 ax.plot(*self._spoke(j, wall), color=HALF, lw=1.2, zorder=5)
 
@@ -191,14 +189,10 @@ class SpaceStage(Pictures):
             halves.append((half, self._line(ax, colour, 0.9, order + 0.1)))
         return halves[0], halves[1]
 
-    def _draw_slabs(
-        self, ax: Axes, bushing: int, row: int, axis: str, sign: int, walls: tuple[float, float]
-    ) -> list[Polygon | None]:
-        """The plate at each wall of a slot; None without one."""
-        slabs: list[Polygon | None] = []
-        for wall, order in zip(walls, (2.0, 5.0)):
-            slabs.append(self._polygon(ax, COLOURS[bushing % len(COLOURS)], order) if np.isfinite(wall) else None)
-        for slab in filter(None, slabs):
+    def _draw_slabs(self, ax: Axes, j: int) -> list[Polygon]:
+        """The plates at both walls of a slot, of which what is nowhere is not seen."""
+        slabs = [self._polygon(ax, COLOURS[j % len(COLOURS)], order) for order in (2.0, 5.0)]
+        for slab in slabs:
             slab.set(alpha=0.4)
         return slabs
 
@@ -216,33 +210,37 @@ class SpaceStage(Pictures):
         return [(point, heavy.get(point, 0.0), min(radius, most)) for point, _, radius in found]
 
     def _draw_orbit(self, ax: Axes, j: int) -> tuple[Line2D, Line2D]:
-        bushing, axis, colour = self.shown.rig.bushings[j], self.axes[j], COLOURS[j % len(COLOURS)]
-        gap, turns = self._shown_in_panel(j, bushing.gap), axis.startswith("R")
-        walls = self._shown_in_panel(j, np.array(bushing.walls))
+        bushing, (axis, _), colour = self.shown.rig.bushings[j], self.axes[j], COLOURS[j % len(COLOURS)]
+        gap, walls = self._in_panel(j, bushing.gap), self._in_panel(j, np.array(bushing.walls))
         if bushing.is_round:
             ax.plot(gap * np.cos(TURN), gap * np.sin(TURN), color=TEST, lw=0.9)
         for wall in () if bushing.is_round else walls[np.isfinite(walls)]:
             (ax.axvline if axis == "Y" else ax.axhline)(wall, color=TEST, lw=0.9)
-        reach = 1.1 * max(gap, np.abs(self._shown_in_panel(j, self.shown.path[:, self.rows[j]])).max())
+        reach = 1.1 * max(gap, np.abs(self._in_panel(j, self.shown.path[:, self.rows[j]])).max())
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        words = f"bushing {j + 1}" + (f", {axis} (mrad)" if turns else "")
-        tidy(ax, words, "z (µm)" if j == 0 and not turns else "", "" if turns else "y (µm)")
+        if self._turns(j):
+            tidy(ax, f"bushing {j + 1}, {axis} (mrad)")
+        else:
+            tidy(ax, f"bushing {j + 1}", "z (µm)" if j == 0 else "", "y (µm)")
         if j:
             ax.set_yticklabels([])
         dot = self._line(ax, colour, 0, 4)
         dot.set(marker="o", markersize=5)
         return self._line(ax, colour, 0.9, 3), dot
 
-    def _shown_in_panel(self, j: int, place: Any) -> Any:
+    def _turns(self, j: int) -> bool:
+        return self.axes[j][0].startswith("R")
+
+    def _in_panel(self, j: int, place: Any) -> Any:
         """µm of places in a clearance, mrad of rotations."""
-        return (1e3 if self.axes[j].startswith("R") else 1e6) * place
+        return (1e3 if self._turns(j) else 1e6) * place
 
     def _path(self, j: int, samples: slice) -> np.ndarray:
         """(2, n) places in a clearance: along y and z, of what moves along one of them 0 along the other."""
         path = self.shown.path[samples, self.rows[j]].T
         if len(path) == 2:
             return path
-        return np.concatenate((path, 0 * path) if self.axes[j] == "Y" else (0 * path, path))
+        return np.concatenate((path, 0 * path) if self.axes[j][0] == "Y" else (0 * path, path))
 
     def _spoke(self, j: int, angle: float) -> np.ndarray:
         """(2, 2) line from the shaft's axis outwards that shows a twist, rad."""
@@ -270,17 +268,18 @@ class SpaceStage(Pictures):
         trail = slice(max(last - round(TRAIL * len(shown.trace_time)), 0), max(last, 1))
         for j, tube in self.tubes.items():
             self._move_tube(tube, j, self._middle(j, i))
-        for each, slabs in zip(self.slots, self.slabs):
-            self._move_slabs(slabs, each, i)
+        for j, slabs in self.slabs.items():
+            self._move_slabs(slabs, j, i)
         for j, bushing in enumerate(shown.rig.bushings):
             path, x = self._path(j, trail), shown.rig.linear.place(bushing.position)[1]
-            if self.axes[j] == "RX":
+            if self.axes[j][0] == "RX":
                 self.paths[j].set_data(*self._spoke(j, path[1, -1]))
-            elif not self.axes[j].startswith("R"):
-                centre = self._middle(j, i) if bushing.is_round else self._carried(j, i)
-                self.paths[j].set_data(*picture_of(x, *(centre[:, None] + shown.exaggeration * path)))
+            elif not self._turns(j):
+                middle = self._middle(j, i) if bushing.is_round else self._carried(j, i)
+                drawn = middle[:, None] + shown.exaggeration * self.axes[j][1] * path
+                self.paths[j].set_data(*picture_of(x, *drawn))
         for j, (line, dot) in enumerate(self.trails):
-            path = self._shown_in_panel(j, self._path(j, trail))
+            path = self._in_panel(j, self._path(j, trail))
             line.set_data(*path)
             dot.set_data(*path[:, -1:])
 
@@ -321,14 +320,13 @@ class SpaceStage(Pictures):
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
             rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))
 
-    def _move_slabs(self, slabs: list[Polygon | None], each: WallsOfRow, i: int) -> None:
-        bushing = self.shown.rig.bushings[each.bushing]
+    def _move_slabs(self, slabs: list[Polygon], j: int, i: int) -> None:
+        bushing, (axis, sign) = self.shown.rig.bushings[j], self.axes[j]
         number, x = self.shown.rig.linear.place(bushing.position)
         radius = float(np.interp(x, *self.edges[number][:2]))
         along = max(bushing.length, 0.04 * self.shown.length) / 2 * np.array([-1, 1, 1, -1])
         across = 2 * radius * np.array([-1, -1, 1, 1])
-        for slab, wall, side in zip(slabs, each.walls, (-1, 1)):
-            if slab:
-                face = np.full(4, self.shown.exaggeration * wall + side * radius)
-                pair = np.stack((face, across) if each.axis == "Y" else (across, face))
-                slab.set_xy(picture_of(x + along, *(pair + self._carried(each.bushing, i)[:, None])).T)
+        for slab, wall, side in zip(slabs, sorted(sign * wall for wall in bushing.walls), (-1, 1)):
+            face = np.full(4, self.shown.exaggeration * wall + side * radius)
+            pair = np.stack((face, across) if axis == "Y" else (across, face)) + self._carried(j, i)[:, None]
+            slab.set(visible=bool(np.isfinite(wall)), xy=np.nan_to_num(picture_of(x + along, *pair)).T)
