@@ -131,7 +131,7 @@ def _grid(
     figure = canvas(0.4 + 1.75 * rows, max(WIDTH, 1.5 * columns))
     axes = figure.subplots(rows, columns, squeeze=False)
     for j, (line, bushing, (axis, _)) in enumerate(zip(axes, rig.bushing_of_row, rig.row_axes)):
-        along = f" {axis.lower()}" if rig.moves_across else ""
+        along = f" {axis} (mrad)" if axis.startswith("R") else f" {axis.lower()}" if rig.moves_across else ""
         for ax, (level, response) in zip(line, responses.items()):
             draw(ax, j, response)
             for wall in filter(np.isfinite, rig.row_walls[j]):
