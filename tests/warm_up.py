@@ -16,7 +16,7 @@ import clearance_mj as cm
 from clearance_mj import periodic
 from clearance_mj.engines import Modal, simulate_together
 from clearance_mj.rig import Grease, OilFilm, Spin, Unbalance
-from clearance_mj.wear.marching import Marching
+from clearance_mj.wear.marched import Marching
 
 from . import processes
 from .conftest import TABLE1

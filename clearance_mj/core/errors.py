@@ -20,7 +20,22 @@ class ClearanceError(Exception):
 
     @classmethod
     def require_known(cls, what: str, value: object, known: Iterable[str]) -> None:
-        """Refuse a value that is none of the known ones, which the message lists; ``what`` says of what it is."""
+        """Refuse a value that is none of the known ones, which the message lists.
+
+        Parameters
+        ----------
+        what : str
+            Of what it is a value, such as "window".
+        value : object
+            As it was given.
+        known : iterable of str
+            All values that would do.
+
+        Raises
+        ------
+        ClearanceError
+            This class of it.
+        """
         if value not in (names := list(known)):
             raise cls(f'{what} "{value}" is unknown; use {", ".join(names)}')
 

@@ -32,7 +32,7 @@ from .tables.stamps import read_stamps
 from .tables.times import time_of
 from .time_axis import Rate, Rates
 
-__all__ = ["find_rate", "read_columns", "read_csv", "read_table", "write_csv"]
+__all__ = ["read_columns", "read_csv", "read_table", "write_csv"]
 
 MOST_CODES = 10_000  # cells without numbers that are looked at
 

@@ -3,9 +3,8 @@
 from .backbones import Backbone, follow_backbone
 from .branch import Branch, SpecialPoint
 from .first_contact import find_first_contact
-from .forced import follow_response
+from .forced import follow_response, follow_response_over_level
 from .isolated import Isolas, find_isolas
-from .over_level import follow_response_over_level
 from .rattle_maps import Jump, RattleMap, map_rattle
 from .space.forced import follow_unbalance
 from .space.whirling import WhirlOnset, find_whirl_onset, follow_whirl

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Isolas", "all_around", "find_isolas"]
+__all__ = ["Isolas", "find_isolas"]
 
 MAX_STARTS = 1000
 SAME = 0.02  # relative distance of a motion from the straight line between two points of the branch it lies on

@@ -143,7 +143,15 @@ class RattleMap(ArrayData):
         return figure
 
     def mark(self, axes: Axes, gap: int) -> None:
-        """Mark on axes what is unknown at a gap's number, what has several vibrations, first contact and jumps."""
+        """Mark on axes what is unknown, what has several vibrations, first contact and jumps.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes
+            Frequency along x, level along y.
+        gap : int
+            Number of the gap on the map.
+        """
         from matplotlib.colors import ListedColormap
 
         from ..core.drawing import COLOURS, REPEAT, TEST

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from ..clearance.figures import AmplitudeCurve
+from ..clearance.figures import QUANTITIES, AmplitudeCurve, draw_curves
 from ..clearance.law import ContactLaw, TimeLaw
 from ..core.errors import RecordError
 from ..identify.forces.restoring import RestoringForce
@@ -17,11 +20,10 @@ from ..identify.methods.ridge import ridge_law
 from ..identify.records.lowest_mode import ridge_band
 from ..identify.registry import Identified
 from ..io.dataset import Dataset, Record
-from ..signals.wavelet import scalogram, skeleton
-from . import contact_figures as draw
-from .style import Drawing
+from ..signals.wavelet import Ridge, Scalogram, scalogram, skeleton
+from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, colour_bar, tidy
 
-__all__ = ["contact_drawings"]
+__all__ = ["contact_drawings", "contact_over_amplitude", "contact_over_time", "scalograms"]
 
 CURVE = 200  # amplitudes of a law's curve
 
@@ -68,10 +70,10 @@ def contact_drawings(
             yield f"{record.name}, contact over time: {'; '.join(words)}"
             continue
         caption = f"Record {record.name}: contact stiffness and damping over time."
-        figure = draw.contact_over_time(f"{record.name}: contact over time", measured, ridge)
+        figure = contact_over_time(f"{record.name}: contact over time", measured, ridge)
         yield Drawing(f"contact_over_time_{record.name}", figure, caption, caption)
     if windows:
-        figure = draw.contact_over_amplitude(windows, _curves(found, forces), [b.gap for b in found.rig.bushings])
+        figure = contact_over_amplitude(windows, _curves(found, forces), [b.gap for b in found.rig.bushings])
         caption = "Contact stiffness and damping over the amplitude of the motion: of windows, and of the law."
         yield Drawing("contact_over_amplitude", figure, caption, caption)
 
@@ -81,7 +83,7 @@ def _scalograms(record: Record) -> Figure:
         raise RecordError("no displacement probe at every bushing")
     planes = [scalogram(signal, record.fs, ridge_band(record.rig)) for signal in probes]
     gaps = [b.gap for b in record.rig.bushings]
-    return draw.scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
+    return scalograms(f"{record.name}: lowest mode", planes, [skeleton(p) for p in planes], gaps)
 
 
 def _ridge(found: Identified, record: Record, records: Sequence[Record]) -> TimeLaw:
@@ -102,3 +104,122 @@ def _curves(found: Identified, forces: Sequence[RestoringForce]) -> list[Amplitu
     k, c = law.over_amplitude(gaps.tolist(), amplitude, omega)
     reached = amplitude[:, None] <= largest
     return [AmplitudeCurve(label, amplitude, *(np.where(reached, v, np.nan) for v in (k, c)))]
+
+
+# Figures of contact: what records show of it over time and amplitude, and what the law makes of it.
+#
+# Black is what was measured, blue the law, orange the wavelet ridge (Okabe and Ito's palette).
+
+
+RIDGE = COLOURS[1]
+MM = 1e3
+COLUMNS = 1500  # of a scalogram that are drawn
+DECADES = 2.5  # of amplitude that its colours span
+WINDOWS = "force balance, windows of 0.5 s"
+LIMIT = 1.6  # axes end at so many times the 95th percentile of a curve: single windows scatter far
+
+
+def scalograms(title: str, planes: Sequence[Scalogram], ridges: Sequence[Ridge], gaps: Sequence[float]) -> Figure:
+    """Wavelet transform of the motion (m) in every bushing with its ridge, and its amplitude beside the gap."""
+    figure = _sheet(title, 2.1 * len(planes))
+    axes = figure.subplots(len(planes), 2, squeeze=False, sharex=True, width_ratios=(1.25, 1))
+    for j, ((left, right), plane, ridge, gap) in enumerate(zip(axes, planes, ridges, gaps)):
+        share = 100 * ridge.valid.mean()
+        words = f"ridge valid {share:.2g} % of the time" if share else "no ridge above the noise"
+        _draw_plane(figure, left, plane)
+        _draw_track(left, ridge, ridge.omega / (2 * np.pi), "white")
+        left.set_ylim(plane.frequency[0], plane.frequency[-1])
+        time = "Time (s)" if j == len(planes) - 1 else ""
+        tidy(left, f"bushing {j + 1}: {words}", "Frequency (Hz)", time)
+        left.grid(False)
+        _draw_track(right, ridge, MM * ridge.amplitude, RIDGE)
+        right.axhline(MM * gap, color=TEST, linewidth=0.9, linestyle="--", label="gap")
+        tidy(right, f"bushing {j + 1}: amplitude on the ridge", "Amplitude (mm)", time)
+        right.set_ylim(bottom=0)
+    axes[0, 1].legend(fontsize=FONT - 1, frameon=False, loc="best")
+    return figure
+
+
+def _draw_plane(figure: Figure, ax: Axes, plane: Scalogram) -> None:
+    stride = max(1, plane.time.size // COLUMNS)
+    edges = np.arange(0, plane.time.size, stride)
+    size = MM * np.sqrt(np.add.reduceat(np.abs(plane.value) ** 2, edges, axis=1) / stride)
+    top = size.max()
+    bottom = top / 10**DECADES
+    image = ax.pcolormesh(plane.time[edges], plane.frequency, np.maximum(size, bottom), norm=LogNorm(bottom, top),
+                          cmap="cividis", shading="nearest", rasterized=True)  # fmt: skip
+    colour_bar(figure, image, [ax], "Amplitude (mm)", FONT - 1, pad=0.01, aspect=25)
+
+
+def _draw_track(ax: Axes, ridge: Ridge, value: np.ndarray, colour: str) -> None:
+    """A line over time, dotted where the ridge is not valid."""
+    stride = max(1, ridge.time.size // (4 * COLUMNS))
+    time, valid, value = (v[::stride] for v in (ridge.time, ridge.valid, value))
+    ax.plot(time, np.where(valid, np.nan, value), color=colour, linewidth=0.8, linestyle=":", label="not valid")
+    ax.plot(time, np.where(valid, value, np.nan), color=colour, linewidth=1.6, label="valid")
+
+
+def contact_over_time(title: str, measured: ContactParameters | None, ridge: TimeLaw | None) -> Figure:
+    """Contact stiffness and damping over time: in windows, with two standard deviations, and on the wavelet ridge."""
+    n = next(found.k.shape[1] for found in (measured, ridge) if found)
+    figure = _sheet(title, 1.9 * n)
+    axes = figure.subplots(n, 2, squeeze=False, sharex=True)
+    for j, line in enumerate(axes):
+        for ax, name, label in zip(line, "kc", QUANTITIES):
+            if measured:
+                value, std = getattr(measured, name)[:, j], getattr(measured, f"{name}_std")[:, j]
+                ax.fill_between(measured.time, value - 2 * std, value + 2 * std, color=REPEAT, alpha=0.4, linewidth=0)
+                ax.plot(measured.time, value, ".-", color=TEST, linewidth=0.8, markersize=2.5, label=WINDOWS)
+            if ridge:
+                track = getattr(ridge, name)[:, j]
+                ax.plot(ridge.t, track, ".", color=RIDGE, markersize=2.5, zorder=1.5, label="wavelet ridge")
+            tidy(ax, f"bushing {j + 1}", label, "Time (s)" if j == n - 1 else "")
+            _limit(ax, value if measured else track)
+    _key(figure, axes)
+    return figure
+
+
+def contact_over_amplitude(
+    measured: Sequence[ContactParameters], curves: Sequence[AmplitudeCurve], gaps: Sequence[float]
+) -> Figure:
+    """Return the contact stiffness and damping over the amplitude of the motion: of every window, and of laws."""
+    figure = _sheet("", 1.9 * len(gaps))
+    axes = figure.subplots(len(gaps), 2, squeeze=False, sharex=True)
+    for j, line in enumerate(axes):
+        for ax, name in zip(line, "kc"):
+            columns = ("amplitude", name, f"{name}_std")
+            x, y, std = (np.concatenate([getattr(p, column)[:, j] for p in measured]) for column in columns)
+            look = {"fmt": ".", "color": TEST, "ecolor": REPEAT, "markersize": 3, "elinewidth": 0.5}
+            ax.errorbar(MM * x, y, std, label=f"{WINDOWS} (mean amplitude)", **look)
+            reached = [getattr(c, name)[c.amplitude <= np.nanmax(x), j] for c in curves if np.isfinite(x).any()]
+            _limit(ax, y, *reached)
+        draw_curves(line, j, curves, gaps[j])
+    for ax in axes[-1]:
+        ax.set_xlabel("Amplitude (mm)", fontsize=FONT)
+    _key(figure, axes)
+    return figure
+
+
+def _sheet(title: str, height: float) -> Figure:
+    figure = canvas(height + 0.5)
+    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06)
+    if title:
+        figure.suptitle(title, fontsize=FONT + 1)
+    return figure
+
+
+def _limit(ax: Axes, *curves: np.ndarray) -> None:
+    """End the axis near the bulk of what is drawn."""
+    top = max((LIMIT * np.percentile(v, 95) for v in [v[np.isfinite(v)] for v in curves] if v.size), default=0)
+    ax.set_ylim(0, top if top > 0 else 1)
+
+
+def _key(figure: Figure, axes: np.ndarray) -> None:
+    """One legend below all panels."""
+    entries: dict[str, Any] = {}
+    for ax in np.ravel(axes):
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= dict(zip(labels, handles))
+    figure.legend(
+        list(entries.values()), list(entries), loc="outside lower center", ncols=4, fontsize=FONT, frameon=False
+    )

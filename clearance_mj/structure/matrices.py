@@ -24,7 +24,7 @@ from .large import symmetric_factors
 from .matrix_files import VARIABLES, Matrix, as_matrix, read_matrix, read_model, write_model
 from .reduction import MAX_DENSE
 
-__all__ = ["UNITS", "Matrices", "check_mass_and_stiffness", "parts_of"]
+__all__ = ["UNITS", "Matrices"]
 
 UNITS = {
     "m-kg-s": (1.0, 1.0, 1.0),

@@ -16,7 +16,7 @@ from .disturbances import Crosswind, CrownedRoad, Disturbance
 from .path import Path
 
 __all__ = [
-    "MANOEUVRES", "Gate", "Manoeuvre", "check_feasible", "clothoid_arc", "double_lane_change", "get_manoeuvre",
+    "MANOEUVRES", "Manoeuvre", "check_feasible", "clothoid_arc", "double_lane_change", "get_manoeuvre",
     "iso3888_2_gates", "iso3888_gates", "iso_lane_change", "obstacle_avoidance", "single_lane_change", "slalom",
     "straight", "swift_obstacle_avoidance",
 ]  # fmt: skip

@@ -25,8 +25,7 @@ from ..periodic.stability import multipliers, samples_of_period, unstable
 from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
 from .growth import clearances_of, with_clearances
-from .marched import Marched, MarchedSource, averaged
-from .marching import Marching, ModalState
+from .marched import Marched, MarchedSource, Marching, ModalState, averaged
 from .operation import Operation, Source, Vibration
 from .rubbing import footprints, in_space, rubbing
 

@@ -15,10 +15,10 @@ from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
+from clearance_mj.identify.laws.measured_motion import RoundCase, RoundMotion, smallest_circle
+from clearance_mj.identify.laws.measured_motion import forces_along as round_forces_along
 from clearance_mj.identify.laws.round_comparison import along_valley
 from clearance_mj.identify.laws.round_fit import HOLE, fit_round, hole_of, parameters_of, placed
-from clearance_mj.identify.laws.round_motion import RoundCase, RoundMotion, smallest_circle
-from clearance_mj.identify.laws.round_motion import forces_along as round_forces_along
 from clearance_mj.identify.records.prepared import prepare, prepare_turning, prepared
 from clearance_mj.identify.records.run_out import run_out
 from clearance_mj.identify.structure.priors import priors, rig_with

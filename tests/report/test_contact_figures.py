@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from clearance_mj.clearance import TimeLaw
 from clearance_mj.identify.laws.contact_over_time import ContactParameters
-from clearance_mj.report import contact_figures as draw
+from clearance_mj.report import contact as draw
 from clearance_mj.signals.wavelet import ridge, scalogram
 
 FS, GAPS = 512.0, (3e-4, 4e-4)

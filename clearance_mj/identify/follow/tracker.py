@@ -23,7 +23,7 @@ from .alarms import QUANTITIES, TESTED, TRACKED, Alarm, significant_change
 from .changes import Changes, fused, refined
 from .initial_fit import between_family_variance, covariance_of_fixed, covariance_of_rig, fit_law
 
-__all__ = ["BLOCK", "ClearanceTracker", "TrackedLaw", "WindowEstimate", "log_quantities"]
+__all__ = ["BLOCK", "ClearanceTracker"]
 
 # The law of a clearance of which some parameters are tracked, and the others stay as they were fitted.
 

@@ -17,8 +17,8 @@ from ...estimate import Parameter, Problem, UnknownScale
 from ...estimate.problem import Linearised
 from ...rig import Bushing, Rig
 from ...rig.dimensions import shaft_radius
+from ..laws.measured_motion import WIDE, RoundCase, forces_along
 from ..laws.round_fit import HOLE, parameters_of, round_case
-from ..laws.round_motion import WIDE, RoundCase, forces_along
 from .forces import Forces, run_out
 from .windows import Window
 

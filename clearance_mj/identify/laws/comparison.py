@@ -22,8 +22,7 @@ from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .force_fit import ForceFit, fit_force
-from .measured_motion import MeasuredMotion
-from .round_motion import RoundMotion
+from .measured_motion import MeasuredMotion, RoundMotion
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
 __all__ = ["WORKERS", "FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on", "weighted"]

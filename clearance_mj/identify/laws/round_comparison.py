@@ -26,8 +26,8 @@ from ..records.prepared import PreparedRecord
 from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
 from .comparison import WORKERS, FamilyFit, weighted
+from .measured_motion import RoundMotion, forces_along
 from .round_fit import HOLE, RoundFit, fit_round, parameters_of, spread_by_rig
-from .round_motion import RoundMotion, forces_along
 
 __all__ = ["compare_round_families", "rests_of"]
 

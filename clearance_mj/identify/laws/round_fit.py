@@ -16,7 +16,7 @@ from ...clearance.oil_bearing import OilBearing
 from ...estimate import Estimates, Parameter, UnknownScale, solve
 from ...rig import Bushing, Friction
 from .force_fit import STOP, FamilyProblem, ForceFit
-from .round_motion import RoundCase, RoundMotion
+from .measured_motion import RoundCase, RoundMotion
 
 __all__ = ["HOLE", "RoundFit", "fit_round", "hole_of", "parameters_of", "placed", "round_case", "spread_by_rig"]
 

@@ -17,7 +17,7 @@ from clearance_mj.engines import Modal
 from clearance_mj.engines.base import step_factor
 from clearance_mj.wear import Sine, predict_life
 from clearance_mj.wear.growth import HOUR, clearances_of, growth, with_clearances
-from clearance_mj.wear.marching import Marching
+from clearance_mj.wear.marched import Marching
 
 RIG, LIMIT = "models/table1_rig.toml", 6e-4  # m, twice the gap
 SETTLING = 200  # periods before the wear begins
