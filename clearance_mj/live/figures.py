@@ -14,13 +14,12 @@ from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
 from ..linear import linear_model
 from ..model import Model
-from ..report.clip import clip, walls_of_rows
+from ..report.clip import clip
 from ..rig import Bushing, Rig
 from ..rotors import clearance_places, turning_shaft
 from ..signals.frf import FRF
 from ..signals.response import Response
 from ..statistics.contact import contact_statistics
-from ..structure.base import is_rotation
 
 __all__ = [
     "Numbers", "frequencies_in_gap", "frf_numbers", "history", "motion", "names", "orbits", "places", "shaft",
@@ -110,9 +109,9 @@ def history(response: Response, first: float = 0.0, last: float = np.inf) -> Num
 def names(rig: Rig) -> list[str]:
     """Return the names of the rows of displacements: one of each clearance, or y and z of a round one."""
     found: list[str] = []
-    for i, b in enumerate(rig.bushings, 1):
-        name = f"clearance {i}, {b.where}{' (mrad)' if is_rotation(b.position) else ''}"
-        found += [f"{name}, {axis}" for axis in "yz"] if b.is_round else [name]
+    for j, (axis, _) in zip(rig.bushing_of_row, rig.row_axes):
+        words = f", {axis.lower()}" if rig.bushings[j].is_round else " (mrad)" if axis.startswith("R") else ""
+        found.append(f"clearance {j + 1}, {rig.bushings[j].where}{words}")
     return found
 
 
@@ -140,7 +139,7 @@ def motion(rig: Rig, response: Response) -> Numbers:
         }
         for i, bushing in enumerate(rig.bushings)
     ]  # fmt: skip
-    walls = [list(w) for b in rig.bushings for w in ([(-b.gap, b.gap)] * 2 if b.is_round else [b.walls])]
+    walls = (rig.row_walls + rig.row_offsets[:, None]).tolist()
     part = _about_strongest(response, size)
     return Numbers(
         {"clearances": rows, "walls": walls}, {"x": x[:, part], "v": np.gradient(x, 1 / response.fs, axis=1)[:, part]}
@@ -189,22 +188,23 @@ def shaft(rig: Rig, response: Response) -> Numbers:
         seen = clip(rig, response, seconds=min(SHOWN, response.duration / 2), slow=SLOW, rate=PICTURES)
     except ClearanceError as error:
         return Numbers({"shaft": str(error)})
-    axes, n, lanes, lifts = "ZY" if rig.moves_across else "Z", len(rig.linear.shafts), [], []
-    shown = [each for axis in axes for each in walls_of_rows(rig) if each.axis == axis]
-    for view, axis in enumerate(axes):
-        lanes.append(seen.shaft + n * view)
-        lifts.append(seen.lift[:, "YZ".index(axis)])
-    spots = [(*rig.linear.place((b := rig.bushings[each.bushing]).position), b.length) for each in shown]
+    axes, n = "ZY" if rig.moves_across else "Z", len(rig.linear.shafts)
+    rows = [
+        (row, axes.index(axis), sign) for each in axes for row, (axis, sign) in enumerate(rig.row_axes) if axis == each
+    ]
+    on = [rig.bushings[rig.bushing_of_row[row]] for row, *_ in rows]
+    spots = [(rig.linear.place(b.position), n * view, b.length) for b, (_, view, _) in zip(on, rows)]
     facts: dict[str, Any] = {
         "slow": seen.slow, "rate": seen.rate, "starts": float(seen.time[0]),
-        "places": [[lane + n * axes.index(e.axis), x, length] for e, (lane, x, length) in zip(shown, spots)],
-        "walls": [list(each.walls) for each in shown],
+        "places": [[lane + below, x, length] for (lane, x), below, length in spots],
+        "walls": [sorted((sign * rig.row_walls[row]).tolist()) for row, _, sign in rows],
         "views": "Above: from the side, z upwards; below: from above, y upwards. " if rig.moves_across else "",
     }  # fmt: skip
     arrays = {
-        "position": np.tile(seen.position, len(axes)), "number": np.concatenate(lanes).astype(float),
-        "lift": np.concatenate(lifts, axis=1),
-        "pressed": seen.force[:, [each.row for each in shown]] * [each.sign for each in shown],
+        "position": np.tile(seen.position, len(axes)),
+        "number": np.concatenate([seen.shaft + n * view for view in range(len(axes))]).astype(float),
+        "lift": np.concatenate([seen.lift[:, "YZ".index(axis)] for axis in axes], axis=1),
+        "pressed": seen.force[:, [row for row, *_ in rows]] * [sign for *_, sign in rows],
     }  # fmt: skip
     return Numbers({"shaft": facts}, arrays)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,27 +12,17 @@ from ..rig import Rig
 from ..rotors.whirling import clearance_places, spin_and_angle
 from ..signals.response import Response
 from ..structure import Shaft
-from ..structure.base import parse_direction
+from ..structure.base import is_rotation
 from .deflection import deflection
 from .outline import outline
 
-__all__ = ["Clip", "WallsOfRow", "clip", "walls_of_rows"]
+__all__ = ["Clip", "clip"]
 
 POINTS = 81  # of a shaft's line, to which its steps are added
 DRAWN_LIFT, MAX_LIFT = 0.22, 0.4
 """largest lift as it is drawn, as a share of the shaft's length: if no exaggeration is asked for, and at most"""
 MIN_LIFT = 1e-4  # of the most: less cannot be seen
 MAX_FRAMES = 600
-
-
-class WallsOfRow(NamedTuple):
-    """A row of a clearance along y or z: where its walls are."""
-
-    bushing: int  #: number of the clearance
-    row: int  #: in displacements and forces
-    axis: str  #: "Y" or "Z", along which it moves
-    sign: int  #: of the row's displacement along the axis
-    walls: tuple[float, float]  #: m, the lower and the upper one along the axis, from the unloaded shaft; inf for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,22 +58,6 @@ class Clip:
         return np.reshape(rows, lift.shape[:-1])
 
 
-def walls_of_rows(rig: Rig) -> list[WallsOfRow]:
-    """Return the walls of every row of a clearance that moves along y or z; rotations have none that could be drawn."""
-    found: list[WallsOfRow] = []
-    for j, (bushing, rows) in enumerate(zip(rig.bushings, rig.clearance_rows)):
-        if bushing.is_round:
-            middles = np.array([bushing.offset_y, bushing.offset])
-            both = zip("YZ", range(rows.start, rows.stop), -bushing.gap - middles, bushing.gap - middles)
-            found += [WallsOfRow(j, row, axis, 1, (low, high)) for axis, row, low, high in both]
-            continue
-        axis, sign = parse_direction(bushing.position) or ("Z", 1)
-        if axis in ("Y", "Z"):
-            low, high = sorted(sign * wall for wall in bushing.walls)
-            found.append(WallsOfRow(j, rows.start, axis, sign, (low, high)))
-    return found
-
-
 def clip(rig: Rig, response: Response, start: float | None = None, seconds: float = 0.15, slow: float = 60.0,
          exaggeration: float | None = None, rate: float = 20.0) -> Clip:  # fmt: skip
     """Cut a response from rest to what an animation shows: ``seconds`` from ``start`` (s), ``slow`` times slower.
@@ -107,11 +80,11 @@ def clip(rig: Rig, response: Response, start: float | None = None, seconds: floa
     first, last = _window(response, start, seconds)
     shown, trace = np.linspace(first, last, count).round().astype(int), slice(first, last + 1)
     left, right = rig.linear.span
-    gaps = [rig.bushings[each.bushing].gap for each in walls_of_rows(rig)]
+    gaps = [b.gap for b in rig.bushings if not is_rotation(b.position)]
     largest = float(max([np.hypot(*lift[trace].transpose(1, 0, 2)).max(), *gaps]))
     contact, angle = np.asarray(response.contact_force), spin_and_angle(rig, response)[1]
-    sizes = [contact[rows.start] if b.n_coordinates == 1 else np.hypot(*contact[rows])
-             for b, rows in zip(rig.bushings, rig.clearance_rows)]  # fmt: skip
+    sizes = [np.hypot(*contact[rows]) if rows.stop - rows.start == 2 else contact[rows.start]
+             for rows in rig.clearance_rows]  # fmt: skip
     return Clip(
         rig, response.time[shown], np.concatenate(lines), np.repeat(np.arange(len(shafts)), [x.size for x in lines]),
         lift[shown], contact.T[shown], np.zeros(count) if angle is None else angle[shown], response.time[trace],

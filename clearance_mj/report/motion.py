@@ -27,7 +27,7 @@ BINS = 70  # of the density of a random motion, along displacement and velocity
 
 
 def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.ndarray:
-    """States (2, n_periods, n_bushings), m and m/s, once in every period of a sine (Hz) that begins at phase 0.
+    """States (2, n_periods, n_rows), m and m/s, once in every period of a sine (Hz) that begins at phase 0.
 
     ``drop`` s at the start are left out until the motion is steady; a RecordError says if no period is left.
     """
@@ -39,22 +39,22 @@ def stroboscopic(response: Response, frequency: float, drop: float = 0.0) -> np.
     return np.stack((spline(moments), spline(moments, 1)))
 
 
-def turning_points(response: Response, bushing: int, drop: float = 0.0) -> np.ndarray:
-    """Displacements (n,), m, at a bushing where its velocity passes zero, in their order; ``drop`` s are left out."""
-    spline = _spline(response, bushing)
+def turning_points(response: Response, row: int, drop: float = 0.0) -> np.ndarray:
+    """Displacements (n,), m, of a row where its velocity passes zero, in their order; ``drop`` s are left out."""
+    spline = _spline(response, row)
     moments = spline.derivative().roots(extrapolate=False)
     return spline(moments[moments >= drop])
 
 
-def _spline(response: Response, bushing: int | slice = slice(None)) -> CubicSpline:
+def _spline(response: Response, row: int | slice = slice(None)) -> CubicSpline:
     if response.displacement is None:
         raise RecordError("the response has no displacements at the bushings, so its motion there cannot be drawn")
-    return CubicSpline(response.time, response.displacement[bushing].T)
+    return CubicSpline(response.time, response.displacement[row].T)
 
 
-def _path(response: Response, bushing: int, drop: float) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement and velocity at a bushing, mm and mm/s."""
-    spline = _spline(response, bushing)
+def _path(response: Response, row: int, drop: float) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and velocity of a row, mm and mm/s."""
+    spline = _spline(response, row)
     time = response.time[response.time >= drop]
     return 1e3 * spline(time), 1e3 * spline(time, 1)
 
@@ -106,8 +106,7 @@ def poincare_sections(
         else:
             turns = 1e3 * turning_points(response, j, drop)
             x, y = turns[:-1], turns[1:]
-            gap, offset = rig.bushings[j].gap, rig.bushings[j].offset
-            ax.axhspan(1e3 * (-gap - offset), 1e3 * (gap - offset), color=FAINT, lw=0)
+            ax.axhspan(*np.nan_to_num(1e3 * rig.row_walls[j], neginf=x.min(), posinf=x.max()), color=FAINT, lw=0)
         ax.plot(x, y, ".", color=COLOURS[0], ms=4 if frequency else 1.5, mew=0)
 
     if frequency:
@@ -127,17 +126,18 @@ def poincare_sections(
 def _grid(
     rig: Rig, responses: Mapping[float, Response], draw: Callable[[Axes, int, Response], None], xlabel: str, ylabel: str
 ) -> Figure:
-    """A panel for each bushing (row) and level (column), with the gap."""
-    rows, columns = len(rig.bushings), len(responses)
+    """A panel for each row of a clearance and level (column), with the gap."""
+    rows, columns = rig.n_rows, len(responses)
     figure = canvas(0.4 + 1.75 * rows, max(WIDTH, 1.5 * columns))
     axes = figure.subplots(rows, columns, squeeze=False)
-    for j, (line, bushing) in enumerate(zip(axes, rig.bushings)):
+    for j, (line, bushing, (axis, _)) in enumerate(zip(axes, rig.bushing_of_row, rig.row_axes)):
+        along = f" {axis} (mrad)" if axis.startswith("R") else f" {axis.lower()}" if rig.moves_across else ""
         for ax, (level, response) in zip(line, responses.items()):
             draw(ax, j, response)
-            for wall in filter(np.isfinite, bushing.walls):
+            for wall in filter(np.isfinite, rig.row_walls[j]):
                 ax.axvline(1e3 * wall, color=TEST, lw=0.7, ls="--")
             first, last = ax is line[0], j == rows - 1
             tidy(ax, "", ylabel if first else "", xlabel if last else "")
             unit = "m/s²" if response.kind == "base" else "N"
-            ax.set_title(f"bushing {j + 1}, {level:g} {unit}", fontsize=FONT - 1, loc="left", pad=3)
+            ax.set_title(f"bushing {bushing + 1}{along}, {level:g} {unit}", fontsize=FONT - 1, loc="left", pad=3)
     return figure

@@ -7,6 +7,7 @@ plates above and below the shaft, or before and behind it, and teeth or another 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from ..structure.base import parse_direction
-from .clip import Clip, WallsOfRow, walls_of_rows
+from .clip import Clip
 from .stage import CLAMP, HALF, MASS, STEEL, Pictures
 from .style import COLOURS, FONT, TEST, tidy
 
@@ -50,10 +50,7 @@ class SpaceStage(Pictures):
     def __init__(self, shown: Clip):
         super().__init__(shown)
         self.rows = shown.rig.clearance_rows
-        self.round = [j for j, bushing in enumerate(shown.rig.bushings) if bushing.is_round]
-        self.slots = [each for each in walls_of_rows(shown.rig) if each.bushing not in self.round]
-        axes = [parse_direction(bushing.position) or ("Z", 1) for bushing in shown.rig.bushings]
-        self.axes = [axis for axis, _ in axes]
+        self.axes = [shown.rig.row_axes[rows.stop - 1] for rows in self.rows]  # of a round one z, its second
         self.discs = self._discs()
         self.moving: list[Artist] = []
         self.above, self.orbits, below = self._axes()
@@ -94,9 +91,10 @@ class SpaceStage(Pictures):
             at = shown.exaggeration * shown.lift_at(point)[:, :, None] + radius * circle
             found.append(picture_of(shown.rig.linear.place(point)[1], at[:, 0], at[:, 1]))
         for j, bushing in enumerate(shown.rig.bushings):
-            if self.axes[j].startswith("R"):
+            if self._turns(j):
                 continue
-            at = self._middle(j, 0)[:, None] + self._bore(j) * circle
+            bore = shown.exaggeration * bushing.gap + self._radius(j)
+            at = self._middle(j, 0)[:, None] + bore * circle
             found.append(picture_of(shown.rig.linear.place(bushing.position)[1], *at))
         corner = 0.17 * shown.length  # where the directions are, below on the right
         points = np.concatenate([part.reshape(2, -1) for part in found], axis=1)
@@ -116,12 +114,11 @@ class SpaceStage(Pictures):
                 self._draw_support(ax, support.position, support.kind in ("clamped", "guided"))
         self._draw_axes_of_space(ax)
         self.bodies = self._pieces(ax)
-        self.tubes = {j: self._draw_tube(ax, j) for j in self.round}
-        self.slabs = [self._draw_slabs(ax, *each) for each in self.slots]
+        self.tubes = {j: self._draw_tube(ax, j) for j in range(len(self.rows)) if not self._turns(j)}
         orders = [self._order(self.shown.rig.linear.place(point)[1]) for point, *_ in self.discs]
         self.plates = [(self._polygon(ax, MASS, at), self._line(ax, "white", 1.2, at + 0.001)) for at in orders]
         self.paths = [self._line(ax, COLOURS[j % len(COLOURS)], 1.1, 6) for j in range(len(self.rows))]
-        for j in (j for j, axis in enumerate(self.axes) if axis == "RX"):
+        for j in (j for j, (axis, _) in enumerate(self.axes) if axis == "RX"):
             for wall in filter(np.isfinite, self.shown.rig.bushings[j].walls):
                 ax.plot(*self._spoke(j, wall), color=HALF, lw=1.2, zorder=5)
 
@@ -183,24 +180,13 @@ class SpaceStage(Pictures):
         ax.text(x, y, name, fontsize=FONT - 1, ha="center", va="center", color=colour)
 
     def _draw_tube(self, ax: Axes, j: int) -> tuple[tuple[Polygon, Line2D], tuple[Polygon, Line2D]]:
-        """The half behind the shaft and the half before it, each with its rings at both ends."""
+        """The half behind the shaft and the half before it, or both plates of a slot, with lines at both ends."""
         colour, halves = COLOURS[j % len(COLOURS)], []
         for order, alpha in ((2.0, 0.28), (5.0, 0.16)):
             half = self._polygon(ax, colour, order)
             half.set(alpha=alpha, linewidth=0)
             halves.append((half, self._line(ax, colour, 0.9, order + 0.1)))
         return halves[0], halves[1]
-
-    def _draw_slabs(
-        self, ax: Axes, bushing: int, row: int, axis: str, sign: int, walls: tuple[float, float]
-    ) -> list[Polygon | None]:
-        """The plate at each wall of a slot; None without one."""
-        slabs: list[Polygon | None] = []
-        for wall, order in zip(walls, (2.0, 5.0)):
-            slabs.append(self._polygon(ax, COLOURS[bushing % len(COLOURS)], order) if np.isfinite(wall) else None)
-        for slab in filter(None, slabs):
-            slab.set(alpha=0.4)
-        return slabs
 
     def _discs(self) -> list[tuple[float | str, float, float]]:
         """Points of discs and masses, the angle (rad) of what marks their turning, and radii as drawn, m."""
@@ -216,41 +202,43 @@ class SpaceStage(Pictures):
         return [(point, heavy.get(point, 0.0), min(radius, most)) for point, _, radius in found]
 
     def _draw_orbit(self, ax: Axes, j: int) -> tuple[Line2D, Line2D]:
-        bushing, axis, colour = self.shown.rig.bushings[j], self.axes[j], COLOURS[j % len(COLOURS)]
-        gap, turns = self._shown_in_panel(j, bushing.gap), axis.startswith("R")
-        walls = self._shown_in_panel(j, np.array(bushing.walls))
+        bushing, (axis, _), colour = self.shown.rig.bushings[j], self.axes[j], COLOURS[j % len(COLOURS)]
+        gap, walls = self._in_panel(j, bushing.gap), self._in_panel(j, np.array(bushing.walls))
         if bushing.is_round:
             ax.plot(gap * np.cos(TURN), gap * np.sin(TURN), color=TEST, lw=0.9)
         for wall in () if bushing.is_round else walls[np.isfinite(walls)]:
             (ax.axvline if axis == "Y" else ax.axhline)(wall, color=TEST, lw=0.9)
-        reach = 1.1 * max(gap, np.abs(self._shown_in_panel(j, self.shown.path[:, self.rows[j]])).max())
+        reach = 1.1 * max(gap, np.abs(self._in_panel(j, self.shown.path[:, self.rows[j]])).max())
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        words = f"bushing {j + 1}" + (f", {axis} (mrad)" if turns else "")
-        tidy(ax, words, "z (µm)" if j == 0 and not turns else "", "" if turns else "y (µm)")
+        if self._turns(j):
+            tidy(ax, f"bushing {j + 1}, {axis} (mrad)")
+        else:
+            tidy(ax, f"bushing {j + 1}", "z (µm)" if j == 0 else "", "y (µm)")
         if j:
             ax.set_yticklabels([])
         dot = self._line(ax, colour, 0, 4)
         dot.set(marker="o", markersize=5)
         return self._line(ax, colour, 0.9, 3), dot
 
-    def _shown_in_panel(self, j: int, place: Any) -> Any:
+    def _turns(self, j: int) -> bool:
+        return self.axes[j][0].startswith("R")
+
+    def _in_panel(self, j: int, place: Any) -> Any:
         """µm of places in a clearance, mrad of rotations."""
-        return (1e3 if self.axes[j].startswith("R") else 1e6) * place
+        return (1e3 if self._turns(j) else 1e6) * place
 
     def _path(self, j: int, samples: slice) -> np.ndarray:
         """(2, n) places in a clearance: along y and z, of what moves along one of them 0 along the other."""
         path = self.shown.path[samples, self.rows[j]].T
         if len(path) == 2:
             return path
-        return np.concatenate((path, 0 * path) if self.axes[j] == "Y" else (0 * path, path))
+        return np.concatenate((path, 0 * path) if self.axes[j][0] == "Y" else (0 * path, path))
 
     def _spoke(self, j: int, angle: float) -> np.ndarray:
         """(2, 2) line from the shaft's axis outwards that shows a twist, rad."""
-        bushing = self.shown.rig.bushings[j]
-        number, x = self.shown.rig.linear.place(bushing.position)
-        radius = FLANK * float(np.interp(x, *self.edges[number][:2]))
-        at = np.pi / 2 + DRAWN_TWIST * angle / bushing.gap
-        return picture_of(x, radius * np.cos(at) * np.array([0, 1]), radius * np.sin(at) * np.array([0, 1]))
+        bushing, at = self.shown.rig.bushings[j], DRAWN_TWIST * angle / self.shown.rig.bushings[j].gap
+        reach = FLANK * self._radius(j) * np.array([0, 1])
+        return picture_of(self.shown.rig.linear.place(bushing.position)[1], -reach * np.sin(at), reach * np.cos(at))
 
     def _move(self, i: int) -> None:
         shown = self.shown
@@ -269,36 +257,39 @@ class SpaceStage(Pictures):
         last = int(np.searchsorted(shown.trace_time, shown.time[i] + 1e-12))
         trail = slice(max(last - round(TRAIL * len(shown.trace_time)), 0), max(last, 1))
         for j, tube in self.tubes.items():
-            self._move_tube(tube, j, self._middle(j, i))
-        for each, slabs in zip(self.slots, self.slabs):
-            self._move_slabs(slabs, each, i)
-        for j, bushing in enumerate(shown.rig.bushings):
-            path, x = self._path(j, trail), shown.rig.linear.place(bushing.position)[1]
-            if self.axes[j] == "RX":
-                self.paths[j].set_data(*self._spoke(j, path[1, -1]))
-            elif not self.axes[j].startswith("R"):
-                centre = self._middle(j, i) if bushing.is_round else self._carried(j, i)
-                self.paths[j].set_data(*picture_of(x, *(centre[:, None] + shown.exaggeration * path)))
+            middle, x = self._middle(j, i), shown.rig.linear.place(shown.rig.bushings[j].position)[1]
+            self._move_tube(tube, j, middle)
+            path = middle[:, None] + shown.exaggeration * self.axes[j][1] * self._path(j, trail)
+            self.paths[j].set_data(*picture_of(x, *path))
+        for j, (axis, _) in enumerate(self.axes):
+            if axis == "RX":
+                self.paths[j].set_data(*self._spoke(j, self._path(j, trail)[1, -1]))
         for j, (line, dot) in enumerate(self.trails):
-            path = self._shown_in_panel(j, self._path(j, trail))
+            path = self._in_panel(j, self._path(j, trail))
             line.set_data(*path)
             dot.set_data(*path[:, -1:])
 
-    def _carried(self, j: int, i: int) -> np.ndarray:
-        """(2,) drawn displacement of what a clearance is on: of the base none."""
-        to = self.shown.rig.bushings[j].to
-        return np.zeros(2) if to is None else self.shown.exaggeration * self.shown.lift_at(to, i)
-
     def _middle(self, j: int, i: int) -> np.ndarray:
-        """(2,) drawn place of a bushing's middle: of one on another shaft it moves with that."""
-        bushing = self.shown.rig.bushings[j]
-        return self._carried(j, i) - self.shown.exaggeration * np.array([bushing.offset_y, bushing.offset])
+        """(2,) drawn place of a clearance's middle: of one on another shaft it moves with that."""
+        to, offset = self.shown.rig.bushings[j].to, self.shown.rig.row_offsets[self.rows[j]]
+        carried = np.zeros(2) if to is None else self.shown.lift_at(to, i)
+        return np.asarray(self.shown.exaggeration * (carried - offset))
 
-    def _bore(self, j: int) -> float:
-        """Drawn radius of a tube's bore, m."""
-        bushing = self.shown.rig.bushings[j]
-        number, x = self.shown.rig.linear.place(bushing.position)
-        return self.shown.exaggeration * bushing.gap + float(np.interp(x, *self.edges[number][:2]))
+    def _radius(self, j: int) -> float:
+        """Radius of the shaft in a clearance, m."""
+        number, x = self.shown.rig.linear.place(self.shown.rig.bushings[j].position)
+        return float(np.interp(x, *self.edges[number][:2]))
+
+    def _walls(self, j: int) -> Iterator[np.ndarray]:
+        """(2, n) y and z of both parts of a wall as drawn, from its middle: half circles, or lines across the shaft."""
+        bushing, radius, (axis, sign) = self.shown.rig.bushings[j], self._radius(j), self.axes[j]
+        for start, wall, side in zip((np.pi / 2, -np.pi / 2), sorted(sign * wall for wall in bushing.walls), (-1, 1)):
+            if bushing.is_round:  # y < 0 lies behind the shaft, y > 0 before it
+                turn = np.linspace(start, start + np.pi, 37)
+                yield (self.shown.exaggeration * bushing.gap + radius) * np.array((np.cos(turn), np.sin(turn)))
+            else:
+                face = np.full(2, self.shown.exaggeration * wall + side * radius), 2 * radius * np.array([-1, 1])
+                yield np.array(face if axis == "Y" else face[::-1])
 
     def _silhouette(self, x: np.ndarray, lift: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """(2, n) outline of a bent shaft in the picture."""
@@ -311,24 +302,8 @@ class SpaceStage(Pictures):
     def _move_tube(self, halves: tuple[tuple[Polygon, Line2D], ...], j: int, centre: np.ndarray) -> None:
         bushing = self.shown.rig.bushings[j]
         x = self.shown.rig.linear.place(bushing.position)[1]
-        radius = self._bore(j)
         half = max(bushing.length, 0.02 * self.shown.length) / 2
-        behind = np.pi / 2, 3 * np.pi / 2
-        for (surface, rings), (low, high) in zip(halves, (behind, (-np.pi / 2, np.pi / 2))):
-            turn = np.linspace(low, high, 37)  # y < 0 lies behind the shaft, y > 0 before it
-            y, z = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
-            ends = [picture_of(x + side * half, y, z) for side in (-1, 1)]
+        for (surface, rings), wall in zip(halves, self._walls(j)):
+            ends = [picture_of(x + side * half, *(centre[:, None] + wall)) for side in (-1, 1)]
             surface.set_xy(np.concatenate((ends[0], ends[1][:, ::-1]), axis=1).T)
             rings.set_data(*np.concatenate((ends[0], np.full((2, 1), np.nan), ends[1]), axis=1))
-
-    def _move_slabs(self, slabs: list[Polygon | None], each: WallsOfRow, i: int) -> None:
-        bushing = self.shown.rig.bushings[each.bushing]
-        number, x = self.shown.rig.linear.place(bushing.position)
-        radius = float(np.interp(x, *self.edges[number][:2]))
-        along = max(bushing.length, 0.04 * self.shown.length) / 2 * np.array([-1, 1, 1, -1])
-        across = 2 * radius * np.array([-1, -1, 1, 1])
-        for slab, wall, side in zip(slabs, each.walls, (-1, 1)):
-            if slab:
-                face = np.full(4, self.shown.exaggeration * wall + side * radius)
-                pair = np.stack((face, across) if each.axis == "Y" else (across, face))
-                slab.set_xy(picture_of(x + along, *(pair + self._carried(each.bushing, i)[:, None])).T)

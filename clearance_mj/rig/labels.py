@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..structure.base import parse_place
+from ..structure.base import parse_dof, parse_place
 from .clearance import Bushing
 from .instruments import PROBE_NODE, Sensor, dof_label
 
@@ -32,6 +32,18 @@ class ClearanceRows:
         """(n_rows,) m, of the unloaded shaft from the middles of round clearances; 0 of slots and stops."""
         offsets = [(b.offset_y, b.offset) if b.is_round else (0.0,) for b in self.bushings]
         return np.array([each for of_one in offsets for each in of_one])
+
+    @functools.cached_property
+    def row_axes(self) -> list[tuple[str, int]]:
+        """Axis of each row, such as "Z", or "RX" of a twist, and 1 or -1 of its direction along it."""
+        return [dof[1:] for label in self.probe_labels if (dof := parse_dof(label))]
+
+    @property
+    def row_walls(self) -> np.ndarray:
+        """(n_rows, 2) m, displacements from the unloaded shaft at which each row is at its walls; infinite for none."""
+        walls = [[(-b.gap - at, b.gap - at) for at in (b.offset_y, b.offset)] if b.is_round else [b.walls]
+                 for b in self.bushings]  # fmt: skip
+        return np.array([pair for of_one in walls for pair in of_one]).reshape(-1, 2)
 
     @property
     def n_rows(self) -> int:

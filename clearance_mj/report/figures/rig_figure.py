@@ -143,18 +143,21 @@ class _SideView:
         y, left, width = self.level(i), x - bushing.length / 2, max(bushing.length, 0.004 * self.length)
         half = float(np.max(self.half(i, np.array([left, x, left + width]))))
         turns, inner = is_rotation(bushing.position), half + DRAWN_GAP
-        lower, upper = np.isfinite(bushing.walls) & (not turns)
-        for bottom, block in ((half, inner), (-inner, -inner - BLOCK)) if not turns else ():
-            if upper if bottom > 0 else lower:
-                ax.add_patch(Rectangle((left, y + bottom), width, DRAWN_GAP, facecolor="#ffee88", edgecolor="none"))
-                ax.add_patch(Rectangle((left, y + block), width, BLOCK, facecolor=GREY, edgecolor=DARK, lw=0.6))
+        filled, block = ("#ffee88", "none"), (GREY, DARK)
+        lower, upper = np.isfinite(bushing.walls)
         if turns:  # teeth, of a wheel on the shaft and of what they touch below
-            wide = 0.04 * self.length
-            for bottom in (-inner, -inner - BLOCK):
-                look: dict[str, Any] = {"facecolor": "#cccccc", "edgecolor": DARK, "hatch": "||||", "lw": 0.6}
-                ax.add_patch(
-                    Rectangle((x - wide / 2, y + bottom), wide, DRAWN_GAP if bottom == -inner else BLOCK, **look)
-                )
+            left, width, lower, upper = x - 0.02 * self.length, 0.04 * self.length, True, False
+            filled = block = "#cccccc", DARK
+        for there, gap, solid in ((upper, half, inner), (lower, -inner, -inner - BLOCK)):
+            for bottom, high, (face, edge) in ((gap, DRAWN_GAP, filled), (solid, BLOCK, block)):
+                look: dict[str, Any] = {
+                    "facecolor": face,
+                    "edgecolor": edge,
+                    "lw": 0.6,
+                    "hatch": "||||" if turns else "",
+                }
+                if there:
+                    ax.add_patch(Rectangle((left, y + bottom), width, high, **look))
         if bushing.to is None:
             self.pen.post(x, y + (inner if upper and not lower else -inner - BLOCK))
         else:
@@ -207,19 +210,15 @@ class _SideView:
         arrow = {"arrowstyle": "<->", "color": COLOURS[1], "linewidth": 1.4}
         words_at = self.first + 0.52 * length
         if rig.shaker.kind == "force":
-            for point, factor in rig.shaker.forces:
+            for point, factor in ((p, f) for p, f in rig.shaker.forces if not is_rotation(p)):
                 i, x = rig.linear.place(point)
-                if is_rotation(point):
-                    continue
                 foot = PLATE if self.level(i) == 0 else self.level(i) - 0.75
                 ax.annotate("", (x, self.level(i) - self.half(i, x)), (x, foot), arrowprops=arrow, zorder=2)
                 if factor != 1:
                     ax.text(x + 0.01 * length, foot + 0.06, f"× {factor:g}", fontsize=FONT - 1, color=COLOURS[1])
             turned = [f"{factor:g} N m/N" for point, factor in rig.shaker.forces if is_rotation(point)]
-            words, words_at = (
-                ", and twists by ".join(["shaker force", *turned]),
-                rig.linear.place(rig.shaker.forces[0][0])[1] + 0.02 * length,
-            )
+            words = ", and twists by ".join(["shaker force", *turned])
+            words_at = rig.linear.place(rig.shaker.forces[0][0])[1] + 0.02 * length
         else:
             held = "clamp and bushings" if rig.beam else "supports and bushings"
             words, along = f"base acceleration: plate, {held} move together", rig.shaker.unit_direction
