@@ -228,7 +228,7 @@ def forces_along(
         By which the law's ends are farther from the middle.
     """
     bushing = dataclasses.replace(case.bushing, offset=0.0, offset_y=0.0)
-    records = clearance_records(SimpleNamespace(bushings=(bushing,)), case.law, step)  # type: ignore[arg-type]
+    records = clearance_records(SimpleNamespace(bushings=(bushing,)), case.law, step)
     offset = records.bushings["offset"][0]
     records.numbers[offset : offset + 2] = case.rest
     if lever != 1.0:
