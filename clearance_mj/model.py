@@ -14,6 +14,7 @@ import numpy as np
 from .clearance.law import Law
 from .clearance.law_files import law_from_dict, load_law
 from .clearance.modelled import rig_and_law
+from .core.checks import naming
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
 from .core.overview import Overview, Shown, few
@@ -194,11 +195,10 @@ def _with_gap(model: Model, gap: Gap, n: int, seed: int) -> list[Model]:
 
 def _kept(path: Path, rig: Rig, n: int, seed: int) -> list[Model]:
     """Take n of the models that a file keeps, each at most once."""
-    try:
+    damages = OSError, ValueError, KeyError, TypeError, RecursionError
+    with naming(path, damages, LawError, "{}: holds no draws of a model ({})"):
         drawn = json.loads(plain_file(path).read_text(encoding="utf-8"))["drawn"]
         found = [Model.from_dict(drawn[i], rig) for i in np.random.default_rng(seed).permutation(len(drawn))[:n]]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise LawError(f"{path}: holds no draws of a model ({error})") from None
     if len(found) < n:
         raise LawError(f"{path}: keeps {len(drawn)} draws, {n} are wanted; identify again to draw more")
     return found

@@ -1,5 +1,6 @@
 """The errors that users meet; each message says what is wrong, where, and what would be right."""
 
+import math
 from collections.abc import Iterable
 
 MAX_CHARACTERS = 600  # of a message; what is quoted out of a damaged file can be as long as the file
@@ -38,6 +39,26 @@ class ClearanceError(Exception):
         """
         if value not in (names := list(known)):
             raise cls(f'{what} "{value}" is unknown; use {", ".join(names)}')
+
+    @classmethod
+    def require_positive(cls, unit: str = "", **values: float | None) -> None:
+        """Refuse numbers, by their names, that are not above 0 or not finite; None passes.
+
+        Parameters
+        ----------
+        unit : str
+            Of all of them, with a blank before it, such as " Hz".
+        **values : float, optional
+            The numbers.
+
+        Raises
+        ------
+        ClearanceError
+            This class of it.
+        """
+        for name, value in values.items():
+            if value is not None and not 0 < value < math.inf:
+                raise cls(f"{name} must be > 0{unit}, got {value!r}")
 
 
 class RigError(ClearanceError):

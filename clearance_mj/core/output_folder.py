@@ -23,6 +23,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from .cache import ResultCache, file_lock
+from .checks import naming
 from .errors import ClearanceError
 from .files import plain_file, sha256, write_text
 from .provenance import MANIFEST, WORK, files_of, made_from
@@ -174,15 +175,14 @@ def _write_json(path: Path, data: object) -> None:
 
 def _read_json(path: Path, *keys: str) -> dict[str, dict[str, Any]]:
     """A manifest or a list of moves, which may not lead out of the folder."""
-    try:
+    damages = ValueError, AttributeError, TypeError, KeyError
+    with naming(path, damages, ClearanceError, "{}: is damaged ({}); give another --out"):
         data = json.loads(plain_file(path).read_text(encoding="utf-8"))
         for name, entry in ((name, entry) for key in keys for name, entry in data[key].items()):
             if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
                 raise ValueError("a path leads out of the folder")
             if entry is not None and not entry.keys() >= {"sha256", "by"}:
                 raise ValueError(f"{name} has no digest")
-    except (ValueError, AttributeError, TypeError, KeyError) as error:
-        raise ClearanceError(f"{path}: is damaged ({error}); give another --out") from None
     return data
 
 

@@ -61,10 +61,8 @@ def read_lvm(path: str | PathLike[str]) -> list[LvmSegment]:
 def _read(path: str | PathLike[str]) -> tuple[list[LvmSegment], list[str]]:
     data = read_text(path)[0].decode()
     lines = _Lines(data.splitlines(), not data.endswith(("\n", "\r")))
-    try:
+    with naming(path, form="{}, {}"):
         return _segments(lines), lines.notes
-    except RecordError as error:
-        raise RecordError(f"{path}, {error}") from None
 
 
 def _segments(lines: _Lines) -> list[LvmSegment]:

@@ -190,8 +190,7 @@ def follow_response_over_level(
     start, stop = pair_of(amplitude_range, "amplitude_range", "")
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
         raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")
-    if not 0 < frequency < np.inf:
-        raise ExcitationError(f"frequency must be > 0 Hz, got {frequency!r}")
+    ExcitationError.require_positive(" Hz", frequency=frequency)
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
     system = condensed(model, excitation_kind(model.rig, kind), [start], harmonics, n_modes)
 

@@ -52,8 +52,7 @@ class Excitation(Shown, ArrayData):
         finite = np.isfinite(np.atleast_2d(value)).all(axis=0)
         if not finite.all():
             raise ExcitationError(f"sample {int(np.argmin(finite))} of the excitation is not finite")
-        if not 0 < self.fs < np.inf:
-            raise ExcitationError(f"fs must be > 0 Hz, got {self.fs!r}")
+        ExcitationError.require_positive(" Hz", fs=self.fs)
         kinds = (self.kind,) if value.ndim == 1 else tuple(self.kinds)
         for kind in kinds:
             if kind not in ("base", "force"):

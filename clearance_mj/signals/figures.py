@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,46 +31,11 @@ Correlation = tuple[np.ndarray, np.ndarray, np.ndarray, Iterable[float]]
 """Lines (n,), Hz, CSAC and CSF (n,), and the natural frequencies of the test, Hz, nan for what is not known"""
 
 
-class Functions(Protocol):
-    """An FRF."""
-
-    @property
-    def frequency(self) -> np.ndarray: ...
-    @property
-    def functions(self) -> np.ndarray: ...
-    @property
-    def coherence(self) -> np.ndarray | None: ...
-    @property
-    def measured(self) -> np.ndarray: ...
-    @property
-    def labels(self) -> tuple[str, ...]: ...
-    @property
-    def units(self) -> tuple[str, ...]: ...
-
-
-class Histories(Protocol):
-    """A response."""
-
-    @property
-    def fs(self) -> float: ...
-    @property
-    def kinds(self) -> tuple[str, ...]: ...
-    @property
-    def time(self) -> np.ndarray: ...
-    @property
-    def inputs(self) -> np.ndarray: ...
-    @property
-    def channels(self) -> np.ndarray: ...
-    @property
-    def quantities(self) -> tuple[str, ...]: ...
-    @property
-    def responses(self) -> tuple[str, ...]: ...
-    @property
-    def references(self) -> tuple[str, ...]: ...
-    @property
-    def clearance_rows(self) -> list[slice]: ...
-    @property
-    def spin(self) -> np.ndarray | None: ...
+# FRF and Response draw themselves with what is here, so their modules import this one.
+Functions: TypeAlias = Any
+"""An `FRF`"""
+Histories: TypeAlias = Any
+"""A `Response`"""
 
 
 def frf_figure(frfs: Mapping[str, Functions], rows: Sequence[int]) -> Figure:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.checks import naming
 from ..core.errors import RecordError
 from ..core.quantities import QUANTITIES
 
@@ -71,15 +72,11 @@ def labels(ds: xr.Dataset, name: str) -> tuple[str, ...]:
 
 def plain_json(data: dict[str, Any], name: str) -> str:
     """Plain data as JSON, or say that it is none."""
-    try:
+    with naming(f"{name} is not plain data", (TypeError, ValueError), RecordError):
         return json.dumps(data)
-    except (TypeError, ValueError) as error:
-        raise RecordError(f"{name} is not plain data: {error}") from None
 
 
 def from_json(ds: xr.Dataset, name: str) -> Any:
     """Plain data of an attribute that holds them as JSON."""
-    try:
+    with naming(f"its {name} is not JSON", ValueError, RecordError):
         return json.loads(attribute(ds, name))
-    except ValueError as error:
-        raise RecordError(f"its {name} is not JSON: {error}") from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,54 +27,13 @@ BEHIND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5,
 SPIN: dict[str, Any] = {"color": COLOURS[1], "lw": 0.8, "ls": "--"}
 
 
-class Ellipse(Protocol):
-    """A filtered orbit."""
-
-    def path(self, n_points: int = ...) -> np.ndarray:
-        """Return the ellipse (2, n_points), m."""
-
-
-class Orbits(Protocol):
-    """Orbits by turn."""
-
-    @property
-    def time(self) -> np.ndarray: ...
-    @property
-    def speed(self) -> np.ndarray: ...
-    @property
-    def position(self) -> np.ndarray: ...
-    @property
-    def marks(self) -> np.ndarray: ...
-
-    def filtered(self, order: int = ...) -> Ellipse:
-        """Return the ellipse that goes with the shaft."""
-
-
-class Lines(Protocol):
-    """A full spectrum, or several over speed."""
-
-    @property
-    def frequency(self) -> np.ndarray: ...
-    @property
-    def amplitude(self) -> np.ndarray: ...
-    @property
-    def window(self) -> str: ...
-    @property
-    def resolution(self) -> float: ...
-
-
-class Spectrum(Lines, Protocol):
-    """A full spectrum."""
-
-    @property
-    def averages(self) -> int: ...
-
-
-class Cascade(Lines, Protocol):
-    """Full spectra over speed."""
-
-    @property
-    def speed(self) -> np.ndarray: ...
+# What is drawn draws itself with what is here, so its modules import this one.
+Orbits: TypeAlias = Any
+"""`orbits.Orbits`"""
+Spectrum: TypeAlias = Any
+"""A `FullSpectrum`"""
+Cascade: TypeAlias = Any
+"""A `SpeedCascade`"""
 
 
 def orbit_figure(orbits: Mapping[str, Orbits | np.ndarray], gaps: Mapping[str, float]) -> Figure:

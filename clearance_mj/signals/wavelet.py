@@ -169,8 +169,7 @@ def _checked(signal: ArrayLike, fs: float, band: tuple[float, float], omega0: fl
     signal = np.asarray(signal, dtype=float)
     if signal.ndim != 1 or signal.size < 3:
         raise RecordError(f"a signal is one row of samples, got shape {signal.shape}")
-    if not 0 < fs < np.inf:
-        raise RecordError(f"fs must be > 0 Hz, got {fs!r}")
+    RecordError.require_positive(" Hz", fs=fs)
     if np.shape(band) != (2,) or not 0 < band[0] < band[1] <= fs / 2:
         raise RecordError(f"band must be two rising frequencies above 0 and up to fs / 2 = {fs / 2:g} Hz, got {band!r}")
     if not 4 <= omega0 < np.inf:

@@ -41,8 +41,7 @@ class Sound(Shown, ArrayData):
         self._set(pressure=read_only(self.pressure))
         if self.pressure.ndim != 1 or not self.pressure.size or not np.isfinite(self.pressure).all():
             raise RecordError(f"pressure must be one row of finite samples, got shape {self.pressure.shape}")
-        if not 0 < self.fs < np.inf:
-            raise RecordError(f"fs must be > 0 Hz, got {self.fs}")
+        RecordError.require_positive(" Hz", fs=self.fs)
 
     @property
     def time(self) -> np.ndarray:

@@ -109,8 +109,7 @@ def wav_bytes(
         As `write_wav`.
     """
     RecordError.require_known("encoding", encoding, ENCODINGS)
-    if not 0 < full_scale < np.inf:
-        raise RecordError(f"full_scale must be > 0, got {full_scale}")
+    RecordError.require_positive(full_scale=full_scale)
     if rate != int(rate) or rate < 1:
         raise RecordError(f"rate must be a whole number of samples per second, got {rate}")
     value, unit, name = _of(signal, row)

@@ -81,7 +81,7 @@ def read_mode_file(path: Path, scaled: bool = False) -> dict[str, Any]:
     RigError
         If the file cannot be used, or does not say how its modes are scaled.
     """
-    try:
+    with naming(path, RecordError, RigError, "{1}"):  # names the file already
         if path.suffix.lower() in (".csv", ".txt"):
             lines = read_lines(path)
             with naming(path):
@@ -89,8 +89,6 @@ def read_mode_file(path: Path, scaled: bool = False) -> dict[str, Any]:
         data = contents(path)
         with naming(path):
             return _read_universal(path, data, scaled)
-    except RecordError as error:
-        raise RigError(str(error)) from None
 
 
 def _read_universal(path: Path, data: bytes, scaled: bool) -> dict[str, Any]:

@@ -54,8 +54,7 @@ class Limit:
         if not (match := _TEXT.fullmatch(text)):
             raise ClearanceError(f'limit "{text}" is none such as "contact_force > 20 N" or "acceleration@3:+Z > 5 g"')
         quantity, at, value = match.groups()
-        if quantity not in KINDS:
-            raise ClearanceError(f'limit of "{quantity}" is unknown; use one of {", ".join(LIMITED)}')
+        ClearanceError.require_known("limit of", quantity, LIMITED)
         return cls(quantity, si_value(value, KINDS[quantity]), at)
 
     def row(self, rig: Rig) -> int | None:

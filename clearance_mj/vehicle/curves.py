@@ -13,19 +13,12 @@ import numpy as np
 from ..core.errors import ManoeuvreError
 from .path import Path, Piece
 
-__all__ = ["Derivatives", "check_positive", "clothoids", "graph", "lane", "lane_changes", "quintic"]
+__all__ = ["Derivatives", "clothoids", "graph", "lane", "lane_changes", "quintic"]
 
 SPACING = 0.1  # m between two points of a path
 ROOT, WEIGHT = np.polynomial.legendre.leggauss(5)
 
 Derivatives = Callable[[np.ndarray], Sequence[np.ndarray]]  # Y and its first three derivatives at X.
-
-
-def check_positive(**values: float) -> None:
-    """Refuse sizes that are not positive numbers; `ManoeuvreError` names the first."""
-    for name, value in values.items():
-        if not 0 < value < math.inf:
-            raise ManoeuvreError(f"{name} must be > 0, got {value:g}")
 
 
 def graph(derivatives: Derivatives, start: float, end: float) -> Piece:

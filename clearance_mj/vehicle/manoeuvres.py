@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.errors import ManoeuvreError
 from .commonroad import GRAVITY
-from .curves import check_positive, clothoids, graph, lane, lane_changes
+from .curves import clothoids, graph, lane, lane_changes
 from .disturbances import Crosswind, CrownedRoad, Disturbance
 from .path import Path
 
@@ -46,7 +46,7 @@ def iso3888_gates(width: float = 1.61, length_factor: float = 1.0) -> tuple[Gate
     Their widths are 1.1, 1.2 and 1.3 times the vehicle's plus 0.25 m; the lanes' centre lines are taken as 3.5 m apart.
     Lengths along X are scaled; 1 is the standard's.
     """
-    check_positive(width=width, length_factor=length_factor)
+    ManoeuvreError.require_positive(width=width, length_factor=length_factor)
     lanes = ((0.0, 15.0, 0.0, 1.1), (45.0, 70.0, LANE_OFFSET, 1.2), (95.0, 125.0, 0.0, 1.3))
     return tuple(Gate(a * length_factor, b * length_factor, y, factor * width + 0.25) for a, b, y, factor in lanes)
 
@@ -58,7 +58,7 @@ def iso3888_2_gates(width: float = 1.61) -> tuple[Gate, ...]:
     m but at least 3 m. The second begins 1 m to the left of the first one's left edge; the right edges of the first and
     the third are in line.
     """
-    check_positive(width=width)
+    ManoeuvreError.require_positive(width=width)
     first, second, third = 1.1 * width + 0.25, width + 1, max(1.3 * width + 0.25, 3.0)
     return (
         Gate(0.0, 12.0, 0.0, first),
@@ -123,7 +123,7 @@ def check_feasible(path: Path, speed: float, friction: float) -> None:
 
 def straight(length: float) -> Path:
     """Straight path along x, of a length in m."""
-    check_positive(length=length)
+    ManoeuvreError.require_positive(length=length)
     return Path.of("straight", clothoids([(length, 0.0, 0.0)]))
 
 
@@ -131,7 +131,7 @@ def clothoid_arc(
     radius: float = 200.0, clothoid: float = 60.0, arc: float = 100.0, lead: float = 30.0, tail: float = 60.0
 ) -> Path:
     """Straight, clothoid, left-hand arc, clothoid, straight; lengths in m."""
-    check_positive(radius=radius, clothoid=clothoid, arc=arc, lead=lead, tail=tail)
+    ManoeuvreError.require_positive(radius=radius, clothoid=clothoid, arc=arc, lead=lead, tail=tail)
     k = 1 / radius
     parts = [(lead, 0.0, 0.0), (clothoid, 0.0, k), (arc, k, k), (clothoid, k, 0.0), (tail, 0.0, 0.0)]
     return Path.of("clothoid-arc", clothoids(parts))
@@ -144,7 +144,7 @@ def double_lane_change(length_factor: float = 1.0) -> Path:
     5.7 m, Xs 27.19 and 56.46 m (Falcone et al., IEEE Trans. Control Syst. Technol. 15, 2007), with all lengths along X
     scaled; at 1 the path needs 10.9 m/s² at 72 km/h. It begins 30 m before X = 0, where its slope is below 1e-6.
     """
-    check_positive(length_factor=length_factor)
+    ManoeuvreError.require_positive(length_factor=length_factor)
     dx, dy, start = np.array([25.0, 21.95]), np.array([4.05, -5.7]), np.array([27.19, 56.46])
 
     def derivatives(x: np.ndarray) -> list[np.ndarray]:
@@ -161,7 +161,7 @@ def double_lane_change(length_factor: float = 1.0) -> Path:
 
 def single_lane_change(length: float = 60.0, offset: float = 3.5, lead: float = 30.0, tail: float = 70.0) -> Path:
     """Quintic lane change to the left over a length, between straights; all in m."""
-    check_positive(length=length, offset=offset, lead=lead, tail=tail)
+    ManoeuvreError.require_positive(length=length, offset=offset, lead=lead, tail=tail)
     return lane_changes("single-lane-change", [(0.0, length, offset)], -lead, length + tail)
 
 
@@ -170,7 +170,7 @@ def slalom(spacing: float = 36.0, amplitude: float = 1.2, cones: int = 5) -> Pat
 
     It needs A (π/D)² of curvature. Quintics over D lead from the straight to the first cone and from the last one back.
     """
-    check_positive(spacing=spacing, amplitude=amplitude, cones=cones)
+    ManoeuvreError.require_positive(spacing=spacing, amplitude=amplitude, cones=cones)
     wave, last = math.pi / spacing, (cones - 1) * spacing
     bend = amplitude * (wave * spacing) ** 2 / 2
     rise = np.polynomial.Polynomial([0, 0, 0, 10 * amplitude - bend, 2 * bend - 15 * amplitude, 6 * amplitude - bend])

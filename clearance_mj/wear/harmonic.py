@@ -61,12 +61,8 @@ class Sine(Operation):
     """of the Ritz basis"""
 
     def __post_init__(self) -> None:
-        if not 0 < self.frequency < np.inf:
-            raise ExcitationError(f"frequency must be > 0 Hz, got {self.frequency!r}")
-        if not 0 < self.amplitude < np.inf:
-            raise ExcitationError(f"amplitude must be > 0 m/s² or N, got {self.amplitude!r}")
-        if self.swept_from is not None and not 0 < self.swept_from < np.inf:
-            raise ExcitationError(f"swept_from must be > 0 Hz, got {self.swept_from!r}")
+        ExcitationError.require_positive(" Hz", frequency=self.frequency, swept_from=self.swept_from)
+        ExcitationError.require_positive(" m/s² or N", amplitude=self.amplitude)
         if self.kind not in (None, "base", "force"):
             raise ExcitationError(f'kind must be "base" or "force", got {self.kind!r}')
 

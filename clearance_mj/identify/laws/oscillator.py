@@ -74,8 +74,7 @@ def sdof(
     ln A are smoothed by local polynomials, over a bandwidth that cross-validation takes from the data.
     """
     check_options(correction, damping)
-    if not 0 < mass < np.inf:
-        raise RecordError(f"mass must be > 0 kg, got {mass!r}")
+    RecordError.require_positive(" kg", mass=mass)
     track = ridge(signal, fs, band, omega0)
     values = np.full((4, track.time.size), np.nan)
     for part in (slice(*run) for run in runs(track.valid)):

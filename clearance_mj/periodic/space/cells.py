@@ -7,7 +7,7 @@ import numpy as np
 from ...model import Model
 from ..arcs import Vibrations
 from ..cells import acting, moved
-from . import in_gap as in_gap  # what is known where no wall is touched
+from . import in_gap  # noqa: F401  # registers what it knows of round clearances
 from .condensed import UNBALANCE, round_condensed
 from .elements import depths
 from .forced import steady_spin
