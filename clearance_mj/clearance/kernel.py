@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.jit import inlined
+from ..core.jit import OPTIONS, inlined, jit
 from .follower import SLOWEST_IMPACT, impact_speed, signed_penetration
 from .lanes import any_below, choose, exponential, larger, root, signed, smaller, where_above
 from .pointers import at, call_law
@@ -54,6 +54,7 @@ def _store_two(numbers: Any, row: Any, r: Any, lanes: Any) -> None:
 
 _stored = of_one_or_two(_store_one, _store_two)
 _size = of_one_or_two(lambda r: 1, lambda r: 2)
+_nothing = of_one_or_two(lambda r: (0.0,), lambda r: (0.0, 0.0))
 
 
 @inlined
@@ -65,6 +66,79 @@ def keep_step(bushing: Bushing, numbers: np.ndarray) -> None:
         numbers[bushing.memory_was + i] = numbers[bushing.memory + i]
     for i in range(bushing.width):
         numbers[bushing.contact_was + i] = numbers[bushing.contact + i]
+
+
+# What is done lane by lane is called, not inlined: it is seldom needed, and machine code of it takes long to make.
+
+
+@jit(**OPTIONS)
+def _fill_by_lane(like: Any, bushing: Bushing, numbers: np.ndarray, count: int) -> None:
+    """Fill in answers of a filling from what was gathered of place, way and spin."""
+    own, size = (bushing.room + 6) * count, _size(like)
+    for lane in range(count):
+        call_law(
+            bushing.filling_law, at(numbers, bushing.filling * count + lane * bushing.filling_size),
+            at(numbers, bushing.memory * count + lane * bushing.states),
+            _of_lane(numbers, bushing.room, like, lane, count), _of_lane(numbers, bushing.room + 2, like, lane, count),
+            numbers[(bushing.room + 4) * count + lane], bushing.step, at(numbers, own),
+        )  # fmt: skip
+        for i in range(size + size * size):
+            numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+
+
+@jit(**OPTIONS)
+def _press_by_lane(bushing: Bushing, numbers: np.ndarray, count: int) -> None:
+    """Fill in answers of a contact from what was gathered of depth, speed and impact speed."""
+    own = (bushing.room + 6) * count
+    for lane in range(count):
+        given = bushing.room * count + lane
+        call_law(
+            bushing.contact_law, at(numbers, bushing.contact * count + lane * bushing.width), numbers[given],
+            numbers[given + count], numbers[given + 2 * count], at(numbers, own),
+        )  # fmt: skip
+        for i in range(2):
+            numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+
+
+@jit(**OPTIONS)
+def _touch_by_lane(bushing: Bushing, numbers: np.ndarray, count: int) -> None:
+    """Fill in answers of a wall from what was gathered of places."""
+    own = (bushing.room + 6) * count
+    for lane in range(count):
+        given = bushing.room * count + lane
+        parameters = at(numbers, bushing.wall * count + lane * bushing.wall_size)
+        call_law(bushing.wall_law, parameters, (numbers[given], numbers[given + count]), at(numbers, own))
+        for i in range(3):
+            numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+
+
+@jit(**OPTIONS)
+def _follow_by_lane(bushing: Bushing, numbers: np.ndarray, time: float, count: int) -> None:
+    """Interpolate between the rows of laws, from what was gathered of the distance from the middle."""
+    last = bushing.rows - 1
+    for lane in range(count):
+        reached, decay = bushing.envelope * count + lane, numbers[bushing.decay * count + lane]
+        numbers[reached] = max(numbers[bushing.room * count + lane], numbers[reached] * decay)
+        now = numbers[reached] if bushing.by_amplitude else time
+        row, after, share = 0, last, 0.0
+        if now >= numbers[(bushing.abscissa + last) * count + lane]:
+            row = last
+        elif now > numbers[bushing.abscissa * count + lane]:
+            while after - row > 1:  # numpy.searchsorted would count references
+                middle = (row + after) // 2
+                if numbers[(bushing.abscissa + middle) * count + lane] <= now:
+                    row = middle
+                else:
+                    after = middle
+            low = numbers[(bushing.abscissa + row) * count + lane]
+            share = (now - low) / (numbers[(bushing.abscissa + row + 1) * count + lane] - low)
+        width = bushing.width
+        values = at(numbers, bushing.contact * count + lane * width)
+        table = at(numbers, bushing.table * count + (lane * bushing.rows + row) * width)
+        for i in range(width):
+            values[i] = table[i]
+            if share > 0.0:
+                values[i] += share * (table[width + i] - table[i])
 
 
 @inlined
@@ -80,17 +154,7 @@ def fill(bushing: Bushing, numbers: np.ndarray, r: Any, spin: Any, lanes: tuple[
         _stored(numbers, bushing.room, place, lanes)
         _stored(numbers, bushing.room + 2, dr, lanes)
         store(numbers, bushing.room + 4, spin, lanes)
-        count, size = len(lanes), _size(r)
-        for lane in range(count):
-            own = (bushing.room + 6) * count
-            call_law(
-                bushing.filling_law, at(numbers, bushing.filling * count + lane * bushing.filling_size),
-                at(numbers, bushing.memory * count + lane * bushing.states),
-                _of_lane(numbers, bushing.room, r, lane, count), _of_lane(numbers, bushing.room + 2, r, lane, count),
-                numbers[(bushing.room + 4) * count + lane], step, at(numbers, own),
-            )  # fmt: skip
-            for i in range(size + size * size):
-                numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+        _fill_by_lane(_nothing(r), bushing, numbers, len(lanes))
     else:
         parameters, memory = block(numbers, bushing.filling, lanes), block(numbers, bushing.memory, lanes)
         call_law(bushing.filling_law, parameters, memory, place, dr, spin, step, block(numbers, bushing.out, lanes))
@@ -118,33 +182,9 @@ def distance(bushing: Bushing, numbers: np.ndarray, lanes: tuple[int, ...]) -> A
 @inlined
 def follow_law(bushing: Bushing, numbers: np.ndarray, time: float, lanes: tuple[int, ...]) -> None:
     """Find the contact's parameters at a time, s: linear between the law's rows, the ends hold beyond."""
-    last, count = bushing.rows - 1, len(lanes)
-    if last == 0:
-        return
-    store(numbers, bushing.room, distance(bushing, numbers, lanes), lanes)
-    for lane in range(count):
-        reached, decay = bushing.envelope * count + lane, numbers[bushing.decay * count + lane]
-        numbers[reached] = max(numbers[bushing.room * count + lane], numbers[reached] * decay)
-        now = numbers[reached] if bushing.by_amplitude else time
-        row, after, share = 0, last, 0.0
-        if now >= numbers[(bushing.abscissa + last) * count + lane]:
-            row = last
-        elif now > numbers[bushing.abscissa * count + lane]:
-            while after - row > 1:  # numpy.searchsorted would count references
-                middle = (row + after) // 2
-                if numbers[(bushing.abscissa + middle) * count + lane] <= now:
-                    row = middle
-                else:
-                    after = middle
-            low = numbers[(bushing.abscissa + row) * count + lane]
-            share = (now - low) / (numbers[(bushing.abscissa + row + 1) * count + lane] - low)
-        width = bushing.width
-        values = at(numbers, bushing.contact * count + lane * width)
-        table = at(numbers, bushing.table * count + (lane * bushing.rows + row) * width)
-        for i in range(width):
-            values[i] = table[i]
-            if share > 0.0:
-                values[i] += share * (table[width + i] - table[i])
+    if bushing.rows > 1:
+        store(numbers, bushing.room, distance(bushing, numbers, lanes), lanes)
+        _follow_by_lane(bushing, numbers, time, len(lanes))
 
 
 @inlined
@@ -156,15 +196,7 @@ def _spring_and_damper(
         store(numbers, bushing.room, depth, lanes)
         store(numbers, bushing.room + 1, inwards, lanes)
         store(numbers, bushing.room + 2, impact, lanes)
-        count = len(lanes)
-        for lane in range(count):
-            given, own = bushing.room * count + lane, (bushing.room + 6) * count
-            call_law(
-                bushing.contact_law, at(numbers, bushing.contact * count + lane * bushing.width), numbers[given],
-                numbers[given + count], numbers[given + 2 * count], at(numbers, own),
-            )  # fmt: skip
-            for i in range(2):
-                numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+        _press_by_lane(bushing, numbers, len(lanes))
     else:
         parameters, out = block(numbers, bushing.contact, lanes), block(numbers, bushing.out, lanes)
         call_law(bushing.contact_law, parameters, depth, inwards, impact, out)
@@ -213,13 +245,7 @@ def touch(bushing: Bushing, numbers: np.ndarray, y: Any, z: Any, lanes: tuple[in
     if bushing.wall_by_lane:
         store(numbers, bushing.room, y, lanes)
         store(numbers, bushing.room + 1, z, lanes)
-        count = len(lanes)
-        for lane in range(count):
-            given, own = bushing.room * count + lane, (bushing.room + 6) * count
-            parameters = at(numbers, bushing.wall * count + lane * bushing.wall_size)
-            call_law(bushing.wall_law, parameters, (numbers[given], numbers[given + count]), at(numbers, own))
-            for i in range(3):
-                numbers[(bushing.out + i) * count + lane] = numbers[own + i]
+        _touch_by_lane(bushing, numbers, len(lanes))
     else:
         out = block(numbers, bushing.out, lanes)
         call_law(bushing.wall_law, block(numbers, bushing.wall, lanes), (y, z), out)
