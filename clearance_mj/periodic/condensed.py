@@ -123,8 +123,6 @@ def require_periodic(model: Model, kind: str) -> None:
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    if any(b.friction and not b.is_round for b in rig.bushings):
-        raise RigError(f"rig {rig.name!r}: harmonic balance knows no friction of slots yet; simulate it")
     if (rig.loads or rig.gravity) and not rig.moves_across:
         raise RigError(f"rig {rig.name!r}: harmonic balance of slots knows no constant load yet; simulate it")
     if rig.orders:

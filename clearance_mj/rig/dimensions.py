@@ -319,7 +319,7 @@ def planar(rig: InSpace, what: str) -> None:
 
 
 def one_kind(rig: InSpace, what: str) -> None:
-    """Refuse a rig of slots that moves along y and z, where a calculation knows slots along z or round clearances.
+    """Refuse slots that rub or move along y and z, where a calculation knows slots along z or round clearances.
 
     Parameters
     ----------
@@ -337,6 +337,9 @@ def one_kind(rig: InSpace, what: str) -> None:
     if slot is not None:
         moves = f"rig {rig.name!r} moves along y and z, and bushings[{slot}] is a {rig.bushings[slot].of_stops}"
         raise ClearanceError(f"{what} takes slots or round clearances, not both yet: {moves}")
+    rubbing = next((i for i, b in enumerate(rig.bushings) if b.slides is not None), None)
+    if rubbing is not None:
+        raise ClearanceError(f"{what} knows no friction of slots yet: rig {rig.name!r}, bushings[{rubbing}].friction")
 
 
 def shaft_radius(rig: InSpace, bushing: int) -> float:

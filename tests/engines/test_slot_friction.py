@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.core.errors import RigError
+from clearance_mj.core.errors import ClearanceError, RigError
 from clearance_mj.engines import static_equilibrium
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Load, Rig, Sensor, Shaker, Spin
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Support
@@ -139,6 +139,12 @@ def test_what_cannot_slide_is_named(change, words):
     with pytest.raises(RigError) as error:
         MASSES.replace(bushings=(dataclasses.replace(STOP, **change),))
     assert words in str(error.value) and "\n" not in str(error.value)
+
+
+def test_what_knows_no_friction_of_slots_says_so():
+    law = cm.ConstantLaw(100.0, 2.0)
+    with pytest.raises(ClearanceError, match=r"harmonic balance knows no friction of slots yet: .*bushings\[0\].fric"):
+        cm.periodic.follow_response(cm.Model(MASSES.replace(loads=()), law), 1.0, (0.1, 0.2))
 
 
 def test_angles_and_displacements_do_not_rub_on_each_other():
