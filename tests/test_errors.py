@@ -33,7 +33,7 @@ from clearance_mj.signals.references import join_references
 from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 from experiments.article import Inputs
 from experiments.real.records import read_dropbear
 from experiments.testrig import Truth, integrator, simulate_rig

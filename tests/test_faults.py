@@ -31,7 +31,7 @@ from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import FRF
 from clearance_mj.study import study as study_module
 from clearance_mj.sweep import run_sweep
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 
 from .conftest import ROOT
 from .processes import FORK, PATIENCE, Apart, calls, content, interrupt, kill, limit_files

@@ -8,10 +8,9 @@ logarithms, v its exponents. Several rigs may fit equally well; every start's so
 Friswell and Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, chapters 5 and 8.
 """
 
-from .files import read_frequencies, read_frf
 from .fit import Calibration, Solution, calibrate, profile
 from .free import value_of
-from .targets import FRFTarget, ModalTarget, modal_target
+from .targets import FRFTarget, ModalTarget, modal_target, read_frequencies, read_frf
 
 __all__ = [
     "Calibration", "FRFTarget", "ModalTarget", "Solution", "calibrate", "modal_target", "profile", "read_frequencies",

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.jit import OPTIONS, STRICT, jit
 from . import library
 from .drives import ANGLE, BEGUN, BRISTLES, DRIVE, INPUT, MOTOR_TORQUE, SPEED
-from .memory import doubles, field, integers, pointer
+from .library import doubles, field, integers, pointer
 
 __all__ = ["PLACE", "PLACES", "advance", "turn"]
 

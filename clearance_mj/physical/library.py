@@ -1,4 +1,6 @@
-"""MuJoCo's library for compiled code: its functions by name, and where its structures keep their fields."""
+"""MuJoCo's library for compiled code: its functions by name, and where its structures keep their fields;
+addresses as arrays.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +12,18 @@ from typing import Any
 import llvmlite.binding
 import mujoco
 import numba
+import numpy as np
 from mujoco.introspect import ast_nodes, structs
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 
-__all__ = ["CONTACT", "CONTACT_SIZE", "DATA", "LIBRARY", "MODEL", "OPTION", "external"]
+from ..core.jit import OPTIONS, jit
+
+__all__ = [
+    "CONTACT", "CONTACT_SIZE", "DATA", "LIBRARY", "MODEL", "OPTION", "doubles", "external", "field", "integers",
+    "pointer",
+]  # fmt: skip
 
 _FILES = sorted(p for p in Path(mujoco.__file__).parent.iterdir() if p.name.startswith(("libmujoco", "mujoco.dll")))
 LIBRARY = ctypes.CDLL(
@@ -66,3 +77,34 @@ def _offsets(name: str) -> dict[str, int]:
 MODEL, OPTION, DATA, CONTACT = (_offsets(name) for name in ("mjModel", "mjOption", "mjData", "mjContact"))
 """Offsets of their fields, bytes"""
 CONTACT_SIZE = ctypes.sizeof(_structure("mjContact"))
+
+
+@intrinsic
+def _to_pointer(_: Any, place: Any) -> Any:
+    """An address as a pointer."""
+
+    def generate(context: Any, builder: Any, __: Any, values: Any) -> Any:
+        return builder.inttoptr(values[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.intp), generate
+
+
+pointer: Any = _to_pointer  # Address as a pointer, for compiled code
+
+
+@jit(**OPTIONS)
+def doubles(place: int, n: int) -> np.ndarray:
+    """Numbers of 8 bytes at an address."""
+    return numba.carray(pointer(place), n, np.float64)
+
+
+@jit(**OPTIONS)
+def integers(place: int, n: int) -> np.ndarray:
+    """Integers of 4 bytes at an address."""
+    return numba.carray(pointer(place), n, np.int32)
+
+
+@jit(**OPTIONS)
+def field(place: int) -> int:
+    """A pointer that a structure holds."""
+    return numba.carray(pointer(place), 1, np.int64)[0]

@@ -21,8 +21,7 @@ from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
-from .library import external
-from .memory import doubles, field, integers, pointer
+from .library import doubles, external, field, integers, pointer
 
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
 

@@ -16,10 +16,9 @@ from matplotlib.patches import Patch
 
 from ..core.files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
-from ..vehicle.effort import SEGMENT
 from ..vehicle.experiment import Case, Outcome
 from ..vehicle.manoeuvres import get_manoeuvre
-from ..vehicle.run import Run
+from ..vehicle.run import SEGMENT, Run
 from . import html
 from .style import FONT, Drawing, canvas, tidy
 from .tables import Column, Table, write_csv

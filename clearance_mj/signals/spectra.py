@@ -142,7 +142,7 @@ class Spectra(Shown, ArrayData):
         rows : sequence of int, optional
             Those that are drawn; None: all.
         """
-        from .spectra_figure import spectra_figure
+        from .figures import spectra_figure
 
         shown = rows_of(self.labels, rows, RecordError)
         functions = [(self.labels[row], self.units[row], self.value[row]) for row in shown]

@@ -212,7 +212,7 @@ import importlib, json, operator, sys
 import numpy as np
 from clearance_mj.core.jit import digest
 from clearance_mj.identify.laws.grease import _bouc_wen
-from clearance_mj.joints.hysteresis_loop import loop_force
+from clearance_mj.joints.hysteresis import loop_force
 from clearance_mj.vehicle.lost_motion import LostMotion
 from clearance_mj.vehicle.steering_run import _lost_motion
 

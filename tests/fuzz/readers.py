@@ -14,7 +14,7 @@ import numpy as np
 import scipy.io
 
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.calibrate.files import read_frequencies
+from clearance_mj.calibrate.targets import read_frequencies
 from clearance_mj.clearance.law_files import law_from_dict, load_law
 from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.io import formats, lvm
@@ -24,7 +24,7 @@ from clearance_mj.io.registry import FORMATS, Format
 from clearance_mj.io.uff import read_geometry, scan_uff
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import load_plan
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 

@@ -32,7 +32,7 @@ from clearance_mj.signals.response import Response
 from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure import ModalStructure
 from clearance_mj.structure.geometry import Geometry
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 from tests.io.sheets_by_hand import TABLE as SHEET
 from tests.io.sheets_by_hand import ods, xlsx
 from tests.io.test_lvm import AS_LABVIEW, BODY, restarted

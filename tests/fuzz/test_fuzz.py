@@ -22,7 +22,7 @@ from clearance_mj.io.mat import read_mat
 from clearance_mj.live import server
 from clearance_mj.sweep import load_plan
 from clearance_mj.sweep.design import Design, Vary
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 
 from . import command_lines, run, samples
 from .__main__ import table

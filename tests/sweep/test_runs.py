@@ -15,7 +15,7 @@ from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.tasks import run_tasks
 from clearance_mj.sweep import run_sweep
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 
 from ..processes import DEVNULL, PATIENCE, run, started, wait_for
 from .plans import loaded, small

@@ -25,7 +25,7 @@ from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Clamp
 from clearance_mj.sweep import Design, Vary, run_sweep
-from clearance_mj.sweep.store import Table
+from clearance_mj.sweep.run import Table
 
 from .plans import EXCITATION, OUTPUTS, loaded, small, text
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearance_mj.vehicle.effort import REVERSAL, effort, rate_spectrum
+from clearance_mj.vehicle.run import REVERSAL, effort, rate_spectrum
 
 T = np.arange(3000) * 0.01
 

@@ -7,8 +7,7 @@ import pytest
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.stanley import Stanley
 from clearance_mj.vehicle.manoeuvres import clothoid_arc, straight
-from clearance_mj.vehicle.nominal import Vehicle
-from clearance_mj.vehicle.tyre import Tyre
+from clearance_mj.vehicle.nominal import Tyre, Vehicle
 
 CAR = Vehicle(
     mass=1500.0, yaw_inertia=2500.0, lf=1.2, lr=1.8, cornering_front=9e4, cornering_rear=9e4, tyre=Tyre(20.0, 1e6, 1.35)
