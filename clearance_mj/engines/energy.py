@@ -94,7 +94,7 @@ class EnergyBalance:
     contact: np.ndarray
     """(n_bushings, n_t) stored in contacts"""
     impacts: tuple[Impact, ...]
-    """in the order of their ends"""
+    """in the order in which they are over"""
     friction: np.ndarray | None = None
     """(n_bushings, n_t) lost where a shaft in space rubs"""
     weight: np.ndarray | None = None
@@ -209,7 +209,8 @@ def energy_balance(
     ends = np.concatenate(balanced.ends)
     ends = ends.reshape(len(ends), 2 * n, len(OF_END))
     visits = (visit for c in range(2 * n) for visit in _impacts(ends[:, c], c, rig, simulation.step))
-    impacts = tuple(each for each in visits if each.time + each.duration <= size / excitation.fs)
+    over = [each for each in visits if each.time + each.duration <= size / excitation.fs]
+    impacts = tuple(sorted(over, key=lambda each: each.time + each.duration))
     return EnergyBalance(
         response=simulation.response(excitation.value.T, output), fs=excitation.fs, impacts=impacts, **found
     )  # fmt: skip
