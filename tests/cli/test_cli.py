@@ -188,7 +188,8 @@ def test_the_command_studies_what_the_library_does(capsys):
     with pytest.raises(SystemExit):
         main(["study", "--help"])
     words = "".join(capsys.readouterr().out.split())
-    assert f"(default:thoseof{','.join(METHODS)}that" in words and f"(default:{','.join(ENGINES)})" in words
+    assert f"(default:thoseof{','.join(METHODS)}that" in words
+    assert f"(default:{','.join(ENGINES)};modalalonewherelinkscannot)" in words
 
 
 def test_a_command_is_one_registration(capsys):

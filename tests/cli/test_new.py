@@ -90,7 +90,7 @@ def test_comments_hold_the_defaults(tmp_path):
     assert set(unset) == {
         "width", "height", "damping_ratios", "clamp", "film_height", "to", "position", "direction", "also",
         "bearable_depth", "housing", "planes", "stiffness", "damping", "friction", "film", "radius", "gravity", "spin",
-        "moment", "phase", "plate", "shape", "wear", "relative_to", "fibre", "node",
+        "moment", "phase", "plate", "shape", "wall", "wear", "relative_to", "fibre", "node",
         "kind", "delay", "name", "force", "torque", "order",
     }  # fmt: skip
     assert {"description", "elastic_ratio", "film_limit", "kind"} <= given
