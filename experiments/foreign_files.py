@@ -19,7 +19,7 @@ from clearance_mj.io.contents import FileContents
 from clearance_mj.io.inventory import inventory
 from clearance_mj.io.registry import FORMATS
 from clearance_mj.universal import contents, scan
-from clearance_mj.universal.kinds import named_sets
+from clearance_mj.universal.fields import named_sets
 
 ROOT = Path(__file__).parents[1]
 FOLDER = Path(os.environ.get("CLEARANCE_FOREIGN_FILES", ROOT.parent / "shared" / "data" / "foreign"))

@@ -36,9 +36,13 @@ def keys_of(rig: Rig, path: str) -> list[Key]:
     """Keys, in the rig's plain data, of every number that a path stands for; a RigError lists the known paths."""
     data = rig.to_dict()
     known = [key for key in numbers(data) if _counts(key)]
-    with contextlib.suppress(ClearanceError):
+    with contextlib.suppress(ClearanceError):  # of beam.rayleigh each has its own unit: none share a value
         found = find_numbers(data, path)
-        if found and set(found) <= set(known) and (_share_a_value(found[0]) or path == path_of(found[0])):
+        if (
+            found
+            and set(found) <= set(known)
+            and (isinstance(_field_of(found[0])[-1], str) or path == path_of(found[0]))
+        ):
             return found
     names = dict.fromkeys(re.sub(r"\[\d+\]", "[N]", path_of(key)) for key in map(_field_of, known))
     counts = {k: len(getattr(rig, k)) for k in ("masses", "bushings", "sensors")}
@@ -56,11 +60,6 @@ def _counts(key: Key) -> bool:
 def _field_of(key: Key) -> Key:
     """Key of a field; both ends of a section have one."""
     return key[:-1] if len(key) > 1 and key[-2] in TAPERED else key
-
-
-def _share_a_value(key: Key) -> bool:
-    """Whether several numbers of a field may: those of beam.rayleigh may not, their units differ."""
-    return isinstance(_field_of(key)[-1], str)
 
 
 def value_of(rig: Rig, path: str) -> float:

@@ -92,10 +92,9 @@ def _compared(
     """The comparison as plain data, itself, and how to draw it."""
     from ..report.comparison import draw
     from ..signals.alignment import accelerance
-    from ..signals.compared_modes import mac_of_modes
+    from ..signals.compared_modes import distinct_modes, mac_of_modes
     from ..signals.comparison import compare, compare_modes
     from ..signals.ema import MIN_LINES, NO_MODES
-    from ..signals.mode_quality import distinct_modes
 
     frequency, rows = aligned.test.frequency, len(aligned.test.labels)
     n_modes = options.modes if frequency.size >= MIN_LINES else 0

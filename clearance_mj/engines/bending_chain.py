@@ -16,8 +16,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from ..structure import Shaft, Support
+from ..structure.section import HELD
 from ..structure.shaft import OF_BENDING
-from ..structure.supports import HELD
 from .chain import Chain, Hold
 
 __all__ = ["BendingChain", "Link"]

@@ -12,7 +12,7 @@ from scipy.interpolate import make_interp_spline
 
 from ..core.checks import even_rate
 from ..core.errors import RecordError
-from ..signals.resample import resampled
+from ..signals.sampling import resampled
 from .channels import Channel
 from .gaps import without_codes
 

@@ -244,7 +244,7 @@ def _rms(values: np.ndarray) -> np.ndarray:
 def compare_modes(test_frf: FRF, model_frf: FRF, n_modes: int = 4, test_modes: Modes | None = None) -> pd.DataFrame:
     """Extract the modes of a test's and of a model's FRFs, and pair them one to one by MAC and frequency.
 
-    Poles of one peak are joined (`mode_quality.distinct_modes`). A mode that is hardly extracted is not compared.
+    Poles of one peak are joined (`compared_modes.distinct_modes`). A mode that is hardly extracted is not compared.
 
     Parameters
     ----------

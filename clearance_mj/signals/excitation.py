@@ -10,8 +10,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .excitation_checks import (
+from .excitation_data import (
     Band,
+    Excitation,
+    described,
     generator_of,
     lines_within_band,
     require,
@@ -20,7 +22,6 @@ from .excitation_checks import (
     require_period,
     sample_count,
 )
-from .excitation_data import Excitation, described
 from .psd import PSD, psd_noise
 
 __all__ = [

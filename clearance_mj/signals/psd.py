@@ -15,7 +15,7 @@ from ..core.errors import ClearanceError, ExcitationError, RecordError
 from ..core.files import read_lines
 from ..core.overview import Overview, Shown
 from .arrays import ArrayData, read_only
-from .excitation_checks import Band, generator_of, lines_within_band, require, require_level, sample_count
+from .excitation_data import Band, generator_of, lines_within_band, require, require_level, sample_count
 
 __all__ = ["PSD", "psd_noise"]
 

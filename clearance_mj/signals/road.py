@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ExcitationError
 from ..core.validation import NotNegative, Positive, checked
-from .excitation_checks import Band, require
+from .excitation_data import Band, require
 from .psd import PSD
 
 __all__ = ["ROAD_CLASSES", "SPATIAL_BAND", "QuarterCar", "Road", "road_psd"]

@@ -19,14 +19,6 @@ Estimator = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """H (n_outputs, n_f) from S_xx (n_f,), S_yy and S_yx (n_outputs, n_f)"""
 
 
-def _h1(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
-    return syx / sxx
-
-
-def _h2(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
-    return syy / syx.conj()
-
-
 def _hv(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
     """Minus the ratio of the parts of the eigenvector to the smaller eigenvalue of [[sxx, sxy], [syx, syy]].
 
@@ -37,7 +29,9 @@ def _hv(sxx: np.ndarray, syy: np.ndarray, syx: np.ndarray) -> np.ndarray:
     return np.where(difference > 0, (root + difference) / (2 * syx.conj()), 2 * syx / (root - difference))
 
 
-ESTIMATORS: dict[str, Estimator] = {"H1": _h1, "H2": _h2, "Hv": _hv}
+ESTIMATORS: dict[str, Estimator] = {
+    "H1": lambda sxx, syy, syx: syx / sxx, "H2": lambda sxx, syy, syx: syy / syx.conj(), "Hv": _hv,
+}  # fmt: skip
 
 
 class Welch:

@@ -1,6 +1,6 @@
 """Hear a response: the sound that a plate radiates, WAV files in physical units, and loudness (ISO 532-1)."""
 
-from ..signals.resample import resampled
+from ..signals.sampling import resampled
 from .over_level import LoudnessOverLevel, heard, loudness_of_each, loudness_over_level, sound_over_level
 from .pressure import Sound
 from .radiation import radiate, velocity

@@ -22,8 +22,8 @@ from ..core.errors import RecordError
 from ..core.files import read_bytes, replacing
 from ..core.quantities import QUANTITIES
 from ..signals.arrays import ArrayData
-from ..signals.resample import resampled
 from ..signals.response import Response
+from ..signals.sampling import resampled
 from ..version import __version__
 from .pressure import Sound
 

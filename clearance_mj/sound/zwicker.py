@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import ClearanceError, RecordError
 from ..core.overview import Overview, Shown
 from ..signals.arrays import ArrayData
-from ..signals.resample import resampled
+from ..signals.sampling import resampled
 from .pressure import Sound
 from .wav import RATE
 

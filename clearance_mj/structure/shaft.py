@@ -18,8 +18,7 @@ from ..core.errors import RigError
 from ..core.validation import NotNegative, Number, Share, Text, checked
 from .base import Assembly, Structure, Turning, parse_direction, parse_place, register
 from .elements import Element, Mesh, Rigidity, TorsionMesh
-from .section import Material, Section
-from .supports import HELD, Disc, Support
+from .section import HELD, Disc, Material, Section, Support
 
 __all__ = ["Disc", "Material", "Section", "Shaft", "Support", "rows_at"]
 

@@ -11,8 +11,18 @@ import numpy as np
 
 from ..core.checks import DIRECTIONS, NAME_LIMIT, NOWHERE, require_finite
 from ..core.errors import RecordError
-from .fields import CLOSE, DELIMITER, Units, closing_line, decoded, read_dof, read_integer, read_real, with_exponents
-from .kinds import FUNCTION_TYPES
+from .fields import (
+    CLOSE,
+    DELIMITER,
+    FUNCTION_TYPES,
+    Units,
+    closing_line,
+    decoded,
+    read_dof,
+    read_integer,
+    read_real,
+    with_exponents,
+)
 
 TIME_FUNCTION, CROSS_SPECTRUM, FREQUENCY_RESPONSE, TRANSMISSIBILITY, COHERENCE = 1, 3, 4, 5, 6
 TIME, FREQUENCY, UNSAID = 17, 18, (0, 1)

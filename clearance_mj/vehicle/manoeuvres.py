@@ -11,9 +11,8 @@ import numpy as np
 
 from ..core.errors import ManoeuvreError
 from .commonroad import GRAVITY
-from .curves import clothoids, graph, lane, lane_changes
 from .disturbances import Crosswind, CrownedRoad, Disturbance
-from .path import Path
+from .path import Path, clothoids, graph, lane, lane_changes
 
 __all__ = [
     "MANOEUVRES", "Manoeuvre", "check_feasible", "clothoid_arc", "double_lane_change", "get_manoeuvre",

@@ -6,12 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+import scipy.optimize
 
+from clearance_mj.clearance.law import ContactLaw, Law
+from clearance_mj.core.errors import ManoeuvreError
 from clearance_mj.report.style import Drawing
 from clearance_mj.report.tables import Column, Table
 from clearance_mj.report.vehicle import METRICS, look
+from clearance_mj.rig import Rig
 from clearance_mj.study import Study
-from clearance_mj.vehicle.controllers.clearance_model import secant_stiffness
 from clearance_mj.vehicle.experiment import CONTROLLERS, GAP, LENGTH_FACTORS
 from clearance_mj.vehicle.steering import Steering
 
@@ -22,7 +25,7 @@ from .motion import comparison, prior_information, setting
 from .result import Result, to_table
 from .style import FONT, panel, sheet
 
-__all__ = ["run"]
+__all__ = ["run", "secant_stiffness"]
 
 CONTROLLERS_SWEPT = ("smc", "smc-cm", "mpc", "mpc-cm")
 GAPS = (0.0, 0.09, 0.18, 0.27, 0.36, 0.45)  # degrees at the road wheel
@@ -177,3 +180,23 @@ def _identified_table(rows: pd.DataFrame) -> Table:
         assumed = r.assumed_stiffness if r.law else None
         body.append((*words, assumed, 1e3 * r.peak_e_y, 1e3 * r.rms_e_y, 1e3 * (r.rms_e_y - best["rms_e_y"])))
     return to_table("identified", "Identified laws as the clearance model", columns, body)
+
+
+def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
+    """Contact force over penetration of a bushing under a steady force, N: a clearance model's k, N/m, from a law.
+
+    Of a schedule in time the mean stiffness is taken, of one in amplitude that at gap plus penetration.
+    """
+    table, gap = law.table(len(rig.bushings)), rig.bushings[bushing].gap
+    k = table.parameters[:, bushing, 0]
+
+    def excess(penetration: float) -> float:
+        if isinstance(law, ContactLaw):
+            return law.contact[bushing % len(law.contact)].force(penetration, 0.0) - force
+        now = np.interp(gap + penetration, table.abscissa, k) if table.by_amplitude else np.mean(k)
+        return float(now * penetration - force)
+
+    deepest = 1e3 * gap
+    if excess(deepest) < 0:
+        raise ManoeuvreError(f"the law's contact at bushings[{bushing}] does not carry {force:g} N")
+    return force / scipy.optimize.brentq(excess, 0.0, deepest, xtol=1e-12)

@@ -18,9 +18,9 @@ from clearance_mj.vehicle.controllers import (
     Task,
     get_controller,
 )
-from clearance_mj.vehicle.curves import lane_changes
 from clearance_mj.vehicle.experiment import GAP, REGIMES, ROAD_MOMENT
 from clearance_mj.vehicle.path import Path as Road
+from clearance_mj.vehicle.path import lane_changes
 from clearance_mj.vehicle.plant import MultiBody, Spread
 from clearance_mj.vehicle.run import Run, follow_path, nominal_task
 from clearance_mj.vehicle.sensors import CarSensors

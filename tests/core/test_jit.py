@@ -191,20 +191,20 @@ PAIRS = {
     ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
     ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",
-        "joints.hysteresis_loop.loop_force",
+        "joints.hysteresis.loop_force",
     ],
-    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis_loop.loop_force"],
+    ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
     ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): [
         "periodic.forces._grease_over_period"
     ],
     ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.at_one_frequency._left"],
     ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): [
-        "vehicle.steering_run._lost_motion",
-        "vehicle.twin_model.simulate",
+        "vehicle.steering._lost_motion",
+        "vehicle.twin.simulate",
     ],
     ("vehicle/magic_formula.py", "z = B * slip", "z = -B * slip"): ["vehicle.commonroad.multi_body"],
-    ("physical/memory.py", "n, np.float64", "n + 1, np.float64"): ["physical.softener_loop._follow"],
+    ("physical/library.py", "n, np.float64", "n + 1, np.float64"): ["physical.softener_loop._follow"],
 }
 
 NUMBERS = """
@@ -214,7 +214,7 @@ from clearance_mj.core.jit import digest
 from clearance_mj.identify.laws.grease import _bouc_wen
 from clearance_mj.joints.hysteresis import loop_force
 from clearance_mj.vehicle.lost_motion import LostMotion
-from clearance_mj.vehicle.steering_run import _lost_motion
+from clearance_mj.vehicle.steering import _lost_motion
 
 def digest_of(name):
     module, _, function = ("clearance_mj." + name).rpartition(".") if ":" not in name else name.partition(":")

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from clearance_mj.signals.compared_modes import common_modes
+from clearance_mj.signals.compared_modes import common_modes, distinct_modes, mode_errors
 from clearance_mj.signals.comparison import compare, compare_modes
 from clearance_mj.signals.frf import FRF
-from clearance_mj.signals.mode_quality import distinct_modes, mode_errors
 from clearance_mj.statistics import repeatability
 from clearance_mj.study.rows import level_summaries
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import ManoeuvreError
-from clearance_mj.vehicle.curves import lane_changes
 from clearance_mj.vehicle.experiment import Case, check
 from clearance_mj.vehicle.manoeuvres import (
     MANOEUVRES,
@@ -20,6 +19,7 @@ from clearance_mj.vehicle.manoeuvres import (
     swift_obstacle_avoidance,
 )
 from clearance_mj.vehicle.nominal import Vehicle
+from clearance_mj.vehicle.path import lane_changes
 
 WIDTH, LENGTH = 1.61, 4.508  # m, of the vehicle
 

@@ -9,8 +9,7 @@ import scipy.stats
 from clearance_mj.vehicle.controllers import Task
 from clearance_mj.vehicle.manoeuvres import straight
 from clearance_mj.vehicle.nominal import Servo, Vehicle
-from clearance_mj.vehicle.sensors.observer import Observer
-from clearance_mj.vehicle.sensors.observer_model import Deviations, observer_model
+from clearance_mj.vehicle.sensors.observer import Deviations, Observer, observer_model
 
 SPEED, PERIOD = 25.0, 0.01
 VEHICLE = Vehicle.bmw320i()

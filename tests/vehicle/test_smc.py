@@ -7,8 +7,8 @@ import scipy.integrate
 from clearance_mj.vehicle.controllers import Observation, Task
 from clearance_mj.vehicle.controllers.smc import SlidingMode
 from clearance_mj.vehicle.controllers.super_twisting import SuperTwisting
-from clearance_mj.vehicle.curves import lane_changes
 from clearance_mj.vehicle.manoeuvres import straight
+from clearance_mj.vehicle.path import lane_changes
 from clearance_mj.vehicle.plant import MultiBody
 from clearance_mj.vehicle.run import follow_path, nominal_task
 from clearance_mj.vehicle.steering import Steering

@@ -13,8 +13,7 @@ from clearance_mj.vehicle.nominal import Vehicle
 from clearance_mj.vehicle.run import nominal_task
 from clearance_mj.vehicle.signals import Signals
 from clearance_mj.vehicle.steering import Steering
-from clearance_mj.vehicle.twin import SteeringTwin, twin_of
-from clearance_mj.vehicle.twin_model import N_PARAMETERS, N_STATES, simulate
+from clearance_mj.vehicle.twin import N_PARAMETERS, N_STATES, SteeringTwin, simulate, twin_of
 
 GAP = math.radians(0.2)
 REGIMES = {"torque": (0.0, 0.045), "friction": (30.0, 0.005)}

@@ -30,7 +30,7 @@ from ...structure import Beam, Shaft
 from ...structure.attached import LARGEST_DIFFERENCE, MAX_DAMPING
 from ...structure.base import is_rotation, parse_direction, parse_place
 from ...structure.beam import Clamp
-from ...structure.supports import HELD
+from ...structure.section import HELD
 
 __all__ = ["CRITICAL", "parameter_words", "priors", "rig_with", "unsaid_words", "with_exact_supports"]
 

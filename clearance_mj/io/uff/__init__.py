@@ -24,8 +24,7 @@ from ...structure.geometry import Geometry
 from ...universal import contents, scan
 from ...universal.dataset_58 import COHERENCE, Function
 from ...universal.dataset_164 import UNIT_SET, parse_units
-from ...universal.fields import text_set
-from ...universal.kinds import named_sets
+from ...universal.fields import named_sets, text_set
 from ...universal.mode_shapes import ModeShapes, mode_sets, read_modes
 from ..channels import Channel, ChannelHeader
 from ..contents import FileContents

@@ -15,8 +15,7 @@ from ...core.units import unit_factor
 from ...signals.spectra import POWERS, RATIOS, Spectra
 from ...universal.dataset_58 import FREQUENCY, TIME, UNSAID, Function, samples, spectrum_block
 from ...universal.dataset_164 import Measure, label_of
-from ...universal.fields import SI, quantity_of
-from ...universal.kinds import FUNCTION_TYPES
+from ...universal.fields import FUNCTION_TYPES, SI, quantity_of
 from .functions import abscissa, name_of
 
 __all__ = ["read_spectra", "spectra_blocks"]

@@ -16,16 +16,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.optimize
 
-from ...clearance.law import ContactLaw, Law
 from ...core.errors import ManoeuvreError
-from ...rig import Rig
 from .base import Controller, Task
 from .compensation import Compensated, Direction, Estimate, LostMotionModel
 from .registry import ClearancePrior
 
-__all__ = ["PRIOR", "ClearanceModel", "secant_stiffness", "with_clearance_model"]
+__all__ = ["PRIOR", "ClearanceModel", "with_clearance_model"]
 
 PRIOR = "half-gap, stiffness and friction"
 
@@ -78,23 +75,3 @@ def with_clearance_model(controller: Controller, task: Task, prior: ClearancePri
     """Compensate a controller by the clearance model; for `Registration.adapt`."""
     gap, friction, compliance, stiffness = prior
     return Compensated(controller, ClearanceModel(gap, compliance, friction, stiffness=stiffness))
-
-
-def secant_stiffness(law: Law, rig: Rig, bushing: int, force: float) -> float:
-    """Contact force over penetration of a bushing under a steady force, N: a clearance model's k, N/m, from a law.
-
-    Of a schedule in time the mean stiffness is taken, of one in amplitude that at gap plus penetration.
-    """
-    table, gap = law.table(len(rig.bushings)), rig.bushings[bushing].gap
-    k = table.parameters[:, bushing, 0]
-
-    def excess(penetration: float) -> float:
-        if isinstance(law, ContactLaw):
-            return law.contact[bushing % len(law.contact)].force(penetration, 0.0) - force
-        now = np.interp(gap + penetration, table.abscissa, k) if table.by_amplitude else np.mean(k)
-        return float(now * penetration - force)
-
-    deepest = 1e3 * gap
-    if excess(deepest) < 0:
-        raise ManoeuvreError(f"the law's contact at bushings[{bushing}] does not carry {force:g} N")
-    return force / scipy.optimize.brentq(excess, 0.0, deepest, xtol=1e-12)

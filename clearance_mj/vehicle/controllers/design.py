@@ -73,11 +73,6 @@ class DesignModel:
         A, B, E = self.continuous
         return np.concatenate(([0.0], np.linalg.solve(np.column_stack((A[:, 1:], B)), -E)))  # with e_y = 0
 
-    @property
-    def steady_angle(self) -> float:
-        """Steering angle over curvature in a steady turn, m."""
-        return float(self.steady_turn[4])
-
     def prediction(self, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """P (6, 6), Q (6,), R (6, steps) of x after ``steps`` periods: P x + Q u + R κ, the command held."""
         A, B, E = self.discrete

@@ -41,7 +41,7 @@ class FeasiblePath:
         centre = min(task.lead, previewed - 1)  # the differences need one period more
         self._half = max(int(previewed - centre + 1e-9), 1)
         self._times = (centre + np.arange(-self._half, self._half + 1.0)) * task.period
-        self._gain = model.steady_angle / task.largest_rate
+        self._gain = float(model.steady_turn[4]) / task.largest_rate  # of the wheel angle of a turn
 
     def ahead(self, seen: Observation) -> PathAhead:
         """Return the averaged path."""

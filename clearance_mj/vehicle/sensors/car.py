@@ -15,8 +15,7 @@ from ..plant import Measurement
 from ..signals import Signals
 from .base import Sensors, SensorsRun
 from .bus import Message, age, draws
-from .observer import Observer
-from .observer_model import N_STATES, Deviations
+from .observer import N_STATES, Deviations, Observer
 
 __all__ = ["CarSensors"]
 
