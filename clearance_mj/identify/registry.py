@@ -18,9 +18,9 @@ from ..core.files import to_json, write_text
 from ..core.kinds import checks_kinds
 from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
+from ..linear.refusals import refuse_across
 from ..model import Model
 from ..rig import Rig
-from ..rig.dimensions import planar
 from ..rig.examples import example_words, unknown_examples
 from ..version import __version__
 from .forces.restoring import possible_forces, restoring_force
@@ -328,7 +328,7 @@ def identify(dataset: Dataset, method: str = "bench", progress: bool = False) ->
         If the dataset holds nothing to identify from.
     """
     if not get_method(method).in_space:
-        planar(dataset.rig, f'method "{method}"')
+        refuse_across(dataset.rig, f'method "{method}"')
     return get_method(method).find(dataset, progress)
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from ..core.errors import ClearanceError, ExcitationError
 from ..engines import get_engine
 from ..engines.simulation import Simulation
+from ..linear.refusals import refuse_across
 from ..periodic.summaries import stable_points
-from ..rig.dimensions import planar
 from ..signals.stepped_sines import harmonic_amplitudes
 from ..study.periodic import from_both_ends
 from .control import Value
@@ -54,7 +54,7 @@ def branch(session: Session, values: Mapping[str, Value], low: float, high: floa
     """
     model = built(session.model, values)
     rig = model.rig
-    planar(rig, "the branch of periodic vibrations")
+    refuse_across(rig, "the branch of periodic vibrations")
     kind, level = str(values.get("kind", rig.shaker.kind)), np.sqrt(2) * float(values["level"])
     heard = lambda f: watch(min(max((f - low) / (high - low), 0.0), 1.0) if high != low else 0.0)  # noqa: E731
     found = from_both_ends(model, level, (low, high), n_harmonics=HARMONICS, kind=kind, watch=heard)

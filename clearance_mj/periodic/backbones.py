@@ -11,8 +11,8 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
+from ..linear.refusals import refuse_across
 from ..model import Model
-from ..rig.dimensions import planar
 from ..rig.sensing import accelerated, sensor_points
 from ..signals import labelled
 from .branch import Branch
@@ -177,7 +177,7 @@ def follow_backbone(
     -----
     M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
     """
-    planar(model.rig, "follow_backbone")
+    refuse_across(model.rig, "follow_backbone")
     rig, (harmonics, (samples, *_)) = model.rig, resolution(n_harmonics, n_samples, 1, n_modes)
     require_whole(mode=mode)
     system = condensed(model, rig.shaker.kind, (), harmonics, n_modes)

@@ -15,8 +15,9 @@ from ..clearance.record import clearance_records, fillings_of
 from ..clearance.table import LawTable
 from ..core.errors import ExcitationError, LawError, RigError
 from ..linear import LinearModel, linear_model
+from ..linear.refusals import one_kind
 from ..model import Model
-from ..rig import Rig, one_kind
+from ..rig import Rig
 from .forces import Laws, Slopes
 from .harmonic_balance import Grid, Linear
 

@@ -8,8 +8,8 @@ from tqdm import tqdm
 
 from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
+from ..linear.refusals import refuse_across
 from ..model import Model
-from ..rig.dimensions import planar
 from .condensed import condensed
 from .continuation import Motion, NoConvergence, Solver
 from .forced import excitation_kind
@@ -70,7 +70,7 @@ def find_first_contact(
     RigError
         If the rig has no clearance, or in the gap moves without stiffness.
     """
-    planar(model.rig, "find_first_contact")
+    refuse_across(model.rig, "find_first_contact")
     frequency = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
         raise ExcitationError("frequencies must be numbers > 0 Hz")

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
+from ..linear.refusals import refuse_across
 from ..model import Model
 from ..rig import Rig
-from ..rig.dimensions import planar
 from .branch import Branch
 from .condensed import condensed
 from .continuation import Motion, Solver
@@ -186,7 +186,7 @@ def follow_response_over_level(
     RigError
         If the rig has no clearance, or in the gap moves without stiffness.
     """
-    planar(model.rig, "follow_response_over_level")
+    refuse_across(model.rig, "follow_response_over_level")
     start, stop = pair_of(amplitude_range, "amplitude_range", "")
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
         raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError, ExcitationError
 from ..core.tasks import workers_to_use
-from ..rig.dimensions import planar
+from ..linear.refusals import refuse_across
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch
@@ -167,7 +167,7 @@ def find_isolas(
     """
     known = (branch,) if isinstance(branch, Branch) else tuple(branch)
     for each in known:
-        planar(each.model.rig, "find_isolas")
+        refuse_across(each.model.rig, "find_isolas")
     _check(known, n_starts, periods, longest, reach)
     decay = -in_gap(known[0].model, known[0].n_modes).poles().value.real.max()
     at = _frequencies(known, frequencies)

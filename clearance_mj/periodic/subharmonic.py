@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..rig.dimensions import planar
+from ..linear.refusals import refuse_across
 from .branch import Branch, SpecialPoint
 from .continuation import CameBack, Motion, Solver
 from .following import follow, place, resumed
@@ -62,7 +62,7 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
     -----
     R. Seydel, Practical Bifurcation and Stability Analysis, Springer 2010, section 7.4.
     """
-    planar(branch.model.rig, "follow_doubled")
+    refuse_across(branch.model.rig, "follow_doubled")
     if branch.multipliers is None:
         raise ClearanceError("branch was followed without stability, so it knows no period doubling; ask for it")
     if point not in branch.special or point.kind != PERIOD_DOUBLING:

@@ -20,7 +20,7 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..rig.dimensions import planar
+from ..linear.refusals import refuse_across
 from ..signals import labelled
 from ..signals.arrays import ArrayData
 from .branch import Branch, SpecialPoint
@@ -269,7 +269,7 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
     ClearanceError
         If the point is no fold of the branch, or at an impossible last value.
     """
-    planar(branch.model.rig, "follow_folds")
+    refuse_across(branch.model.rig, "follow_folds")
     if over not in ("level", "gap"):
         raise ClearanceError(f'over must be "level" or "gap", got {over!r}')
     if point not in branch.special or point.kind != FOLD:

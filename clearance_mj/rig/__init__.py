@@ -7,7 +7,6 @@ Plain frozen data in SI units, read from and written to TOML. Every impossible v
 from ..structure import Beam
 from .bearings import Bearing
 from .clearance import Bushing, Contact, Friction, Grease, OilFilm
-from .dimensions import one_kind
 from .instruments import BASE_NODE, KEYPHASOR_NODE, PROBE_NODE, SHAKER_NODE, AppliedForce, Sensor, Shaker
 from .loads import Load, Order
 from .plate import Plate
@@ -18,5 +17,5 @@ from .tolerance import Tolerance
 __all__ = [
     "BASE_NODE", "KEYPHASOR_NODE", "PROBE_NODE", "SHAKER_NODE", "AppliedForce", "Beam", "Bearing", "Bushing", "Contact",
     "Friction", "Grease", "Load", "OilFilm", "Order", "Plate", "PointMass", "Rig", "Sensor", "Shaker", "Spin",
-    "Tolerance", "Unbalance", "one_kind", "rig_schema",
+    "Tolerance", "Unbalance", "rig_schema",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Protocol, TypeAlias
 
 from pydantic import BeforeValidator
 
-from ..core.errors import ClearanceError, RigError
+from ..core.errors import RigError
 from ..core.validation import Number
 from ..structure import Structure
 from ..structure.attached import Attached
@@ -19,8 +19,8 @@ from .loads import Load, Order
 from .spinning import Spin, Unbalance
 
 __all__ = [
-    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points", "one_kind",
-    "planar", "shaft_radius", "with_motion", "with_shapes",
+    "Gravity", "acts_across", "check_motion", "directed_points", "motion_in_words", "named_points",
+    "shaft_radius", "with_motion", "with_shapes",
 ]  # fmt: skip
 
 ENDS = "position", "to"  # of a spring
@@ -113,8 +113,8 @@ def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
     RigError
         If the motion is unknown.
     """
-    motion = data.get("motion", "planar")
-    if motion not in ("planar", "spatial"):
+    motion = data.get("motion")
+    if motion not in ("spatial"):
         raise RigError(f'motion "{motion}" is unknown; leave it out, and give round bushings shape = "round"')
     found, bushings = {name: value for name, value in data.items() if name != "motion"}, data.get("bushings")
     if motion == "spatial" and isinstance(bushings, list | tuple):
@@ -296,50 +296,6 @@ def motion_in_words(rig: InSpace) -> str:
     if rig.unbalances:
         words.append(f"unbalance {sum(each.moment for each in rig.unbalances):.4g} kg m")
     return ", ".join(words)
-
-
-def planar(rig: InSpace, what: str) -> None:
-    """Refuse a rig that moves along y and z where a calculation knows motion along z alone.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    what : str
-        The calculation, the first words of the message.
-
-    Raises
-    ------
-    ClearanceError
-        If it is such a rig.
-    """
-    if rig.moves_across:
-        moves = "round bushings" if any(b.is_round for b in rig.bushings) else acts_across(rig)[0]
-        raise ClearanceError(f"{what} knows planar rigs, and rig {rig.name!r} moves in space: it has {moves}")
-
-
-def one_kind(rig: InSpace, what: str) -> None:
-    """Refuse slots that rub or move along y and z, where a calculation knows slots along z or round clearances.
-
-    Parameters
-    ----------
-    rig : Rig
-        The rig.
-    what : str
-        The calculation, the first words of the message.
-
-    Raises
-    ------
-    ClearanceError
-        If it is such a rig.
-    """
-    slot = next((i for i, b in enumerate(rig.bushings) if rig.moves_across and not b.is_round), None)
-    if slot is not None:
-        moves = f"rig {rig.name!r} moves along y and z, and bushings[{slot}] is a {rig.bushings[slot].of_stops}"
-        raise ClearanceError(f"{what} takes slots or round clearances, not both yet: {moves}")
-    rubbing = next((i for i, b in enumerate(rig.bushings) if b.slides is not None), None)
-    if rubbing is not None:
-        raise ClearanceError(f"{what} knows no friction of slots yet: rig {rig.name!r}, bushings[{rubbing}].friction")
 
 
 def shaft_radius(rig: InSpace, bushing: int) -> float:

@@ -29,7 +29,8 @@ import scipy.signal
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
-from ..rig import Rig, one_kind
+from ..linear.refusals import one_kind
+from ..rig import Rig
 from ..rig.sensing import sensor_points
 from .turning import TurningShaft, rising, turning_shaft
 from .whirling import require_round

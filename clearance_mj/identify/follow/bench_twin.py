@@ -18,9 +18,9 @@ from ...core.errors import RecordError
 from ...core.kinds import checks_kinds
 from ...estimate.parameter import Parameter
 from ...io.dataset import Record
+from ...linear.refusals import refuse_across
 from ...model import Model
 from ...rig import Rig
-from ...rig.dimensions import planar
 from ..forces.restoring import SETTLE, restoring_force
 from ..forces.windows import WindowForces
 from ..laws.families import families_of
@@ -75,7 +75,7 @@ def twin(
     LawError
         If the law has a model without a family, or changes by itself.
     """
-    planar(model.rig if model else record.rig, "the twin of a bench")
+    refuse_across(model.rig if model else record.rig, "the twin of a bench")
     whole = _checked(dataclasses.replace(record, rig=model.rig) if model else record, window, learn)
     first = dataclasses.replace(whole, signals=whole.signals[: round(learn * whole.fs)])
     update = None if rig_exact else update_from(whole.rig, [first])

@@ -12,7 +12,8 @@ import numpy as np
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...io.dataset import Dataset, Record
-from ...rig import Rig, one_kind
+from ...linear.refusals import one_kind
+from ...rig import Rig
 from ...rig.sensing import clearance_of
 from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
