@@ -1,4 +1,4 @@
-"""What analyses refuse of rigs until they know every kind of clearance: some take slots along z alone, some one kind."""
+"""What analyses refuse until they know every kind of clearance: some take slots along z alone, some one kind."""
 
 from __future__ import annotations
 

@@ -113,8 +113,8 @@ def with_shapes(data: dict[str, Any]) -> dict[str, Any]:
     RigError
         If the motion is unknown.
     """
-    motion = data.get("motion")
-    if motion not in ("spatial"):
+    motion = data.get("motion", "planar")
+    if motion not in ("planar", "spatial"):
         raise RigError(f'motion "{motion}" is unknown; leave it out, and give round bushings shape = "round"')
     found, bushings = {name: value for name, value in data.items() if name != "motion"}, data.get("bushings")
     if motion == "spatial" and isinstance(bushings, list | tuple):
