@@ -114,7 +114,12 @@ def laws(draw, bushings=2):
         case "amplitude":
             return AmplitudeLaw(abscissa, draw(table), draw(table), draw(positive), grease)
     names = draw(st.lists(st.sampled_from(sorted(CONTACTS)), min_size=bushings, max_size=bushings))
-    return ContactLaw([CONTACTS[name](draw(positive), draw(st.floats(0.05, 1))) for name in names], grease)
+    models = []
+    for name in names:
+        stiffness, other = draw(positive), draw(st.floats(0.05, 1))
+        numbers = (1 + other, draw(value), draw(positive)) if name == "adams-impact" else (other,)
+        models.append(CONTACTS[name](stiffness, *numbers))
+    return ContactLaw(models, grease)
 
 
 @settings(max_examples=80, deadline=None)

@@ -1,7 +1,7 @@
 """The errors that users meet; each message says what is wrong, where, and what would be right."""
 
+import collections.abc
 import math
-from collections.abc import Iterable
 
 MAX_CHARACTERS = 600  # of a message; what is quoted out of a damaged file can be as long as the file
 
@@ -20,7 +20,7 @@ class ClearanceError(Exception):
         super().__init__(text if len(text) <= MAX_CHARACTERS else f"{text[:400]} ... {text[-150:]}")
 
     @classmethod
-    def require_known(cls, what: str, value: object, known: Iterable[str]) -> None:
+    def require_known(cls, what: str, value: object, known: collections.abc.Iterable[str]) -> None:
         """Refuse a value that is none of the known ones, which the message lists.
 
         Parameters

@@ -202,8 +202,8 @@ def energy_balance(
     found |= dict(zip(OF_CLEARANCE, np.moveaxis(of_clearances, 1, 0)))
     for name in STORED[1:] if balanced.before() is not None else ():  # above that at rest
         found[name] = found[name] - found[name][..., :1]
-    if not (rig.moves_across or rig.gravity or rig.loads):
-        found |= dict.fromkeys(("weight", "unbalance", "drive"))
+    if not rig.moves_across:
+        found |= {name: None for name in ("weight", "unbalance", "drive") if not found[name].any()}
     if not any(bushing.friction for bushing in rig.bushings) and not rig.moves_across:
         found["friction"] = None
     ends = np.concatenate(balanced.ends)

@@ -23,13 +23,14 @@ def looked_at(monkeypatch):
 
 
 def test_differences_at_a_bound_stay_within_it(rig, looked_at):
-    """Linear grease does not slide: the search for how it slides looks at the upper bounds; k and c are the record's.
+    """Linear grease does not slide: the search for how it slides looks at the widest yield; k and c are the record's.
 
-    Whether it looks at the lower ones, too, hangs on the last bits, but it never looks beyond them.
+    Where it does not slide, its loop's shape costs nothing: which of the other bounds are looked at hangs on the last
+    bits, but the search never looks beyond them.
     """
     fit = grease.grease_parameters(restoring_force(record_of(rig, "quiet", "identify", 0.3, 3)))
     yields, ratio, film = np.array([each for each in looked_at if np.isfinite(each[0])]).T
-    assert (yields.max(), ratio.max()) == pytest.approx((10.0, 1.0), abs=1e-9)
+    assert yields.max() == pytest.approx(10.0, abs=1e-9) and ratio.max() <= 1.0 + 1e-9
     assert yields.min() >= 0.03 * (1 - 1e-12) and ratio.min() >= -0.9 and film.max() <= 0.9
     for found in fit.grease:
         assert (found.stiffness, found.damping) == pytest.approx((4000.0, 5.0), rel=0.01)
