@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +16,45 @@ from ..rig import Rig
 from ..rig.dimensions import directed_points
 from ..rig.instruments import Kinds
 
-__all__ = ["Engine", "Run", "diverged", "get_engine", "in_columns", "location", "register", "step_factor"]
+__all__ = [
+    "Engine",
+    "Run",
+    "SeveralRuns",
+    "diverged",
+    "get_engine",
+    "in_columns",
+    "location",
+    "register",
+    "step_factor",
+]
+
+
+class SeveralRuns(ABC):
+    """Runs, from their start, that are advanced together under one excitation. Made by `Run.beside`."""
+
+    @abstractmethod
+    def advance(self, excitation: np.ndarray) -> np.ndarray:
+        """Simulate one block; see `Run.advance`, whose columns each run has here: (n_runs, n, columns)."""
+
+    @abstractmethod
+    def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
+        """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
+
+        Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
+        ahead. Without ``forces`` their columns and those that follow may be left out.
+        """
 
 
 class Run(ABC):
     """A simulation from one block of the excitation to the next."""
+
+    def alike(self) -> object | None:
+        """Return what runs share that can be advanced side by side, or None of one that cannot be."""
+        return None
+
+    def beside(self, runs: Sequence[Run]) -> SeveralRuns:
+        """Return runs side by side, of which all are `alike` and this is one."""
+        raise ClearanceError("the engine advances one run at a time; use modal")
 
     @abstractmethod
     def advance(self, excitation: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ squeeze films stay stable; so are damping that couples modes and gyroscopic mome
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, cast
 
 import numpy as np
 from pydantic import Field
@@ -23,7 +23,7 @@ from ..linear import MAX_MODES, linear_model
 from ..rig import Rig
 from ..rig.instruments import Kinds
 from ..signals.sampling import lowpass
-from .base import Engine, Run, diverged, in_columns, register
+from .base import Engine, Run, SeveralRuns, diverged, in_columns, register
 from .energies import NOTHING, Kept, columns_of
 from .equilibrium import rest_of
 from .modal_loop import RATE, SPIN, Motion, advance, advance_whole
@@ -121,10 +121,16 @@ class ModalRun(Run):
             found[-1] = self.motion.turning[SPIN]
         return found
 
-    def alike(self) -> tuple[object, ...]:
-        """Return what runs that are advanced side by side have in common."""
+    def alike(self) -> object | None:
+        """Return steps, sizes and kinds of laws; None where matrices change with the spin; see `Run.alike`."""
+        if self.changes:
+            return None
         shapes = tuple(np.shape(part) for part in self.linear[:10])
         return self.step, self.columns, shapes, self.linear.orders.tobytes(), shared_kinds(self.rig, self.law)
+
+    def beside(self, runs: Sequence[Run]) -> SideBySide:
+        """Return the runs in lanes; see `Run.beside`."""
+        return SideBySide(cast(Sequence[ModalRun], runs))
 
     def at_spin(self, spin: float) -> tuple[np.ndarray, np.ndarray]:
         """Return stiffness and damping that change with the spin, packed."""
@@ -133,7 +139,7 @@ class ModalRun(Run):
         return springs, coupling
 
 
-class SideBySide:
+class SideBySide(SeveralRuns):
     """Runs, from their start, whose `ModalRun.alike` is the same, under one excitation; see lanes.py."""
 
     def __init__(self, runs: Sequence[ModalRun]):
@@ -179,11 +185,7 @@ class SideBySide:
         return np.hstack((columns, np.ones((len(columns), loads)))) if loads else columns
 
     def whole(self, excitation: np.ndarray, factor: int, samples: int, forces: bool = True) -> np.ndarray:
-        """Simulate a whole excitation; return (n_runs, columns, samples): what `Run.advance` returns, decimated.
-
-        Every sample stands for a factor of steps; the excitation goes on for as long as the last one's filter looks
-        ahead. Without ``forces`` their columns and those that follow are left out.
-        """
+        """Simulate a whole excitation; see `SeveralRuns.whole`."""
         rig = self.runs[0].rig
         columns = self.columns if forces or self.turns else len(rig.sensors) + rig.n_rows
         out = np.empty((len(self.lanes), columns, samples))

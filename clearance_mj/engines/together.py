@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar, cast
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator, decimate
-from .modal import Modal, ModalRun, SideBySide
+from .modal import Modal
 from .simulation import Simulation
 
 __all__ = ["simulate_and_keep", "simulate_together"]
@@ -86,14 +86,14 @@ def simulate_and_keep(
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
     of_shape: dict[object, list[int]] = defaultdict(list)
     for i, simulation in enumerate(simulations):
-        of_shape[i if _is_alone(simulation) else _run(simulation).alike()].append(i)
+        of_shape[_shared(simulation) or i].append(i)
     groups = [group[i : i + LANES[-1]] for group in of_shape.values() for i in range(0, len(group), LANES[-1])]
 
     drives = {factor: _drive(excitation, factor) for factor in {s.interpolator.factor for s in simulations}}
 
     def kept(group: Sequence[int]) -> list[T]:
         of_group = [simulations[i] for i in group]
-        if any(map(_is_alone, of_group)):
+        if _shared(of_group[0]) is None:
             return [keep(simulation.whole()) for simulation in of_group]
         responses = _side_by_side(of_group, drives[of_group[0].interpolator.factor], forces)
         return [keep(response) for response in responses]
@@ -115,11 +115,11 @@ def _drive(excitation: Excitation, factor: int) -> np.ndarray:
 def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: bool) -> Iterator[Response]:
     """Responses of simulations of the same step and sizes; the lanes that are left over repeat the last one."""
     lanes = next(count for count in LANES if count >= len(simulations))
-    first, runs = simulations[0], [_run(simulation) for simulation in simulations]
+    first, runs = simulations[0], [simulation.run for simulation in simulations]
     runs += runs[-1:] * (lanes - len(runs))
     size = first.interpolator.factor, first.excitation.value.shape[-1]
     needed = forces or any(s.completion.forces for s in simulations)
-    outputs = SideBySide(runs).whole(drive, *size, needed)
+    outputs = first.run.beside(runs).whole(drive, *size, needed)
     moves = any(simulation.completion.base_moves for simulation in simulations)
     motion = decimate(first.completion.push(drive), size[0])[: size[1]] if moves else None
     for simulation, output in zip(simulations, outputs):
@@ -128,10 +128,6 @@ def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: 
     return (s.response(s.excitation.value.T, output.T) for s, output in zip(simulations, outputs))
 
 
-def _run(simulation: Simulation) -> ModalRun:
-    return cast(ModalRun, simulation.run)
-
-
-def _is_alone(simulation: Simulation) -> bool:
-    """Whether it cannot be side by side: its channels are late, or its matrices change with its spin."""
-    return simulation.late is not None or _run(simulation).changes
+def _shared(simulation: Simulation) -> object | None:
+    """What it shares with others that can be side by side; None where it cannot be, or its channels are late."""
+    return None if simulation.late else simulation.run.alike()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import scipy.special
@@ -17,7 +17,6 @@ import scipy.special
 from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError
 from ..engines import Engine
-from ..engines.modal import ModalRun, SideBySide
 from ..engines.simulation import Simulation
 from ..rig import Bushing, Rig
 from ..signals.excitation import Excitation
@@ -136,7 +135,7 @@ def lanes_of(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine
     together: dict[object, list[int]] = {}
     for i, (rig, law) in enumerate(cases):
         run = Simulation(rig, noise, law, engine).run
-        together.setdefault(run.alike() if isinstance(run, ModalRun) and not run.changes else i, []).append(i)
+        together.setdefault(run.alike() or i, []).append(i)
     most = LANES[-1]
     return [found[i : i + most] for found in together.values() for i in range(0, len(found), most)]
 
@@ -146,13 +145,12 @@ def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], n
     runs = [simulation.run for simulation in simulations]
     if len(runs) == 1:
         return lambda block: runs[0].advance(block)[None]
-    if not all(isinstance(run, ModalRun) for run in runs):
+    if runs[0].alike() is None:
         raise ClearanceError("models side by side are those of the modal engine; march others one by one")
-    alike = cast(list[ModalRun], runs)
-    if len({run.alike() for run in alike}) > 1:
+    if len({run.alike() for run in runs}) > 1:
         raise ClearanceError("models side by side need one time step and as many modes, sensors and clearances")
-    lanes = next(count for count in LANES if count >= len(alike))
-    return SideBySide(alike + alike[-1:] * (lanes - len(alike))).advance
+    lanes = next(count for count in LANES if count >= len(runs))
+    return runs[0].beside(runs + runs[-1:] * (lanes - len(runs))).advance
 
 
 class _Watch:
