@@ -72,7 +72,7 @@ class Marching:
             )
         if state is not None:
             for own, other in zip(self.motion, state):
-                own[:] = other
+                own[: other.size] = other  # a motion of harmonic balance knows of no turning
 
     @property
     def state(self) -> ModalState:

@@ -37,7 +37,7 @@ MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them
 DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
 GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
-VALLEY = 1.15, 0.87  # of a gap: steps along the valley of gaps that leave the touched wall where it is
+VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
 LOWER = 1e-3  # of the misfit, that a step must gain
 ROUNDS = 50  # of the shaft's sag under its weight and the filling's springs
@@ -195,22 +195,27 @@ def along_valley(fit: RoundFit, motion: RoundMotion, parameters: Sequence[Parame
     parameters : sequence of Parameter
         As `fit_round` takes them.
     """
-    own = f"bushings[{motion.number}]"
-    for step in VALLEY:
+    for steps in VALLEY:
         while True:
-            gap, rest = fit.case.bushing.gap, np.array(fit.case.rest)
-            size = float(np.hypot(*rest))
-            farther = (step - 1.0) * gap
-            if size < OFF_CENTRE * gap or size + farther <= 0:
-                return fit
-            y, z = (rest * (size + farther) / size).tolist()
-            moved = {f"{own}.gap": step * gap, f"{own}.rest_y": y, f"{own}.rest_z": z}
-            round_hole = {f"{own}.{name}": 0.0 for name in HOLE}
-            other = fit_round(motion, parameters, fit.contact, fit.filling, [fit.values | moved | round_hole])
-            if other.misfit > (1 - LOWER) * fit.misfit:
+            others = [each for step in steps if (each := _beside(fit, motion, parameters, step))]
+            best = min(others, key=lambda each: each.misfit, default=fit)
+            if best.misfit > (1 - LOWER) * fit.misfit:
                 break
-            fit = other
+            fit = best
     return fit
+
+
+def _beside(fit: RoundFit, motion: RoundMotion, parameters: Sequence[Parameter], step: float) -> RoundFit | None:
+    """Fit from a gap that is wider by a factor; None where the shaft is too near to the middle to tell a side."""
+    own, gap, rest = f"bushings[{motion.number}]", fit.case.bushing.gap, np.array(fit.case.rest)
+    size = float(np.hypot(*rest))
+    farther = (step - 1.0) * gap
+    if size < OFF_CENTRE * gap or size + farther <= 0:
+        return None
+    y, z = (rest * (size + farther) / size).tolist()
+    moved = {f"{own}.gap": step * gap, f"{own}.rest_y": y, f"{own}.rest_z": z}
+    round_hole = {f"{own}.{name}": 0.0 for name in HOLE}
+    return fit_round(motion, parameters, fit.contact, fit.filling, [fit.values | moved | round_hole])
 
 
 def rests_of(rig: Rig) -> list[tuple[float, float]]:
