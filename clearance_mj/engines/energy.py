@@ -102,8 +102,8 @@ class EnergyBalance:
     unbalance: np.ndarray | None = None
     """(n_t,) put in by what drives the unbalance of a turning shaft"""
     drive: np.ndarray | None = None
-    """(n_t,) put in by what drives a turning shaft against friction and its own damping; a film's drag is not known,
-    so that a film that feeds a whirl has a loss below 0"""
+    """(n_t,) put in by cross stiffness, and by what drives a turning shaft against friction and its own damping; a
+    film's drag is not known, so that a film that feeds a whirl has a loss below 0"""
 
     @property
     def time(self) -> np.ndarray:

@@ -12,13 +12,13 @@ from clearance_mj.core.jit import jit
 
 
 @jit
-def step(z, dx, a, beta, gamma, exponent):
+def along_one(z, dx, a, beta, gamma, exponent):
     """A step of one coordinate."""
     return bouc_wen_step((z,), (dx,), a, beta, gamma, exponent)[0]
 
 
 @jit
-def loop(reversal, cycles, steps, a, beta, gamma, exponent):
+def loop(step, reversal, cycles, steps, a, beta, gamma, exponent):
     """Steady loop between ± reversal by a compiled step: z at the last reversal and energy of the last cycle."""
     z, energy, dx = 0.0, 0.0, reversal / steps
     for _ in range(steps):
@@ -43,7 +43,7 @@ benchmark_set = pytest.mark.parametrize(
 @steady_loops
 def test_steady_loops(exponent, reversal, z, energy, measured):
     """A = 1, β = γ = 1/2: at the reversal z = 1 - e^{z-2X} for n = 1, z = tanh(2X - z) for n = 2."""
-    found = loop(float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
+    found = loop(along_one, float(reversal), 30, 3000, 1.0, 0.5, 0.5, float(exponent))
     what, source = f"steady loop, n = {exponent}, X = {reversal}", "closed form, A = 1, β = γ = 1/2"
     measured.equal(f"{what}: z at reversal", found[0], z, source, rel=2e-6)
     measured.equal(f"{what}: energy per cycle", found[1], energy, source, rel=2e-6)
@@ -52,7 +52,7 @@ def test_steady_loops(exponent, reversal, z, energy, measured):
 @benchmark_set
 def test_benchmark_set(reversal, z, energy, measured):
     """Noël & Schoukens (2016): ż = αẏ - β(γ|ẏ||z|^(ν-1) z + δẏ|z|^ν), α = 5e4, β = 1e3, γ = 0.8, δ = -1.1, ν = 1."""
-    found = loop(reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
+    found = loop(along_one, reversal, 12, 3000, 5e4, 1e3 * 0.8, 1e3 * -1.1, 1.0)
     what, source = f"benchmark, Y = {reversal * 1e3:g} mm", "parameters of Noël & Schoukens 2016"
     measured.equal(f"{what}: z at reversal (N)", found[0], z, source, rel=1e-5)
     measured.equal(f"{what}: energy per cycle (J)", found[1], energy, source, rel=1e-5)
@@ -65,7 +65,7 @@ def test_loading(exponent, curve, measured):
     for sign in (1.0, -1.0):
         z = [0.0]
         for dx in np.diff(x):
-            z.append(step(z[-1], sign * dx, 1.0, 0.5, 0.5, exponent))
+            z.append(along_one(z[-1], sign * dx, 1.0, 0.5, 0.5, exponent))
         what, source = f"loading {'+' if sign > 0 else '-'}, n = {exponent:g}: error", "1 - e^-x, tanh x"
         measured.below(what, np.max(np.abs(z - sign * curve(x))), 2e-6, source)
 
@@ -88,5 +88,5 @@ def test_any_path_and_exponent(measured):
     exact = scipy.integrate.solve_ivp(rate, (0, 6), [0.0], rtol=1e-10, atol=1e-12, t_eval=t, max_step=0.01).y[0]
     z = [0.0]
     for dx in np.diff(path(t)):
-        z.append(step(z[-1], dx, a, beta, gamma, n))
+        z.append(along_one(z[-1], dx, a, beta, gamma, n))
     measured.below("path of two tones, n = 1.7: error", np.max(np.abs(z - exact)), 2e-6, "ODE solver at 1e-10")
