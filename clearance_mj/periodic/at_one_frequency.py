@@ -45,7 +45,14 @@ class _Balance(NamedTuple):
 
 @jit(**STRICT)
 def _distance(left: np.ndarray, beside: np.ndarray, y: np.ndarray, scale: float) -> float:
-    return np.sqrt(np.sum(left**2) + np.sum((beside - y) ** 2)) / scale
+    total = 0.0
+    for a in range(left.shape[0]):
+        for k in range(left.shape[1]):
+            total += left[a, k] ** 2
+    for p in range(y.shape[0]):
+        for k in range(y.shape[1]):
+            total += (beside[p, k] - y[p, k]) ** 2
+    return np.sqrt(total) / scale
 
 
 @jit(**STRICT)
@@ -53,7 +60,8 @@ def _inverse(jacobian: np.ndarray, driven: np.ndarray, row: np.ndarray, scale: f
     """Inverse (n + 1, n + 1) of the derivatives by unknowns over scale and level over pace, bordered by a row."""
     n = driven.size
     matrix = jacobian.copy()
-    matrix[:n, n] = -driven * pace / scale
+    for i in range(n):
+        matrix[i, n] = -driven[i] * pace / scale
     matrix[n] = row
     return np.linalg.inv(matrix)
 
@@ -167,7 +175,11 @@ def _followed(
         if at < lowest:
             break
         if at > beyond and onwards[n] > 0.0:
-            if max(np.max(place - walls[:, 1:]), np.max(walls[:, :1] - place)) > deep:
+            depth = -np.inf
+            for p in range(place.shape[0]):
+                for k in range(place.shape[1]):
+                    depth = max(depth, place[p, k] - walls[p, 1], walls[p, 0] - place[p, k])
+            if depth > deep:
                 break
         off = way - step * tangent[i]
         apart = np.sqrt(np.sum(off * off))

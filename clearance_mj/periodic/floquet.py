@@ -15,6 +15,23 @@ __all__ = ["monodromy"]
 
 
 @jit(**STRICT)
+def _solve(matrix: np.ndarray, right: np.ndarray) -> None:
+    """Solve a small system of equations in place by Gauss's elimination; rows of points without damping are of 1."""
+    n = matrix.shape[0]
+    for k in range(n):
+        for a in range(n):
+            if a != k and matrix[a, k] != 0.0:
+                share = matrix[a, k] / matrix[k, k]
+                for b in range(k, n):
+                    matrix[a, b] -= share * matrix[k, b]
+                for c in range(right.shape[1]):
+                    right[a, c] -= share * right[k, c]
+    for k in range(n):
+        for c in range(right.shape[1]):
+            right[k, c] /= matrix[k, k]
+
+
+@jit(**STRICT)
 def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.ndarray, slopes: Slopes) -> np.ndarray:
     """Return the derivative of the state after a period by that before.
 
@@ -51,16 +68,20 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
             np.dot(at_points, state[:n], x)
             np.dot(at_points, state[n : 2 * n], v)
             for p in range(points):
-                force[p] = slopes.x[p, i] * x[p] + slopes.v[p, i] * v[p]
+                for c in range(size):
+                    force[p, c] = slopes.x[p, i] * x[p, c] + slopes.v[p, i] * v[p, c]
                 if begun[p] >= 0:
                     share = slopes.entry[p, i]
                     if share >= 0.0:
-                        x_before, v_before = (x_old[p], v_old[p]) if i > 0 else (x[p] - step * v[p], v[p])
-                        place = (1.0 - share) * x_before + share * x[p]
-                        speed = (1.0 - share) * v_before + share * v[p]
-                        state[begun[p]] = speed - slopes.climb[p, i] * place
+                        for c in range(size):
+                            x_before = x_old[p, c] if i > 0 else x[p, c] - step * v[p, c]
+                            v_before = v_old[p, c] if i > 0 else v[p, c]
+                            place = (1.0 - share) * x_before + share * x[p, c]
+                            speed = (1.0 - share) * v_before + share * v[p, c]
+                            state[begun[p], c] = speed - slopes.climb[p, i] * place
                     if slopes.begun[p, i] != 0.0:
-                        force[p] += slopes.begun[p, i] * state[begun[p]]
+                        for c in range(size):
+                            force[p, c] += slopes.begun[p, i] * state[begun[p], c]
             for j in range(memory.size):
                 if first[j] < 0:
                     continue
@@ -69,16 +90,23 @@ def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.n
                 old[: m + 1] = state[start : start + m + 1]
                 for k in range(m + 1):
                     row = k if k < m else slope.shape[0] - 1
-                    total = slope[row, -2] * x[j] + slope[row, -1] * (x[j] - old[m]) + np.dot(slope[row, :m], old[:m])
-                    if k < m:
-                        state[start + k] = total
-                    else:
-                        force[j] += total
+                    for c in range(size):
+                        total = slope[row, -2] * x[j, c] + slope[row, -1] * (x[j, c] - old[m, c])
+                        for d in range(m):
+                            total += slope[row, d] * old[d, c]
+                        if k < m:
+                            state[start + k, c] = total
+                        else:
+                            force[j, c] += total
                 state[start + m] = x[j]
             for p in range(points):
-                damped[p] = 0.5 * step * slopes.v[p, i] * compliance[p]
-                damped[p, p] += 1.0
-            state[n : 2 * n] -= step * np.dot(at_points.T, np.linalg.solve(damped, force))
+                for q in range(points):
+                    damped[p, q] = 0.5 * step * slopes.v[p, i] * compliance[p, q] + (1.0 if p == q else 0.0)
+            _solve(damped, force)
+            for a in range(n):
+                for p in range(points):
+                    for c in range(size):
+                        state[n + a, c] -= step * at_points[p, a] * force[p, c]
         np.dot(flow, state[: 2 * n], moved)
         state[: 2 * n] = moved
     return state

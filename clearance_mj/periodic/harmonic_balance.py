@@ -50,6 +50,7 @@ def receptances(
 ) -> None:  # fmt: skip
     """Fill (H + 1, n_points, n_points) receptances and (H + 1, n_points) driven displacements, and derivatives by ω."""
     poles, residues, of_drive, excitation = linear.poles, linear.residues, linear.driven, linear.excitation
+    points = residues.shape[1]
     for h in range(compliance.shape[0]):
         compliance[h] = 0.0
         by_omega[h] = 0.0
@@ -58,12 +59,17 @@ def receptances(
         for j in range(poles.size):
             near = 1.0 / (1j * h * omega - poles[j])
             change = -1j * h * near * near
-            compliance[h] += residues[j] * near
+            for p in range(points):
+                for q in range(points):
+                    compliance[h, p, q] += residues[j, p, q] * near
             if want:
-                by_omega[h] += residues[j] * change
+                for p in range(points):
+                    for q in range(points):
+                        by_omega[h, p, q] += residues[j, p, q] * change
             if excitation[h] != 0.0:
-                driven[h] += of_drive[j] * near * excitation[h]
-                driven_by[h] += of_drive[j] * change * excitation[h]
+                for p in range(points):
+                    driven[h, p] += of_drive[j, p] * near * excitation[h]
+                    driven_by[h, p] += of_drive[j, p] * change * excitation[h]
 
 
 @jit(**STRICT)
@@ -100,8 +106,10 @@ def real_harmonics(complex_: np.ndarray) -> np.ndarray:
     """Harmonics (n, K) of complex amplitudes (H + 1, n), of which the real part is meant."""
     highest = complex_.shape[0] - 1
     found = np.empty((complex_.shape[1], 2 * highest + 1))
-    found[:, 0] = complex_[0].real
-    found[:, 1::2], found[:, 2::2] = complex_[1:].real.T, -complex_[1:].imag.T
+    for p in range(complex_.shape[1]):
+        found[p, 0] = complex_[0, p].real
+        for h in range(1, highest + 1):
+            found[p, 2 * h - 1], found[p, 2 * h] = complex_[h, p].real, -complex_[h, p].imag
     return found
 
 
@@ -130,10 +138,15 @@ def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slope
                     series[0, i] += weight * slopes.x[p, i]
                     series[1, i] += weight * slopes.v[p, i]
                 if slopes.remembers[p]:
-                    block += weight * slopes.whole[p]
+                    for k in range(harmonics):
+                        for l in range(harmonics):
+                            block[k, l] += weight * slopes.whole[p, k, l]
             np.dot(series, grid.moments, means)
             add_products(means, omega, block)
-            found[b, a] = block
+            if a != b:
+                for k in range(harmonics):
+                    for l in range(harmonics):
+                        found[b, a, k, l] = block[k, l]
     return found
 
 
@@ -231,7 +244,8 @@ def motion_over_period(grid: Grid, omega: float, x: np.ndarray) -> tuple[np.ndar
     for p in range(points):
         q = first[p]
         if q < p:
-            place[p], speed[p] = place[q], speed[q]
+            for i in range(n):
+                place[p, i], speed[p, i] = place[q, i], speed[q, i]
             continue
         for i in range(half):
             place[p, i] = mirrored[count, i] + turned[count, i]
@@ -251,7 +265,10 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     first, count = np.full(points, -1), 0
     even, odd = np.zeros((points, half)), np.zeros((points, half))
     for p in range(points):
-        if not np.any(samples[p]):
+        acts = False
+        for i in range(n):
+            acts = acts or samples[p, i] != 0.0
+        if not acts:
             continue
         first[p] = _first_equal(samples, p)
         if first[p] == p:
@@ -270,7 +287,8 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
         if q < 0:
             continue
         if q < p:
-            found[p] = found[q]
+            for k in range(found.shape[1]):
+                found[p, k] = found[q, k]
             continue
         found[p, 0] = 0.5 * weight * cosines[count, 0]
         for h in range(1, cosines.shape[1]):

@@ -54,6 +54,7 @@ def _blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slop
 @jit(**STRICT)
 def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndarray, block: np.ndarray) -> None:
     """Add derivatives of the force along coordinate a (2 n_points,) by coordinate b, at samples and by harmonics."""
+    harmonics = block.shape[0]
     for row in range(a.size):
         if a[row] == 0.0:
             continue
@@ -66,7 +67,10 @@ def _add_pair(a: np.ndarray, b: np.ndarray, slopes: RoundSlopes, series: np.ndar
                 series[0, i] += weight * slopes.x[p, d, e, i]
                 series[1, i] += weight * slopes.v[p, d, e, i]
             if used > 0:
-                block += weight * np.dot(slopes.onto[p, :used].T, slopes.rows[p, d, e, :used])
+                carried = np.dot(slopes.onto[p, :used].T, slopes.rows[p, d, e, :used])
+                for k in range(harmonics):
+                    for l in range(harmonics):
+                        block[k, l] += weight * carried[k, l]
 
 
 @jit(**STRICT)

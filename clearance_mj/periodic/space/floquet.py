@@ -17,22 +17,32 @@ __all__ = ["round_monodromy"]
 
 @jit(**STRICT)
 def _remembered(
-    slope: np.ndarray, memory: int, start: int, u: np.ndarray, state: np.ndarray, old: np.ndarray, push: np.ndarray
-) -> None:
+    slope: np.ndarray, memory: int, start: int, p: int, seen: np.ndarray, before: np.ndarray, state: np.ndarray,
+    old: np.ndarray, push: np.ndarray,
+) -> None:  # fmt: skip
     """Advance what a point remembers in ``state``, and add to push (2, size) all of its force but what damps now.
 
-    ``u`` (INPUTS, size): the point's displacements at the sample before and at this one, then its velocities.
+    ``seen`` and ``before`` (4, size) are the point's displacements and velocities at this sample and the one before.
     """
     rows, width = slope.shape
-    old[:memory] = state[start : start + memory]
+    for k in range(memory):
+        old[k] = state[start + k]
     for k in range(memory + 2):
-        row, used = (k, INPUTS) if k < memory else (rows - 2 + k - memory, INPUTS - 2)
-        first = width - INPUTS
-        total = np.dot(slope[row, :memory], old[:memory]) + np.dot(slope[row, first : first + used], u[:used])
-        if k < memory:
-            state[start + k] = total
-        else:
-            push[k - memory] += total
+        row = k if k < memory else rows - 2 + k - memory
+        for c in range(state.shape[1]):
+            total = 0.0
+            for d in range(memory):
+                total += slope[row, d] * old[d, c]
+            for d in range(2):
+                total += slope[row, width - INPUTS + d] * before[d, c]
+                total += slope[row, width - INPUTS + 2 + d] * seen[d, c]
+                total += slope[row, width - INPUTS + 4 + d] * before[2 + d, c]
+                if k < memory:
+                    total += slope[row, width - INPUTS + 6 + d] * seen[2 + d, c]
+            if k < memory:
+                state[start + k, c] = total
+            else:
+                push[k - memory, c] += total
 
 
 @jit(**STRICT)
@@ -55,8 +65,8 @@ def round_monodromy(
     old = np.empty((max(np.max(memory), 1), size))
     x, v, push = np.empty((rows, size)), np.empty((rows, size)), np.zeros((rows, size))
     x_old, v_old = np.empty((rows, size)), np.empty((rows, size))
-    u, moved = np.empty((INPUTS, size)), np.empty((2 * n, size))
-    damping, damped = np.zeros((rows, 2)), np.empty((rows, rows))
+    seen, before = np.empty((4, size)), np.empty((4, size))
+    moved, damping, damped = np.empty((2 * n, size)), np.zeros((rows, 2)), np.empty((rows, rows))
     for i in range(samples):
         x, x_old, v, v_old = x_old, x, v_old, v
         np.dot(at_points, state[:n], x)
@@ -67,29 +77,40 @@ def round_monodromy(
         push[:] = 0.0
         damping[:] = 0.0
         for p in range(points):
-            own = slice(2 * p, 2 * p + 2)
-            if slopes.carried[p, i]:
-                u[:2], u[2:4], u[4:6], u[6:] = x_old[own], x[own], v_old[own], v[own]
+            carried = slopes.carried[p, i]
+            if carried:
+                for d in range(2):
+                    seen[d], seen[2 + d] = x[2 * p + d], v[2 * p + d]
+                    before[d], before[2 + d] = x_old[2 * p + d], v_old[2 * p + d]
                 slope = slopes.step[p, i]
-                _remembered(slope, memory[p], start[p], u, state, old, push[own])
-                damping[own] = slope[-2:, -2:]
+                _remembered(slope, memory[p], start[p], p, seen, before, state, old, push[2 * p : 2 * p + 2])
+                for d in range(2):
+                    for e in range(2):
+                        damping[2 * p + d, e] = slope[slope.shape[0] - 2 + d, slope.shape[1] - 2 + e]
                 acts = True
                 continue
-            state[start[p] : start[p] + memory[p]] = 0.0  # in the gap a contact forgets
+            for k in range(memory[p]):
+                state[start[p] + k] = 0.0  # in the gap a contact forgets
             for d in range(2):
                 for e in range(2):
                     k_x, k_v = slopes.x[p, d, e, i], slopes.v[p, d, e, i]
                     if k_x != 0.0 or k_v != 0.0:
                         acts = True
                         damping[2 * p + d, e] = k_v
-                        push[2 * p + d] += k_x * x[2 * p + e]
+                        for c in range(size):
+                            push[2 * p + d, c] += k_x * x[2 * p + e, c]
         if acts:
             for a in range(rows):
-                p, of_y, of_z = a // 2, damping[a, 0], damping[a, 1]
-                damped[a] = 0.5 * step * (of_y * compliance[2 * p] + of_z * compliance[2 * p + 1])
-                damped[a, a] += 1.0
-                push[a] += of_y * v[2 * p] + of_z * v[2 * p + 1]
-            state[n : 2 * n] -= step * np.dot(at_points.T, np.linalg.solve(damped, push))
+                p = a // 2
+                for b in range(rows):
+                    through = damping[a, 0] * compliance[2 * p, b] + damping[a, 1] * compliance[2 * p + 1, b]
+                    damped[a, b] = 0.5 * step * through + (1.0 if a == b else 0.0)
+                for c in range(size):
+                    push[a, c] += damping[a, 0] * v[2 * p, c] + damping[a, 1] * v[2 * p + 1, c]
+            kick = np.dot(at_points.T, np.linalg.solve(damped, push))
+            for a in range(n):
+                for c in range(size):
+                    state[n + a, c] -= step * kick[a, c]
         np.dot(flow, state[: 2 * n], moved)
         state[: 2 * n] = moved
     return state

@@ -80,7 +80,8 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
             for k in range(n):
                 re[k] += a * real[j, k] + b * imaginary[j, k]
                 im[k] += c * real[j, k] + d * imaginary[j, k]
-        out[h] = re + 1j * im
+        for k in range(n):
+            out[h, k] = complex(re[k], im[k])
 
 
 class VaryingSpin:
@@ -106,10 +107,16 @@ def _solved(
     """Receptances (H + 1, 2 n_points, 2 n_points) and driven displacements (H + 1, 2 n_points)."""
     rows, n = points.shape
     compliance, driven = np.empty((len(force), rows, rows), np.complex128), np.empty((len(force), rows), np.complex128)
-    right, seen, unit = np.zeros((n, rows + 1), np.complex128), points.astype(np.complex128), np.eye(n)
+    right, dynamic = np.zeros((n, rows + 1), np.complex128), np.empty((n, n), np.complex128)
+    seen = points.astype(np.complex128)
     for h in range(len(force)):
-        dynamic = stiffness - (h * omega) ** 2 * unit + 1j * h * omega * viscous
-        right[:, :rows], right[:, rows] = points.T, force[h]
+        for a in range(n):
+            for b in range(n):
+                dynamic[a, b] = stiffness[a, b] + 1j * h * omega * viscous[a, b]
+            dynamic[a, a] -= (h * omega) ** 2
+            for p in range(rows):
+                right[a, p] = points[p, a]
+            right[a, rows] = force[h, a]
         found = np.dot(seen, np.linalg.solve(dynamic, right))
         compliance[h], driven[h] = found[:, :rows], found[:, rows]
     return compliance, driven
