@@ -119,7 +119,9 @@ def _follow_by_lane(bushing: Bushing, numbers: np.ndarray, time: float, count: i
     for lane in range(count):
         reached, decay = bushing.envelope * count + lane, numbers[bushing.decay * count + lane]
         numbers[reached] = max(numbers[bushing.room * count + lane], numbers[reached] * decay)
-        now = numbers[reached] if bushing.by_amplitude else time
+        now, period = numbers[reached] if bushing.by_amplitude else time, numbers[bushing.period * count + lane]
+        if period > 0.0:
+            now = time % period
         row, after, share = 0, last, 0.0
         if now >= numbers[(bushing.abscissa + last) * count + lane]:
             row = last

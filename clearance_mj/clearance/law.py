@@ -8,7 +8,6 @@ holds. `ContactLaw` uses a contact model instead, whose stiffness follows the pe
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -20,13 +19,21 @@ import numpy as np
 
 from ..core.errors import LawError
 from ..core.files import replacing
-from ..core.overview import Overview, Shown, few, span
+from ..core.overview import Overview, Shown, span
 from ..core.validation import to_plain
 from ..rig import Grease, Rig
 from .contact import ContactModel
 from .contacts.kelvin_voigt import KelvinVoigt
-from .law_values import AnyGrease, number_row, same_shape, schedule, several, several_greases
-from .table import LawTable
+from .law_values import (
+    AnyGrease,
+    model_in_words,
+    number_row,
+    same_shape,
+    schedule,
+    several,
+    several_greases,
+)  # fmt: skip
+from .table import LawTable, law_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,7 +105,7 @@ class Law(Shown, ABC):
         for name, value in vars(self).items():
             if name in ("contact", "grease"):
                 data[name] = None if value is None else [_plain_model(model) for model in value]
-            else:
+            elif value is not None:
                 data[name] = value.tolist() if isinstance(value, np.ndarray) else value
         return data
 
@@ -155,7 +162,7 @@ class Law(Shown, ABC):
 
     def _overview(self) -> Overview:
         columns = self._by_bushing()
-        columns["grease"] = ["the rig's"] if self.grease is None else [_in_words(model) for model in self.grease]
+        columns["grease"] = ["the rig's"] if self.grease is None else [model_in_words(model) for model in self.grease]
         n = max(map(len, columns.values()))
         numbers = [str(j + 1) for j in range(n)] if n > 1 else ["each"]
         rows = zip(numbers, *(cells if len(cells) == n else cells * n for cells in columns.values()))
@@ -192,10 +199,15 @@ class _KelvinVoigtLaw(Law):
     _abscissa: ClassVar[str] = ""  # name of the field
 
     def table(self, n_bushings: int) -> LawTable:
+        abscissa, k, c = self._schedule()
+        over = {name: float(getattr(self, name, None) or 0.0) for name in ("release", "period")}
+        by_amplitude = self._abscissa == "amplitude"
+        return law_table(by_amplitude, abscissa, np.stack((k, c), axis=-1), [KelvinVoigt(1.0)], n_bushings, **over)
+
+    def _schedule(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Abscissa (n,), and k and c (n, 1 or n_bushings) at it."""
         abscissa = getattr(self, self._abscissa) if self._abscissa else np.zeros(1)
-        rows = np.stack((np.atleast_2d(self.k), np.atleast_2d(self.c)), axis=-1)
-        by_amplitude, release = self._abscissa == "amplitude", getattr(self, "release", 0.0)
-        return _table(by_amplitude, abscissa, rows, release, [KelvinVoigt(1.0)], n_bushings)
+        return abscissa, np.atleast_2d(self.k), np.atleast_2d(self.c)
 
     def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         most = self.table(len(gaps)).parameters.max(axis=0)
@@ -251,11 +263,13 @@ class TimeLaw(_KelvinVoigtLaw):
         Stiffness, N/m, and damping, N s/m.
     grease : Grease, GreaseModel or sequence of them, optional
         As in `ConstantLaw`.
+    period : float, optional
+        s, after which the schedule begins again; linear from its last instant to its first one then.
 
     Raises
     ------
     LawError
-        For a disordered time axis, wrong shapes, negative or non-finite values.
+        For a disordered time axis, wrong shapes, negative or non-finite values, or a period that ends before t does.
     """
 
     kind: ClassVar[str] = "time"
@@ -264,13 +278,28 @@ class TimeLaw(_KelvinVoigtLaw):
     k: Values
     c: Values
     grease: Greases = None
+    period: float | None = None
 
     def __post_init__(self) -> None:
         t, k, c = schedule(self.t, self.k, self.c, "t")
         self._set(t=t, k=k, c=c, grease=several_greases(self.grease))
+        if self.period is None:
+            return
+        if not isinstance(self.period, int | float) or not t[-1] < self.period < np.inf:
+            raise LawError(f"period must be a time beyond the last t, {t[-1]:g} s, got {self.period!r}")
+        self._set(period=float(self.period))
+
+    def _schedule(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if self.period is None:
+            return super()._schedule()
+        t = np.concatenate(([0.0], self.t[self.t > 0], [self.period]))
+        k, c = (np.stack([np.interp(t, self.t, row, period=self.period) for row in v.T], axis=1)
+                for v in (self.k, self.c))  # fmt: skip
+        return t, k, c
 
     def _over(self) -> dict[str, str]:
-        return {"over time": f"{span(self.t, 's')}, {len(self.t)} rows"}
+        again = "" if self.period is None else f", again after {self.period:.4g} s"
+        return {"over time": f"{span(self.t, 's')}, {len(self.t)} rows{again}"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -342,7 +371,7 @@ class ContactLaw(Law):
         rows = np.zeros((1, len(numbers), max(map(len, numbers))))
         for j, own in enumerate(numbers):
             rows[0, j, : len(own)] = own
-        return _table(False, np.zeros(1), rows, 0.0, self.contact, n_bushings)
+        return law_table(False, np.zeros(1), rows, self.contact, n_bushings)
 
     def largest(self, gaps: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Return stiffness and damping of each contact; see `Law.largest`."""
@@ -359,39 +388,7 @@ class ContactLaw(Law):
         return equivalent_contact(self.contact * (len(gaps) if len(self.contact) == 1 else 1), gaps, amplitude, omega)
 
     def _by_bushing(self) -> dict[str, list[str]]:
-        return {"contact": [_in_words(model) for model in self.contact]}
-
-
-def _in_words(model: ContactModel | AnyGrease) -> str:
-    """A model's name and those of its numbers that are not at their defaults."""
-    usual = {field.name: field.default for field in dataclasses.fields(model)}  # type: ignore[arg-type]
-    plain = {name: value for name, value in to_plain(model).items() if value != usual.get(name)}
-    numbers = [f"{name} {_short(value)}" for name, value in plain.items()]
-    return f"{getattr(model, 'name', 'Bouc-Wen')}: {few(numbers, 9)}"
-
-
-def _short(value: object) -> str:
-    """Write a number with 4 significant digits, alone or in a list."""
-    if isinstance(value, list):
-        return f"[{', '.join(map(_short, value))}]"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _table(
-    by_amplitude: bool, abscissa: np.ndarray, rows: np.ndarray, release: float, models: Sequence[ContactModel], n: int
-) -> LawTable:
-    """Table of rows (n_rows, 1 or n_bushings, n_numbers) and as many models, or one; in arrays of its own."""
-    if rows.shape[1] not in (1, n):
-        raise LawError(
-            f"the law holds k and c for {rows.shape[1]} bushings, the rig has {n}; "
-            "give one value for all of them or one each"
-        )
-    parameters = np.array(np.broadcast_to(rows, (len(rows), n, rows.shape[2])))
-    law, energy = np.array([m.addresses() for m in models], dtype=np.int64).T
-    adhesion = np.array([m.adhesion for m in models])
-    adhesion, law, energy = (np.array(np.broadcast_to(values, n)) for values in (adhesion, law, energy))
-    kinds = tuple(type(model) for model in models) * (n if len(models) == 1 else 1)
-    return LawTable(by_amplitude, abscissa.copy(), parameters, float(release), adhesion, law, energy, kinds)
+        return {"contact": [model_in_words(model) for model in self.contact]}
 
 
 def _plain_model(model: ContactModel | AnyGrease) -> dict[str, Any]:

@@ -84,6 +84,7 @@ def law_schema() -> dict[str, Any]:
         "grease": {"anyOf": [{"type": "null"}, {"type": "array", "minItems": 1, "items": {"anyOf": greases}}]},
         "contact": {"type": "array", "minItems": 1, "items": {"anyOf": contacts}},
         "release": {"type": "number", "exclusiveMinimum": 0},
+        "period": {"type": "number", "exclusiveMinimum": 0},
     }
     kinds = []
     for name, law in _KINDS.items():

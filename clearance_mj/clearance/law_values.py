@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
 from ..core.errors import LawError
+from ..core.overview import few
+from ..core.validation import to_plain
 from ..rig import Grease
+from .contact import ContactModel
 from .grease import GreaseModel
 
-__all__ = ["AnyGrease", "number_row", "same_shape", "schedule", "several", "several_greases"]
+__all__ = ["AnyGrease", "model_in_words", "number_row", "same_shape", "schedule", "several", "several_greases"]
 
 AnyGrease = Grease | GreaseModel
 
@@ -68,3 +72,18 @@ def several(values: Any, kinds: tuple[type, ...], name: str) -> tuple[Any, ...]:
     if not values:
         raise LawError(f"{name} must hold one or more elements")
     return values
+
+
+def model_in_words(model: ContactModel | AnyGrease) -> str:
+    """Return a model's name and those of its numbers that are not at their defaults."""
+    usual = {field.name: field.default for field in dataclasses.fields(model)}  # type: ignore[arg-type]
+    plain = {name: value for name, value in to_plain(model).items() if value != usual.get(name)}
+    numbers = [f"{name} {_short(value)}" for name, value in plain.items()]
+    return f"{getattr(model, 'name', 'Bouc-Wen')}: {few(numbers, 9)}"
+
+
+def _short(value: object) -> str:
+    """Write a number with 4 significant digits, alone or in a list."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_short, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

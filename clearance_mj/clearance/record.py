@@ -51,6 +51,7 @@ class Bushing:
     decay: int  # of it in a step
     by_amplitude: bool  # the law's abscissa is the envelope, m, instead of time, s
     abscissa: int  # of the law's table, row after row
+    period: int  # s, of time as the abscissa; 0 where it does not begin again
     rows: int  # how many
     table: int  # the contact's parameters, row after row
     width: int  # how many they are in a row
@@ -161,7 +162,7 @@ def clearance_records(rig: WithBushings, law: WithTable, step: float) -> Clearan
         on_walls = bushing.walls if touching == 1 else wall.parameters(bushing.gap)
         of_law = {
             "limit": [1e3 * bushing.gap + 1.0], "place": [0.0] * size, "was": [0.0] * size, "offset": offset,
-            "preload": preload, "held": [held], "envelope": [0.0], "decay": [float(decay)],
+            "preload": preload, "held": [held], "envelope": [0.0], "decay": [float(decay)], "period": [table.period],
             "table": table.parameters[:, j].ravel(), "contact": table.parameters[0, j],
             "contact_was": table.parameters[0, j], "filling": model.parameters(),
             "memory": [0.0] * model.states(size), "memory_was": [0.0] * model.states(size), "wall": on_walls,

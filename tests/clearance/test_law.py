@@ -78,6 +78,19 @@ def test_interpolation(kind):
         np.testing.assert_allclose(values(kind(abscissa, k, c), 2, at), expected, rtol=1e-13)
 
 
+def test_a_schedule_begins_again():
+    """numpy.interp with a period: linear from the last row to the first one a period later."""
+    rng, period = np.random.default_rng(5), 0.7
+    t, k, c = np.array([0.1, 0.15, 0.4, 0.65]), rng.uniform(1e3, 1e5, (4, 2)), rng.uniform(0, 9, (4, 2))
+    law = TimeLaw(t, k, c, period=period)
+    for at in (0.0, *t, 0.7, 0.75, *rng.uniform(0, 20, 40)):
+        expected = [[np.interp(at, t, v[:, j], period=period) for j in range(2)] for v in (k, c)]
+        np.testing.assert_allclose(values(law, 2, at), expected, rtol=1e-9)
+    np.testing.assert_array_equal(law.table(2).parameters[0], law.table(2).parameters[-1])
+    assert law.table(2).abscissa.tolist() == [0.0, *t, period]
+    assert "again after 0.7 s" in str(law)
+
+
 def test_amplitude_table():
     table = AmplitudeLaw([0.0, 1e-3], [1.0, 2.0], [0.0, 0.0], release=0.05).table(1)
     assert table.by_amplitude
@@ -112,6 +125,11 @@ def test_largest():
         (lambda: TimeLaw([1.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t must be one increasing row"),
         (lambda: TimeLaw([0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 0.0]), r"k has shape \(3, 1\), needs \(2, n_bushings\)"),
         (lambda: TimeLaw([0.0, 1.0], [1.0, 1.0], [0.0]), r"c has shape \(1, 1\), needs \(2, n_bushings\) to fit t"),
+        (
+            lambda: TimeLaw([0.0, 1.0], [1.0, 2.0], [0.0, 0.0], period=1.0),
+            "period must be a time beyond the last t, 1 s, got 1.0",
+        ),
+        (lambda: TimeLaw([0.0, 1.0], [1.0, 2.0], [0.0, 0.0], period="long"), "period must be a time"),
         (lambda: AmplitudeLaw([-1e-4, 1e-4], [1.0, 1.0], [0.0, 0.0]), "amplitude must be finite and >= 0, got -0.0001"),
         (lambda: AmplitudeLaw([1e-3, 1e-4], [1.0, 1.0], [0.0, 0.0]), "amplitude must be one increasing row"),
         (lambda: AmplitudeLaw([0.0], [1.0], [0.0], release=0.0), "release must be a time > 0 s, got 0.0"),
@@ -151,6 +169,7 @@ LAWS = [
     ConstantLaw([1e4, 2e4], [1.0, 0.1 + 0.2]),
     ConstantLaw(1e4, 1 / 3, grease=FILM),
     TimeLaw([0.0, 0.1, 5.0], [[1e4, 2e4], [0.0, 1e5], [3e4, 3e4]], [1.0, 2.0, 3.0], grease=(FILM, Grease(4e3, 1.0))),
+    TimeLaw([0.0, 0.1], [[1e4, 2e4], [0.0, 1e5]], [1.0, 2.0], period=0.3),
     AmplitudeLaw([0.0, 3e-4], [1e4, 2e4], [1.0, 2.0], release=0.017, grease=FILM),
     ContactLaw((KelvinVoigt(1e4, 2.0, adhesion=True), HuntCrossley(1e6, 0.8))),
     ContactLaw((LankaraniNikravesh(1e6, 0.8), Flores(1e6, 0.7, 1.4)), grease=(FILM, FILM)),
