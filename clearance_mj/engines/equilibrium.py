@@ -26,6 +26,8 @@ PATH = 64  # pieces of the way from the unloaded place on which hysteresis is fo
 SMALL = 1e-6  # of a gap: differences of which stiffnesses are made
 TOLERANCE = 1e-12  # of the forces that act, their imbalance at the end
 ITERATIONS = 200
+UNLIMITED = 1e-9  # of a motion without stiffness: its share in a clearance that rounding leaves
+UNHELD = "nothing holds the shaft, or films and friction leave it no place to rest"
 SOFTENING = 10.0 ** -np.arange(8)  # of springs that hold what can move without bending, over weight per gap
 
 
@@ -245,12 +247,31 @@ def _rest(rig: Rig, model: LinearModel | ChainModes, forces: Sequence[_Filling |
             q = balance.settled(q, held)[0]
     q, settled = balance.settled(q)
     if not settled:
+        acting = [f"gravity {rig.gravity} m/s²"] * bool(rig.gravity) + ["its loads"] * bool(rig.loads)
         raise SimulationError(
-            f"rig {rig.name!r}: no static equilibrium under gravity {rig.gravity} m/s²"
-            f"{' and its loads' * bool(rig.loads)} at a spin of {spin:g} rad/s: nothing holds the shaft, or films and "
-            "friction leave it no place to rest"
+            f"rig {rig.name!r}: no static equilibrium under {' and '.join(acting) or 'no load'} at a spin of {spin:g} "
+            f"rad/s: {_off_balance(rig, model, balance.points) or UNHELD}"
         )
     return q
+
+
+def _off_balance(rig: Rig, model: LinearModel | ChainModes, points: list[np.ndarray]) -> str:
+    """Return in words what would balance loads that drive on a motion which nothing limits; "" where none is."""
+    if isinstance(model, ChainModes) or not rig.loads:
+        return ""
+    stiff = np.diag(model.omega / model.omega.max(initial=1e-300))
+    size = [np.maximum(np.linalg.norm(at, axis=1, keepdims=True), 1e-300) for at in points]
+    rows = np.vstack([*(at / of_row for at, of_row in zip(points, size)), stiff])
+    _, limited, motions = np.linalg.svd(rows)
+    free = motions[limited < UNLIMITED]
+    driven = free @ model.weight
+    shares = [float(load.on(model.directed) @ (driven @ free)) for load in rig.loads]
+    if abs(sum(shares)) <= UNLIMITED * sum(map(abs, shares)):
+        return ""
+    last = max(i for i, share in enumerate(shares) if abs(share) > UNLIMITED * max(map(abs, shares)))
+    factor = 1 - float(driven @ driven) / shares[last]
+    balance = f"loads[{last}] times {factor:.6g}" if abs(factor) > UNLIMITED else f"a load against loads[{last}]"
+    return f"its loads drive on what nothing holds, for ever faster; {balance} would balance them"
 
 
 class _Balance:

@@ -32,6 +32,8 @@ from .turning import SPIN_STEPS, as_probes, turning_of
 
 __all__ = ["Modal", "ModalRun", "SideBySide", "leaving", "stiffest_contacts"]
 
+SLOWEST = 1e-3  # rad/s, for which time steps are made where nothing has a stiffness, as gears without shafts
+
 
 @register
 class Modal(Engine):
@@ -50,7 +52,7 @@ class Modal(Engine):
         fastest, moved = np.max(model.omega), np.sum(rows**2, axis=1)
         contact = np.sqrt(np.max(stiffest[[*rig.bushing_of_row, *slide_rows(rig)]] * moved, initial=0.0))
         # A kick is less exact than the modes' own motion: keep contacts four times finer.
-        return float(self.resolution / max(fastest, 4 * contact))
+        return float(self.resolution / max(fastest, 4 * contact, SLOWEST))
 
     def start(self, rig: Rig, law: Law, kind: Kinds, step: float) -> Run:
         """Begin a simulation at rest; see `Engine.start`."""
