@@ -146,6 +146,8 @@ def acts_across(rig: InSpace) -> list[str]:
     rig : Rig
         The rig.
     """
+    if rig.linear.is_torsional:
+        return []
     found = [name for name in ("spin", "unbalances", "bearings", "orders") if getattr(rig, name)]
     found += ["gravity"] if rig.gravity and (rig.gravity[1] or (rig.linear.shafts and not rig.bushings)) else []
     if rig.linear.shafts:
@@ -216,13 +218,16 @@ def check_motion(rig: InSpace) -> None:
             _check_friction(rig, b, f"bushings[{i}].friction.along")
     if rig.gravity is not None and not any(rig.gravity):
         raise ValueError(f"gravity (0, 0, 0) has no direction; leave it out, or give such as [0.0, 0.0, {-EARTH}]")
+    for acting in ("unbalances", "orders"):
+        if getattr(rig, acting) and rig.spin is None:
+            raise ValueError(f"{acting} act on a shaft that turns; give [spin] with its speed")
+    for across in ("gravity", "unbalances", "bearings"):
+        if rig.linear.is_torsional and getattr(rig, across):
+            raise ValueError(f"{across}: nothing of gears moves across their axes; leave it out")
     if not rig.moves_across:
         if rig.attached.planes and "RX" in directed_points(rig).values():
             raise ValueError("planes: a shaft that twists has one twist, not one in each plane; leave planes or RX out")
         return
-    for acting in ("unbalances", "orders"):
-        if getattr(rig, acting) and rig.spin is None:
-            raise ValueError(f"{acting} act on a shaft that turns; give [spin] with its speed")
     if rig.attached.fixture or rig.attached.planes:
         raise ValueError("a rig that moves along y and z knows no fixture and no planes; leave them out")
     if rig.attached and not rig.linear.shafts:

@@ -5,6 +5,7 @@ from typing import Annotated, TypeAlias
 from ..core.validation import OneOf
 from .base import Assembly, Point, Structure, register
 from .beam import Beam, Clamp
+from .gears import Gears, Inertia
 from .matrices import Matrices
 from .measured import MeasuredModes, modes_from_frf
 from .mjcf import Mjcf
@@ -19,6 +20,8 @@ __all__ = [
     "Beam",
     "Clamp",
     "Disc",
+    "Gears",
+    "Inertia",
     "Material",
     "Matrices",
     "MeasuredModes",

@@ -233,6 +233,8 @@ class Structure(ABC):
     """kinds that a rig file's [structure] may have"""
     files: ClassVar[tuple[str, ...]] = ()
     """fields that hold the name of a file, from the working folder; rig files name it from their own folder"""
+    is_torsional: ClassVar[bool] = False
+    """whether all that moves are angles about axes of turning, and ways of teeth: a spin couples none of them"""
 
     @abstractmethod
     def assemble(self, points: tuple[float | str, ...], modes: int) -> Assembly:
