@@ -14,6 +14,7 @@ from .greases.short_bearing import ShortBearing
 from .harmonic import harmonic_stiffness, periodic_amplitudes, slip_stiffness
 from .law import AmplitudeLaw, ConstantLaw, ContactLaw, Law, TimeLaw
 from .law_files import load_law
+from .mesh import mesh_law
 from .modelled import nominal_law
 from .walls.slot import describing_function, gap
 
@@ -41,6 +42,7 @@ __all__ = [
     "greases",
     "harmonic_stiffness",
     "load_law",
+    "mesh_law",
     "nominal_law",
     "periodic_amplitudes",
     "slip_stiffness",
