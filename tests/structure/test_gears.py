@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import clearance_mj as cm
 from clearance_mj.beam import natural_frequencies
-from clearance_mj.core.errors import RigError, SimulationError
+from clearance_mj.core.errors import RigError
 from clearance_mj.engines import static_equilibrium
 from clearance_mj.engines.modal import Modal
 from clearance_mj.report.figures.rig_figure import rig_drawing
@@ -84,11 +84,14 @@ def test_a_mean_torque_presses_the_flank(backwards):
     assert_allclose(response.contact_force[0], backwards * TORQUE / R1, rtol=1e-6)
 
 
-def test_loads_that_turn_the_gears_on_are_refused():
-    for torque, words in (("-9", r"loads\[1\] times 3.99501 would"), (None, r"a load against loads\[0\] would")):
-        loads = (BALANCED[0],) + (() if torque is None else (Load("2:RX", torque=float(torque)),))
-        with pytest.raises(SimulationError, match=f"what nothing holds, for ever faster; {words} balance them"):
-            cm.simulate(gearbox(loads=loads), still(0.01, 1e4))
+def test_a_torque_without_a_brake_turns_the_gears_on_together():
+    """The flank drives the other gear's inertia, and both gain speed evenly from the first step on."""
+    pair = gearbox(loads=BALANCED[:1])
+    speeding = TORQUE / R1 / (I1 / R1**2 + I2 / R2**2)  # m/s² of base circles
+    assert_allclose(static_equilibrium(pair).contact_force, speeding * I2 / R2**2, rtol=1e-9)
+    response = cm.simulate(pair, still(0.02, 1e4))
+    assert_allclose(response.displacement[0], GAP + speeding * I2 / R2**2 / K, rtol=1e-6)
+    assert_allclose(response.channels[1], speeding / R1 * response.time, rtol=0, atol=1e-3 * response.channels[1].max())
 
 
 def push(torque, duration, fs):
