@@ -28,6 +28,8 @@ from ..structure import Structure
 from ..structure.base import parse_dof
 from ..version import __version__
 from .command import command, spelled
+from .new_gears import EXAMPLES as OF_GEARS
+from .new_gears import add_gears, gear_fields, needs_gears
 from .new_shaft import STRUCTURES, add_shaft, needs_shaft
 from .options import in_si, length, spin
 from .rig_text import rig_lines
@@ -36,6 +38,7 @@ WORDS = {
     "beam": "a uniform cantilever",
     "shaft": "a shaft of sections, with supports and discs",
     "shafts": "several parallel shafts",
+    "gears": "two gears with backlash under a mean torque",
     "matrices": "mass and stiffness matrices out of files",
     "modes": "the modes of a test or of a finite element program, out of a file",
     "mjcf": "a MuJoCo model",
@@ -69,6 +72,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     option("--schema", type=Path, help="also write a JSON Schema here, for editors")
     option("--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (%(default)s)")
     add_shaft(parser.add_argument_group("shaft (of kinds beam, shaft and shafts)"))
+    add_gears(parser.add_argument_group("gears (of kind gears, with --contact of the mesh and --spin)"))
     option = parser.add_argument_group("bushings, all alike").add_argument
     words = 'm along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (example: two)'
     option("--bushings", type=_point, nargs="+", metavar="POINT", help=words)
@@ -113,9 +117,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if options.mass:
         print("masses are points without inertia; --disc gives a body of a size")
     if rigs := [path for path in files if path.suffix == ".toml"]:
-        if options.spin:
+        if options.spin and options.kind != "gears":
             print(f"next: {spelled('campbell', rigs[0])}: its critical speeds")
-        elif options.shape == "round":
+        elif options.shape == "round" or options.kind == "gears":
             print(f"next: {spelled('simulate', rigs[0])}: how it vibrates")
         else:
             print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")
@@ -173,6 +177,12 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     kind = options.kind
     if kind != "beam" and kind not in Structure.known:
         raise ClearanceError(f'kind "{kind}" is not installed; use beam, {", ".join(Structure.known)}')
+    if kind == "gears":
+        return {
+            "name": options.name,
+            **gear_fields(options),
+            **_instruments(options, options.sensors or ["1:X", "2:X"]),
+        }
     if kind in EXAMPLE_FILES:
         structure: Any = _of_files(kind, options, out)
         loaded = None if _missing(structure, out) else _loaded(structure, out)
@@ -200,25 +210,35 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
             Bushing(x, options.gap, length, grease, contact, to=to[x], friction=friction, film=film, shape=shape)
             for x, (contact, film) in zip(clearances, made)
         ),
-        "sensors": tuple(Sensor(_node(x, i), x, quantity=options.reads) for i, x in enumerate(points, 1)),
-        "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
+        **_instruments(options, points),
         "shaker": Shaker() if options.force_at is None else Shaker("force", options.force_at),
     } | in_space
 
 
+def _instruments(options: argparse.Namespace, points: Sequence[float | str]) -> dict[str, Any]:
+    """Sensors at points, and masses."""
+    return {
+        "sensors": tuple(Sensor(_node(x, i), x, quantity=options.reads) for i, x in enumerate(points, 1)),
+        "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
+    }
+
+
 def _with_examples(options: argparse.Namespace) -> list[str]:
     """Fill in examples for what is not given; return the ends of the paths of these numbers."""
-    only_shaft = needs_shaft(options)
-    options.kind = options.kind or ("shaft" if only_shaft or options.spin is not None else "beam")
-    if only_shaft and options.kind != "shaft":
-        raise ClearanceError(f"{only_shaft[0]} is of a shaft: give --kind shaft, not {options.kind}")
+    only = {"gears": needs_gears(options), "shaft": needs_shaft(options)}
+    likely = [kind for kind, names in only.items() if names] or ["shaft" if options.spin is not None else "beam"]
+    options.kind = options.kind or likely[0]
+    for kind, names in only.items():
+        if names and options.kind != kind:
+            of = "a shaft" if kind == "shaft" else kind
+            raise ClearanceError(f"{names[0]} is of {of}: give --kind {kind}, not {options.kind}")
     if bool(options.bushing_material) != (options.bushing_thickness is not None):
         raise ClearanceError("--bushing-material and --bushing-thickness belong together: give both")
     if options.bushing_material and (options.contact or options.section or options.kind in EXAMPLE_FILES):
         raise ClearanceError("--bushing-material proposes the contact of a round shaft: leave it out, or --contact")
     given = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
     found = []
-    for name, (value, paths) in EXAMPLES.items():
+    for name, (value, paths) in (OF_GEARS if options.kind == "gears" else EXAMPLES).items():
         if getattr(options, name) in (None, []) and not given.get(name):
             found += paths.split()
             setattr(options, name, value)

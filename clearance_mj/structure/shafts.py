@@ -27,11 +27,11 @@ class Spring:
     position: Point
     """on one of the shafts, such as "inner@0.4" """
     stiffness: NotNegative
-    """N/m"""
+    """N/m; N m/rad between rotations"""
     to: Point | None = None
     """on another shaft; None: the base"""
     damping: NotNegative = 0.0
-    """N s/m"""
+    """N s/m; N m s/rad between rotations"""
 
     @property
     def joined(self) -> tuple[float | str, ...]:

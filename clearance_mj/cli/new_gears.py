@@ -1,0 +1,69 @@
+"""Pairs of gears that clearance-mj new makes of its options: a loose gear that a driven one takes along."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from ..core.errors import ClearanceError
+from ..rig import Load, Order, Shaker, Spin
+from ..rig.clearance import Bushing, Contact, Grease
+from ..structure import Gears, Inertia
+from .options import in_si, length
+
+__all__ = ["EXAMPLES", "add_gears", "gear_fields", "needs_gears"]
+
+EXAMPLES: dict[str, tuple[Any, str]] = {
+    "inertias": ((6e-3, 1.5e-3), "inertias.polar_inertia"), "base_radii": ((0.0411, 0.0482), "inertias.base_radius"),
+    "backlash": (1.2e-4, "bushings.gap"), "contact": ((3.6e8, 2000.0), "contact.stiffness contact.damping"),
+    "torque": (0.25, "loads.torque"), "ripple": (3.5, "orders.torque"), "teeth": (None, "orders.order"),
+    "spin": (round(800 * math.pi / 30, 3), "spin.speed"),
+}  # fmt: skip
+"""Of a fifth gear at idle: what stands for an option that is not given, and the ends of the paths of these numbers"""
+ENGINE = 2.0  # torque pulses in each turn of a four-stroke engine with four cylinders
+ONLY_GEARS = ("inertias", "base_radii", "backlash", "torque", "ripple", "teeth")
+NOT_OF_GEARS = ("bushings", "gap", "gravity", "unbalance", "friction", "oil", "bushing_material")
+
+
+def add_gears(group: argparse._ArgumentGroup) -> None:
+    """Add the options that say what a pair of gears is."""
+    option = group.add_argument
+    words = "of the driving gear with all that turns with it, and of the loose one, kg m² (example: 6e-3 1.5e-3)"
+    option("--inertias", type=in_si("kg m2"), nargs=2, metavar=("I1", "I2"), help=words)
+    words = "pitch radius times the cosine of the pressure angle, m or such as 41.1mm (example: 0.0411 0.0482)"
+    option("--base-radii", type=length, nargs=2, metavar=("R1", "R2"), help=words)
+    option("--backlash", type=length, help="from flank to flank along the line of action, m (example: 1.2e-4)")
+    option("--torque", type=in_si("N m"), help="mean torque on the driving gear, N m (example: 0.25)")
+    option("--ripple", type=in_si("N m"), help="amplitude of its torque's ripple, N m (example: 3.5)")
+    words = "of the driving gear: the ripple comes with each tooth (example: twice a turn, as from an engine)"
+    option("--teeth", type=int, help=words)
+
+
+def needs_gears(options: argparse.Namespace) -> list[str]:
+    """Return the options given that only gears have."""
+    return [_spelled(name) for name in ONLY_GEARS if getattr(options, name) is not None]
+
+
+def _spelled(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def gear_fields(options: argparse.Namespace) -> dict[str, Any]:
+    """Return structure, mesh, loads, order, spin and shaker of a rig of two gears."""
+    for name in NOT_OF_GEARS:
+        if getattr(options, name):
+            words = "give --backlash" if name in ("bushings", "gap") else "leave it out"
+            raise ClearanceError(f"{_spelled(name)} is of shafts, and kind gears has one mesh: {words}")
+    names, (r1, r2) = ("driving gear", "loose gear"), options.base_radii
+    parts = zip((1, 2), options.inertias, options.base_radii, names)
+    torques = options.torque, float(f"{-options.torque * r2 / r1:.6g}")
+    grease = Grease(*options.grease) if options.grease else Grease(0.0)
+    return {
+        "structure": Gears(tuple(Inertia(node, inertia, radius, name=name) for node, inertia, radius, name in parts)),
+        "bushings": (Bushing("1:X", options.backlash / 2, 0.0, grease, Contact(*options.contact), to="2:X"),),
+        "loads": tuple(Load(f"{node}:RX", torque=torque) for node, torque in zip((1, 2), torques)),
+        "orders": (Order("1:RX", float(options.teeth or ENGINE), torque=options.ripple),),
+        "spin": Spin(options.spin),
+        "shaker": Shaker("force", options.force_at or "1:RX"),
+    }
