@@ -1,5 +1,6 @@
 """The documentation's code runs as it stands, page by page from top to bottom, in a folder like a clone's."""
 
+import dataclasses
 import json
 import operator
 import re
@@ -161,6 +162,17 @@ def test_rotors(clone):
     page = (DOCS / "rotors.md").read_text(encoding="utf-8")
     assert float(last) == pytest.approx(float(re.search(r"without contact, to (\d+) rev/min", page)[1]), abs=15)
     assert 0.9 * 120 < float(radius) < 1.05 * 120  # the gap is 120 µm
+
+
+def test_gears(clone):
+    """What the page says is printed; its rig is the one that is shipped, but for names."""
+    page = (DOCS / "gears.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^prints\n\n((?:    .+\n)+)", page, re.MULTILINE)
+    assert run_python("gears.md", clone) == textwrap.dedent("".join(shown))
+    (of_page,) = (tomllib.loads(text) for language, text in blocks("gears.md") if language == "toml")
+    found, shipped = Rig.from_dict(of_page), Rig.load(ROOT / "models" / "gear_pair.toml")
+    loads = tuple(dataclasses.replace(load, name="") for load in shipped.loads)
+    assert found == shipped.replace(description="", loads=loads)
 
 
 @pytest.mark.slow
