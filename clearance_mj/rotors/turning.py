@@ -213,6 +213,8 @@ def turning_shaft(rig: Rig, n_modes: int = 16) -> TurningShaft:
     RigError
         If the structure is no such shaft, stands on a fixture, has planes, or a bushing that is not on the base.
     """
+    if rig.linear.is_torsional:
+        raise RigError(f"rig {rig.name!r}: its gears turn, and no shaft of theirs bends; give a beam or one shaft")
     if rig.fixture or rig.planes:
         raise RigError(f"rig {rig.name!r}: a shaft that turns has no fixture and no planes of its own")
     for j, bushing in enumerate(rig.bushings):

@@ -33,6 +33,7 @@ from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure import ModalStructure
 from clearance_mj.structure.geometry import Geometry
 from clearance_mj.sweep.run import Table
+from tests.conftest import ROOT
 from tests.io.sheets_by_hand import TABLE as SHEET
 from tests.io.sheets_by_hand import ods, xlsx
 from tests.io.test_lvm import AS_LABVIEW, BODY, restarted
@@ -287,7 +288,8 @@ def structure_rigs() -> list[dict]:
     )  # fmt: skip
     modal = Rig("tested", None, (Bushing("2:+Z", 1e-4, 0.0, GREASE, Contact(1e5)),), (Sensor(1, "1:-Z"),),
                 shaker=Shaker("force", "1:+Z"), structure=tested)  # fmt: skip
-    return [rig.to_dict() for rig in (stepped(), two_shafts(), chain(), modal)]
+    gears = Rig.load(ROOT / "models" / "gear_pair.toml")
+    return [rig.to_dict() for rig in (stepped(), two_shafts(), chain(), modal, gears)]
 
 
 def named(file: str) -> bytes:
