@@ -212,7 +212,19 @@ def test_files_and_labels(tmp_path):
     assert box.clearance_labels == ["1:X to 7:X", "7:X to 1:X"] and box.probe_labels == ["301:+X", "302:+X"]
     assert structure.named_points == ("1:RX", "1:X", "7:RX", "7:X") and not box.moves_across
     assert_allclose(cm.linear.linear_model(box).at_bushings[0], -cm.linear.linear_model(box).at_bushings[1])
-    assert "2 clearances" in rig_drawing(box).alt
+
+
+def test_a_drawing_to_scale():
+    """Gears in mesh touch with their base circles, what is on one shaft stands at one height."""
+    train = Gears((*PAIR.inertias, Inertia(3, I1, 0.03), Inertia(4, 0.1)), (Spring("2:RX", 1e4, "3:RX"),))
+    box = gearbox(train, (mesh(), mesh(2, 1), Bushing("3:RX", 1e-2, 0.0, Grease(0.0), Contact(1e4), to="4:RX")))
+    drawing = rig_drawing(box)
+    assert "4 inertias, 3 clearances" in drawing.alt
+    boxes = [patch.get_bbox() for patch in drawing.figure.axes[0].patches[:4]]
+    assert_allclose([b.height / 2 for b in boxes], [R1, R2, 0.03, 0.7 * (R1 + R2 + 0.03) / 3], rtol=1e-12)
+    middle = np.array([(b.x0, b.y0 + b.height / 2) for b in boxes])
+    assert_allclose(middle[:, 1], [0.0, *[-R1 - R2] * 3], atol=1e-15)
+    assert len({*np.round(middle[1:, 0], 9)}) == 3 and middle[0, 0] == middle[1, 0]
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,11 @@ from matplotlib.patches import Rectangle
 
 from ...rig import Bushing, PointMass, Rig
 from ...rig.sensing import sensor_points
-from ...structure import Disc, Shaft, Spring
+from ...structure import Disc, Gears, Shaft, Spring
 from ...structure.base import is_rotation
 from ..outline import outline, position_label
 from ..style import COLOURS, FONT, Drawing, sheet, tidy
+from .gear_train import gear_train
 from .rig_motion import draw_motion, instruments, words_of_motion
 from .rig_scheme import scheme
 from .rig_symbols import BLOCK, DARK, GREY, Pen, draw_spring, draw_support
@@ -26,7 +27,9 @@ BEHIND_WORDS = {"facecolor": "white", "edgecolor": "none", "pad": 1}
 
 
 def rig_drawing(rig: Rig) -> Drawing:
-    """Draw a side view of the rig, to scale along its shafts, or a scheme where it has none."""
+    """Draw a side view of the rig, to scale along its shafts or of its gears, or a scheme where it has neither."""
+    if isinstance(rig.linear, Gears):
+        return gear_train(rig, rig.linear)
     return _SideView(rig).drawing() if rig.linear.shafts else scheme(rig)
 
 
