@@ -146,14 +146,18 @@ class Law(Shown, ABC):
         gaps = np.array([b.gap for b in rig.bushings])
         if not gaps.size:
             raise LawError(f"rig {rig.name!r} has no bushings, so a law has nothing to act in")
+        if self.table(gaps.size).by_time:
+            return over_time_figure(self.table(gaps.size))
         if frequency is None:
             hz = natural_frequencies(rig, gaps.size + 6)
+            if not hz.any():
+                raise LawError(
+                    f"rig {rig.name!r} has no natural frequency in its gaps; give frequency, Hz, of the cycles"
+                )
             frequency = float(hz[hz > 0][0])
         given = CYCLES if amplitudes is None else amplitudes
         if not (len(given) and all(0 < a < np.inf for a in given) and 0 < frequency < np.inf):
             raise LawError(f"amplitudes and frequency must be > 0, got {amplitudes} m and {frequency} Hz")
-        if self.table(gaps.size).by_time:
-            return over_time_figure(self.table(gaps.size))
         if amplitudes is None:
             cycles = {f"{share:g} gaps": share * gaps for share in CYCLES}
         else:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from clearance_mj.clearance import mesh_law
+from clearance_mj.clearance import ConstantLaw, mesh_law
 from clearance_mj.core.errors import LawError
 from clearance_mj.rig import Bushing, Contact, Grease, Rig, Sensor, Shaker, Spin
 from clearance_mj.structure import Gears, Inertia
@@ -34,6 +34,16 @@ def test_pairs_in_contact():
         assert_allclose(row[far], np.where(double, 2, 1)[far] * mean / ratio, rtol=1e-12)
     assert np.all(k[1] == 1e4)
     assert_allclose(law.c, np.tile([300.0, 0.5, 200.0], (len(law.t), 1)))
+
+
+def test_figures():
+    """Over one period; cycles of gears without shafts need a frequency, as they have none of their own."""
+    law = mesh_law(IDLER, 20, 1.5)
+    drawn = law.plot(IDLER).axes[0].lines[0].get_xydata()
+    assert drawn[0, 0] == 0.0 and drawn[-1, 0] == law.period and drawn[0, 1] == drawn[-1, 1]
+    with pytest.raises(LawError, match="has no natural frequency in its gaps; give frequency, Hz, of the cycles"):
+        ConstantLaw(1e8, 0.0).plot(IDLER)
+    assert ConstantLaw(1e8, 0.0).plot(IDLER, frequency=50.0).axes
 
 
 @pytest.mark.parametrize(
