@@ -146,6 +146,14 @@ def test_energies_close(loads):
     assert {impact.side for impact in found.impacts} == {"upper", "lower"}
 
 
+def test_energies_of_a_mesh_that_stiffens_and_softens():
+    """What the change of stiffness puts in, the mesh's damping takes out once the vibration is periodic."""
+    pair = gearbox(loads=BALANCED, spin=Spin(2 * np.pi * 512 / 28))  # a mesh period is 128 samples
+    found = cm.energy_balance(pair, still(0.25, 65536.0), cm.clearance.mesh_law(pair, 28, 1.6))
+    put_in, lost = (part[0, 120 * 128] - part[0, 40 * 128] for part in (found.law_work, found.contact_loss))
+    assert found.imbalance < 1e-3 and put_in == pytest.approx(lost, rel=1e-3)
+
+
 ZETA, MEAN, RIPPLE, NATURAL = 0.05, 0.1, 0.05, 1e3  # rad/s, of the pair about its mesh
 EXACT = {1.0: (0.895288, 1.269254), 0.6: (0.261210, 1.476520)}
 """Least and largest x of the upper branch over ω: periods joined from the closed form of each piece, to 1e-6"""
