@@ -36,6 +36,7 @@ from clearance_mj.rig import (
 from clearance_mj.rotors import unbalance_response
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 from tests.conftest import ROOT
+from tests.periodic import capability_rows
 
 PAGE = ROOT / "docs" / "capabilities.md"
 LENGTH, DIAMETER, MASS, POLAR, FS = 0.8, 0.014, 0.5, 8e-4, 4096.0
@@ -284,6 +285,7 @@ ROWS = {
     "sensors": (sensors, "velocity integrated, 1 %"),
     "unbalance and orders of the spin": (driven_by_turning, "linear response, 1 %"),
     "drawing and animation": (pictures, "lifts as recorded, 1e-3 of the gap"),
+    **capability_rows.ROWS,
 }
 """Of each capability the check and the known answer or other method"""
 REASONS = {
@@ -291,9 +293,16 @@ REASONS = {
         "friction",
         "teeth with mean torque",
     ): "an angle alone: flanks slide along the line of action, and back beyond the pitch point",
+    ("backbone", "round turning with film"): "oil that turns has no mode that swings: its free vibration is a whirl, "
+    "`follow_whirl`",
 }
 """Cells that mean nothing, and why"""
-CELLS = [(row, column) for row in ROWS for column in COLUMNS if (row, column) not in REASONS]
+SLOW = {("level of first contact", "round turning with film"), ("periodic response over frequency", "slot")}
+SLOW |= {(row, column) for row in capability_rows.SLOW for column in COLUMNS}
+CELLS = [
+    pytest.param(*cell, marks=pytest.mark.slow if cell in SLOW else ())
+    for row in ROWS for column in COLUMNS if (cell := (row, column)) not in REASONS
+]  # fmt: skip
 
 
 def page():

@@ -77,7 +77,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
     writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..periodic.space.forced import excited_by
+    from ..periodic.excitation import excited_by
     from ..report.production import words, write_production
     from ..report.tightening import tightening_words
     from ..tolerance import Limit, Scatter, draw_designs, production, random_tightening, rattle_sensitivity, tighten
@@ -93,7 +93,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if posterior and (options.sobol or options.allowed):
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
     model = load_model(options)
-    kind = excited_by(model.rig, options.kind)
+    kind = excited_by(model, options.kind)
     levels, frequencies = grid(options, kind, 1)
     limit = Limit.parse(options.limit) if options.limit else None
     noise = psd_of(options, options.kind or model.rig.shaker.kind)

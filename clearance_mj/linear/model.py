@@ -92,7 +92,7 @@ class LinearModel(RigRows):
         Parameters
         ----------
         kind : str
-            Kind of excitation: "base", "force", or "spin" of a shaft that turns alone: as the base.
+            Kind of excitation: "base", "force", or "spin" of what turns alone: as the base, if that moves it.
         number : int
             Which of `Rig.inputs`.
 
@@ -101,6 +101,8 @@ class LinearModel(RigRows):
         RigError
             If the structure does not tell what the excitation does to it, or the base moves none of its masses.
         """
+        if kind == "spin" and self.rig.linear.refusal("base"):
+            return np.zeros(self.size)
         return _input(self, "base" if kind == "spin" else kind, number)
 
     def driven(self, tested: Rig) -> tuple[LinearModel, float]:

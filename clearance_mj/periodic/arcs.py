@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .continuation import Motion, Motions, NoConvergence, Solver, difference
+from .continuation import Motion, Motions, NoConvergence, difference
 from .in_gap import edges, filled, linear_in_gap, without_contact
-from .space.solver import RoundSolver
+from .solver import Solver
 
 __all__ = ["Curve", "Vibrations", "curve"]
 
@@ -67,10 +67,10 @@ class _Link:
     folds: tuple[tuple[float, bool], ...] = ()
 
 
-def curve(solver: Solver | RoundSolver, omega: np.ndarray) -> Curve:
+def curve(solver: Solver, omega: np.ndarray) -> Curve:
     """Return the vibrations at increasing frequencies, 1/s, of an excitation with one harmonic.
 
-    In space the frequency may be that of the turning, whose speed then changes along the curve.
+    The frequency may be that of the turning, whose speed then changes along the curve.
     """
     ended: list[float] = []
     if linear_in_gap(solver):
@@ -88,7 +88,7 @@ def curve(solver: Solver | RoundSolver, omega: np.ndarray) -> Curve:
     return Curve(order, _joined(solver, links, order)[order.cell.size :], folds, tuple(ended))
 
 
-def _gaps(solver: Solver | RoundSolver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
+def _gaps(solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]]) -> Iterator[_Link]:
     """The stretches without contact, in closed form."""
     inside = filled(solver, omega) <= 1
     bounds = [LOW, *range(len(known)), HIGH]
@@ -103,7 +103,7 @@ def _gaps(solver: Solver | RoundSolver, omega: np.ndarray, known: list[tuple[flo
 
 
 def _arcs(
-    solver: Solver | RoundSolver, omega: np.ndarray, known: list[tuple[float, bool]], ended: list[float]
+    solver: Solver, omega: np.ndarray, known: list[tuple[float, bool]], ended: list[float]
 ) -> Iterator[_Link]:  # fmt: skip
     """The stretches with contact, each from an end that no other one has reached."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
@@ -168,7 +168,7 @@ def _corner(end: int, known: list[tuple[float, bool]], motions: list[Motion]) ->
         yield known[end]
 
 
-def _at_edge(solver: Solver | RoundSolver, omega: float) -> Motion:
+def _at_edge(solver: Solver, omega: float) -> Motion:
     """The motion at which the gap is just filled."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     return solver.solved_at(omega, z, y, max(float(np.linalg.norm(z)), solver.least))
@@ -181,7 +181,7 @@ def _edge(motion: Motion, known: list[tuple[float, bool]]) -> int:
     return min(ends, key=lambda i: abs(known[i][0] - motion.omega))
 
 
-def _whole(solver: Solver | RoundSolver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
+def _whole(solver: Solver, omega: np.ndarray, ended: list[float]) -> Iterator[_Link]:
     """The curve of greases that are not linear in the gap, from below and, if it does not get through, from above."""
     low, high = omega[0] * (1 - MARGIN), omega[-1] * (1 + MARGIN)
     for start, stop, ends in ((low, high, (LOW, HIGH)), (high, low, (HIGH, LOW))):
@@ -268,7 +268,7 @@ def _folds(w: np.ndarray) -> Iterator[tuple[float, bool]]:
     yield from turns
 
 
-def _joined(solver: Solver | RoundSolver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
+def _joined(solver: Solver, links: list[_Link], known: Vibrations | None = None) -> Vibrations:
     """The vibrations of stretches behind those known already, those that several have once."""
     k = 2 * solver.harmonics + 1
     known = known or Vibrations(

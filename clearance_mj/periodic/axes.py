@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["LevelAxis", "level_axis"]
+__all__ = ["LevelAxis", "level_axis", "parameter_axis"]
 
 
 class LevelAxis(NamedTuple):
@@ -25,6 +25,24 @@ AXES = {
         "× unbalance", "1", "unbalance over the rig's", "turns in a second (Hz)", "Unbalance over the rig's"
     ),
 }
+
+SHARES = {"load": ("constant loads over the rig's", "× loads"), "gap": ("gaps over the rig's", "× gaps")}
+
+
+def parameter_axis(over: str, kind: str) -> tuple[str, str]:
+    """Return label and unit of what changes along a branch.
+
+    Parameters
+    ----------
+    over : str
+        As of a `Branch`.
+    kind : str
+        Kind of its excitation.
+    """
+    own = level_axis(kind)
+    return {"frequency": (own.frequency, "Hz"), "level": (own.level, own.unit), **SHARES}.get(
+        over, ("speed (rad/s)", "rad/s")
+    )
 
 
 def level_axis(kind: str) -> LevelAxis:

@@ -11,13 +11,14 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..linear.refusals import refuse_across
 from ..model import Model
 from ..rig.sensing import accelerated, sensor_points
 from ..signals import labelled
 from .branch import Branch
 from .condensed import condensed
-from .continuation import NoConvergence
+from .continuation import CameBack, NoConvergence, until_again
+from .coverage import COVERED
+from .excitation import steady_spin
 from .nonlinear_mode import FreeMotion, NonlinearMode
 from .resolution import pair_of, require_whole, resolution
 from .vibrations import UNITS, Vibrations, complex_amplitudes
@@ -65,7 +66,13 @@ class Backbone(Vibrations):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """name of each clearance, `Rig.clearance_labels`"""
+    """name of each clearance, `Rig.clearance_labels`; where some are round of the coordinates, `Rig.probe_labels`"""
+
+    @property
+    def gap(self) -> float:
+        """Gap of the clearance that the mode moves most, m."""
+        rig = self.model.rig
+        return rig.bushings[rig.bushing_of_row[self.clearance]].gap
 
     def plot(
         self, quantity: str = "clearance_displacement", row: int | None = None, branches: Sequence[Branch] = ()
@@ -135,7 +142,7 @@ def follow_backbone(
 
     The rig vibrates freely and periodically, because damping of its own, one ratio for the whole structure, gives back
     what is dissipated: the extended periodic motion concept. Free vibrations that decay slowly, and forced ones in
-    resonance, follow the curve.
+    resonance, follow the curve. Unbalances and orders do not act.
 
     Parameters
     ----------
@@ -159,7 +166,7 @@ def follow_backbone(
     Returns
     -------
     Backbone
-        If no next point was found, the curve so far: ``ended`` says at which amplitude.
+        If no next point was found, the curve so far: ``ended`` says at which amplitude, or that it turned back.
 
     Raises
     ------
@@ -177,20 +184,24 @@ def follow_backbone(
     -----
     M. Krack, Nonlinear modal analysis of nonconservative systems, Computers & Structures 154 (2015) 59-71.
     """
-    refuse_across(model.rig, "follow_backbone")
     rig, (harmonics, (samples, *_)) = model.rig, resolution(n_harmonics, n_samples, 1, n_modes)
     require_whole(mode=mode)
-    system = condensed(model, rig.shaker.kind, (), harmonics, n_modes)
-    most = min(n_modes, system.in_gap.size)
+    spin = steady_spin(rig.replace(unbalances=(), orders=()), rig.shaker.kind)
+    system = condensed(model, rig.shaker.kind, (), harmonics, n_modes, speed=spin)
+    most = min(n_modes, system.driven.model.size)
     if not 1 <= mode <= most:
         raise ClearanceError(f"mode must be between 1 and {most}, as many as the Ritz basis has, got {mode}")
-    follower = NonlinearMode(system, int(mode) - 1, harmonics, samples)
-    start, stop = _amplitudes(amplitude_range, rig.bushings[follower.clearance].gap)
+    follower = NonlinearMode(system, int(mode) - 1, harmonics, samples, spin)
+    start, stop = _amplitudes(amplitude_range, rig.bushings[rig.bushing_of_row[follower.row]].gap)
     motions: list[FreeMotion] = []
-    ended = ""
+    ended, branch = "", until_again(follower, follower.branch(start, stop))
     try:
-        for motion in tqdm(follower.branch(start, stop), desc="backbone", unit="point", disable=not progress):
+        for motion in tqdm(branch, desc="backbone", unit="point", disable=not progress):
             motions.append(follower.motion(motion))
+        if motion.omega < stop * (1 - COVERED):
+            ended = f"it turns back and leaves the amplitudes at {motion.omega:.6g} m, where it began"
+    except CameBack as end:
+        ended = str(end)
     except NoConvergence as end:
         at = f"an amplitude of {end.args[0]:.6g} m"
         if not motions:
@@ -199,7 +210,7 @@ def follow_backbone(
                 "and samples"
             ) from None
         ended = f"no further periodic vibration was found beyond {at}"
-    return _backbone(follower, motions, ended)
+    return _backbone(follower, int(mode), motions, ended)
 
 
 def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[float, float]:
@@ -209,24 +220,24 @@ def _amplitudes(amplitudes: tuple[float, float] | None, gap: float) -> tuple[flo
     return start, stop
 
 
-def _backbone(follower: NonlinearMode, motions: list[FreeMotion], ended: str) -> Backbone:
+def _backbone(follower: NonlinearMode, mode: int, motions: list[FreeMotion], ended: str) -> Backbone:
     """Expand motions of the modes to everything that a backbone knows."""
     system = follower.system
-    rig, model, count = system.rig, system.in_gap, len(system.rig.bushings)
+    rig, model, n = system.rig, system.driven.model, system.rig.n_rows
     omega = np.array([motion.omega for motion in motions])
     damping = np.array([motion.damping for motion in motions])
     modes = complex_amplitudes(follower.vectors @ np.array([motion.modes for motion in motions]))
     force = complex_amplitudes(np.array([motion.force for motion in motions]))
-    turning = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None]
-    x = model.at_bushings @ modes
-    own = (system.laws.spring[:, None] + system.laws.damper[:, None] * turning) * x
+    turning, x = 1j * np.arange(follower.harmonics + 1) * omega[:, None, None], system.driven.points @ modes
+    along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
+    first, second = n + rig.end_rows.T
     given_back = 2 * damping * omega**2 * np.sum(np.abs(modes[:, :, 1]) ** 2, axis=1)
     with np.errstate(divide="ignore"):
         level = given_back / np.abs(modes[:, :, 1] @ model.input(system.kind))
     return Backbone(
-        system.model, follower.mode + 1, follower.clearance, omega / (2 * np.pi), damping, level,
+        system.model, mode, follower.row, omega / (2 * np.pi), damping, level,
         accelerated(rig)[:, None] * (model.at_sensors @ modes * turning**2),
-        model.shapes(sensor_points(rig)) @ modes, x,
-        force[:, count:].reshape(len(omega), count, 2, -1).sum(axis=2), force[:, :count] + own, ended,
-        tuple(rig.sensor_labels), tuple(rig.clearance_labels),
+        model.directed(sensor_points(rig), along) @ modes, x[:, :n], force[:, first] + force[:, second],
+        system.fillings(omega, x, force), ended, tuple(rig.sensor_labels),
+        tuple(rig.probe_labels if rig.moves_across else rig.clearance_labels),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A branch of periodic vibrations over frequency or level."""
+"""A branch of periodic vibrations over frequency, level, loads, spin or gaps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..model import Model
 from ..signals import labelled
 from ..signals.arrays import read_only
-from .axes import level_axis
+from .axes import level_axis, parameter_axis
 from .vibrations import UNITS, Vibrations, half_extents
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ class SpecialPoint:
     """Where a branch folds or its stability changes."""
 
     kind: str
-    """ "fold", "period doubling", "Neimark-Sacker", "branch point", where another branch crosses, or, in space, "first
-    contact", where a vibration grazes a wall"""
+    """ "fold", "period doubling", "Neimark-Sacker", "branch point", where another branch crosses, or "first contact",
+    where a vibration grazes a wall"""
     frequency: float
     """Hz"""
     level: float
@@ -48,9 +48,9 @@ class Branch(Vibrations):
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base", "force" or, in space, "unbalance": what the excitation is; "whirl" where nothing excites"""
+    """ "base", "force" or "unbalance", of what turns with the shaft; "whirl" where nothing excites"""
     over: str
-    """ "frequency", "level" or, of a whirl, "speed": what changes along the curve"""
+    """ "frequency", "level", "load", "spin", "gap" or, of a whirl, "speed": what changes along the curve"""
     periods: int
     """of the excitation, after which a vibration comes again"""
     n_modes: int
@@ -83,9 +83,11 @@ class Branch(Vibrations):
     responses: tuple[str, ...]
     """degree of freedom of each sensor, such as "3:+Z" """
     clearances: tuple[str, ...]
-    """name of each clearance, `Rig.clearance_labels`; of a rig in space of its coordinates, `Rig.probe_labels`"""
+    """name of each clearance, `Rig.clearance_labels`; where some are round of the coordinates, `Rig.probe_labels`"""
     spin: np.ndarray | None = None
-    """(n,) of the shaft, rad/s, of a rig in space, whose clearances have a row along y and one along z each"""
+    """(n,) of the shaft, rad/s, where some clearances are round, which have a row along y and one along z each"""
+    share: np.ndarray | None = None
+    """(n,) by which the rig's constant loads or all its gaps are multiplied, of a branch over these"""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -94,8 +96,10 @@ class Branch(Vibrations):
 
     @property
     def parameter(self) -> np.ndarray:
-        """(n,) frequency, Hz, level of the excitation's strongest harmonic, or speed, rad/s: what changes along it."""
-        if self.over == "speed" and self.spin is not None:
+        """(n,) frequency, Hz, level of the excitation's strongest harmonic, speed, rad/s, or share of loads or gaps."""
+        if self.share is not None:
+            return self.share
+        if self.over in ("spin", "speed") and self.spin is not None:
             return self.spin
         return self.frequency if self.over == "frequency" else np.abs(self.level).max(axis=1)
 
@@ -109,15 +113,17 @@ class Branch(Vibrations):
     def excursion(self) -> np.ndarray:
         """Return how far the clearances' middles move, (n, n_bushings) m: the amplitude of `clearance_displacement`.
 
-        In space half of the largest extent of the orbit in any direction: the radius of a circle, half the length of
-        a line.
+        Of a rig with round ones half of the largest extent of the orbit in any direction: the radius of a circle, half
+        the length of a line.
         """
-        if self.model.rig.moves_across:
-            return half_extents(self.clearance_displacement)
-        return self.amplitude("clearance_displacement")
+        along, parts = self.amplitude("clearance_displacement"), []
+        for rows in self.model.rig.clearance_rows:
+            both = self.clearance_displacement[:, rows]
+            parts.append(half_extents(both) if both.shape[1] == 2 else along[:, rows])
+        return np.concatenate(parts, axis=1)
 
     def plot(self, quantity: str = "acceleration", rows: Sequence[int] | None = None) -> Figure:
-        """Draw amplitudes over frequency or level: stable vibrations as lines, unstable dashed, special points marked.
+        """Draw amplitudes over what changes: stable vibrations as lines, unstable dashed, special points marked.
 
         Parameters
         ----------
@@ -148,8 +154,7 @@ class Branch(Vibrations):
             for i, row in enumerate(names):
                 label = kind if at and not i else None
                 axes.plot(x[at], amplitude[at, row], marker, color="k", mfc="w", ms=5, label=label)
-        own = level_axis(self.kind)
-        axes.set_xlabel({"frequency": own.frequency, "speed": "speed (rad/s)"}.get(self.over, own.level))
+        axes.set_xlabel(parameter_axis(self.over, self.kind)[0])
         axes.set(ylabel=f"amplitude of the {quantity.replace('_', ' ')} ({UNITS[quantity]})", yscale="log")
         axes.legend(frameon=False)
         return figure
@@ -161,6 +166,7 @@ class Branch(Vibrations):
         variables |= self._variables()
         if self.spin is not None:
             variables["spin"] = ("point", self.spin, "rad s-1")
+        variables["share"] = ("point", self.share, "1")
         if self.multipliers is not None:
             variables["multipliers"] = (("point", "multiplier"), self.multipliers, "1")
             variables["stable"] = ("point", self.stable, "1")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from .arcs import Vibrations
 from .continuation import Motion
 from .following import expanded
-from .forces import fill_forces
+from .forces import Sampled, depths, fill_forces
 from .in_gap import linear_in_gap
 from .stability import Located
 
@@ -22,31 +21,29 @@ QUANTITIES = {
 }  # fmt: skip
 
 
-@functools.singledispatch
 def moved(solver: Any, vibrations: Vibrations) -> tuple[np.ndarray, np.ndarray]:
-    """Return harmonics (m, n_rows, K) of the places of all points, and how deep ends are: (m, n_bushings, N), in m.
+    """Return harmonics (m, n_rows, K) of the places of all rows, and how deep ends are: (m, n_bushings, N), in m.
 
-    Of the two ends of a bushing the deeper one counts, at each sample of a period; it is below 0 within the gap.
+    Of the two ends of a clearance the deeper one counts, at each sample of a period; it is below 0 within the gap.
     """
     system, count = solver.system, len(solver.system.rig.bushings)
-    x = np.einsum("pr,nrk->npk", system.linear.basis, vibrations.z) + vibrations.y
-    place = (x @ solver.grid.basis.T)[:, count:]
-    lower, upper = np.repeat([bushing.walls for bushing in system.rig.bushings], 2, axis=0).T[:, :, None]
-    depth = np.maximum(place - upper, lower - place)
+    x = np.einsum("pr,nrk->npk", system.basis, vibrations.z) + vibrations.y
+    depth = np.array([depths(solver.laws, place) for place in x @ solver.grid.basis.T])
     return x, depth.reshape(len(depth), count, 2, solver.samples).max(axis=2)
 
 
-@functools.singledispatch
 def acting(solver: Any, omega: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what acts beyond linear greases in a motion (n_rows, K) at a frequency, 1/s: samples (n_rows, N), in N.
+    """Return what acts beyond linear fillings in a motion (n_rows, K) at a frequency, 1/s: samples (n_rows, N), in N.
 
-    With the largest force (n_bushings,) of both ends of each bushing.
+    With the largest force (n_bushings,) of both ends of each clearance.
     """
-    basis, rate, project = solver.grid[:3]
-    place, speed, count = x @ basis.T, omega * (x @ rate.T), len(solver.system.rig.bushings)
-    force = np.empty_like(place)
-    fill_forces(solver.system.laws, place, speed, omega, basis, rate, project, False, force, solver.slopes)
-    return force, np.abs(force[count:].reshape(count, 2, -1).sum(axis=1)).max(axis=1)
+    (basis, rate, project), laws = solver.grid[:3], solver.laws
+    motion = Sampled(x @ basis.T, omega * (x @ rate.T), omega, solver.spin_of(omega))
+    force, count = np.empty_like(motion.place), len(solver.system.rig.bushings)
+    fill_forces(laws, motion, basis, rate, project, False, force, solver.slopes)
+    first, second = force[laws.rows[count::2]], force[laws.rows[count + 1 :: 2]]  # of one coordinate twice the same
+    both = np.linalg.norm((first + second) / np.sqrt(3 - laws.width[count::2])[:, None, None], axis=1)
+    return force, both.max(axis=1)
 
 
 def measured(solver: Any, omega: np.ndarray, vibrations: Vibrations) -> dict[str, np.ndarray]:

@@ -1,9 +1,11 @@
-"""A rig condensed to its clearances: poles and residues of what is linear, the laws of what is not."""
+"""A rig condensed to its clearances: its linear structure, and what acts beyond it."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,89 +16,73 @@ from ..clearance.law import AmplitudeLaw, Law, TimeLaw
 from ..clearance.record import clearance_records, fillings_of
 from ..clearance.table import LawTable
 from ..core.errors import ExcitationError, LawError, RigError
+from ..engines.scheme import at_rows, places_of
 from ..linear import LinearModel, linear_model
-from ..linear.refusals import one_kind
 from ..model import Model
 from ..rig import Rig
+from ..rig.loads import order_forces
+from .dynamics import DrivenModel
 from .forces import Laws, Slopes
-from .harmonic_balance import Grid, Linear
+from .harmonic_balance import Grid
 
-__all__ = [
-    "Condensed",
-    "condensed",
-    "coordinates_of",
-    "grid",
-    "in_gap",
-    "laws_of",
-    "require_periodic",
-    "slopes",
-    "without_stiffness",
-]
+__all__ = ["UNBALANCE", "Condensed", "condensed", "grid", "laws_of", "require_periodic", "slopes"]
 
+UNBALANCE = "unbalance"
 STIFF = 1e-3
 """Contact stiffness times compliance from which on a motion of the points is unknown; others are substituted."""
+FILM = 100.0  # stiffness of a film near the wall over that in its middle
+SINGULAR = 1e-12  # of the largest stiffness of a mode: below it nothing holds a motion
+HELD = 1e-8  # of the lowest stiffness that is there: of what holds a motion that no clearance sees
 
 
 class Condensed(NamedTuple):
     """What the harmonic balance of a rig, a law and an excitation works with."""
 
     model: Model
-    kind: str
+    kind: str  #: "base", "force" or "unbalance"; "whirl" where nothing excites
     periods: int  #: of the excitation, after which a motion comes again
+    order: float  #: of the spin, of the excitation's first harmonic, where what turns with the shaft excites; else 0
     modes: int
-    in_gap: LinearModel
-    linear: Linear
+    driven: DrivenModel
+    basis: np.ndarray  #: (n_rows, r) B, orthonormal; every column is of one clearance and one direction
+    owner: np.ndarray  #: (r,) which clearance
     laws: Laws
     size: float  #: m, that motions are measured by: the smallest distance of a wall
+    pressed: np.ndarray  #: (n_bushings,) whether loads press it against its wall, which alone holds the rig
+    sag: np.ndarray  #: (n_rows,) what constant loads move without gaps, m
     stiffest: float  #: 1/s², the largest stiffness of a contact on the modes
+    levels: np.ndarray  #: (n_levels,) complex amplitudes of the excitation; a factor of what turns with the shaft
 
     @property
     def rig(self) -> Rig:
         """Rig of the model."""
         return self.model.rig
 
-    def modes_of(self, omega: np.ndarray, excitation: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return complex amplitudes (n_f, n, H + 1) of the modes under excitation and forces of the points.
+    @property
+    def pace(self) -> float:
+        """Frequency of the excitation's first harmonic over that of which branches and maps speak: turns of a shaft."""
+        return self.order or 1.0
 
-        Parameters
-        ----------
-        omega : ndarray, shape (n_f,)
-            Angular frequencies of the first harmonic, 1/s.
-        excitation : ndarray, shape (n_f, H + 1), complex
-            Of the rig, m/s² or N.
-        force : ndarray, shape (n_f, n_points, H + 1), complex
-            N.
+    @property
+    def fineness(self) -> float:
+        """How far loads press walls that alone hold the rig, over the size of motions, to which forces ask for them."""
+        return min(1.0, float(np.abs(self.sag).max()) / self.size) if self.pressed.any() else 1.0
+
+    @property
+    def undriven(self) -> Condensed:
+        """The same without excitation, of which the mean alone is a harmonic."""
+        still = self.driven._replace(drive=0 * self.driven.drive[:1], unbalance=0 * self.driven.unbalance[:1])
+        return self._replace(driven=still)
+
+    def fillings(self, omega: np.ndarray, x: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Return complex amplitudes (n, n_coordinates, H + 1) of the fillings' forces at all clearances, N.
+
+        Of places x and forces (n, n_rows, H + 1) beyond what the linear system has of them.
         """
-        model, drive = self.in_gap, self.in_gap.drive()
-        value, motion = model.poles()
-        of_poles = (drive @ model.input(self.kind))[:, None] * excitation[:, None]
-        of_poles = of_poles - np.einsum("jp,nph->njh", drive @ model.at_points.T, force)
-        of_poles /= 1j * np.arange(force.shape[2]) * omega[:, None, None] - value[:, None]
-        return np.einsum("mj,njh->nmh", motion, of_poles)
-
-
-def in_gap(of: Model, modes: int) -> LinearModel:
-    """Return the in-gap linear system of a rig, each grease a spring and a damper as in small motions.
-
-    Raises
-    ------
-    RigError
-        If it can move without stiffness: its mean position is then not defined.
-    """
-    rig, (k, c) = of.rig, np.transpose([filling.small_motion() for filling in fillings_of(of.rig, of.law)])
-    model = linear_model(rig, modes).filled(k, c)
-    values = np.abs(model.poles().value)
-    if values.min() < 1e-9 * values.max() or np.linalg.eigvalsh(model.stiff() + model.stiff().T)[0] <= 0:
-        raise without_stiffness(rig)
-    return model
-
-
-def without_stiffness(rig: Rig) -> RigError:
-    """Return the error of a rig that nothing holds in its gaps."""
-    return RigError(
-        f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
-        "defined; add a support, oil, or grease with stiffness"
-    )
+        rows = self.rig.bushing_of_row
+        turning = 1j * np.arange(x.shape[2]) * omega[:, None, None]
+        spring, damper = self.laws.spring[rows, None], self.laws.damper[rows, None]
+        return np.asarray(force[:, : rows.size] + (spring + damper * turning) * x[:, : rows.size])
 
 
 def require_periodic(model: Model, kind: str) -> None:
@@ -107,16 +93,19 @@ def require_periodic(model: Model, kind: str) -> None:
     RigError
         If the rig has no clearance.
     LawError
-        For a law over time or amplitude.
+        For a law over amplitude, or one over time that does not turn with the shaft.
     ExcitationError
         If the rig has no position for a force.
     """
     rig, law = model.rig, model.law
-    one_kind(rig, "harmonic balance")
     if not rig.bushings:
         raise RigError(f"rig {rig.name!r} has no clearance, so its vibration is linear; use cm.beam.linear_frf")
-    if isinstance(law, TimeLaw):
-        raise LawError("a law over time has no periodic vibration; give a ConstantLaw or a ContactLaw")
+    turns = kind == UNBALANCE and rig.spin and rig.spin.speed
+    if isinstance(law, TimeLaw) and not (turns and law.period):
+        raise LawError(
+            "a law over time has no periodic vibration unless it turns with the shaft: give it the period that it has "
+            'at the speed of [spin], and use follow_unbalance or, of maps and commands, kind "unbalance"'
+        )
     if isinstance(law, AmplitudeLaw):
         raise LawError(
             "a law over amplitude remembers the envelope for longer than a period, and harmonic balance does not "
@@ -124,14 +113,10 @@ def require_periodic(model: Model, kind: str) -> None:
         )
     if kind == "force" and rig.shaker.position is None:
         raise ExcitationError(f"rig {rig.name!r} has no shaker.position, where the force acts")
-    if (rig.loads or rig.gravity) and not rig.moves_across:
-        raise RigError(f"rig {rig.name!r}: harmonic balance of slots knows no constant load yet; simulate it")
-    if rig.orders:
-        raise RigError(f"rig {rig.name!r}: harmonic balance knows no orders of the spin yet; simulate them")
 
 
 def condensed(
-    model: Model, kind: str, levels: Sequence[complex], harmonics: int, modes: int, periods: int = 1
+    model: Model, kind: str, levels: Sequence[complex], harmonics: int, modes: int, periods: int = 1, speed: float = 0.0
 ) -> Condensed:
     """Condense a rig to its clearances.
 
@@ -140,15 +125,17 @@ def condensed(
     model : Model
         Rig and law of its clearances.
     kind : str
-        Kind of the excitation: "base" or "force".
+        Kind of the excitation: "base", "force", "unbalance" of what turns with the shaft, or "whirl" of nothing.
     levels : sequence of complex
-        Amplitudes of the excitation's harmonics from the first on, m/s² or N.
+        Amplitudes of the excitation's harmonics from the first on, m/s² or N; one factor of what turns with the shaft.
     harmonics : int
         Number of harmonics of the motion, H.
     modes : int
-        Number of modes in the Ritz basis.
+        Number of modes in the Ritz basis, of each bending plane.
     periods : int
         Periods of the excitation after which the motion comes again.
+    speed : float
+        rad/s: a spin that occurs, by which the stiffness of films and bearings is estimated.
 
     Raises
     ------
@@ -161,19 +148,78 @@ def condensed(
     """
     require_periodic(model, kind)
     rig, law = model.rig, model.law
-    linear = in_gap(model, modes)
-    (values, shapes), forced = linear.poles(), linear.drive()
-    points = linear.at_points @ shapes
-    residues = np.ascontiguousarray(np.einsum("pj,jq->jpq", points, forced @ linear.at_points.T))
-    driven = np.ascontiguousarray((points * (forced @ linear.input(kind))).T)
-    excitation = np.zeros(harmonics + 1, dtype=complex)
-    excitation[periods : periods * len(levels) + 1 : periods] = levels
-    stiffest = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
-    basis, owner = coordinates_of(linear, STIFF, stiffest)
-    on_modes = float(np.max(stiffest * np.sum(linear.at_bushings**2, axis=1)))
-    shifted = Linear(values, residues, driven, excitation, basis, owner)
-    room = min(b.gap - abs(b.offset) for b in rig.bushings)
-    return Condensed(model, kind, periods, modes, linear, shifted, laws_of(rig, law), room, on_modes)
+    laws, structure = laws_of(rig, law, speed), linear_model(rig, modes)
+    of_contact = np.broadcast_to(law.largest([b.gap for b in rig.bushings])[0], len(rig.bushings))
+    free = _unheld(structure.filled(laws.spring, laws.damper), speed)
+    pressed = np.zeros(len(rig.bushings), dtype=bool)
+    if np.abs(free.T @ structure.weight).max(initial=0.0) > 0:  # loads press it against walls, which alone hold it
+        pressed = (laws.spring == 0) & laws.linear
+        laws = laws._replace(spring=np.where(pressed, of_contact, laws.spring), linear=laws.linear & ~pressed)
+    structure = structure.filled(laws.spring, laws.damper)
+    points, weight = at_rows(structure), structure.weight
+    if (free := _unheld(structure, speed)).size:
+        if np.abs(points @ free).max() > 1e-6 * np.abs(points).max():
+            raise RigError(
+                f"rig {rig.name!r}: in its gaps it can move without any stiffness, so the middle of a vibration is not "
+                "defined; add a support, oil, or grease with stiffness"
+            )
+        # All turns together, which no clearance sees: a weak spring holds it, and loads without balance speed it up.
+        values = np.linalg.eigvalsh(structure.elastic(speed))
+        hold = HELD * values[values > SINGULAR * values[-1]][0] * free @ free.T
+        springs = structure.springs + hold if structure.springs.size else hold
+        structure, weight = dataclasses.replace(structure, springs=springs), weight - free @ (free.T @ weight)
+    drive, unbalance, order = _driving(structure, law, kind, np.asarray(levels, dtype=complex), harmonics, periods)
+    if isinstance(law, TimeLaw) and rig.spin:
+        laws = laws._replace(span=2 * np.pi * periods / (order * abs(rig.spin.speed)))
+    driven = DrivenModel(structure, points, weight, drive, unbalance)
+    stiffest = of_contact + [FILM * k if b.film else 0.0 for k, b in zip(laws.spring, rig.bushings)]
+    on_modes = float(np.max(of_contact[rig.bushing_of_row] * np.sum(structure.at_bushings**2, axis=1)))
+    basis, owner = _coordinates(driven, laws, STIFF, stiffest, speed)
+    room = min(b.wall_model.reach(b.gap) - math.hypot(b.offset_y, b.offset) for b in rig.bushings)
+    return Condensed(
+        model, kind, periods, order, modes, driven, basis, owner, laws, room, pressed,
+        points @ np.linalg.solve(structure.stiff(speed), weight), on_modes, np.asarray(levels, dtype=complex),
+    )  # fmt: skip
+
+
+def _unheld(model: LinearModel, spin: float) -> np.ndarray:
+    """Directions (n, m) in which the modes move without stiffness."""
+    elastic = model.elastic(spin)
+    values, vectors = np.linalg.eigh((elastic + elastic.T) / 2)
+    return vectors[:, values <= SINGULAR * max(model.omega.max() ** 2, values[-1])]
+
+
+def _driving(
+    model: LinearModel, law: Law, kind: str, levels: np.ndarray, harmonics: int, periods: int
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Amplitudes (H + 1, n) of the excitation, those of it per Ω², and the order of its first harmonic or 0."""
+    drive, unbalance = np.zeros((2, harmonics + 1, model.size), dtype=complex)
+    if kind != UNBALANCE:
+        if levels.size:
+            drive[periods : periods * levels.size + 1 : periods] = np.outer(levels, model.input(kind))
+        return drive, unbalance, 0.0
+    rig = model.rig
+    orders = [each.order for each in rig.orders] + [1.0] * bool(rig.unbalances)
+    if isinstance(law, TimeLaw) and law.period and rig.spin:  # such as once for each tooth
+        orders.append(2 * np.pi / (law.period * abs(rig.spin.speed)))
+    first = _common(orders)
+    forces = order_forces(rig.orders, model.directed, model.size).reshape(-1, 2, model.size)
+    for each, (cosine, sine) in zip(rig.orders, forces):
+        if (h := round(each.order / first) * periods) <= harmonics:
+            drive[h] += levels[0] * (cosine - 1j * sine)
+    if rig.unbalances:
+        unbalance[round(1 / first) * periods] = levels[0] * (model.unbalance[0] - 1j * model.unbalance[1])
+    return drive, unbalance, first
+
+
+def _common(orders: Sequence[float]) -> float:
+    """The largest order of which all are multiples."""
+    common = orders[0]
+    for order in orders[1:]:
+        while order > 1e-6 * orders[0]:
+            common, order = order, math.remainder(common, order)
+            order = abs(order)
+    return common
 
 
 def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
@@ -198,38 +244,42 @@ def laws_of(rig: Rig, law: Law, speed: float = 0.0) -> Laws:
     impacts = np.array([_knows_impacts(table, b.gap, j) for j, b in enumerate(bushings)])
     rubs = np.array([b.friction is not None and b.friction.coefficient > 0 for b in bushings])
     room = max(2, *(f.states(b.n_coordinates) for f, b in zip(fillings, bushings)))
-    return Laws(*clearance_records(rig, law, 1.0), k, np.ascontiguousarray(c), memory, linear, impacts | rubs, room)
+    records, places = clearance_records(rig, law, 1.0), places_of(rig)
+    middles = [(row, row + size - 1) for row, size in zip(places[:, 0], records.bushings["coordinates"])]
+    touching = records.bushings["touching"]
+    ends = places[:, 1:].reshape(-1, 2).copy()
+    ends[:, 0] = np.where(np.repeat(touching, 2) == 2, ends[:, 0], ends[:, 1])
+    rows = np.vstack((middles, ends)).astype(int)
+    width = np.concatenate((records.bushings["coordinates"], np.repeat(touching, 2))).astype(int)
+    return Laws(*records, k, np.ascontiguousarray(c), memory, linear, impacts | rubs, room, 0.0, rows, width)
 
 
-def coordinates_of(
-    model: LinearModel, stiff: float, stiffest: np.ndarray, spin: float = 0.0
+def _coordinates(
+    driven: DrivenModel, laws: Laws, stiff: float, stiffest: np.ndarray, spin: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return orthonormal coordinates (n_rows, r) of points in which they move enough to matter, and whose they are.
+    """Return orthonormal coordinates (n_rows, r) of rows in which they move enough to matter, and whose they are.
 
-    Parameters
-    ----------
-    model : LinearModel
-        The structure in its gaps.
-    stiff : float
-        Contact stiffness times compliance from which on a motion matters.
-    stiffest : ndarray, shape (n_bushings,)
-        Stiffest contact of each clearance, N/m.
-    spin : float
-        rad/s, at which bearings are what they are.
+    ``stiff`` is the contact stiffness times compliance from which on a motion matters, ``stiffest`` (n_bushings,) the
+    stiffest contact of each clearance, N/m; bearings are what they are at the spin, rad/s.
     """
-    at, d, count = model.at_points, model.rig.n_coordinates, len(stiffest)
-    compliance = at @ np.linalg.solve(model.elastic(spin), at.T)
+    at, count = driven.points, len(stiffest)
+    compliance = at @ np.linalg.solve(driven.model.elastic(spin), at.T)
     columns, owner = [], []
-    for j, direction in np.ndindex(count, d):
-        rows = [d * point + direction for point in (j, count + 2 * j, count + 2 * j + 1)]
-        values, vectors = np.linalg.eigh(compliance[np.ix_(rows, rows)])
-        least = min(stiff / stiffest[j] if stiffest[j] else np.inf, 1e-3 * values[-1])
-        for value, vector in zip(values, vectors.T):
-            if value > least and value > 1e-12 * values[-1]:
-                column = np.zeros(len(compliance))
-                column[rows] = vector
-                columns.append(column)
-                owner.append(j)
+    for j in range(count):
+        of_points = laws.rows[[j, count + 2 * j, count + 2 * j + 1]]
+        groups = [sorted(set(of_points[:, 1].tolist()))]
+        if laws.width[count + 2 * j] == 2:
+            along = set(of_points[:, 0].tolist()) if laws.width[j] == 2 else {int(of_points[1, 0])}
+            groups.insert(0, sorted(along))
+        for rows in groups:
+            values, vectors = np.linalg.eigh(compliance[np.ix_(rows, rows)])
+            least = min(stiff / stiffest[j] if stiffest[j] else np.inf, 1e-3 * values[-1])
+            for value, vector in zip(values, vectors.T):
+                if value > least and value > 1e-12 * values[-1]:
+                    column = np.zeros(len(compliance))
+                    column[rows] = vector
+                    columns.append(column)
+                    owner.append(j)
     return np.ascontiguousarray(np.array(columns).T), np.array(owner)
 
 
@@ -271,10 +321,11 @@ def grid(harmonics: int, samples: int) -> Grid:
     return Grid(basis, rate, project, np.cos(half), np.sin(half), products / samples)
 
 
-def slopes(laws: Laws, points: int, samples: int, harmonics: int) -> Slopes:
+def slopes(laws: Laws, samples: int, harmonics: int) -> Slopes:
     """Return room for the derivatives of the forces at samples of a period."""
-    most = int(laws.memory.max())
-    x, v, begun, entry, climb = np.zeros((5, points, samples))
-    memory = np.zeros((len(laws.memory), samples, most + 1, most + 2))
-    whole = np.zeros((points, 2 * harmonics + 1, 2 * harmonics + 1))
-    return Slopes(x, v, begun, entry, climb, memory, whole, np.zeros(points, dtype=bool))
+    points, most = len(laws.width), max(int(laws.memory.max()), 2)
+    x, v = np.zeros((2, points, 2, 2, samples))
+    step = np.zeros((points, samples, most + 2, most + 8))
+    rows = np.zeros((points, 2, 2, samples, 2 * harmonics + 1))
+    onto, used = np.zeros((points, samples, 2 * harmonics + 1)), np.zeros(points, dtype=int)
+    return Slopes(x, v, step, np.zeros((points, samples), dtype=bool), rows, onto, used)

@@ -8,18 +8,17 @@ from tqdm import tqdm
 
 from ..core.errors import ExcitationError
 from ..core.kinds import checks_kinds
-from ..linear.refusals import refuse_across
 from ..model import Model
 from .condensed import condensed
-from .continuation import Motion, NoConvergence, Solver
-from .forced import excitation_kind
+from .continuation import NoConvergence
+from .excitation import excitation_kind, steady_spin
+from .first_contacts import grazing
 from .in_gap import level_of_contact, linear_in_gap
 from .resolution import resolution
+from .solver import Solver
 from .two_parameter import Curve
 
 __all__ = ["find_first_contact"]
-
-BISECTIONS = 60  # of the step in which a gap is filled, at most
 
 
 @checks_kinds
@@ -70,13 +69,13 @@ def find_first_contact(
     RigError
         If the rig has no clearance, or in the gap moves without stiffness.
     """
-    refuse_across(model.rig, "find_first_contact")
     frequency = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if frequency.ndim != 1 or not frequency.size or not np.all((frequency > 0) & (frequency < np.inf)):
         raise ExcitationError("frequencies must be numbers > 0 Hz")
     harmonics, (samples, *_) = resolution(n_harmonics, n_samples, 1, n_modes)
     kind = excitation_kind(model.rig, kind)
-    solver = Solver(condensed(model, kind, [1.0], harmonics, n_modes), harmonics, samples)
+    spin = steady_spin(model.rig, kind)
+    solver = Solver(condensed(model, kind, [1.0], harmonics, n_modes, speed=spin), harmonics, samples, spin)
     omega = 2 * np.pi * frequency
     if linear_in_gap(solver):
         return Curve("first contact", "level", kind, frequency, level_of_contact(solver, omega), "")
@@ -93,31 +92,16 @@ def find_first_contact(
 
 def _level_of_contact(solver: Solver, omega: float) -> float:
     """The level at which a vibration that grows out of rest fills a gap."""
-    left, moved = solver.over_level(omega)
-    walls = np.repeat(np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1), 2)
-
-    def reach(motion: Motion) -> float:
-        return float(np.max(np.abs(solver.ends(motion)) / walls[:, None]))
-
-    linear = solver.system.linear.basis @ -left + moved
-    count = len(solver.system.rig.bushings)
-    least = 0.1 / float(np.max(np.abs(linear[count:] @ solver.grid.basis.T) / walls[:, None]))
-    scale = max(least * float(np.linalg.norm(left)), solver.least)
-    motion = solver.solved_at(least, -least * left, least * moved, scale)
+    motion = solver.growing(omega)
+    if solver.touches(motion):
+        return 0.0
     before = after = motion
-    for after in solver.within(motion, 1e-3 * least, 1e6 * least):
-        if reach(after) > 1:
+    for after in solver.within(motion, 1e-3 * motion.omega, 1e6 * motion.omega):
+        if solver.touches(after):
             break
         before = after
     else:
         raise NoConvergence(before.omega)
-    low, high = 0.0, 1.0
-    way = (after.z - before.z, after.omega - before.omega)
-    for _ in range(BISECTIONS):
-        length = (low + high) / 2
-        at = before.omega + length * way[1]
-        found = solver.solved_at(at, before.z + length * way[0], before.y, before.scale)
-        low, high = (low, length) if reach(found) > 1 else (length, high)
-        if (high - low) * abs(way[1]) < 1e-9 * at:
-            break
-    return float(before.omega + (low + high) / 2 * way[1])
+    if (found := grazing(solver, before, after)) is None:
+        raise NoConvergence(after.omega)
+    return found.omega

@@ -1,7 +1,7 @@
 """One period of the linearised motion about an orbit, whose eigenvalues are Floquet's multipliers; compiled.
 
-As the modal engine's steps: the in-gap linear system moves exactly from sample to sample, the derivatives of the
-clearances' forces act as kicks, their damping at the velocity in the middle of the kick.
+As the modal engine's steps: the linear system moves exactly from sample to sample, the derivatives of the clearances'
+forces act as kicks, their damping at the velocity in the middle of the kick.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.jit import STRICT, jit
-from .forces import Slopes
+from .forces import Laws, Slopes
 
 __all__ = ["monodromy"]
 
@@ -32,81 +32,123 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> None:
 
 
 @jit(**STRICT)
-def monodromy(flow: np.ndarray, at_points: np.ndarray, step: float, memory: np.ndarray, slopes: Slopes) -> np.ndarray:
+def _remembered(
+    slope: np.ndarray, memory: int, start: int, width: int, seen: np.ndarray, before: np.ndarray, state: np.ndarray,
+    old: np.ndarray, push: np.ndarray,
+) -> None:  # fmt: skip
+    """Advance what a point remembers in ``state``, and add to push (2, size) all of its force but what damps now.
+
+    ``seen`` and ``before`` (4, size) are the point's displacements and velocities at this sample and the one before.
+    """
+    rows, inputs = slope.shape[0] - width, slope.shape[1] - 4 * width
+    for k in range(memory):
+        old[k] = state[start + k]
+    for k in range(memory + width):
+        row = k if k < memory else rows + k - memory
+        for c in range(state.shape[1]):
+            total = 0.0
+            for d in range(memory):
+                total += slope[row, d] * old[d, c]
+            for d in range(width):
+                total += slope[row, inputs + d] * before[d, c]
+                total += slope[row, inputs + width + d] * seen[d, c]
+                total += slope[row, inputs + 2 * width + d] * before[2 + d, c]
+                if k < memory:
+                    total += slope[row, inputs + 3 * width + d] * seen[2 + d, c]
+            if k < memory:
+                state[start + k, c] = total
+            else:
+                push[k - memory, c] = total
+
+
+@jit(**STRICT)
+def monodromy(
+    flow: np.ndarray, at_rows: np.ndarray, step: float, memory: np.ndarray, laws: Laws, slopes: Slopes
+) -> np.ndarray:
     """Return the derivative of the state after a period by that before.
 
-    The state: modal coordinates, their velocities, then of each bushing whose grease remembers m > 0 numbers these and
-    the displacement a sample before, then of each end whose contact remembers the speed at which it began. ``flow``
-    (2 n, 2 n) moves the linear system by a step, s.
+    The state: modal coordinates, their velocities, then what each point remembers, ``memory`` (n_points,) numbers, of
+    fillings and ends that rub with the displacements a sample before.
+    ``flow`` (2 n, 2 n) moves the linear system by a step, s; ``at_rows`` (n_rows, n).
     """
-    points, n = at_points.shape
-    samples = slopes.x.shape[1]
-    first = np.full(memory.size, -1)
-    size = 2 * n
-    for j in range(memory.size):
-        if memory[j]:
-            first[j] = size
-            size += memory[j] + 1
-    begun = np.full(points, -1)
+    rows, n = at_rows.shape
+    points, samples = memory.size, slopes.x.shape[3]
+    start, size = np.zeros(points, np.int64), 2 * n
+    places, count = np.zeros(points, np.int64), laws.bushings.size  # how many displacements are remembered
     for p in range(points):
-        if np.any(slopes.begun[p] != 0.0):
-            begun[p] = size
-            size += 1
+        if memory[p] and (p < count or laws.bushings[(p - count) // 2].rubs):
+            places[p] = laws.width[p]
+        start[p] = size
+        size += memory[p] + places[p]
     state = np.eye(size)
-    compliance = np.dot(at_points, at_points.T)
-    x, v, force = np.empty((points, size)), np.empty((points, size)), np.empty((points, size))
-    x_old, v_old = np.empty((points, size)), np.empty((points, size))
-    moved, damped = np.empty((2 * n, size)), np.empty((points, points))
-    old = np.empty((np.max(memory) + 1, size))
+    compliance = np.dot(at_rows, at_rows.T)
+    old = np.empty((max(np.max(memory), 1), size))
+    x, v, push = np.empty((rows, size)), np.empty((rows, size)), np.zeros((rows, size))
+    x_old, v_old = np.empty((rows, size)), np.empty((rows, size))
+    seen, before, pushed = np.empty((4, size)), np.empty((4, size)), np.empty((2, size))
+    moved, damping, damped = np.empty((2 * n, size)), np.zeros((rows, rows)), np.empty((rows, rows))
     for i in range(samples):
         acts = False
         for p in range(points):
-            if slopes.x[p, i] != 0.0 or slopes.v[p, i] != 0.0 or begun[p] >= 0 or (p < memory.size and first[p] >= 0):
-                acts = True
+            acts = acts or slopes.carried[p, i] or (i < samples - 1 and slopes.carried[p, i + 1])
+            for d in range(laws.width[p]):
+                for e in range(laws.width[p]):
+                    acts = acts or slopes.x[p, d, e, i] != 0.0 or slopes.v[p, d, e, i] != 0.0
+        x, x_old, v, v_old = x_old, x, v_old, v
+        if acts or i == 0:
+            np.dot(at_rows, state[:n], x)
+            np.dot(at_rows, state[n : 2 * n], v)
+        if i == 0:
+            x_old[:], v_old[:] = x - step * v, v
+            for p in range(points):
+                for d in range(places[p]):
+                    x_old[laws.rows[p, d]] = state[start[p] + memory[p] + d]
         if acts:
-            x, x_old, v, v_old = x_old, x, v_old, v
-            np.dot(at_points, state[:n], x)
-            np.dot(at_points, state[n : 2 * n], v)
+            push[:] = 0.0
+            damping[:] = 0.0
             for p in range(points):
-                for c in range(size):
-                    force[p, c] = slopes.x[p, i] * x[p, c] + slopes.v[p, i] * v[p, c]
-                if begun[p] >= 0:
-                    share = slopes.entry[p, i]
-                    if share >= 0.0:
+                width, row = laws.width[p], laws.rows[p]
+                if slopes.carried[p, i]:
+                    for d in range(width):
+                        seen[d], seen[2 + d] = x[row[d]], v[row[d]]
+                        before[d], before[2 + d] = x_old[row[d]], v_old[row[d]]
+                    slope = slopes.step[p, i]
+                    _remembered(slope, memory[p], start[p], width, seen, before, state, old, pushed)
+                    for d in range(places[p]):
+                        state[start[p] + memory[p] + d] = x[row[d]]
+                    for d in range(width):
+                        for e in range(width):
+                            damping[row[d], row[e]] += slope[slope.shape[0] - width + d, slope.shape[1] - width + e]
                         for c in range(size):
-                            x_before = x_old[p, c] if i > 0 else x[p, c] - step * v[p, c]
-                            v_before = v_old[p, c] if i > 0 else v[p, c]
-                            place = (1.0 - share) * x_before + share * x[p, c]
-                            speed = (1.0 - share) * v_before + share * v[p, c]
-                            state[begun[p], c] = speed - slopes.climb[p, i] * place
-                    if slopes.begun[p, i] != 0.0:
-                        for c in range(size):
-                            force[p, c] += slopes.begun[p, i] * state[begun[p], c]
-            for j in range(memory.size):
-                if first[j] < 0:
+                            push[row[d], c] += pushed[d, c]
                     continue
-                start, m = first[j], memory[j]
-                slope = slopes.memory[j, i]
-                old[: m + 1] = state[start : start + m + 1]
-                for k in range(m + 1):
-                    row = k if k < m else slope.shape[0] - 1
-                    for c in range(size):
-                        total = slope[row, -2] * x[j, c] + slope[row, -1] * (x[j, c] - old[m, c])
-                        for d in range(m):
-                            total += slope[row, d] * old[d, c]
-                        if k < m:
-                            state[start + k, c] = total
-                        else:
-                            force[j, c] += total
-                state[start + m] = x[j]
-            for p in range(points):
-                for q in range(points):
-                    damped[p, q] = 0.5 * step * slopes.v[p, i] * compliance[p, q] + (1.0 if p == q else 0.0)
-            _solve(damped, force)
+                for d in range(width):
+                    for e in range(width):
+                        k_x = slopes.x[p, d, e, i]
+                        damping[row[d], row[e]] += slopes.v[p, d, e, i]
+                        if k_x != 0.0:
+                            for c in range(size):
+                                push[row[d], c] += k_x * x[row[e], c]
+            for a in range(rows):
+                for b in range(rows):
+                    damped[a, b] = 1.0 if a == b else 0.0
+                for b in range(rows):
+                    if damping[a, b] != 0.0:
+                        for c in range(rows):
+                            damped[a, c] += 0.5 * step * damping[a, b] * compliance[b, c]
+                        for c in range(size):
+                            push[a, c] += damping[a, b] * v[b, c]
+            _solve(damped, push)
             for a in range(n):
-                for p in range(points):
-                    for c in range(size):
-                        state[n + a, c] -= step * at_points[p, a] * force[p, c]
+                for b in range(rows):
+                    share = step * at_rows[b, a]
+                    if share != 0.0:
+                        for c in range(size):
+                            state[n + a, c] -= share * push[b, c]
+        for p in range(points):
+            if not slopes.carried[p, i] and p >= laws.bushings.size:
+                for k in range(memory[p]):
+                    state[start[p] + k] = 0.0  # in the gap a contact forgets
         np.dot(flow, state[: 2 * n], moved)
         state[: 2 * n] = moved
     return state

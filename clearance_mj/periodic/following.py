@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any
 
@@ -10,16 +9,22 @@ import numpy as np
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
-from ..linear import LinearModel
 from ..rig.sensing import accelerated, sensor_points
+from .axes import SHARES, level_axis
 from .branch import Branch, SpecialPoint
-from .condensed import condensed
-from .continuation import CameBack, Motion, NoConvergence, Solver
-from .stability import BRANCH_POINT, FIRST_CONTACT, FOLD, Located, changes, multipliers, with_fold
+from .condensed import UNBALANCE, condensed
+from .continuation import CameBack, Motion, NoConvergence, until_again
+from .solver import Solver
+from .stability import BRANCH_POINT, FIRST_CONTACT, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
 
-__all__ = ["branch_of", "expanded", "farthest", "follow", "of_folds", "place", "resumed", "strongest", "watched"]
+__all__ = [
+    "expanded", "farthest", "follow", "of_folds", "place", "resumed", "solver_of", "strongest", "watched",
+]  # fmt: skip
 
+WORDS = {"gap": ", gaps {0.gap:.6g} times those of the rig", "load": ", loads {0.load:.6g} times those of the rig",
+         "spin": " and a speed of {0.spin:.6g} rad/s"}  # fmt: skip
+"""Of the parameters beside frequency and level."""
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 
@@ -38,7 +43,7 @@ def follow(
     points: list[Located] = []
     ended, recent = "", 0
     try:
-        for motion in tqdm(motions, desc="branch", unit="point", disable=not progress):
+        for motion in tqdm(until_again(solver, motions), desc="branch", unit="point", disable=not progress):
             kind = FIRST_CONTACT if motion in touching else ""
             point = Located(motion, multipliers(solver, motion) if stability else None, kind)
             if not points:
@@ -53,7 +58,7 @@ def follow(
         if not points:
             raise ClearanceError(
                 f"rig {solver.system.rig.name!r}: no periodic vibration was found at {at}; begin at another frequency, "
-                "or with more harmonics and samples"
+                "or with other numbers of harmonics and more samples"
             ) from None
         ended = f"no further periodic vibration was found beyond {at}"
     except CameBack as end:
@@ -72,7 +77,7 @@ def watched(
 
 
 def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, np.ndarray, np.ndarray]:
-    """Return what finds motions near a point of a branch, and where it is: ω, z and y of a `Motion`.
+    """Return what finds motions near a point of a branch over its frequency, and where it is: ω, z, y of a `Motion`.
 
     Parameters
     ----------
@@ -84,16 +89,27 @@ def resumed(branch: Branch, index: int, times: int = 1) -> tuple[Solver, float, 
         Largest number of its periods that a motion may last.
     """
     harmonics = times * (branch.acceleration.shape[-1] - 1)
-    levels = list(branch.level[index])
-    periods = times * branch.periods
-    system = condensed(branch.model, branch.kind, levels, harmonics, branch.n_modes, periods)
+    solver = solver_of(branch, list(branch.level[index]), harmonics, times * branch.periods, times * branch.n_samples)
+    system = solver.system
+    omega = 2 * np.pi * branch.frequency[index] * (system.order or 1.0) / system.periods
+    if branch.over != "frequency":
+        parameter = float(branch.parameter[index])
+        solver.take("omega", solver.at._replace(**{branch.over: 1.0 if branch.over == "level" else parameter}))
+        solver.raise_over(branch.over, omega)
     x = np.concatenate((branch.clearance_displacement[index], branch.end_displacement[index]))
-    spread = np.zeros((len(x), 2 * harmonics + 1))
-    spread[:, 0] = x[:, 0].real
-    spread[:, 2 * times - 1 :: 2 * times], spread[:, 2 * times :: 2 * times] = x[:, 1:].real, -x[:, 1:].imag
-    z = system.linear.basis.T @ spread
-    omega = 2 * np.pi * branch.frequency[index] / periods
-    return Solver(system, harmonics, times * branch.n_samples), omega, z, spread - system.linear.basis @ z
+    spread = np.zeros((len(system.basis), 2 * harmonics + 1))
+    known = spread[: len(x)]  # what slides along slots follows
+    known[:, 0], known[:, 2 * times - 1 :: 2 * times] = x[:, 0].real, x[:, 1:].real
+    known[:, 2 * times :: 2 * times] = -x[:, 1:].imag
+    z = system.basis.T @ spread
+    return solver, omega, z, spread - system.basis @ z
+
+
+def solver_of(branch: Branch, levels: Sequence[complex], harmonics: int, periods: int, samples: int) -> Solver:
+    """Return what finds motions of a branch's model under its excitation at levels of its harmonics."""
+    spin = 0.0 if branch.spin is None else float(np.abs(branch.spin).max())
+    system = condensed(branch.model, branch.kind, levels, harmonics, branch.n_modes, periods, spin)
+    return Solver(system, harmonics, samples, 0.0 if system.order else spin)
 
 
 def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
@@ -117,83 +133,72 @@ def farthest(found: Callable[[int], Branch], samples: Sequence[int]) -> Branch:
     return max(branches, key=lambda branch: float(np.ptp(branch.parameter[[0, -1]])))
 
 
-@functools.singledispatch
 def place(solver: Any, parameter: float) -> str:
     """Return where a solver's parameter is in words, such as frequency and level."""
-    system = solver.system
-    omega, share = (parameter, 1.0) if solver.at is None else (solver.at, parameter)
-    unit = "m/s²" if system.kind == "base" else "N"
-    level = share * abs(strongest(system.linear.excitation))
-    return f"{omega * system.periods / (2 * np.pi):.6g} Hz and level {level:g} {unit}"
-
-
-def strongest(excitation: np.ndarray) -> complex:
-    """The first amplitude that is not zero."""
-    return complex(excitation[np.flatnonzero(excitation)[0]])
-
-
-@functools.singledispatch
-def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
-    """Expand motions at the clearances to everything that a branch knows."""
-    system = solver.system
-    linear, motions = system.linear, [point.motion for point in points]
-    omega = np.array([solver.frequency(motion) for motion in motions])
-    excitation = np.outer([solver.share(motion) for motion in motions], linear.excitation)
-    x = complex_amplitudes(np.array([linear.basis @ motion.z + motion.y for motion in motions]))
-    force = complex_amplitudes(np.array([motion.force for motion in motions]))
-    highest = int(np.flatnonzero(linear.excitation)[-1])
-    level = excitation[:, system.periods : highest + 1 : system.periods]
-    modes = system.modes_of(omega, excitation, force)
-    over = "frequency" if solver.at is None else "level"
-    return branch_of(
-        solver, system.in_gap, points, ended, omega, excitation, level, modes, force, x, over, system.periods
+    system, at = solver.system, solver.state(parameter)
+    if system.kind in (UNBALANCE, "whirl"):
+        return f"a speed of {at.spin:.6g} rad/s{WORDS.get(solver.over, '').format(at)}"
+    unit = level_axis(system.kind).unit
+    return (
+        f"{at.omega * system.periods / (2 * np.pi):.6g} Hz and level "
+        f"{at.level * abs(strongest(system.levels)):g} {unit}{WORDS.get(solver.over, '').format(at)}"
     )
 
 
-def branch_of(
-    solver: Any, model: LinearModel, points: list[Located], ended: str, omega: np.ndarray, excitation: np.ndarray,
-    level: np.ndarray, modes: np.ndarray, force: np.ndarray, x: np.ndarray, over: str, periods: int = 1,
-    spin: np.ndarray | None = None,
-) -> Branch:  # fmt: skip
-    """Return the branch of motions of frequencies (n,), 1/s, whose complex amplitudes (n, ..., H + 1) are given.
+def strongest(levels: np.ndarray) -> complex:
+    """The first amplitude that is not zero."""
+    return complex(levels[np.flatnonzero(levels)[0]])
 
-    Those of the excitation, of the modes, and of forces and displacements of the points, N and m. ``level`` are the
-    excitation's own harmonics (n, n_levels).
-    """
-    system, rig = solver.system, solver.system.rig
-    d = rig.n_coordinates
-    count, turning = d * len(rig.bushings), 1j * np.arange(modes.shape[2]) * omega[:, None, None]
+
+def expanded(solver: Any, points: list[Located], ended: str) -> Branch:
+    """Expand motions at the clearances to everything that a branch knows."""
+    system, motions = solver.system, [point.motion for point in points]
+    driven, rig, d = system.driven, system.rig, system.rig.bushing_of_row.size
+    states = [solver.state(motion.omega) for motion in motions]
+    omega = np.array([solver.frequency(motion) for motion in motions])
+    spin, shares = np.array([at.spin for at in states]), np.array([at.level for at in states])
+    x = complex_amplitudes(np.array([solver.all_points(motion) for motion in motions]))
+    force = complex_amplitudes(np.array([motion.force for motion in motions]))
+    modes = np.empty((len(points), driven.model.size, x.shape[-1]), dtype=complex)
+    for i, at in enumerate(states):
+        on_modes = driven.force(at.spin, at.load, at.level) - force[i].T @ driven.points
+        modes[i] = driven.modes(omega[i], at.spin, on_modes).T
+    levels = system.levels if system.levels.size else np.zeros(1)
+    level, excitation = np.outer(shares, levels), np.zeros((len(points), x.shape[-1]), dtype=complex)
+    excitation[:, system.periods : system.periods * levels.size + 1 : system.periods] = level
+    turning, model = 1j * np.arange(x.shape[2]) * omega[:, None, None], driven.model
     acceleration = np.einsum("sm,nmh->nsh", model.at_sensors, modes) * turning**2 * accelerated(rig)[:, None]
     if system.kind == "base":
         acceleration += model.sensors_on_base[:, None] * excitation[:, None]
     along = np.array([sensor.unit_direction for sensor in rig.sensors]).reshape(-1, 3)
-    at = model.directed(sensor_points(rig), along)
-    ends = force[:, count:].reshape(len(omega), -1, 2, d, modes.shape[2]).sum(axis=2)
-    spring, damper = (np.repeat(each, d)[:, None] for each in (system.laws.spring, system.laws.damper))
-    held = force[:, :count] + (spring + damper * turning) * x[:, :count]
-    at_folds = of_folds(np.array([point.motion.omega for point in points]), [point.kind for point in points])
-    frequency = periods * omega / (2 * np.pi)
+    at_sensors = model.directed(sensor_points(rig), along)
+    first, second = np.transpose([(a, b) for a, b in rig.end_rows])
+    at_folds = of_folds(points)
+    frequency = omega * system.periods / (system.order or 1.0) / (2 * np.pi)
     special = tuple(
-        SpecialPoint(point.kind, float(frequency[i]), abs(strongest(level[i])) if level[i].any() else 0.0, i)
+        SpecialPoint(kind, float(frequency[i]), abs(strongest(level[i])) if level[i].any() else 0.0, i)
         for i, point in enumerate(points)
-        if point.kind and i not in at_folds
+        for kind in point.kinds
+        if i not in at_folds
     )
     known = [point.multipliers for point in points if point.multipliers is not None]
     return Branch(
-        system.model, system.kind, over, periods, system.modes, solver.samples, frequency, level, acceleration,
-        np.einsum("sm,nmh->nsh", at, modes), x[:, :count], x[:, count:], ends.reshape(len(omega), count, -1), held,
+        system.model, system.kind, solver.over_name, system.periods, system.modes, solver.samples, frequency, level,
+        acceleration, np.einsum("sm,nmh->nsh", at_sensors, modes), x[:, :d], x[:, d : 3 * d],
+        force[:, d + first] + force[:, d + second], system.fillings(omega, x, force),
         np.array(known) if known else None, special, ended, tuple(rig.sensor_labels),
-        tuple(rig.probe_labels if d == 2 else rig.clearance_labels), spin,
+        tuple(rig.probe_labels if rig.moves_across else rig.clearance_labels), spin if rig.moves_across else None,
+        np.array([getattr(at, solver.over) for at in states]) if solver.over in SHARES else None,
     )  # fmt: skip
 
 
-def of_folds(omega: np.ndarray, kinds: list[str]) -> set[int]:
+def of_folds(points: list[Located]) -> set[int]:
     """Which changes of stability are those of folds, whose multiplier passes 1 there but for rounding of both."""
-    found: set[int] = set()
-    for fold in (i for i, kind in enumerate(kinds) if kind == FOLD):
+    omega, found = [point.motion.omega for point in points], set[int]()
+    for fold in (i for i, point in enumerate(points) if point.folds):
         near = [
-            i for i, kind in enumerate(kinds)
-            if kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
+            i for i, point in enumerate(points)
+            if point.kind == BRANCH_POINT and i not in found and abs(omega[i] / omega[fold] - 1) < SAME_FOLD
         ]  # fmt: skip
         found.update(sorted(near, key=lambda i: abs(i - fold))[:1])
     return found

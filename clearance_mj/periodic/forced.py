@@ -1,25 +1,32 @@
-"""The response of a rig to a periodic excitation over frequency."""
+"""The response of a rig to a periodic excitation over frequency, level, loads, gaps or spin."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ..core.errors import ExcitationError
+from ..core.errors import ClearanceError, ExcitationError
 from ..core.kinds import checks_kinds
-from ..linear.refusals import refuse_across
 from ..model import Model
-from ..rig import Rig
 from .branch import Branch
-from .condensed import condensed
-from .continuation import Motion, Solver
+from .condensed import UNBALANCE, Condensed, condensed
+from .continuation import Motion
+from .coverage import turned_back
+from .excitation import excitation_kind, excited_by, levels_of, steady_spin
+from .first_contacts import with_first_contacts
 from .following import farthest, follow, watched
-from .resolution import different_ends, pair_of, resolution
-from .space.forced import respond
+from .resolution import different_ends, ends_of_range, pair_of, resolution
+from .solver import Solver
 from .stability import samples_of_period
+from .starts import Start
 
-__all__ = ["ends_of_range", "excitation_kind", "follow_response", "follow_response_over_level"]
+__all__ = ["follow_response", "follow_response_over", "follow_response_over_level", "follow_unbalance"]
+
+OVER = {"load": ("loads", "times those of the rig"), "gap": ("gaps", "times those of the rig"),
+        "spin": ("speeds", "rad/s")}  # fmt: skip
+"""What a branch at one frequency and level goes over, and the unit of its ends."""
 
 
 @checks_kinds
@@ -39,7 +46,9 @@ def follow_response(
 
     Condensed harmonic balance: unknown are the harmonics of the displacements at the clearances, in which the laws'
     forces are sampled (alternating frequency-time). The branch begins with the vibration that grows out of rest with
-    the level, and ends where it leaves the range of frequencies.
+    the level, and ends where it leaves the range of frequencies. Where that is not found, ends within a tenth of the
+    range or turns back there, one that leads on is looked for with fewer harmonics, then from nearby frequencies, by
+    up to 5 %, then from the modal engine's march.
 
     Parameters
     ----------
@@ -68,7 +77,8 @@ def follow_response(
     Returns
     -------
     Branch
-        If no next point was found, the branch so far: ``ended`` says where and at which level.
+        If no next point was found, the branch so far: ``ended`` says where and at which level; or, if it turned back
+        and left the range where it began, which part of the range it does not cover.
 
     Raises
     ------
@@ -85,49 +95,39 @@ def follow_response(
     -----
     M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer 2019.
     """
-    levels = _levels(amplitude)
+    levels, of_kind = levels_of(amplitude), excitation_kind(model.rig, kind)
     start, stop = ends_of_range(frequency_range)
     harmonics, counts = resolution(n_harmonics, n_samples, len(levels), n_modes)
-    if model.rig.moves_across:
-        ends = 2 * np.pi * start, 2 * np.pi * stop
-        of_kind = excitation_kind(model.rig, kind)
-        return respond(model, of_kind, levels, ends, harmonics, counts, n_modes, stability, watch, progress)
-    system = condensed(model, excitation_kind(model.rig, kind), levels, harmonics, n_modes)
+    ends = 2 * np.pi * start, 2 * np.pi * stop
+    return _respond(model, of_kind, levels, ends, harmonics, counts, n_modes, stability, watch, progress)
+
+
+def _respond(
+    model: Model, kind: str, levels: Sequence[complex], ends: tuple[float, float], harmonics: int,
+    counts: Sequence[int], modes: int, stability: bool, watch: Callable[[float], None] | None, progress: bool,
+) -> Branch:  # fmt: skip
+    """Follow the response of a rig between two frequencies of its excitation, 1/s, or speeds of what turns."""
+    spin = steady_spin(model.rig, kind)
+    fastest = max(ends) if kind == UNBALANCE else spin
+    system = condensed(model, kind, levels, harmonics, modes, speed=fastest)
+    start, stop = (system.pace * end for end in ends)
 
     def found(count: int) -> Branch:
-        solver = Solver(system, harmonics, count)
+        solver = Solver(system, harmonics, count, spin)
+        touched: list[Motion] = []
         if stability:
-            samples_of_period(solver, 2 * np.pi * min(start, stop))  # refused before a branch is followed there
-        motions = solver.branch(2 * np.pi * start, 2 * np.pi * stop)
-        return follow(solver, watched(motions, watch), stability, progress)
+            samples_of_period(solver, min(start, stop))  # refused before a branch is followed there
+        begins = Start(solver, start, stop, lambda h: fewer(h, count))
+        motions = with_first_contacts(solver, begins.motions(), touched)
+        return follow(solver, watched(motions, watch), stability, progress, touched)
 
-    return farthest(found, counts)
+    def fewer(h: int, count: int) -> Solver:
+        return Solver(condensed(model, kind, levels, h, modes, speed=fastest), h, count, spin)
 
-
-def excitation_kind(rig: Rig, kind: str | None) -> str:
-    """Return the kind of an excitation that was asked for, or the shaker's."""
-    kind = rig.shaker.kind if kind is None else kind
-    if kind not in ("base", "force"):
-        raise ExcitationError(f'kind must be "base" or "force", got {kind!r}')
-    return kind
+    return turned_back(farthest(found, counts), ends[1] / (2 * np.pi))
 
 
-def _levels(amplitude: complex | Sequence[complex]) -> list[complex]:
-    try:
-        levels = [complex(each) for each in np.atleast_1d(np.asarray(amplitude))]
-    except (TypeError, ValueError):
-        raise ExcitationError(f"amplitude must be a number or those of several harmonics, got {amplitude!r}") from None
-    if not levels or not np.isfinite(levels).all() or not any(levels):
-        raise ExcitationError(f"amplitude must be finite and not zero, got {amplitude!r}")
-    return levels
-
-
-def ends_of_range(frequency_range: tuple[float, float]) -> tuple[float, float]:
-    """Return both ends of a range of frequencies, Hz, or refuse it."""
-    return different_ends(frequency_range, "frequency_range", "frequencies", "Hz")
-
-
-# The response of a rig at one frequency over the level of a harmonic excitation.
+# The response of a rig at one frequency over the level of a harmonic excitation, or over another number.
 
 
 @checks_kinds
@@ -152,16 +152,16 @@ def follow_response_over_level(
     model : Model
         Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
     frequency : float
-        Frequency of the excitation, Hz.
+        Frequency of the excitation, Hz; of kind "unbalance" turns in a second.
     amplitude_range : tuple of float
-        First and last amplitude of the excitation, m/s² or N; downwards too.
+        First and last amplitude of the excitation, m/s² or N, or factor of the unbalances; downwards too.
     n_harmonics : int
         Number of harmonics of the motion, H.
     n_samples : int, optional
         Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
         where vibrations end early with them.
     kind : str, optional
-        Kind of excitation, "base" or "force"; None: that of the rig's shaker.
+        Kind of excitation, "base", "force" or "unbalance"; None: that of the rig's shaker.
     n_modes : int
         Number of modes in the Ritz basis, as in the modal engine.
     stability : bool
@@ -173,7 +173,8 @@ def follow_response_over_level(
     -------
     Branch
         Its ``over`` is "level". It begins with the vibration that grows out of rest with the level. If no next point
-        was found, the branch so far: ``ended`` says where and at which level.
+        was found, the branch so far: ``ended`` says where and at which level, or which part a branch leaves out that
+        turned back.
 
     Raises
     ------
@@ -186,24 +187,194 @@ def follow_response_over_level(
     RigError
         If the rig has no clearance, or in the gap moves without stiffness.
     """
-    refuse_across(model.rig, "follow_response_over_level")
     start, stop = pair_of(amplitude_range, "amplitude_range", "")
     if not (0 < start < np.inf and 0 < stop < np.inf and start != stop):
         raise ExcitationError(f"amplitude_range must be two different amplitudes > 0, got {start:g} and {stop:g}")
+    setting = Setting(n_harmonics, n_samples, n_modes, stability, progress)
+    return turned_back(_respond_over(model, "level", (1.0, stop / start), frequency, [start], kind, setting), stop)
+
+
+@checks_kinds
+def follow_response_over(
+    model: Model,
+    over: str,
+    values: tuple[float, float],
+    frequency: float,
+    amplitude: complex | Sequence[complex],
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
+    kind: str | None = None,
+    n_modes: int = 8,
+    stability: bool = True,
+    progress: bool = False,
+) -> Branch:
+    """Follow the periodic vibration of a rig at one frequency and level over its loads, gaps or spin, around folds.
+
+    Parameters
+    ----------
+    model : Model
+        Rig, with a shaft or a small system of `structure.Matrices`, and law, a `ConstantLaw` or a `ContactLaw`.
+    over : str
+        "load": what all constant loads, weight too, are multiplied by; "gap": what all gaps are; "spin", rad/s.
+    values : tuple of float
+        First and last of these, > 0; downwards too.
+    frequency : float
+        Frequency of the excitation, Hz; of kind "unbalance" turns in a second.
+    amplitude : complex or sequence of complex
+        As `follow_response` takes it; of kind "unbalance" the factor of the unbalances.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    kind : str, optional
+        Kind of excitation, "base", "force" or "unbalance"; None: that of the rig's shaker.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
+    stability : bool
+        Find Floquet's multipliers of every point, and locate where the stability changes.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Branch
+        Its ``share`` are those of loads or gaps, its ``spin`` the speeds. It begins with the vibration that grows out
+        of rest with the level. If no next point was found, the branch so far: ``ended`` says where, or which part a
+        branch leaves out that turned back.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers of harmonics, samples or modes, if not even the first point is found, for another
+        ``over`` or one that nothing of the rig depends on, or where a filling's dependence on the gap is not known.
+    ExcitationError
+        For impossible values, levels or frequencies, or a rig without a position for a force.
+    LawError
+        For a law over time or amplitude, or one that does not fit the rig.
+    RigError
+        If the rig has no clearance, or in the gap moves without stiffness.
+    """
+    ClearanceError.require_known("over", over, OVER)
+    ends = different_ends(values, "values", *OVER[over])
+    if over == "spin" and kind == UNBALANCE:
+        raise ExcitationError("an unbalance turns with the spin; use follow_unbalance")
+    setting = Setting(n_harmonics, n_samples, n_modes, stability, progress)
+    return turned_back(_respond_over(model, over, ends, frequency, levels_of(amplitude), kind, setting), ends[1])
+
+
+class Setting(NamedTuple):
+    """How a branch is found, as the calls take it."""
+
+    harmonics: int
+    samples: int | None
+    modes: int
+    stability: bool
+    progress: bool
+
+
+def _respond_over(
+    model: Model, over: str, ends: tuple[float, float], frequency: float, levels: Sequence[complex], kind: str | None,
+    setting: Setting,
+) -> Branch:  # fmt: skip
+    """Follow the response at one frequency over a number of a `State`, which is 1 for the rig as it is, or a spin."""
     ExcitationError.require_positive(" Hz", frequency=frequency)
-    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    system = condensed(model, excitation_kind(model.rig, kind), [start], harmonics, n_modes)
+    harmonics, counts = resolution(setting.harmonics, setting.samples, len(levels), setting.modes)
+    kind = excited_by(model, kind) if kind == UNBALANCE else excitation_kind(model.rig, kind)
+    spin = steady_spin(model.rig, kind) if over != "spin" else ends[0]
+    fastest = {"spin": max(ends)}.get(over, 2 * np.pi * frequency if kind == UNBALANCE else spin)
+    system = condensed(model, kind, levels, harmonics, setting.modes, speed=fastest)
+    _require_dependence(system, over)
+
+    def motions(solver: Solver) -> Iterator[Motion]:
+        """Those from the one that grows out of rest with the level at the first value."""
+        omega = 2 * np.pi * frequency * (system.order or 1.0)
+        solver.take("omega", solver.at._replace(**{over: ends[0]}))
+        first = solver.first(omega)
+        solver.raise_over(over, omega)
+        motion = solver.solved_at(ends[0], first.z, first.y, first.scale)
+        yield from solver.within(motion, min(ends), max(ends), ends[1] > ends[0])
 
     def found(count: int) -> Branch:
-        solver = Solver(system, harmonics, count)
-        return follow(solver, _louder(solver, 2 * np.pi * frequency, stop / start), stability, progress)
+        solver = Solver(system, harmonics, count, spin)
+        touched: list[Motion] = []
+        followed = with_first_contacts(solver, motions(solver), touched)
+        return follow(solver, followed, setting.stability, setting.progress, touched)
 
     return farthest(found, counts)
 
 
-def _louder(solver: Solver, omega: float, stop: float) -> Iterator[Motion]:
-    """Motions at shares of the level from 1 to another one."""
-    first = solver.first(omega)
-    solver.over_level(omega)
-    motion = solver.solved_at(1.0, first.z, first.y, first.scale)
-    yield from solver.within(motion, min(1.0, stop), max(1.0, stop), stop > 1.0)
+def _require_dependence(system: Condensed, over: str) -> None:
+    """Refuse loads or a spin on which no vibration of the rig depends."""
+    rig, driven = system.rig, system.driven
+    if over == "load" and not driven.weight.any():
+        raise ClearanceError(f"rig {rig.name!r} has no constant loads; give gravity or [[loads]]")
+    turns = driven.turns or any(bushing.film or bushing.friction for bushing in rig.bushings)
+    if over == "spin" and not (rig.moves_across and turns):
+        raise ClearanceError(
+            f"rig {rig.name!r}: no vibration depends on the spin; give [spin] and polar inertia, oil or friction"
+        )
+
+
+@checks_kinds
+def follow_unbalance(
+    model: Model,
+    speed_range: tuple[float, float],
+    n_harmonics: int = 11,
+    n_samples: int | None = None,
+    n_modes: int = 8,
+    stability: bool = True,
+    factor: float = 1.0,
+    watch: Callable[[float], None] | None = None,
+    progress: bool = False,
+) -> Branch:
+    """Follow how a shaft or gears vibrate under what turns with them from one speed to another, around folds.
+
+    Under unbalances the shaft turns once in a period; orders, and a law over time such as that of a mesh, which turns
+    with the rig's ``spin``, have the shortest one that all of them share. Gyroscopic moments, damping that turns with
+    the shaft, oil films and the slip of its surface follow the speed. The branch begins with the vibration that grows
+    out of rest with what excites. What the rig's ``spin`` says is not used otherwise.
+
+    Parameters
+    ----------
+    model : Model
+        Rig with ``unbalances`` or ``orders``, and law, a `ConstantLaw`, a `ContactLaw` or a `TimeLaw` with a period.
+    speed_range : tuple of float
+        First and last speed of the shaft, rad/s, > 0; downwards too.
+    n_harmonics : int
+        Number of harmonics of the motion, H; a circle has one.
+    n_samples : int, optional
+        Number of samples of a turn, at least 4 H + 1; None: as in `follow_response`.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+    stability : bool
+        Find Floquet's multipliers of every point, and locate where the stability changes.
+    factor : float
+        By which all unbalances and orders of the rig are multiplied, > 0: the branch's ``level``.
+    watch : callable, optional
+        Called with the frequency, Hz, of every point that is found; what it raises ends the search.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Branch
+        Its frequency is that of turning, ``spin`` the speed. If no next point was found, ``ended`` says where.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers of harmonics, samples or modes, or if not even the first point is found.
+    RigError
+        If the rig does not turn, has no clearance or no unbalances and orders, or in the gap moves without stiffness.
+    ExcitationError
+        For impossible speeds, or an impossible factor.
+    LawError
+        For a law over amplitude, one over time that does not turn with the shaft, or one that does not fit the rig.
+    """
+    excited_by(model, UNBALANCE)
+    ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
+    if not 0 < factor < np.inf:
+        raise ExcitationError(f"factor of the unbalances must be > 0, got {factor!r}")
+    harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
+    return _respond(model, UNBALANCE, [factor], ends, harmonics, counts, n_modes, stability, watch, progress)

@@ -1,31 +1,30 @@
 """Forces of the clearances along one period of a motion, and their derivatives; compiled.
 
-Laws are marched over periods, of which the last counts, until they have forgotten how the first one began. Their
-derivatives by displacement, speed and memory are differences. Points stand as in the engines: the bushings' middles
-(grease), then both ends of each (contact). Forces are those that the in-gap linear system has not: the grease's beyond
-its stiffness and damping of small motions.
-
-In the step in which a contact begins or ends its force counts for the share in which it acts: so the balance follows
-the motion smoothly, damping that makes a force begin with a jump included.
+Points stand as in the engines: the clearances' middles (filling), then both ends of each (contact); each has one row,
+or two along y and z. What remembers is marched over periods until it is periodic; a contact that is open somewhere
+forgets there, so that one period does. Derivatives are differences: by what acts at the same sample, or, of what
+remembers and where a contact begins or ends, carried along the march to the harmonics of the motion. Forces are those
+that the linear system has not: the filling's beyond its stiffness and damping of small motions.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ..clearance.follower import end_values, impact_speed, lasting, pushing, signed_penetration
-from ..clearance.lanes import signed
-from ..clearance.pointers import at, call_law
-from ..core.jit import STRICT, jit
+from ..clearance.kernel import follow_law
+from ..clearance.pointers import at
+from ..clearance.record import Bushing
+from ..core.jit import INNER, STRICT, jit
+from .elements import ONE, depth_at, filling_between, step_between
+from .force_slopes import add_event, add_rows, carry, differences, fill_lasting, keep, keep_lasting, side_of
 
-__all__ = ["Laws", "Slopes", "equal", "fill_forces"]
+__all__ = ["Laws", "Sampled", "Slopes", "depths", "equal", "fill_forces"]
 
-PERIODS = 2  # of a contact, which begins anew in each
-MAX_PERIODS = 32
-"""Periods of greases until what they remember is periodic: springs with sliders need one, Bouc-Wen's mean some."""
-PERIODIC = 1e-11  # change of a memory from period to period, over the motion, that counts as none
+PIECES = 64  # of the way on which a filling is moved from the unloaded place
+MAX_PERIODS = 32  # until what is remembered is periodic: springs with sliders need one, Bouc-Wen's mean some
+PERIODIC = 1e-10  # change of a memory from period to period, over its size, that counts as none
 DIFFERENCE = 1e-7  # step of difference quotients, over the motion
 
 
@@ -40,215 +39,251 @@ class Laws(NamedTuple):
     linear: np.ndarray  # (n_bushings,) whether the filling adds nothing to its spring and damper
     remembers: np.ndarray  # (n_bushings,) whether an end remembers the speed at which it met the wall, or bristles
     room: int  # for what any filling or end remembers
+    span: float  # s of a law over time that pass in a period of the motion, however long that takes; else 0
+    rows: np.ndarray  # (n_points, 2) rows of each point along y and z; of one coordinate twice the same
+    width: np.ndarray  # (n_points,) how many they are
+
+
+class Sampled(NamedTuple):
+    """A periodic motion at samples."""
+
+    place: np.ndarray  # (n_rows, N) m
+    speed: np.ndarray  # (n_rows, N) m/s
+    omega: float  # 1/s
+    spin: float  # rad/s
 
 
 class Slopes(NamedTuple):
     """Derivatives of the forces at every sample of a period; changed in place."""
 
-    x: np.ndarray  # (n_points, N) by the displacement then, N/m
-    v: np.ndarray  # (n_points, N) by the speed then, N s/m
-    begun: np.ndarray  # (n_points, N) by the speed at which the contact began, N s/m
-    entry: np.ndarray  # (n_points, N) share of the step before this sample at which a contact began, -1 if none did
-    climb: np.ndarray  # (n_points, N) acceleration over speed there, 1/s
-    memory: np.ndarray  # (n_bushings, N, m + 1, m + 2) of the grease's memory, then of its force, by memory, x and dx
-    whole: np.ndarray  # (n_points, K, K) of the force's harmonics by those of the displacement: what remembers
-    remembers: np.ndarray  # (n_points,) whether the latter is not zero
+    x: np.ndarray  # (n_points, 2, 2, N) force by displacement at the same sample, N/m
+    v: np.ndarray  # (n_points, 2, 2, N) by the velocity, N s/m
+    step: np.ndarray  # (n_points, N, m + 2, m + 8) memory, then forces, by memory and what a step is given
+    carried: np.ndarray  # (n_points, N) whether the latter holds in the place of the former
+    rows: np.ndarray  # (n_points, 2, 2, N, K) force at some samples by the harmonics of y and z: what is carried
+    onto: np.ndarray  # (n_points, N, K) what a force at each of them is in harmonics
+    used: np.ndarray  # (n_points,) how many they are
 
 
-@jit(inline="always")
-def _contact(law: int, parameters: Any, out: Any, depth: float, speed: float, begun: float, pulls: bool) -> float:
-    """Force of one end of a bushing against its penetration, N."""
-    k, c = end_values(law, parameters, out, depth, speed, begun)
-    return pushing(k * depth + c * speed, pulls)
+@jit(**STRICT, forceinline=True)
+def _take(place: np.ndarray, speed: np.ndarray, rows: np.ndarray, width: int, last: int, i: int, u: np.ndarray) -> None:
+    """Fill in what a step of a point from one sample to the next one is given."""
+    for d in range(width):
+        row = rows[d]
+        u[d], u[width + d] = place[row, last], place[row, i]
+        u[2 * width + d], u[3 * width + d] = speed[row, last], speed[row, i]
 
 
 @jit(**STRICT)
-def _contact_over_period(
-    laws: Laws, j: int, p: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray,
-    project: np.ndarray, want: bool, force: np.ndarray, slopes: Slopes,
-) -> None:  # fmt: skip
-    """Fill row p of force and slopes with the contact of bushing j at point p."""
-    bushing, numbers = laws.bushings[j], laws.numbers
-    n, harmonics = x.shape[1], basis.shape[1]
-    of_x, of_v, of_begun, entry, whole = slopes.x, slopes.v, slopes.begun, slopes.entry, slopes.whole
+def depths(laws: Laws, place: np.ndarray) -> np.ndarray:
+    """Return how deep (n_ends, N) all ends at place (n_rows, N), m, are in their walls; below 0 in the gap."""
+    count = laws.bushings.size
+    found = np.empty((2 * count, place.shape[1]))
+    for p in range(2 * count):
+        y, z = laws.rows[count + p]
+        for i in range(found.shape[1]):
+            found[p, i] = depth_at(laws.bushings[p // 2], laws.numbers, place[y, i], place[z, i])
+    return found
+
+
+@jit(**STRICT)
+def _closed(
+    bushing: Bushing, numbers: np.ndarray, place: np.ndarray, rows: np.ndarray, closed: np.ndarray
+) -> tuple[bool, int]:
+    """Fill in at which wall an end is at samples; return whether at any, and the last one at none, or -1."""
+    touches, still, one = False, -1, bushing.touching == 1
     lower, upper = numbers[bushing.wall], numbers[bushing.wall + 1]
-    law, pulls = bushing.contact_law, bushing.adhesion
-    parameters, out = at(numbers, bushing.contact), at(numbers, bushing.out)
-    reach, touches, start = 0.0, False, 0
-    for i in range(n):
-        reach = max(reach, abs(x[p, i]))
-        if signed_penetration(x[p, i], lower, upper) != 0.0:
+    for i in range(closed.size):
+        x = place[rows[1], i]
+        if one:
+            closed[i] = 1 if x > upper else -1 if x < lower else 0
+        else:
+            closed[i] = side_of(bushing, numbers, place[rows[0], i], x)
+        if closed[i]:
             touches = True
         else:
-            start = i  # no contact lasts from before
-    if not touches:
-        return
-    dx, dv = DIFFERENCE * reach, DIFFERENCE * reach * omega
-    side, impact, begun, now, by_x, by_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    row, sums, pending = np.zeros(harmonics), np.zeros(harmonics), False
-    for m in range(start, PERIODS * n):
-        i, counts = m if m < n else m - n, m >= n
-        last = i - 1 if i > 0 else n - 1
-        g, step, climb = signed_penetration(x[p, i], lower, upper), x[p, i] - x[p, last], v[p, i] - v[p, last]
-        began = lasting(impact, g) == 0.0
-        if impact != 0.0 and began:  # over since the sample before, at a share of the step
-            share = ((upper if side > 0.0 else lower) - x[p, last]) / step
-            jump = 0.0
-            if pulls:
-                jump = _contact(law, parameters, out, 0.0, side * (v[p, last] + share * climb), begun, pulls)
-            if counts:
-                rest = 1.0 - share
-                force[p, last] -= side * 0.5 * rest * (now - jump + rest * jump)
-                force[p, i] += side * 0.5 * share * share * jump
-                of_x[p, last] -= 0.5 * rest * by_x
-                of_v[p, last] -= 0.5 * rest * by_v
-                sooner = -side * (0.5 * (now - jump) + jump) / step
-                of_x[p, last] += rest * sooner
-                of_x[p, i] += share * sooner
-                if pending:
-                    _add_event(sums, row, whole[p])
-                    slopes.remembers[p] = True
-            pending = False
-            impact = 0.0
-        if g == 0.0:
-            continue
-        share, jump = 0.0, 0.0
-        if began:
-            side = signed(1.0, g)
-            met = side * v[p, i]
-            if m > 0:
-                share = ((upper if g > 0.0 else lower) - x[p, last]) / step
-                met = side * (v[p, last] + share * climb)
-            begun = impact_speed(impact, g, met)
-            impact = signed(begun, g)
-            jump = _contact(law, parameters, out, 0.0, met, begun, pulls)
-            sums[:] = 0.0
-            for k in range(harmonics):
-                place = (1.0 - share) * basis[last, k] + share * basis[i, k]
-                row[k] = omega * ((1.0 - share) * rate[last, k] + share * rate[i, k]) - climb / step * place
-        if m < n - 1:
-            continue
-        depth, inwards = abs(g), side * v[p, i]
-        now, by_begun = _contact(law, parameters, out, depth, inwards, begun, pulls), 0.0
-        by_x, by_v = 0.0, 0.0
-        if want and now != 0.0:
-            by_x = (_contact(law, parameters, out, depth + dx, inwards, begun, pulls) - now) / dx
-            by_v = (_contact(law, parameters, out, depth, inwards + dv, begun, pulls) - now) / dv
-            by_begun = (_contact(law, parameters, out, depth, inwards, begun + dv, pulls) - now) / dv
-        if not counts:
-            continue
-        force[p, i] += side * now
-        of_x[p, i] += by_x
-        of_v[p, i] += by_v
-        if by_begun != 0.0:
-            of_begun[p, i] = by_begun
-            pending = True
-            for k in range(harmonics):
-                sums[k] += by_begun * project[k, i]
-        if began:
-            entry[p, i], slopes.climb[p, i] = share, climb / step
-            rest = 1.0 - share
-            force[p, i] -= side * 0.5 * share * (now - jump + share * jump)
-            force[p, last] += side * 0.5 * rest * rest * jump
-            of_x[p, i] -= 0.5 * share * by_x
-            of_v[p, i] -= 0.5 * share * by_v
-            sooner = side * (0.5 * (now - jump) + jump) / step
-            of_x[p, last] += rest * sooner
-            of_x[p, i] += share * sooner
-    if pending:
-        _add_event(sums, row, whole[p])
-        slopes.remembers[p] = True
+            still = i
+    return touches, still
 
 
-@jit(**STRICT)
-def _add_event(sums: np.ndarray, row: np.ndarray, out: np.ndarray) -> None:
-    """Add to (K, K) what the speed at which a contact began does to the harmonics of its force."""
-    for k in range(sums.size):
-        for r in range(row.size):
-            out[k, r] += sums[k] * row[r]
-
-
-@jit(**STRICT)
-def _grease_over_period(
-    laws: Laws, j: int, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, project: np.ndarray, want: bool,
-    force: np.ndarray, slopes: Slopes,
+@jit(**INNER)
+def _begin(
+    bushing: Bushing, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled, rows: np.ndarray,
+    eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, want: bool, basis: np.ndarray, carried: np.ndarray,
 ) -> None:  # fmt: skip
-    """Fill row j of force and slopes with the grease of bushing j."""
-    bushing, numbers = laws.bushings[j], laws.numbers
-    n, harmonics, size = x.shape[1], basis.shape[1], laws.memory[j]
-    parameters, law = at(numbers, bushing.filling), bushing.filling_law
-    offset, preload = numbers[bushing.offset], numbers[bushing.preload]
-    spring, damper, step = laws.spring[j], laws.damper[j], 2.0 * np.pi / (omega * n)
+    """Fill in what is remembered at the last sample by what was moved there from rest, and its derivatives.
+
+    A filling comes from the unloaded place, a contact from the middle of the motion.
+    """
+    last, rest = motion.place.shape[1] - 1, np.zeros(2)
+    if contact:
+        for d in range(width):
+            rest[d] = np.mean(motion.place[rows[d]])
+    pieces = 1 if contact else PIECES
+    first = np.zeros(size)
+    for shift in range(width, -1 if want else width - 1, -1):  # where it is, then a little further along each
+        for k in range(size):
+            memory[k] = 0.0
+        for piece in range(pieces):
+            for d in range(width):
+                way = motion.place[rows[d], last] - rest[d] + (eps if d == shift else 0.0)
+                u[d], u[width + d] = rest[d] + way * piece / pieces, rest[d] + way * (piece + 1) / pieces
+                u[2 * width + d] = u[3 * width + d] = motion.speed[rows[d], last] if contact else 0.0
+            step_between(bushing, numbers, contact, size, memory, u, motion.spin, out)
+            for k in range(size):
+                memory[k] = out[k]
+        for k in range(size):
+            if shift == width:
+                first[k] = memory[k]
+            else:
+                change = (memory[k] - first[k]) / eps
+                for r in range(basis.shape[1]):
+                    carried[shift, k, r] = change * (basis[last, r] - (1.0 if contact and r == 0 else 0.0))
+    for k in range(size):
+        memory[k] = first[k]
+
+
+@jit(**STRICT)
+def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reach: float, speed: float) -> bool:
+    for k in range(size):
+        if abs(memory[k] - old[k]) > PERIODIC * (speed if contact and k == 0 else reach):
+            return False
+    return True
+
+
+@jit(**INNER)
+def _over_period(
+    laws: Laws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
+    want: bool, force: np.ndarray, slopes: Slopes,
+) -> None:  # fmt: skip
+    """Add to rows of force and to slopes what acts at point p: the filling of bushing j, or the contact of one end."""
+    n, harmonics, contact = basis.shape[0], basis.shape[1], p >= laws.bushings.size
+    bushing, numbers, rows, width = laws.bushings[j], laws.numbers, laws.rows[p], laws.width[p]
+    place, speed, spring, damper = motion.place, motion.speed, laws.spring[j], laws.damper[j]
+    by_place, by_speed, steps, is_carried = slopes.x[p], slopes.v[p], slopes.step[p], slopes.carried[p]
+    of_force, onto, acting = slopes.rows[p], slopes.onto[p], np.zeros((width, n))
+    still, closed = -1, np.zeros(n, np.int8)
+    size = (width if laws.remembers[j] else 0) if contact else laws.memory[j]
+    if contact:
+        touches, still = _closed(bushing, numbers, place, rows, closed)
+        if not touches:
+            return
+    omega, spin = motion.omega, motion.spin
+    bushing.step = 2.0 * np.pi / (omega * n)
+    told = width if contact else size  # numbers before the forces in what a step returns
     reach = 0.0
-    for i in range(n):
-        reach = max(reach, abs(x[j, i]))
+    for d in range(width):
+        for i in range(n):
+            reach = max(reach, abs(place[rows[d], i]))
     eps = DIFFERENCE * max(reach, 1e-6 * numbers[bushing.reach])
-    held, moved, answers = np.zeros(laws.room), np.zeros(laws.room), np.zeros(2)
-    memory, shifted, out = at(held, 0), at(moved, 0), at(answers, 0)
-    sensitive, later = np.zeros((size, harmonics)), np.zeros((size, harmonics))
-    of_force = np.zeros((n, harmonics))
-    slope = np.zeros((size + 1, size + 2))
-    first, old, begun = (0 if size else n), np.zeros(laws.room), np.zeros(laws.room)
-    i = n - 1
-    for m in range(first, MAX_PERIODS * n):
-        last, counts = i, m >= n
-        i = i + 1 if i < n - 1 else 0
-        here, speed = x[j, i], v[j, i]
-        dx = here - x[j, last] if m > 0 else here
-        if i == 0 and m > n:
-            change = 0.0
+    memory, old, u = np.zeros(max(laws.room, 2)), np.zeros(max(laws.room, 2)), np.zeros(4 * width)
+    now, moved = np.zeros(told + 2 * width), np.zeros(told + 2 * width)
+    slope = np.zeros((told + 2 * width, told + 4 * width))
+    carried, later = np.zeros((2, told, harmonics)), np.zeros((2, told, harmonics))
+    weights, by_impact, pending = np.zeros((2, harmonics)), np.zeros(2), False
+    shown, used = np.full(n, -1), 0  # row of each sample in what is carried
+    once, start = not size or still >= 0, still + 1
+    if not once:
+        _begin(bushing, numbers, contact, width, size, motion, rows, eps, memory, u, now, want, basis, carried)
+    differs, stop = want, n if once else MAX_PERIODS * n
+    for m in range(MAX_PERIODS * n):
+        i = (start + m) % n
+        last = i - 1 if i > 0 else n - 1
+        if m == stop:
+            break
+        if m % n == 0 and not once:
+            settled = m > n and _settled(memory, old, size, contact, reach, reach * omega)
+            if m == 2 * n:
+                if settled:
+                    break
+                differs = False
+            elif m > n and not differs and (settled or m == (MAX_PERIODS - 2) * n):
+                if not want and settled:
+                    break
+                differs, stop = want, m + 2 * n  # a period in which derivatives become periodic, and one that counts
             for k in range(size):
-                change = max(change, abs(held[k] - begun[k]))
-            if change <= PERIODIC * reach:
-                break
-        if i == 0:
-            begun[:] = held
-        old[:] = held
-        call_law(law, parameters, memory, (here + offset,), (dx,), 0.0, step, out)
-        now = answers[0] + answers[1] * speed
-        viscous = answers[1]
-        if counts:
-            force[j, i] = now - preload - spring * here - damper * speed
-        if not want:
+                old[k] = memory[k]
+            acting[:] = 0.0  # the last period alone counts
+            used, shown[:], weights[:], pending = 0, -1, 0.0, False
+        if contact and not closed[last] and not closed[i]:
             continue
-        for d in range(size + 2):
-            moved[:] = old
-            if d < size:
-                moved[d] += eps
-            further, longer = eps if d == size else 0.0, eps if d == size + 1 else 0.0
-            call_law(law, parameters, shifted, (here + offset + further,), (dx + longer,), 0.0, step, out)
-            for k in range(size):
-                slope[k, d] = (moved[k] - held[k]) / eps
-            slope[size, d] = (answers[0] + answers[1] * speed - now) / eps
-        if not size:
-            slopes.x[j, i] = slope[0, 0] - spring
-            slopes.v[j, i] = viscous + slope[0, 1] * step - damper
+        _take(place, speed, rows, width, last, i, u)
+        if contact and bushing.rows > 1:
+            follow_law(bushing, numbers, laws.span * i / n, ONE)
+        lasts = contact and closed[last] * closed[i] > 0
+        if lasts and not bushing.rubs:
+            fill_lasting(bushing, numbers, width, size, memory, u, omega, spin, eps, differs, now, moved, by_place,
+                     by_speed, by_impact, i)  # fmt: skip
+            for d in range(width):
+                acting[d, i] += now[d]
+            if differs and size:
+                pending = is_carried[i] = True
+                keep_lasting(width, by_place, by_speed, by_impact, steps, i, project, weights)
             continue
-        if counts:
-            slopes.v[j, i] = viscous - damper
-            slope[size, size] -= spring
-            shown = slopes.memory[j, i]
-            for k in range(size + 1):
-                to = k if k < size else shown.shape[0] - 1
-                for d in range(size + 2):
-                    shown[to, d if d < size else shown.shape[1] - 2 + d - size] = slope[k, d]
-        for k in range(size + 1):
-            row = later[k] if k < size else of_force[i]
-            for r in range(harmonics):
-                change = basis[i, r] - (basis[last, r] if m > 0 else 0.0)
-                row[r] = slope[k, size] * basis[i, r] + slope[k, size + 1] * change
-            for d in range(size):
-                if slope[k, d] != 0.0:
-                    for r in range(harmonics):
-                        row[r] += slope[k, d] * sensitive[d, r]
-        sensitive, later = later, sensitive
-    if want and size:
-        whole = slopes.whole[j]
-        for k in range(harmonics):
-            for i in range(n):
-                for r in range(harmonics):
-                    whole[k, r] += project[k, i] * of_force[i, r]
-        slopes.remembers[j] = True
+        if pending and closed[i]:  # at the other wall
+            used, pending = carry(onto, of_force, width, used, weights, carried), False
+        if contact:
+            step_between(bushing, numbers, contact, size, memory, u, spin, now)
+        else:
+            filling_between(bushing, numbers, size, memory, u, spin, now)
+        for d in range(width):
+            acting[d, i] += now[told + d]
+            if contact:
+                acting[d, last] += now[told + width + d]
+            else:
+                acting[d, i] -= spring * u[width + d] + damper * u[3 * width + d]
+        if differs:
+            event = contact and not lasts  # begins or ends
+            differences(bushing, numbers, contact, width, told, size, memory, u, omega, spin, eps, now, moved, slope,
+                         size > 0 or event)  # fmt: skip
+            if not contact:
+                for d in range(width):
+                    slope[told + d, told + width + d] -= spring
+                    slope[told + d, told + 3 * width + d] -= damper
+            if size > 0:
+                is_carried[i] = True
+                keep(slope, width, told, steps, i)
+                for d in range(width):
+                    for k in range(size):
+                        for r in range(harmonics):
+                            later[d, k, r] = 0.0
+                functions = (basis[last], basis[i], rate[last], rate[i])
+                for k in range(size):
+                    add_rows(slope, k, width, told, omega, *functions, carried, later, k)
+            if event and not bushing.rubs:
+                add_event(slope, width, told, size, by_place, by_speed, is_carried, steps, last, i, project, weights)
+                if size and closed[last]:
+                    used, pending = carry(onto, of_force, width, used, weights, carried), False
+            elif size > 0:
+                for sample in (i, last) if event else (i, i):
+                    if shown[sample] < 0:
+                        shown[sample] = used
+                        for r in range(harmonics):
+                            onto[used, r] = project[r, sample]
+                            for k in range(width):
+                                for d in range(width):
+                                    of_force[k, d, used, r] = 0.0
+                        used += 1
+                for d in range(width):
+                    add_rows(slope, told + d, width, told, omega, *functions, carried, of_force[d], shown[i])
+                    if event:
+                        add_rows(slope, told + width + d, width, told, omega, *functions, carried, of_force[d],
+                                  shown[last])  # fmt: skip
+            else:
+                for a in range(width):
+                    for b in range(width):
+                        by_place[a, b, i] = slope[told + a, told + width + b]
+                        by_speed[a, b, i] = slope[told + a, told + 3 * width + b]
+            if size:
+                carried, later = later, carried
+        for k in range(size):
+            memory[k] = now[k]
+    if pending:
+        used = carry(onto, of_force, width, used, weights, carried)
+    slopes.used[p] = used
+    for d in range(width):
+        for i in range(n):
+            force[rows[d], i] += acting[d, i]
 
 
 @jit(**STRICT)
@@ -260,39 +295,66 @@ def equal(values: np.ndarray, p: int, q: int) -> bool:
     return True
 
 
-@jit(**STRICT)
-def _copy_end(force: np.ndarray, slopes: Slopes, source: int) -> None:
-    """Fill the row after one of force and slopes with it: both ends of a bushing without length."""
-    p = source + 1
-    for rows in (force, slopes.x, slopes.v, slopes.begun, slopes.entry, slopes.climb):
-        rows[p] = rows[source]
-    slopes.whole[p], slopes.remembers[p] = slopes.whole[source], slopes.remembers[source]
+@jit(**STRICT, forceinline=True)
+def _copy(numbers: np.ndarray, start: int, to: int, count: int) -> None:
+    """Copy so many numbers of a contiguous array from one place of it to another one."""
+    was, now = at(numbers, start), at(numbers, to)  # slices would take seconds to compile
+    for i in range(count):
+        now[i] = was[i]
+
+
+@jit(**INNER)
+def _copy_end(laws: Laws, force: np.ndarray, slopes: Slopes, p: int) -> None:
+    """Fill in at the point after one what acts there: both ends of a clearance without length."""
+    n, harmonics = slopes.onto.shape[1:]
+    for d in range(laws.width[p]):
+        _copy(force, n * laws.rows[p, d], n * laws.rows[p + 1, d], n)
+    for slope in (slopes.x, slopes.v):
+        _copy(slope, 4 * n * p, 4 * n * (p + 1), 4 * n)
+    used = slopes.used[p]
+    slopes.used[p + 1] = used
+    carries = False
+    for i in range(n):
+        slopes.carried[p + 1, i] = slopes.carried[p, i]
+        carries = carries or slopes.carried[p, i]
+    if carries:
+        size = slopes.step.size // slopes.step.shape[0]
+        _copy(slopes.step, size * p, size * (p + 1), size)
+    if used:
+        _copy(slopes.onto, n * harmonics * p, n * harmonics * (p + 1), used * harmonics)
+        for block in range(4 * p, 4 * p + 4):  # of harmonics of y and z in forces along y and z
+            _copy(slopes.rows, n * harmonics * block, n * harmonics * (block + 4), used * harmonics)
 
 
 @jit(**STRICT)
 def fill_forces(
-    laws: Laws, x: np.ndarray, v: np.ndarray, omega: float, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
-    want: bool, force: np.ndarray, slopes: Slopes,
+    laws: Laws, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray, want: bool,
+    force: np.ndarray, slopes: Slopes,
 ) -> None:  # fmt: skip
-    """Fill force (n_points, N) and, if wanted, slopes along displacements and speeds (n_points, N) of one period.
+    """Fill force (n_rows, N) and, if wanted, slopes along one period.
 
     ``basis`` and ``rate`` (N, K) are the harmonic functions and their derivatives by the angle, ``project`` (K, N)
     takes the harmonics of N samples.
     """
     force[:] = 0.0
-    slopes.x[:] = 0.0
-    slopes.v[:] = 0.0
-    slopes.begun[:] = 0.0
-    slopes.entry[:] = -1.0
-    slopes.whole[:] = 0.0
-    slopes.remembers[:] = False
-    n_bushings = laws.bushings.size
-    for j in range(n_bushings):
+    count = laws.bushings.size
+    if want:
+        slopes.carried[:] = False
+        slopes.used[:] = 0
+        for p in range(laws.width.size):
+            for d in range(laws.width[p]):
+                for e in range(laws.width[p]):
+                    slopes.x[p, d, e] = 0.0
+                    slopes.v[p, d, e] = 0.0
+    for j in range(count):
         if not laws.linear[j]:
-            _grease_over_period(laws, j, x, v, omega, basis, project, want, force, slopes)
-        p = n_bushings + 2 * j
-        _contact_over_period(laws, j, p, x, v, omega, basis, rate, project, want, force, slopes)
-        if equal(x, p, p + 1):
-            _copy_end(force, slopes, p)
+            _over_period(laws, j, j, motion, basis, rate, project, want, force, slopes)
+        p = count + 2 * j
+        _over_period(laws, j, p, motion, basis, rate, project, want, force, slopes)
+        same = laws.width[p] == 1 or laws.rows[p, 0] != laws.rows[p + 1, 0]  # both ends slide by one row
+        for d in range(laws.width[p]):
+            same = same and equal(motion.place, laws.rows[p, d], laws.rows[p + 1, d])
+        if same:
+            _copy_end(laws, force, slopes, p)
         else:
-            _contact_over_period(laws, j, p + 1, x, v, omega, basis, rate, project, want, force, slopes)
+            _over_period(laws, j, p + 1, motion, basis, rate, project, want, force, slopes)

@@ -11,25 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.jit import STRICT, jit
-from .forces import Laws, Slopes, equal, fill_forces
+from ..core.jit import INNER, STRICT, jit
+from .forces import Laws, Sampled, Slopes, equal, fill_forces
 
-__all__ = [
-    "Grid", "Linear", "add_jacobian", "add_products", "balance", "balanced", "blocks", "motion_over_period",
-    "projected",
-    "real_harmonics", "receptances", "reduced", "times",
-]  # fmt: skip
-
-
-class Linear(NamedTuple):
-    """The in-gap linear system by its poles: displacement = Σ residue / (iω - pole)."""
-
-    poles: np.ndarray  # (J,) complex, 1/s
-    residues: np.ndarray  # (J, n_points, n_points) of the points' displacements per unit force on them
-    driven: np.ndarray  # (J, n_points) of the points' displacements per unit of excitation
-    excitation: np.ndarray  # (H + 1,) complex amplitudes of the excitation
-    basis: np.ndarray  # (n_points, r) B, orthonormal; every column is of one bushing
-    owner: np.ndarray  # (r,) which
+__all__ = ["Grid", "answer", "balance", "blocks", "real_harmonics"]
 
 
 class Grid(NamedTuple):
@@ -41,35 +26,6 @@ class Grid(NamedTuple):
     even: np.ndarray  # (H + 1, N // 2 + 1) cosines of the first half, which the second half mirrors
     odd: np.ndarray  # (H + 1, N // 2 + 1) sines of the first half
     moments: np.ndarray  # (N, 4 H + 1) the functions of twice as many harmonics over N: means of products
-
-
-@jit(**STRICT)
-def receptances(
-    linear: Linear, omega: float, want: bool, compliance: np.ndarray, by_omega: np.ndarray, driven: np.ndarray,
-    driven_by: np.ndarray,
-) -> None:  # fmt: skip
-    """Fill (H + 1, n_points, n_points) receptances and (H + 1, n_points) driven displacements, and derivatives by ω."""
-    poles, residues, of_drive, excitation = linear.poles, linear.residues, linear.driven, linear.excitation
-    points = residues.shape[1]
-    for h in range(compliance.shape[0]):
-        compliance[h] = 0.0
-        by_omega[h] = 0.0
-        driven[h] = 0.0
-        driven_by[h] = 0.0
-        for j in range(poles.size):
-            near = 1.0 / (1j * h * omega - poles[j])
-            change = -1j * h * near * near
-            for p in range(points):
-                for q in range(points):
-                    compliance[h, p, q] += residues[j, p, q] * near
-            if want:
-                for p in range(points):
-                    for q in range(points):
-                        by_omega[h, p, q] += residues[j, p, q] * change
-            if excitation[h] != 0.0:
-                for p in range(points):
-                    driven[h, p] += of_drive[j, p] * near * excitation[h]
-                    driven_by[h, p] += of_drive[j, p] * change * excitation[h]
 
 
 @jit(**STRICT)
@@ -114,40 +70,58 @@ def real_harmonics(complex_: np.ndarray) -> np.ndarray:
 
 
 @jit(**STRICT)
-def blocks(basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
-    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates, 0 between those of two owners.
+def blocks(laws: Laws, basis: np.ndarray, owner: np.ndarray, grid: Grid, omega: float, slopes: Slopes) -> np.ndarray:
+    """Return (r, r, K, K) derivatives of the forces' harmonics by those of coordinates of one owner.
 
-    ``basis`` (n_points, r) and ``owner`` (r,) are those of `Linear`.
+    ``basis`` (n_rows, r) are the coordinates' rows, ``owner`` (r,) says whose they are; those of two are left open.
     """
-    points, r = basis.shape
+    r = basis.shape[1]
     samples, harmonics = grid.basis.shape
-    found = np.zeros((r, r, harmonics, harmonics))
-    means = np.zeros((2, 2 * harmonics - 1))
-    series = np.zeros((2, samples))
+    found = np.empty((r, r, harmonics, harmonics))
+    count = 0
     for a in range(r):
-        for b in range(a, r):
-            if owner[a] != owner[b]:
+        for b in range(r):
+            count += owner[a] == owner[b]
+    series, pair = np.zeros((2 * count, samples)), 0
+    for a in range(r):
+        for b in range(r):
+            if owner[a] == owner[b]:
+                found[a, b] = 0.0
+                _add_pair(laws, basis, a, b, slopes, series[pair : pair + 2], found[a, b])
+                pair += 2
+    means, pair = np.dot(series, grid.moments), 0
+    for a in range(r):
+        for b in range(r):
+            if owner[a] == owner[b]:
+                add_products(means[pair : pair + 2], omega, found[a, b])
+                pair += 2
+    return found
+
+
+@jit(**STRICT)
+def _add_pair(
+    laws: Laws, basis: np.ndarray, a: int, b: int, slopes: Slopes, series: np.ndarray, block: np.ndarray
+) -> None:
+    """Add derivatives of the force along coordinate a by coordinate b, at samples and by harmonics."""
+    harmonics = block.shape[0]
+    for p in range(laws.width.size):
+        used = slopes.used[p]
+        for d in range(laws.width[p]):
+            along = basis[laws.rows[p, d], a]
+            if along == 0.0:
                 continue
-            series[:] = 0.0
-            block = found[a, b]
-            for p in range(points):
-                weight = basis[p, a] * basis[p, b]
+            for e in range(laws.width[p]):
+                weight = along * basis[laws.rows[p, e], b]
                 if weight == 0.0:
                     continue
-                for i in range(samples):
-                    series[0, i] += weight * slopes.x[p, i]
-                    series[1, i] += weight * slopes.v[p, i]
-                if slopes.remembers[p]:
+                for i in range(series.shape[1]):
+                    series[0, i] += weight * slopes.x[p, d, e, i]
+                    series[1, i] += weight * slopes.v[p, d, e, i]
+                if used > 0:
+                    carried = np.dot(slopes.onto[p, :used].T, slopes.rows[p, d, e, :used])
                     for k in range(harmonics):
                         for l in range(harmonics):
-                            block[k, l] += weight * slopes.whole[p, k, l]
-            np.dot(series, grid.moments, means)
-            add_products(means, omega, block)
-            if a != b:
-                for k in range(harmonics):
-                    for l in range(harmonics):
-                        found[b, a, k, l] = block[k, l]
-    return found
+                            block[k, l] += weight * carried[k, l]
 
 
 @jit(**STRICT)
@@ -297,58 +271,38 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     return found
 
 
-@jit(**STRICT)
-def balanced(
-    linear: Linear, compliance: np.ndarray, driven: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes, omega: float,
-    z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Return what z leaves of the balance with the receptances and driven displacements (n_points, K) of a frequency.
+@jit(**INNER)
+def answer(
+    compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes,
+    omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Return how excitation and forces of a motion move the coordinates (r, K) and, beside them, the rows; forces.
 
-    With it forces and the displacements beside B z, and places, speeds and forces at samples. If wanted, the corner of
-    ``jacobian`` is filled with the derivative by z.
+    If wanted, ``slopes`` are filled.
     """
-    x = np.dot(linear.basis, z) + y
-    place, speed = motion_over_period(grid, omega, x)
+    place, speed = motion_over_period(grid, omega, np.dot(basis, z) + y)
     samples = np.empty_like(place)
-    fill_forces(laws, place, speed, omega, grid.basis, grid.rate, grid.project, want, samples, slopes)
+    fill_forces(laws, Sampled(place, speed, omega, spin), grid.basis, grid.rate, grid.project, want, samples, slopes)
     force = projected(grid, samples)
     found = driven.copy()
     times(-1.0, compliance, force, found)
-    own = np.dot(linear.basis.T, found)
-    beside = found - np.dot(linear.basis, own)
-    if want:
-        by_coordinates = blocks(linear.basis, linear.owner, grid, omega, slopes)
-        add_jacobian(reduced(compliance, linear.basis), by_coordinates, linear.owner, jacobian)
-    return z - own, force, beside, place, speed, samples
+    own = np.dot(basis.T, found)
+    return own, found - np.dot(basis, own), force
 
 
-@jit(**STRICT)
+@jit(**INNER)
 def balance(
-    linear: Linear, grid: Grid, laws: Laws, slopes: Slopes, omega: float, z: np.ndarray, y: np.ndarray, want: bool,
-    jacobian: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Return what z (r, K) leaves of the balance, forces (n_points, K) and the displacements y beside B z, and B.
+    compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: Laws,
+    slopes: Slopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Return what z (r, K) leaves of the balance, forces (n_rows, K) and the displacements y beside B z.
 
-    If wanted, the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, its column r K with that by ω
-    (1/s), and ``slopes`` changed.
+    ``compliance`` (H + 1, n_rows, n_rows) and ``driven`` (n_rows, K) are receptances and displacements without
+    clearances, ``basis`` B (n_rows, r), orthonormal, whose columns are each of one clearance, ``owner`` (r,). If
+    wanted, the (r K, r K) corner of ``jacobian`` is filled with the derivative by z, and ``slopes`` changed.
     """
-    highest, points = linear.excitation.size - 1, linear.residues.shape[1]
-    compliance = np.empty((highest + 1, points, points), np.complex128)
-    by_omega = np.empty_like(compliance)
-    driven, driven_by = np.empty((highest + 1, points), np.complex128), np.empty((highest + 1, points), np.complex128)
-    receptances(linear, omega, want, compliance, by_omega, driven, driven_by)
-    left, force, beside, place, speed, samples = balanced(
-        linear, compliance, real_harmonics(driven), grid, laws, slopes, omega, z, y, want, jacobian
-    )
+    own, beside, force = answer(compliance, driven, basis, grid, laws, slopes, omega, spin, z, y, want)
     if want:
-        changed = real_harmonics(driven_by)
-        times(-1.0, by_omega, force, changed)
-        if np.any(slopes.v != 0.0) or np.any(slopes.remembers):  # else forces know nothing of time
-            nearby = omega * (1.0 + 1e-6)
-            shifted, faster = np.empty_like(samples), speed * (nearby / omega)
-            fill_forces(
-                laws, place, faster, nearby, grid.basis, grid.rate, grid.project, np.bool_(False), shifted, slopes
-            )
-            times(-1.0 / (nearby - omega), compliance, projected(grid, shifted - samples), changed)
-        jacobian[: z.size, z.size] = -np.dot(linear.basis.T, changed).ravel()
-    return left, force, beside, place
+        by_coordinates = blocks(laws, basis, owner, grid, omega, slopes)
+        add_jacobian(reduced(compliance, basis), by_coordinates, owner, jacobian)
+    return z - own, force, beside

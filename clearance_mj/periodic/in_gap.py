@@ -1,83 +1,93 @@
-"""The vibration within the gaps of greases that are linear there, in closed form, and where it fills a gap.
+"""The vibration within the gaps of linear fillings, in closed form, and where it fills a gap.
 
-What differs between planes and space is known by the kind of solver; see `space.in_gap`.
+It is rest under constant loads and, of each coordinate, a harmonic about it: along y and z an ellipse.
 """
 
 from __future__ import annotations
 
-import functools
-from typing import Any
-
 import numpy as np
+import scipy.linalg
 from scipy.optimize import brentq
 
-from .condensed import Condensed
-from .forces import fill_forces
+from .condensed import UNBALANCE
+from .solver import Solver
 
 __all__ = ["edges", "filled", "level_of_contact", "linear_in_gap", "resonances", "without_contact"]
 
 FINER = 8  # frequencies per one asked for at which contact that begins and ends in between is looked for
 AROUND_POLE = np.linspace(-4.0, 4.0, 33)  # frequencies around a resonance, in its half widths
-LINEAR = 1e-9  # share of a linear grease's force that may be beyond its stiffness and damping of small motions
-INNER = 0.9  # share of the gap over which that is checked
+ANGLES = 256  # along an ellipse, at which its distance from the wall is found before a parabola refines it
+LEAST_BEND = 1e-9  # of the distance: circles around the middle have none
 
 
-@functools.singledispatch
-def linear_in_gap(solver: Any) -> bool:
-    """Return whether nothing but stiffness and damping of the greases acts as long as no wall is touched."""
-    system = solver.system
-    if system.laws.memory.any():
-        return False
-    count, omega = len(system.rig.bushings), float(np.abs(system.in_gap.poles().value).max())
-    angle = 2 * np.pi * np.arange(solver.samples) / solver.samples
-    way, speed = (np.cos(angle) + np.cos(2 * angle)) / 2, -omega * (np.sin(angle) + 2 * np.sin(2 * angle)) / 2
-    size = np.tile([INNER * (b.gap - abs(b.offset)) for b in system.rig.bushings], 3)[:, None]
-    force = np.empty((solver.rows, solver.samples))
-    basis, rate, project = solver.grid[:3]
-    fill_forces(system.laws, size * way, size * speed, omega, basis, rate, project, False, force, solver.slopes)
-    known = (system.laws.spring + system.laws.damper * omega) * size[:count, 0]
-    return bool(np.all(np.abs(force[:count]) <= LINEAR * np.maximum(known, 1e-300)[:, None]))
+def linear_in_gap(solver: Solver) -> bool:
+    """Return whether one harmonic excites, and fillings alone act as springs and dampers, if no wall is touched."""
+    driven = solver.system.driven
+    return bool(solver.system.laws.linear.all() and np.sum(_harmonics(driven.drive + driven.unbalance)) == 1)
 
 
-@functools.singledispatch
-def without_contact(solver: Any, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vibrations at frequencies, 1/s, if no wall is touched: z (n, r, K) and y (n, n_points, K), m."""
-    system = solver.system
-    of_points = _driven(system, omega)
-    x = np.zeros((*of_points.shape, 2 * solver.harmonics + 1))
-    x[..., 2 * system.periods - 1], x[..., 2 * system.periods] = of_points.real, -of_points.imag
-    z = np.einsum("pr,npk->nrk", system.linear.basis, x)
-    return z, x - np.einsum("pr,nrk->npk", system.linear.basis, z)
+def without_contact(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vibrations at frequencies, 1/s, if no wall is touched: z (n, r, K) and y (n, n_rows, K), m."""
+    rest, ellipse = _moved(solver, omega)
+    x, h = np.zeros((*rest.shape, 2 * solver.harmonics + 1)), _excited(solver)
+    x[..., 0], x[..., 2 * h - 1], x[..., 2 * h] = rest, ellipse.real, -ellipse.imag
+    z = np.einsum("pr,npk->nrk", solver.system.basis, x)
+    return z, x - np.einsum("pr,nrk->npk", solver.system.basis, z)
 
 
-@functools.singledispatch
-def filled(solver: Any, omega: np.ndarray) -> np.ndarray:
+def filled(solver: Solver, omega: np.ndarray) -> np.ndarray:
     """Return the largest share (n,) of the way to a wall that is moved without contact; there is some above 1."""
-    walls = np.abs([bushing.walls for bushing in solver.system.rig.bushings]).min(axis=1)
-    return np.max(np.abs(_driven(solver.system, omega)[:, len(walls) :]) / np.repeat(walls, 2), axis=1)
+    rest, ellipse = _moved(solver, omega)
+    found = np.zeros(omega.size)
+    for rows, wall in _slots(solver):
+        away, amplitude = rest[:, rows], np.abs(ellipse[:, rows])
+        shares = np.maximum((amplitude + away) / wall[1], (amplitude - away) / -wall[0])
+        found = np.maximum(found, shares.max(axis=1))
+    for both, offset, reach in _rounds(solver):
+        away = np.linalg.norm((rest[:, both] + offset)[..., None] + _along(ellipse[:, both]), axis=2) / reach
+        found = np.maximum(found, _peak(away).max(axis=1))
+    return found
 
 
-@functools.singledispatch
-def level_of_contact(solver: Any, omega: np.ndarray) -> np.ndarray:
-    """Return by which share (n,) of the excitation a gap is filled at frequencies, 1/s."""
-    return 1 / filled(solver, omega)
+def level_of_contact(solver: Solver, omega: np.ndarray) -> np.ndarray:
+    """Return at which share (n,) of the excitation's level a gap is filled; 0 where the rest touches already."""
+    rest, ellipse = _moved(solver, omega)
+    found = np.full(omega.size, np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for rows, wall in _slots(solver):
+            room = np.minimum(wall[1] - rest[:, rows], rest[:, rows] - wall[0])
+            level = np.where(room > 0, room / np.abs(ellipse[:, rows]), 0.0)
+            found = np.minimum(found, level.min(axis=1))
+    for both, offset, reach in _rounds(solver):  # at each angle where |rest + level x ellipse| = reach
+        way, away = _along(ellipse[:, both]), rest[:, both] + offset
+        square, along = np.sum(way**2, axis=2), np.sum(away[..., None] * way, axis=2)
+        room = (reach**2 - np.sum(away**2, axis=2))[..., None]
+        level = np.full(square.shape, np.inf)
+        np.divide(np.sqrt(along**2 + square * np.maximum(room, 0.0)) - along, square, out=level, where=square > 0)
+        at_wall = np.any(room[..., 0] <= 0, axis=1)
+        found = np.minimum(found, np.where(at_wall, 0.0, -_peak(-level).max(axis=1)))
+    return found
 
 
-@functools.singledispatch
-def resonances(solver: Any) -> np.ndarray:
-    """Return the poles, 1/s, near which the vibration without contact is large, those of positive frequency."""
-    poles = solver.system.linear.poles
-    return poles[poles.imag > 0] / solver.system.periods
+def resonances(solver: Solver) -> np.ndarray:
+    """Return the poles, 1/s, near which the vibration without contact is large, those of positive frequency.
+
+    Where det(K + Ω H - ω² + i ω (C + Ω G)) = 0: of what turns with the shaft ω = order Ω.
+    """
+    system, model = solver.system, solver.system.driven.model
+    if system.kind == UNBALANCE and not model.bearings:
+        unit, none = np.eye(model.size), np.zeros((model.size, model.size))
+        circulatory, gyroscopic = (m if m.size else none for m in (model.circulatory, model.gyroscopic))
+        turns = 1 / system.order
+        linear = np.block([[none, unit], [-model.stiff(), -turns * circulatory - 1j * model.viscous()]])
+        poles = 1j * scipy.linalg.eigvals(linear, scipy.linalg.block_diag(unit, 1j * turns * gyroscopic - unit))
+        poles = poles[np.isfinite(poles)]
+    else:
+        poles = model.poles(solver.at.spin).value
+    return np.asarray(poles[poles.imag > 0] / _excited(solver))
 
 
-def _driven(system: Condensed, omega: np.ndarray) -> np.ndarray:
-    """Displacements (n, n_points) by the excitation alone, complex amplitudes of its one harmonic, m."""
-    linear = system.linear
-    turning = 1j * system.periods * np.asarray(omega)[:, None]
-    return (1 / (turning - linear.poles)) @ linear.driven * linear.excitation[system.periods]
-
-
-def edges(solver: Any, omega: np.ndarray) -> list[tuple[float, bool]]:
+def edges(solver: Solver, omega: np.ndarray) -> list[tuple[float, bool]]:
     """Return the frequencies, 1/s, at which the vibration fills a gap, and whether contact lies above each.
 
     Looked for from the first to the last of increasing frequencies, between them and about the resonances.
@@ -92,3 +102,70 @@ def edges(solver: Any, omega: np.ndarray) -> list[tuple[float, bool]]:
         at = brentq(lambda w: filled(solver, np.array([w]))[0] - 1, fine[i], fine[i + 1], xtol=1e-12 * fine[i])
         found.append((float(at), bool(beyond[i + 1] > 0)))
     return found
+
+
+def _harmonics(drive: np.ndarray) -> np.ndarray:
+    """(H + 1,) which harmonics of an excitation (H + 1, n) there are."""
+    return np.asarray(np.abs(drive).max(axis=1) > 0)
+
+
+def _excited(solver: Solver) -> int:
+    """Return the number of the one harmonic that excites."""
+    driven = solver.system.driven
+    return int(np.flatnonzero(_harmonics(driven.drive + driven.unbalance))[0])
+
+
+def _moved(solver: Solver, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rests (n, n_rows) under constant loads, and complex amplitudes of the excitation's one harmonic, m."""
+    driven, h = solver.system.driven, _excited(solver)
+    if not solver.system.order:  # at one spin: by poles
+        model, spin = driven.model, solver.at.spin
+        push = driven.force(spin, 0.0, 1.0)[h]
+        found = model.responses(driven.points, push[:, None], h * np.asarray(omega), spin)[..., 0]
+        sag = driven.points @ np.linalg.solve(model.stiff(spin), driven.weight)
+        return np.tile(sag, (len(found), 1)), found
+    modes = np.empty((omega.size, 2, driven.model.size), dtype=complex)
+    for i, each in enumerate(omega):
+        spin = solver.spin_of(each)
+        force = driven.force(spin, 1.0, 1.0)
+        dynamic = [driven.model.stiff(spin), driven.model.dynamic(h * each, spin)]
+        modes[i] = np.linalg.solve(dynamic, force[[0, h], :, None])[:, :, 0]
+    moved = modes @ driven.points.T
+    return moved[:, 0].real, moved[:, 1]
+
+
+def _slots(solver: Solver) -> list[tuple[list[int], tuple[float, float]]]:
+    """Rows of both ends of each clearance of one coordinate, and its walls, m."""
+    laws, rig = solver.system.laws, solver.system.rig
+    count = len(rig.bushings)
+    return [
+        (laws.rows[count + 2 * j : count + 2 * j + 2, 1].tolist(), bushing.walls)
+        for j, bushing in enumerate(rig.bushings)
+        if not bushing.is_round
+    ]
+
+
+def _rounds(solver: Solver) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """Rows (2, 2) of both ends of each round clearance, its offset along y, z, and reach, within which none touches."""
+    laws, rig = solver.system.laws, solver.system.rig
+    count = len(rig.bushings)
+    return [
+        (laws.rows[count + 2 * j : count + 2 * j + 2], np.array([b.offset_y, b.offset]), b.wall_model.reach(b.gap))
+        for j, b in enumerate(rig.bushings)
+        if b.is_round
+    ]
+
+
+def _along(ellipse: np.ndarray) -> np.ndarray:
+    """Places (..., 2, N) along ellipses of complex amplitudes (..., 2)."""
+    return np.real(ellipse[..., None] * np.exp(2j * np.pi * np.arange(ANGLES) / ANGLES))
+
+
+def _peak(values: np.ndarray) -> np.ndarray:
+    """Largest (...) of values (..., N) around a circle, by the parabola through it and its neighbours."""
+    at = values.argmax(axis=-1)[..., None]
+    left, top, right = (np.take_along_axis(values, (at + d) % ANGLES, axis=-1)[..., 0] for d in (-1, 0, 1))
+    bend = 2 * top - left - right
+    with np.errstate(invalid="ignore"):
+        higher = (right - left) ** 2 / np.maximum(8 * bend, 1e-300)
+        return np.asarray(np.where(bend > LEAST_BEND * np.abs(top), top + higher, top))

@@ -14,14 +14,13 @@ from tqdm import tqdm
 
 from ..core.errors import ClearanceError, ExcitationError
 from ..core.tasks import workers_to_use
-from ..linear.refusals import refuse_across
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch
-from .condensed import condensed, in_gap
-from .continuation import CameBack, Motion, NoConvergence, Solver, difference
-from .following import follow, place
+from .continuation import CameBack, Motion, NoConvergence, difference, meets
+from .following import follow, place, solver_of
 from .random_starts import LANES, PERIODIC, March
+from .solver import Solver
 from .subharmonic import until_halved
 from .vibrations import UNITS, complex_amplitudes, turned
 
@@ -159,17 +158,17 @@ def find_isolas(
     Raises
     ------
     ClearanceError
-        For impossible numbers, or branches over level or of different rigs, laws or levels.
+        For impossible numbers, or branches over level, of unbalance, or of different rigs, laws or levels.
     ExcitationError
         For frequencies outside of the known branches'.
     SimulationError
         If a march diverges.
     """
     known = (branch,) if isinstance(branch, Branch) else tuple(branch)
-    for each in known:
-        refuse_across(each.model.rig, "find_isolas")
     _check(known, n_starts, periods, longest, reach)
-    decay = -in_gap(known[0].model, known[0].n_modes).poles().value.real.max()
+    first = known[0]
+    system = solver_of(first, list(first.level[0]), 1, 1, first.n_samples).system
+    decay = -system.driven.model.poles().vibrating.value.real.max()
     at = _frequencies(known, frequencies)
     random = np.random.default_rng(seed)
     groups = [(f, min(LANES, n_starts - i)) for f in at for i in range(0, n_starts, LANES)]
@@ -195,6 +194,8 @@ def _check(known: tuple[Branch, ...], starts: int, periods: int, longest: int | 
     if not known:
         raise ClearanceError("isolas are searched beside known branches; give one of periodic.follow_response")
     first = known[0]
+    if first.kind not in ("base", "force"):
+        raise ClearanceError(f'isolas are searched under a base or a force, not of kind "{first.kind}"')
     for each in known:
         if each.over != "frequency":
             raise ClearanceError("isolas are searched over frequency; give branches of periodic.follow_response")
@@ -228,15 +229,15 @@ def _came_to(
         return -1
     first = branches[0]
     harmonics = periods * (first.acceleration.shape[-1] - 1) // first.periods
-    system = condensed(first.model, first.kind, list(first.level[0]), harmonics, first.n_modes, periods)
-    solver = Solver(system, harmonics, periods * first.n_samples // first.periods)
-    x = motion @ solver.grid.project.T
-    z = system.linear.basis.T @ x
+    samples = periods * first.n_samples // first.periods
+    solver = solver_of(first, list(first.level[0]), harmonics, periods, samples)
+    x, basis = motion @ solver.grid.project.T, solver.system.basis
+    z = basis.T @ x
     row, scale = np.append(np.zeros(solver.size), 1.0), float(np.linalg.norm(z))
-    exact = solver.solve(2 * np.pi * frequency / periods, z, x - system.linear.basis @ z, row, scale)
+    exact = solver.solve(2 * np.pi * frequency / periods, z, x - basis @ z, row, scale)
     if exact is None:
         return -1
-    here = complex_amplitudes((system.linear.basis @ exact.z + exact.y)[None])[0]
+    here = complex_amplitudes(solver.all_points(exact)[: 3 * first.model.rig.n_rows][None])[0]
     for nu in (nu for nu in range(1, periods) if periods % nu == 0):  # a slow end of a transient repeats sooner
         others = np.arange(harmonics + 1) % (periods // nu) != 0
         if np.linalg.norm(here[:, others]) < PERIODIC * np.linalg.norm(here):
@@ -266,7 +267,6 @@ def _lies_on(branch: Branch, frequency: float, x: np.ndarray) -> bool:
 
 # A branch of which one motion is known, all around: closed, or from one end to the other.
 
-CLOSED = 1e-4  # relative distance at which a branch meets its beginning
 ROUND, BACKWARDS = "it comes back to its beginning", "it turns back along itself"
 
 
@@ -319,17 +319,12 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
     yield first
     copies = [_shifted(first, k / solver.system.periods) for k in range(solver.system.periods)]
     for i, motion in enumerate(motions):
-        way = difference(before, motion)
         for copy in copies if i else ():
-            gone = difference(before, copy)
-            share = float(gone @ way / (way @ way))
-            if 0 <= share <= 1 and np.linalg.norm(gone - share * way) < np.linalg.norm(way):
-                near = solver.ahead(before, share * float(np.linalg.norm(way)), way / np.linalg.norm(way))
-                if near is not None and np.linalg.norm(difference(near, copy)) < CLOSED:
-                    if copy.tangent @ way < 0:  # as at a corner where a contact is lost
-                        raise CameBack(BACKWARDS)
-                    yield copy
-                    raise CameBack(ROUND)
+            if meets(solver, before, motion, copy, 1.0):
+                if copy.tangent @ difference(before, motion) < 0:  # as at a corner where a contact is lost
+                    raise CameBack(BACKWARDS)
+                yield copy
+                raise CameBack(ROUND)
         yield motion
         before = motion
 

@@ -9,7 +9,6 @@ vibrations.
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,19 +16,20 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from .arcs import Vibrations
-from .at_one_frequency import LevelSolver
 from .cells import acting, moved
-from .continuation import Motion, Motions, NoConvergence, Solver
+from .continuation import Motion, Motions, NoConvergence
 from .following import expanded
 from .in_gap import level_of_contact, linear_in_gap, without_contact
-from .space.solver import RoundSolver
+from .solver import Solver
 from .stability import Located
 
-__all__ = ["LIMITED", "LevelBranch", "level_branches"]
+__all__ = ["LIMITED", "WAYS", "LevelBranch", "level_branches"]
 
 LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
 """Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
 FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
+WAYS = ("lift", "other wall")
+"""How far an end that touches leaves its wall, and how deep an end is in both its walls in a period; below 0 if not."""
 TOLERANCE = 1e-5  # of the motion: what the balance may leave
 BENT, LONGEST, FIRST_STEP = 0.03, 0.15, 5e-3  # steps along branches, see `continuation`
 SHARES = (1.0, 0.25)  # of these steps that are tried
@@ -81,6 +81,26 @@ class LevelBranch:
 
         return crossed.sum(axis=0), largest(self.depth), np.array([largest(row) for row in self.values])
 
+    def sweeps(self, levels: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return what sweeps over the level meet, (2, ..., n): upwards from rest, then downwards; nan if unknown.
+
+        Parameters
+        ----------
+        levels : ndarray, shape (n,)
+            Shares of the excitation's level, > 0.
+        values : ndarray, shape (..., m)
+            Of the vibrations along the branch.
+        """
+        low, high = self.level[:-1, None], self.level[1:, None]
+        crossed = (low < levels) != (high < levels)
+        if not len(crossed):
+            return np.full((2, *values.shape[:-1], levels.size), np.nan)
+        ends = np.array([crossed.argmax(axis=0), len(crossed) - 1 - crossed[::-1].argmax(axis=0)])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (levels - self.level[ends]) / (self.level[ends + 1] - self.level[ends])
+        share = np.where(crossed.any(axis=0), share, np.nan)
+        return np.moveaxis(values[..., ends] + share * (values[..., ends + 1] - values[..., ends]), -2, 0)
+
     def level_from_rest(self) -> float:
         """Return the level at which contact begins if the level is raised slowly from rest; infinite if it does not."""
         if self.depth.max() <= 0:
@@ -109,27 +129,25 @@ class LevelBranch:
 
 
 def level_branches(
-    solver: Solver | RoundSolver, omega: np.ndarray, largest: float, quantities: Sequence[str] = (),
+    solver: Solver, omega: np.ndarray, largest: float, quantities: Sequence[str] = (),
     rows: Sequence[int | None] = (),
 ) -> Iterator[LevelBranch]:  # fmt: skip
     """Yield the vibrations over the level at each frequency.
 
     Parameters
     ----------
-    solver : Solver or RoundSolver
+    solver : Solver
         Of a rig and an excitation whose level is 1, see `map_rows.solver_at`; not to be used for anything else after.
     omega : ndarray, shape (n,)
         Angular frequencies, 1/s.
     largest : float
         Level up to which the vibrations are wanted.
     quantities : sequence of str
-        Of `LIMITED`.
+        Of `LIMITED` and `WAYS`.
     rows : sequence of int or None
         Which clearance or sensor each quantity is of; None, or nothing given: the largest of all.
     """
-    if isinstance(solver, Solver):
-        solver = LevelSolver(solver.system, solver.harmonics, solver.samples)
-    solver.tolerance = TOLERANCE
+    solver.tolerance = TOLERANCE * solver.system.fineness
     level = level_of_contact(solver, omega) if linear_in_gap(solver) else np.zeros(omega.size)
     chosen = [*rows, *([None] * (len(quantities) - len(rows)))]
     for each, contact in zip(omega.tolist(), level.tolist()):
@@ -145,24 +163,24 @@ def level_branches(
             yield _read(solver, motions, each, contact, largest, quantities, chosen)
 
 
-def _in_gap(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Motion:
+def _in_gap(solver: Solver, omega: float, level: float) -> Motion:
     """The motion without contact at a level, which is the solver's parameter from now on; its tangent is left open."""
     (z,), (y,) = without_contact(solver, np.array([omega]))
     z[:, 1:] *= level
     y[:, 1:] *= level
-    solver.over_level(omega)
+    solver.raise_over("level", omega)
     scale = max(float(np.linalg.norm(z)), solver.least)
     return Motion(level, z, y, np.zeros_like(y), np.append(np.zeros(solver.size), 1.0), scale)
 
 
-def _at_contact(solver: LevelSolver | RoundSolver, omega: float, level: float) -> Motion:
+def _at_contact(solver: Solver, omega: float, level: float) -> Motion:
     """The motion that just fills a gap, with its tangent towards larger ones."""
     guess = _in_gap(solver, omega, level)
     motion = solver.solved_at(level, guess.z, guess.y, guess.scale)
     return replace(motion, tangent=np.copysign(1.0, motion.tangent[-1]) * motion.tangent)
 
 
-def _followed(solver: LevelSolver | RoundSolver, start: Motion, largest: float) -> Motions:
+def _followed(solver: Solver, start: Motion, largest: float) -> Motions:
     """The motions from a first one on, until they rise above the largest level or no next one is found.
 
     Raises
@@ -178,22 +196,13 @@ def _followed(solver: LevelSolver | RoundSolver, start: Motion, largest: float) 
     raise NoConvergence(start.omega)
 
 
-def _onwards(solver: LevelSolver | RoundSolver, start: Motion, largest: float) -> Motions:
+def _onwards(solver: Solver, start: Motion, largest: float) -> Motions:
     deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
-    if isinstance(solver, LevelSolver):
-        return solver.followed(start, STEPS, step, BACK * start.omega, BEYOND * largest, deep)
-    motions: list[Motion] = []
-    with contextlib.suppress(NoConvergence):
-        for motion in solver.onwards(start, BACK * start.omega, np.inf, STEPS, step):
-            motions.append(motion)
-            if motion.omega > BEYOND * largest and motion.tangent[-1] > 0:
-                if solver.depth(motion.z, motion.y) > deep:
-                    break
-    return Motions.of(motions)
+    return solver.followed(start, STEPS, step, BACK * start.omega, BEYOND * largest, deep)
 
 
 def _read(
-    solver: LevelSolver | RoundSolver, motions: Motions, omega: float, contact: float, largest: float,
+    solver: Solver, motions: Motions, omega: float, contact: float, largest: float,
     quantities: Sequence[str], rows: Sequence[int | None],
 ) -> LevelBranch:  # fmt: skip
     """The branch of motions, and rest before them."""
@@ -206,7 +215,8 @@ def _read(
     level, rows_of = _finer(motions, np.array([deepest, *values]))
     # At rest nothing moves, but a weight may press against a wall.
     pressed = [deepest[0] if contact == 0 else -solver.system.size]
-    pressed += [row[0] if deepest[0] > 0 and name in FORCES else 0.0 for name, row in zip(quantities, values)]
+    there = (*WAYS, *FORCES) if deepest[0] > 0 else WAYS
+    pressed += [row[0] if name in there else 0.0 for name, row in zip(quantities, values)]
     deepest, *whole = np.column_stack((pressed, rows_of))
     found = np.array(whole).reshape(len(whole), level.size + 1)
     return LevelBranch(np.append(0.0, level), deepest, found, bool(level[-1] >= largest))
@@ -227,13 +237,30 @@ def _finer(motions: Motions, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return CubicHermiteSpline(way, motions.omega, slope)(places), PchipInterpolator(way, values, axis=1)(places)
 
 
+def _in_both_walls(solver: Solver, x: np.ndarray) -> np.ndarray:
+    """How deep (m, n_bushings) motions (m, n_rows, K) come into the wall into which they come less, m; round: not."""
+    system, count = solver.system, len(solver.system.rig.bushings)
+    found = np.full((len(x), count), -system.size)
+    place = x @ solver.grid.basis.T
+    for j, bushing in enumerate(system.rig.bushings):
+        if not bushing.is_round and np.isfinite(bushing.walls).all():
+            ends = place[:, system.laws.rows[count + 2 * j : count + 2 * j + 2, 1]]
+            lower, upper = bushing.walls
+            found[:, j] = np.minimum(ends.max(axis=2) - upper, lower - ends.min(axis=2)).max(axis=1)
+    return found
+
+
 def _values(
-    solver: LevelSolver | RoundSolver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
+    solver: Solver, name: str, row: int | None, motions: Motions, omega: float, x: np.ndarray,
     depth: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """A quantity (m,) of motions with places x and depths as `cells.moved` returns them."""
     if name == "penetration":
         of_rows = depth.max(axis=2)
+    elif name == "lift":
+        of_rows = -depth.min(axis=2)
+    elif name == "other wall":
+        of_rows = _in_both_walls(solver, x)
     elif name == "contact_force":
         of_rows = np.array([acting(solver, omega, each)[1] for each in x])
     else:

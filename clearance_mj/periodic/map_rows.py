@@ -9,10 +9,9 @@ import numpy as np
 from ..model import Model
 from .arcs import curve
 from .cells import measured
-from .condensed import condensed
-from .continuation import Solver
-from .space.cells import round_solver
-from .space.solver import RoundSolver
+from .condensed import UNBALANCE, condensed
+from .excitation import steady_spin
+from .solver import Solver
 
 __all__ = ["Case", "Row", "row_of", "solver_at"]
 
@@ -44,14 +43,14 @@ class Row(NamedTuple):
 
 def solver_at(
     model: Model, kind: str, level: float, fastest: float, harmonics: int, samples: int, modes: int
-) -> Solver | RoundSolver:
-    """Return what finds the vibrations of a rig, in the plane or in space, at one level.
+) -> Solver:
+    """Return what finds the vibrations of a rig at one level, m/s² or N, or a factor of what turns with the shaft.
 
     ``fastest`` is the highest frequency, 1/s, and of an unbalance the highest speed.
     """
-    if model.rig.moves_across:
-        return round_solver(model, kind, level, fastest, harmonics, samples, modes)
-    return Solver(condensed(model, kind, [level], harmonics, modes), harmonics, samples)
+    spin = steady_spin(model.rig, kind)
+    system = condensed(model, kind, [level], harmonics, modes, speed=fastest if kind == UNBALANCE else spin)
+    return Solver(system, harmonics, samples, spin)
 
 
 def row_of(case: Case) -> Row:
@@ -61,8 +60,9 @@ def row_of(case: Case) -> Row:
     for count in case.samples:
         fastest = 2 * np.pi * float(frequency[-1])
         solver = solver_at(case.model, case.kind, case.level, fastest, case.harmonics, count, case.modes)
-        solver.tolerance = TOLERANCE
-        tried.append((solver, curve(solver, 2 * np.pi * frequency)))
+        solver.tolerance = TOLERANCE * solver.system.fineness
+        omega = 2 * np.pi * solver.system.pace * frequency
+        tried.append((solver, curve(solver, omega)))
         if not tried[-1][1].ended:
             break
     solver, found = max(tried, key=lambda each: (not each[1].ended, np.unique(each[1].order.cell).size))
@@ -70,10 +70,11 @@ def row_of(case: Case) -> Row:
     known, first = np.unique(found.order.cell, return_index=True)
     last = found.order.cell.size - 1 - np.unique(found.order.cell[::-1], return_index=True)[1]
     chosen, where = np.unique(np.concatenate((first, last)), return_inverse=True)
-    of_chosen = measured(solver, 2 * np.pi * frequency, found.order[chosen])
+    of_chosen = measured(solver, omega, found.order[chosen])
     arrays = {}
     for name, values in of_chosen.items():
         arrays[name] = np.full((2, frequency.size, values.shape[1]), np.nan)
         arrays[name][:, known] = values[where].reshape(2, known.size, values.shape[1])
-    jumps = [(float(w / (2 * np.pi)), "up" if up else "down") for w, up in found.folds]
-    return Row(vibrations, arrays, jumps, [w / (2 * np.pi) for w in found.ended])
+    turns = 2 * np.pi * solver.system.pace
+    jumps = [(float(w / turns), "up" if up else "down") for w, up in found.folds]
+    return Row(vibrations, arrays, jumps, [w / turns for w in found.ended])

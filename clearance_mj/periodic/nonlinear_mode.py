@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import ClearanceError
+from ..engines.equilibrium import rest_of
 from .condensed import Condensed, grid, slopes
 from .continuation import Follower, Motion, NoConvergence
-from .forces import fill_forces
+from .forces import Sampled, fill_forces
 from .harmonic_balance import blocks
 
 __all__ = ["FreeMotion", "NonlinearMode"]
@@ -32,7 +33,7 @@ class FreeMotion(NamedTuple):
     omega: float  #: 1/s
     damping: float  #: ζ
     modes: np.ndarray  #: (n, K) harmonics of the in-gap modes, of unit mass, m sqrt(kg)
-    force: np.ndarray  #: (n_points, K) of the clearances' forces beyond the linear grease's, N
+    force: np.ndarray  #: (n_rows, K) of the clearances' forces beyond the linear fillings', N
 
 
 class NonlinearMode(Follower):
@@ -43,29 +44,60 @@ class NonlinearMode(Follower):
     the gap all grow alike.
     """
 
-    def __init__(self, system: Condensed, mode: int, harmonics: int, samples: int):
-        model, laws = system.in_gap, system.laws
-        if not np.allclose(model.stiff(), model.stiff().T):
-            raise ClearanceError(f"rig {system.rig.name!r}: a stiffness that is not symmetric has no nonlinear modes")
-        squares, self.vectors = np.linalg.eigh(model.stiff())
-        self.system, self.harmonics, self.samples, self.mode = system, harmonics, samples, mode
-        self.at_points = np.ascontiguousarray(model.at_points @ self.vectors)
-        moved = np.abs(self.at_points[: len(system.rig.bushings), mode])
-        self.clearance = int(moved.argmax())
-        if moved.max() <= STILL * np.abs(self.at_points).max():
+    def __init__(self, system: Condensed, mode: int, harmonics: int, samples: int, spin: float):
+        model, laws, rig = system.driven.model, system.laws, system.rig
+        stiffness = model.stiff(spin)
+        if not np.allclose(stiffness, stiffness.T):
+            raise ClearanceError(f"rig {rig.name!r}: a stiffness that is not symmetric has no nonlinear modes")
+        squares, vectors = np.linalg.eigh(stiffness)
+        self.system, self.harmonics, self.samples, self.mode, self.spin = system, harmonics, samples, mode, spin
+        at_rows = system.driven.points @ vectors
+        moved = np.abs(at_rows[: rig.n_rows, mode])
+        self.row = int(moved.argmax())
+        if moved.max() <= STILL * np.abs(at_rows).max():
             raise ClearanceError(
-                f"rig {system.rig.name!r}: mode {mode + 1} moves no clearance, so it is linear; take another mode"
+                f"rig {rig.name!r}: mode {mode + 1} moves no clearance, so it is linear; take another mode"
             )
-        self.metres = self.at_points[self.clearance, mode]
-        self.stiffness, self.own = squares, float(np.sqrt(squares[mode]))
-        self.damping = self.vectors.T @ system.in_gap.viscous() @ self.vectors
-        self.grid = grid(harmonics, samples)
+        self.grid, self.slopes = grid(harmonics, samples), slopes(laws, samples, harmonics)
+        self.vectors = self._in_its_plane(vectors)
+        self.mode = int(np.flatnonzero((self.vectors == vectors[:, [mode]]).all(axis=0))[0])
+        self.at_points = np.ascontiguousarray(system.driven.points @ self.vectors)
+        self.stiffness = np.sum(self.vectors * (stiffness @ self.vectors), axis=0)
+        self.metres, self.own = self.at_points[self.row, self.mode], float(np.sqrt(squares[mode]))
+        self.damping = self.vectors.T @ model.viscous(spin) @ self.vectors
+        self.constant = self.vectors.T @ system.driven.weight
         self.order = np.append(0, np.repeat(np.arange(1, harmonics + 1), 2))
         self.given = np.where(self.order == 1, 2.0, 0.0)
-        self.weight = 1 / (squares[:, None] + (self.order * self.own) ** 2)
-        self.slopes = slopes(laws, len(self.at_points), samples, harmonics)
-        self.size, self.least = squares.size * self.order.size + 2, 0.0
+        self.weight = 1 / (self.stiffness[:, None] + (self.order * self.own) ** 2)
+        self.size, self.least = self.stiffness.size * self.order.size + 2, 0.0
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
+
+    def _in_its_plane(self, vectors: np.ndarray) -> np.ndarray:
+        """Return the modes (n, m) that a motion of this one leads to: of two equal planes one is left out.
+
+        There a line along any direction is as good, and Newton's method would find no direction better than another.
+        """
+        model, size = self.system.driven.model, self.system.size
+        for plane in model.planes:
+            if plane is None:
+                continue
+            along = np.flatnonzero(np.linalg.norm(vectors[plane.span], axis=0) > 1 - STILL)
+            if self.mode not in along or along.size == vectors.shape[1]:
+                continue
+            others = np.delete(vectors, along, axis=1)
+            at_rows = self.system.driven.points @ vectors[:, along]
+            angle = 2 * np.pi * np.arange(self.samples) / self.samples
+            way = np.outer(at_rows @ np.cos(np.arange(along.size)), 3 * size * np.cos(angle))
+            way *= 1 / np.abs(at_rows @ np.cos(np.arange(along.size))).max()
+            speed, force = np.gradient(way, axis=1), np.empty_like(way)
+            self._along(way, speed, self.samples / (2 * np.pi), False, force)
+            across = [others.T @ self.system.driven.points.T @ force, others.T @ self.system.driven.weight]
+            coupled = others.T @ (model.stiff(self.spin) + model.viscous(self.spin)) @ vectors[:, along]
+            if all(np.abs(each).max(initial=0.0) <= STILL * np.abs(force).max() for each in across) and not np.any(
+                np.abs(coupled) > STILL * np.abs(model.stiff(self.spin)).max()
+            ):
+                return vectors[:, along]
+        return vectors
 
     def motion(self, found: Motion) -> FreeMotion:
         """Return the motion in physical units."""
@@ -83,6 +115,8 @@ class NonlinearMode(Follower):
         within = min(start, WITHIN * self.system.size)
         z = np.zeros(self.size)
         z[self.mode * self.order.size + 1] = within
+        if self.constant.any():
+            z[: -2 : self.order.size] = self.metres * self.vectors.T @ self._rest()
         z[-2:] = within, within * self.damping[self.mode, self.mode] / (2 * self.own)
         first = self.solved_at(within, z, np.zeros(0), within)
         if within < start:
@@ -90,6 +124,11 @@ class NonlinearMode(Follower):
             if first.omega != start:
                 raise NoConvergence(first.omega)
         yield from self.within(first, start, stop)
+
+    def _rest(self) -> np.ndarray:
+        """Where the modes of the rig (n,) rest under its constant loads."""
+        rest = rest_of(self.system.rig, self.system.model.law, self.system.modes)
+        return np.zeros(len(self.vectors)) if rest is None else rest.coordinates
 
     def _parts(self, amplitude: float, z: np.ndarray) -> tuple[float, float, np.ndarray]:
         """Frequency, damping ratio and the modes' harmonics."""
@@ -108,7 +147,9 @@ class NonlinearMode(Follower):
         spring = self.stiffness[:, None] - (self.order * omega) ** 2
         quarter = self._turned_by_a_quarter(q)
         damped = self.damping @ quarter - zeta * omega * self.given * quarter
-        left = (spring * q + omega * damped + self.at_points.T @ force) * self.weight * self.metres
+        off = spring * q + omega * damped + self.at_points.T @ force
+        off[:, 0] -= self.constant
+        left = off * self.weight * self.metres
         if want:
             self._fill_square(omega, zeta, spring)
             shift = 1e-6 * omega
@@ -118,11 +159,12 @@ class NonlinearMode(Follower):
             returned = self.given * quarter
             by_omega = damped - 2 * self.order**2 * omega * q - zeta * omega * returned + self.at_points.T @ change
             self._fill_border(parameter, omega, zeta, by_omega, -(omega**2) * returned)
-        return np.append(left, x[self.clearance, 1:3] - (parameter, 0.0)), force, y
+        return np.append(left, x[self.row, 1:3] - (parameter, 0.0)), force, y
 
     def _along(self, place: np.ndarray, pace: np.ndarray, omega: float, want: bool, force: np.ndarray) -> None:
         functions = (self.grid.basis, self.grid.rate, self.grid.project)
-        fill_forces(self.system.laws, place, omega * pace, omega, *functions, want, force, self.slopes)
+        motion = Sampled(place, omega * pace, omega, self.spin)
+        fill_forces(self.system.laws, motion, *functions, want, force, self.slopes)
 
     def _turned_by_a_quarter(self, q: np.ndarray) -> np.ndarray:
         """Harmonics of the derivatives by the angle."""
@@ -134,7 +176,7 @@ class NonlinearMode(Follower):
     def _fill_square(self, omega: float, zeta: float, spring: np.ndarray) -> None:
         """Fill the Jacobian's corner with the derivatives of the balance by the harmonics."""
         n, harmonics = spring.shape
-        found = blocks(self.at_points, np.zeros(n, dtype=int), self.grid, omega, self.slopes)
+        found = blocks(self.system.laws, self.at_points, np.zeros(n, dtype=int), self.grid, omega, self.slopes)
         square = np.ascontiguousarray(found.transpose(0, 2, 1, 3))
         square.reshape(n * harmonics, -1)[np.diag_indices(n * harmonics)] += spring.ravel()
         for h in range(1, self.harmonics + 1):
@@ -154,6 +196,6 @@ class NonlinearMode(Follower):
         full[:inner, inner], full[:inner, inner + 1] = self.own / amplitude * of_omega, of_zeta / amplitude
         full[:inner, -1] = -(omega * of_omega + zeta * of_zeta) / amplitude
         full[inner:] = 0.0
-        full[inner, 1:inner:harmonics] = self.at_points[self.clearance] / self.metres
-        full[inner + 1, 2:inner:harmonics] = self.at_points[self.clearance] / self.metres
+        full[inner, 1:inner:harmonics] = self.at_points[self.row] / self.metres
+        full[inner + 1, 2:inner:harmonics] = self.at_points[self.row] / self.metres
         full[inner, -1] = -1.0

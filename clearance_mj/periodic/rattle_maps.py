@@ -19,12 +19,11 @@ from ..signals import labelled
 from ..signals.arrays import ArrayData
 from .axes import level_axis
 from .cells import QUANTITIES
-from .continuation import Solver
+from .excitation import excited_by
 from .in_gap import level_of_contact, linear_in_gap
 from .map_rows import Case, row_of, solver_at
 from .resolution import resolution
-from .space.forced import excited_by
-from .space.solver import RoundSolver
+from .solver import Solver
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +60,7 @@ class RattleMap(ArrayData):
     model: Model
     """rig and law of its clearances"""
     kind: str
-    """ "base", "force" or, in space, "unbalance": what the excitation is"""
+    """ "base", "force" or "unbalance", of what turns with the shaft"""
     gap: np.ndarray
     """(n_gaps, n_bushings) m"""
     level: np.ndarray
@@ -240,7 +239,7 @@ def map_rattle(
     gaps : sequence, optional
         Gaps to compare, m: each one number for all bushings, or one for each; None: the rig's.
     kind : str, optional
-        Kind of excitation, "base", "force" or, of a rig in space, "unbalance"; None: unbalance of a rig that has some,
+        Kind of excitation, "base", "force" or, of what turns, "unbalance"; None: unbalance of a rig that has some,
         else that of its shaker.
     n_harmonics : int
         Number of harmonics of the motion, H.
@@ -279,7 +278,7 @@ def map_rattle(
     """
     levels, frequencies = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 2)
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    rig, kind = model.rig, excited_by(model.rig, kind)
+    rig, kind = model.rig, excited_by(model, kind)
     workers = workers_to_use(workers)
     models = [Model(each, model.law) for each in ([rig] if gaps is None else [_with_gap(rig, gap) for gap in gaps])]
     if not models:
@@ -324,12 +323,12 @@ def map_rattle(
     )  # fmt: skip
 
 
-def _first_contact(
-    solver: Solver | RoundSolver, levels: np.ndarray, frequencies: np.ndarray, share: np.ndarray
-) -> np.ndarray:
+def _first_contact(solver: Solver, levels: np.ndarray, frequencies: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Level (n_frequencies,) of first contact: in closed form, or the lowest of the map that touches."""
+    if solver.system.pressed.any():
+        return np.zeros(frequencies.size)
     if linear_in_gap(solver):
-        return level_of_contact(solver, 2 * np.pi * frequencies)
+        return level_of_contact(solver, 2 * np.pi * solver.system.pace * frequencies)
     touched = np.any(share > 0, axis=-1)
     return np.where(touched.any(axis=0), levels[touched.argmax(axis=0)], np.nan)
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import ClearanceError, ExcitationError
 from ..linear import MAX_MODES
 
-__all__ = ["different_ends", "pair_of", "require_whole", "resolution"]
+__all__ = ["different_ends", "ends_of_range", "pair_of", "require_whole", "resolution"]
 
 MAX_HARMONICS, MAX_SAMPLES = 500, 16384
 SAMPLES = 12  # of a period for each harmonic: contacts are not smooth
@@ -36,6 +36,11 @@ def different_ends(ends: tuple[float, float], name: str, quantities: str, unit: 
             f"{stop:g}"
         )
     return start, stop
+
+
+def ends_of_range(frequency_range: tuple[float, float]) -> tuple[float, float]:
+    """Return both ends of a range of frequencies, Hz, or refuse it."""
+    return different_ends(frequency_range, "frequency_range", "frequencies", "Hz")
 
 
 def require_whole(**numbers_by_name: object) -> None:

@@ -5,7 +5,6 @@ R. Seydel, Practical Bifurcation and Stability Analysis, Springer 2010, chapter 
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -18,11 +17,22 @@ from ..core.errors import ExcitationError
 from .condensed import grid, slopes
 from .continuation import Follower, Motion, difference
 from .floquet import monodromy
-from .forces import fill_forces
+from .forces import Sampled, fill_forces
 
 __all__ = [
-    "BRANCH_POINT", "FIRST_CONTACT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "multipliers",
-    "samples_of_period", "unstable", "with_fold",
+    "BRANCH_POINT",
+    "FIRST_CONTACT",
+    "FOLD",
+    "NEIMARK_SACKER",
+    "PERIOD_DOUBLING",
+    "Located",
+    "changes",
+    "floquet",
+    "multipliers",
+    "period_map",
+    "samples_of_period",
+    "unstable",
+    "with_fold",
 ]  # fmt: skip
 
 FOLD, PERIOD_DOUBLING, FIRST_CONTACT = "fold", "period doubling", "first contact"
@@ -33,6 +43,7 @@ MIN_SAMPLES = 256  # of a period
 MAX_SAMPLES = 2**20  # of a period: some tenths of a second for one motion, and 40 MB for each of its histories
 EXACT = 1e-6  # relative error in frequency of special points
 HALVINGS = 40
+RESOLVED = 1e-8  # of the parameter: smaller turns are those of Newton's method
 
 
 def samples_of_period(solver: Any, omega: float) -> int:
@@ -47,24 +58,36 @@ def samples_of_period(solver: Any, omega: float) -> int:
     return int(solver.samples * 2 ** math.ceil(math.log2(finer)))
 
 
-@functools.singledispatch
 def multipliers(solver: Any, motion: Motion) -> np.ndarray:
-    """Return Floquet's multipliers (2 n,) of the modal model about a motion, the largest first, by the kind of solver.
+    """Return Floquet's multipliers of the modal model about a motion, the largest first.
 
-    What greases and contacts remember adds multipliers, of which the smallest are left out.
+    What fillings and contacts remember adds multipliers, of which the smallest are left out.
     """
-    system, omega = solver.system, solver.frequency(motion)
-    samples = samples_of_period(solver, omega)
-    fine = grid(solver.harmonics, samples)
-    room = slopes(system.laws, solver.rows, samples, solver.harmonics)
-    x = system.linear.basis @ motion.z + motion.y
-    place, speed = x @ fine.basis.T, omega * (x @ fine.rate.T)
-    force = np.empty_like(place)
-    fill_forces(system.laws, place, speed, omega, fine.basis, fine.rate, fine.project, True, force, room)
+    omega = solver.frequency(motion)
+    solver.walls_at(motion.omega)
+    found = floquet(solver, omega, solver.state(motion.omega).spin, solver.all_points(motion))
+    return solver.forced_multipliers(found)
+
+
+def floquet(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
+    """Return Floquet's multipliers (2 n,) about the motion with harmonics x (n_rows, K), the largest first."""
+    return _sorted(np.linalg.eigvals(period_map(solver, omega, spin, x)))[: 2 * solver.system.driven.model.size]
+
+
+def period_map(solver: Any, omega: float, spin: float, x: np.ndarray) -> np.ndarray:
+    """Return the derivative of the state after a period by that before, about a motion with harmonics x (n_rows, K)."""
+    system, laws, samples = solver.system, solver.laws, samples_of_period(solver, omega)
+    fine, room = grid(solver.harmonics, samples), slopes(laws, samples, solver.harmonics)
+    motion = Sampled(x @ fine.basis.T, omega * (x @ fine.rate.T), omega, spin)
+    fill_forces(laws, motion, fine.basis, fine.rate, fine.project, True, np.empty_like(motion.place), room)
     step = 2 * np.pi / (omega * samples)
-    points = np.ascontiguousarray(system.in_gap.at_points)
-    found = np.linalg.eigvals(monodromy(system.in_gap.flow(step), points, step, system.laws.memory, room))
-    return found[np.argsort(-np.abs(found), kind="stable")][: 2 * points.shape[1]]
+    memory = np.concatenate((laws.memory, np.repeat(laws.remembers, 2) * laws.width[laws.memory.size :]))
+    flow = system.driven.model.flow(step, spin)
+    return np.asarray(monodromy(flow, np.ascontiguousarray(system.driven.points), step, memory, laws, room))
+
+
+def _sorted(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
 
 
 def unstable(values: np.ndarray) -> int:
@@ -79,6 +102,13 @@ class Located:
     motion: Motion
     multipliers: np.ndarray | None
     kind: str = ""
+    folds: bool = False
+    """whether the branch turns there"""
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What is special about it."""
+        return tuple(kind for kind in (self.kind, FOLD * self.folds) if kind)
 
 
 def changes(solver: Follower, before: Located, after: Located) -> Iterator[Located]:
@@ -98,8 +128,11 @@ def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
     """Return neighbours with the motion among them at which the frequency turns, if it does."""
     omega = [point.motion.omega for point in points]
     middle = max(range(len(points)), key=lambda i: abs(omega[i] - (omega[0] + omega[-1]) / 2))
-    if middle in (0, len(points) - 1) or points[middle].kind in (FOLD, FIRST_CONTACT):
+    turned = min(abs(omega[middle] / omega[end] - 1) for end in (0, -1))
+    if middle in (0, len(points) - 1) or points[middle].folds or turned < RESOLVED:
         return points
+    if points[middle].kind == FIRST_CONTACT:  # the branch turns where it leaves the gap
+        return [*points[:middle], replace(points[middle], folds=True), *points[middle + 1 :]]
     at, sign = _between(solver, points[0], points[-1]), 1.0 if omega[middle] > omega[0] else -1.0
 
     def missed(share: float) -> float:
@@ -108,11 +141,11 @@ def with_fold(solver: Follower, points: list[Located]) -> list[Located]:
 
     found = at(float(minimize_scalar(missed, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-5}).x))
     if found is None or sign * (found.motion.omega - omega[middle]) < 0:
-        return [replace(point, kind=FOLD) if i == middle else point for i, point in enumerate(points)]
+        return [replace(point, kind="", folds=True) if i == middle else point for i, point in enumerate(points)]
     way = difference(points[0].motion, points[-1].motion)
     passed = [difference(points[0].motion, point.motion) @ way for point in points]
     place = int(np.searchsorted(passed, difference(points[0].motion, found.motion) @ way))
-    return [*points[:place], replace(found, kind=FOLD), *points[place:]]
+    return [*points[:place], replace(found, folds=True), *points[place:]]
 
 
 def _between(solver: Follower, before: Located, after: Located) -> Callable[..., Located | None]:

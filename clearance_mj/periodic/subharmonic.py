@@ -10,10 +10,10 @@ import numpy as np
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..linear.refusals import refuse_across
 from .branch import Branch, SpecialPoint
-from .continuation import CameBack, Motion, Solver
+from .continuation import CameBack, Motion
 from .following import follow, place, resumed
+from .solver import Solver
 from .stability import BRANCH_POINT, PERIOD_DOUBLING
 
 __all__ = ["follow_doubled", "until_halved"]
@@ -62,7 +62,6 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
     -----
     R. Seydel, Practical Bifurcation and Stability Analysis, Springer 2010, section 7.4.
     """
-    refuse_across(branch.model.rig, "follow_doubled")
     if branch.multipliers is None:
         raise ClearanceError("branch was followed without stability, so it knows no period doubling; ask for it")
     if point not in branch.special or point.kind != PERIOD_DOUBLING:
@@ -71,10 +70,11 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
             f"point must be a period doubling of the branch, which has {', '.join(known) or 'none'}, got {point}"
         )
     solver, omega, *_ = resumed(branch, point.index, 2)
-    values = 2 * np.pi * branch.frequency / solver.system.periods
-    if branch.over == "level":
-        solver.over_level(omega)
-        values = np.abs(branch.level).max(axis=1) / np.abs(branch.level[point.index]).max()
+    values = branch.parameter
+    if branch.over == "frequency":
+        values = values * omega / branch.frequency[point.index]
+    elif branch.over == "level":
+        values = values / values[point.index]
     if (motion := _beside(solver, branch, point.index, values)) is None:
         raise ClearanceError(
             f"beside the period doubling at {point.frequency:.6g} Hz no doubled vibration was found; follow the branch "
@@ -86,7 +86,7 @@ def follow_doubled(branch: Branch, point: SpecialPoint, stability: bool = True, 
 
 def _beside(solver: Solver, branch: Branch, index: int, values: np.ndarray) -> Motion | None:
     """Return the motion next to a doubling that has a little of the motion that changes its sign."""
-    shape = (len(solver.system.linear.owner), 2 * solver.harmonics + 1)
+    shape = (len(solver.system.owner), 2 * solver.harmonics + 1)
     changing = np.flatnonzero(np.broadcast_to(_changing(solver.harmonics), shape))
 
     def derivative(value: float, z: np.ndarray, y: np.ndarray) -> np.ndarray:

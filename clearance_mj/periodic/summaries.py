@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from .axes import level_axis
+from .axes import level_axis, parameter_axis
 from .backbones import Backbone
 from .branch import Branch
+from .impact_maps import IMPACTS, ImpactMap
 from .rattle_maps import RattleMap
 
 __all__ = [
-    "JumpAtFold", "frequency_title", "is_cut", "jumps", "level_title", "motion", "of_backbone", "of_branch", "of_map",
-    "stable_points", "unit",
+    "JumpAtFold", "frequency_title", "is_cut", "jumps", "level_title", "motion", "of_backbone", "of_branch",
+    "of_impacts", "of_map", "parameter_title", "stable_points", "unit",
 ]  # fmt: skip
 
 BESIDE_FOLD = 3
@@ -27,15 +28,15 @@ BESIDE_FOLD = 3
 class JumpAtFold:
     """A fold at which a vibration that was stable until then goes over to another one."""
 
-    upwards: bool  #: whether it is met with rising frequency, or level
-    at: float  #: frequency of the fold, Hz; over level, the level
+    upwards: bool  #: whether it is met while what changes rises
+    at: float  #: frequency of the fold, Hz, or what else the branch is over, as `Branch.parameter`
     clearance: int  #: the one with the largest motion there
     before: float  #: amplitude at it, m
     after: tuple[float, ...]
-    """and those of the stable vibrations of the branch at the same frequency or level; none: they are elsewhere"""
+    """and those of the stable vibrations of the branch at the same place; none: they are elsewhere"""
 
 
-def unit(found: Branch | RattleMap) -> str:
+def unit(found: Branch | ImpactMap | RattleMap) -> str:
     """Return the unit of the excitation's level, as it stands behind a number."""
     return level_axis(found.kind).unit
 
@@ -43,6 +44,14 @@ def unit(found: Branch | RattleMap) -> str:
 def level_title(found: Branch | RattleMap) -> str:
     """Return the label of the excitation's level on a report's figure."""
     return level_axis(found.kind).title
+
+
+def parameter_title(branch: Branch) -> str:
+    """Return the label on a report's figure of what changes along a branch."""
+    if branch.over == "level":
+        return level_title(branch)
+    label, _ = parameter_axis(branch.over, branch.kind)
+    return label[0].upper() + label[1:]
 
 
 def frequency_title(found: Branch | RattleMap) -> str:
@@ -108,15 +117,16 @@ def of_branch(branch: Branch) -> dict[str, Any]:
         "harmonics": branch.acceleration.shape[-1] - 1,
         "samples": int(branch.n_samples),
         "modes": int(branch.n_modes),
-        "level": float(abs(branch.level[0, 0])) if branch.over == "frequency" else None,
-        "frequency": float(branch.frequency[0]) if branch.over == "level" else None,
+        "level": None if branch.over in ("level", "speed") else float(abs(branch.level[0, 0])),
+        "frequency": None if branch.over in ("frequency", "speed") else float(branch.frequency[0]),
         "from": float(x[0]),
         "to": float(x[-1]),
         "points": int(x.size),
         "unstable": int(np.sum(~stable)),
         "floquet": branch.multipliers is not None,
         "special": [
-            {"kind": p.kind, "frequency": float(p.frequency), "level": float(p.level), "point": int(p.index)}
+            {"kind": p.kind, "frequency": float(p.frequency), "level": float(p.level), "at": float(x[p.index]),
+             "point": int(p.index)}
             for p in branch.special
         ],
         "jumps": [
@@ -151,4 +161,18 @@ def of_map(found: RattleMap) -> dict[str, Any]:
         "largest_force": np.nanmax(found.contact_force, axis=(0, 2, 3), initial=0.0).tolist(),
         "largest_depth": np.nanmax(found.penetration, axis=(0, 2, 3), initial=0.0).tolist(),
         "ended": list(found.ended),
+    }
+
+
+def of_impacts(found: ImpactMap) -> dict[str, Any]:
+    """Return a map's axes, where impacts begin, and the share of each of `IMPACTS` in sweeps up, as plain data."""
+    onset = [[level if np.isfinite(level) else None for level in row] for row in found.onset.tolist()]
+    return {
+        "kind": found.kind,
+        **{name: getattr(found, name).tolist() for name in ("load", "level", "frequency")},
+        "onset": onset,
+        "impacts": {name: float(np.mean(found.impacts[0] == i)) for i, name in enumerate(IMPACTS)},
+        "several": float(np.mean(found.vibrations > 1)),
+        "unknown": found.unknown,
+        "largest_force": float(np.nanmax(found.contact_force, initial=0.0)),
     }

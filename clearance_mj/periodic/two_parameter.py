@@ -1,51 +1,42 @@
-"""Curves over two parameters: folds over frequency and level or gap.
-
-A fold is where the derivative J of the balance by the motion is singular. A bordered system [J b; cᵀ 0] [v; g] = [0; 1]
-has g = 0 there and nowhere else nearby (minimally augmented system: W. J. F. Govaerts, Numerical Methods for
-Bifurcations of Dynamical Equilibria, SIAM 2000, chapter 4). With w of the transposed system the derivative of g by the
-motion is -wᵀ J_z v, a difference of J along v. Where contacts open and close J changes in steps and Newton's method may
-fail: there the fold is located anew at the next level or gap, as the extreme of the frequency across v.
-"""
+"""Curves over two parameters: where a rig jumps, touches, doubles its period or begins to whirl."""
 
 from __future__ import annotations
 
-import itertools
+import functools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from tqdm import tqdm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..linear.refusals import refuse_across
+from ..core.plain_numbers import find_numbers, get_number, with_numbers
+from ..model import Model
+from ..rig.tolerance import unit_of
 from ..signals import labelled
 from ..signals.arrays import ArrayData
+from .axes import level_axis
 from .branch import Branch, SpecialPoint
-from .condensed import Condensed, laws_of
-from .continuation import Motion, NoConvergence, Solver
-from .following import resumed
-from .harmonic_balance import balance
+from .condensed import Condensed
+from .continuation import MAX_POINTS, Follower, Motion, NoConvergence, difference
+from .dynamics import by_stiffness
+from .following import resumed, solver_of
+from .onset import first_hopf
+from .resolution import different_ends
+from .solver import Solver, State
+from .special_points import SpecialMotions, WhirlOnsets
 from .stability import FOLD
+from .whirling import WHIRL, self_excited
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["Curve", "follow_folds"]
+__all__ = ["Curve", "follow_folds", "follow_special", "follow_whirl_onset"]
 
-TOLERANCE = 1e-8  # of Newton's method, on the balance over the size of the motion and on g
-ITERATIONS = 12  # of Newton's method
-DAMPED = 1 / 16  # share of a Newton step below which it is given up
-DIFFERENCE = 1e-5  # half of the step of difference quotients, over motion, frequency or level
-LONGEST, SHORTEST = 0.05, 1e-6  # steps, as a share of motion, frequency and level
-SHARPEST = 0.8  # cosine of the largest angle between two tangents
-COARSEST = 2e-4  # step below which the fold is located anew
-APART = (0.02, 0.005, 0.001)  # relative steps of level or gap to where it is located anew
-REACH = (0.01, 0.03, 0.1)  # relative distances from the guess within which the extreme is looked for
-MAX_POINTS = 2000
+UNITS = {"gap": "m", "load": "× loads", "spin": "rad/s"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,190 +44,60 @@ class Curve(ArrayData):
     """A curve over two parameters, in the order in which its points follow each other."""
 
     what: str
-    """ "fold" or "first contact" """
+    """kind of a `SpecialPoint`, or "onset of whirl" """
     over: str
-    """ "level" or "gap": the parameter beside the frequency"""
+    """ "level", "gap", "load", "spin" or the path of a number of the model: the parameter beside frequency or speed"""
     kind: str
-    """ "base" or "force": what the excitation is"""
+    """ "base", "force" or "unbalance": what the excitation is; "whirl" where nothing excites"""
     frequency: np.ndarray
     """(n,) Hz"""
     value: np.ndarray
-    """(n,) level, m/s² or N; or gap of the first clearance, m, the others in the same ratio"""
+    """(n,) level, as `Branch.level`; gap of the first clearance, m, the others in the same ratio; share of the loads;
+    spin, rad/s; or the number, in SI units"""
     ended: str
     """why the curve ends before its last value: "" if it does not"""
+    speed: np.ndarray | None = None
+    """(n,) of the shaft, rad/s, at onsets of whirl"""
 
     @property
     def turns(self) -> np.ndarray:
-        """Indices of points at which level or gap turn: of a curve of folds the cusps, where two folds meet."""
+        """Indices of points at which the value turns: of a curve of folds the cusps, where two folds meet."""
         step = np.diff(self.value)
         return np.flatnonzero(step[1:] * step[:-1] < 0) + 1
 
     @property
-    def _unit(self) -> str:
-        return "m" if self.over == "gap" else "m/s²" if self.kind == "base" else "N"
+    def unit(self) -> str:
+        """Unit of the value."""
+        if self.over == "level":
+            return level_axis(self.kind).unit
+        try:
+            return UNITS.get(self.over) or unit_of(self.over)
+        except ValueError:
+            return ""
 
     def plot(self) -> Figure:
-        """Draw level or gap over frequency; turns of a curve of folds are marked."""
+        """Draw the value over frequency or speed; turns of a curve of folds are marked."""
         from ..core.drawing import canvas
 
         figure = canvas(4.5, 6)
         axes = figure.subplots()
-        axes.plot(self.frequency, self.value, label=self.what)
-        if self.what == "fold" and self.turns.size:
-            axes.plot(self.frequency[self.turns], self.value[self.turns], "o", color="k", mfc="w", label="cusp")
-        axes.set(xlabel="frequency (Hz)", ylabel=f"{self.over} ({self._unit})")
+        x = self.frequency if self.speed is None else self.speed
+        axes.plot(x, self.value, label=self.what)
+        if self.what == FOLD and self.turns.size:
+            axes.plot(x[self.turns], self.value[self.turns], "o", color="k", mfc="w", label="cusp")
+        unit = f" ({self.unit})" if self.unit else ""
+        axes.set(xlabel="frequency (Hz)" if self.speed is None else "speed (rad/s)", ylabel=self.over + unit)
         axes.legend(frameon=False)
         return figure
 
     def to_xarray(self) -> xr.Dataset:
-        """Return frequency and level or gap over ``point``."""
-        unit = self._unit.replace("m/s²", "m s-2")
-        variables = {"frequency": ("point", self.frequency, "Hz"), self.over: ("point", self.value, unit)}
+        """Return frequency, value under the name of its parameter and, at onsets of whirl, speed over ``point``."""
+        unit = self.unit.replace("m/s²", "m s-2")
+        variables = {"frequency": ("point", self.frequency, "Hz"), self.over: ("point", self.value, unit),
+                     "speed": ("point", self.speed, "rad s-1")}  # fmt: skip
         return labelled.dataset(
             "curve", variables, {}, {"what": self.what, "kind": self.kind, "ended": self.ended}
         )  # fmt: skip
-
-
-class _State(NamedTuple):
-    """A point of a curve of folds."""
-
-    z: np.ndarray
-    y: np.ndarray
-    omega: float
-    share: float  #: of level or gap
-
-
-class _Folds:
-    """Newton's method on the balance and g, and steps along the curve; everything over `scale`, ω and share."""
-
-    def __init__(self, solver: Solver, over: str):
-        self.solver, self.over, self.system = solver, over, solver.system
-        self.b = self.c = np.zeros(0)
-        self._next = self.b, self.c  # borders that follow the curve
-
-    def left(self, at: _State, want: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What the balance leaves (m,), what y should be, and the derivatives (m, m + 1) by z and ω if wanted."""
-        s, system = self.solver, self._system_at(at.share)
-        found = balance(system.linear, s.grid, system.laws, s.slopes, at.omega, at.z, at.y, want, s.jacobian)
-        return found[0].ravel(), found[2], s.jacobian[:-1].copy() if want else s.jacobian[:0]
-
-    def solver_at(self, share: float) -> Solver:
-        """Return what finds motions at a share of level or gap."""
-        return Solver(self._system_at(share), self.solver.harmonics, self.solver.samples)
-
-    def _system_at(self, share: float) -> Condensed:
-        system = self.system
-        if self.over == "level":
-            return system._replace(linear=system.linear._replace(excitation=share * system.linear.excitation))
-        rig = system.rig
-        scaled = rig.with_gap([share * bushing.gap for bushing in rig.bushings])
-        return system._replace(laws=laws_of(scaled, system.model.law))
-
-    def begin(self, at: _State) -> None:
-        """Border the derivative with its own singular vectors."""
-        u, _, v = np.linalg.svd(self.left(at, True)[2][:, :-1])
-        self.b, self.c = u[:, -1], v[-1]
-
-    def _bordered(self, j: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """v, w and g."""
-        n = len(j)
-        matrix = np.zeros((n + 1, n + 1))
-        matrix[:n, :n], matrix[:n, n], matrix[n, :n] = j, self.b, self.c
-        right = np.append(np.zeros(n), 1.0)
-        v, w = np.linalg.solve(matrix, right), np.linalg.solve(matrix.T, right)
-        return v[:n], w[:n], float(v[n])
-
-    def equations(self, at: _State, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what balance and g leave (m + 1,), their derivatives (m + 1, m + 2), and what y should be."""
-        left, y, slopes = self.left(at, True)
-        n = left.size
-        v, w, g = self._bordered(slopes[:, :-1])
-        way = (v / np.linalg.norm(v)).reshape(at.z.shape)
-        far = DIFFERENCE * scale
-
-        def pushed(of: Callable[[float], _State], step: float) -> np.ndarray:
-            ahead, behind = self.left(of(step), True)[2], self.left(of(-step), True)[2]
-            return (ahead - behind)[:, :-1] / (2 * step)
-
-        matrix = np.zeros((n + 1, n + 2))
-        matrix[:n, :n], matrix[:n, n] = slopes[:, :-1], slopes[:, -1] * at.omega / scale
-        by_way = pushed(lambda e: at._replace(z=at.z + e * way), far)
-        matrix[n, :n] = -(w @ by_way) * np.linalg.norm(v) * scale
-        matrix[n, n] = -(w @ pushed(lambda e: at._replace(omega=at.omega * (1 + e)), DIFFERENCE) @ v)
-        more, less = at._replace(share=at.share * (1 + DIFFERENCE)), at._replace(share=at.share * (1 - DIFFERENCE))
-        matrix[:n, n + 1] = (self.left(more, False)[0] - self.left(less, False)[0]) / (2 * DIFFERENCE * scale)
-        if self.over == "gap":
-            matrix[n, n + 1] = -(w @ pushed(lambda e: at._replace(share=at.share * (1 + e)), DIFFERENCE) @ v)
-        self._next = w / np.linalg.norm(w), v / np.linalg.norm(v)
-        return np.append(left / scale, g), matrix, y
-
-    def solve(self, at: _State, row: np.ndarray, scale: float) -> tuple[_State, np.ndarray] | None:
-        """Return the fold near a guess on the plane across ``row`` through it, and the tangent of the curve."""
-        left, matrix, y = self.equations(at, scale)
-        for _ in range(ITERATIONS):
-            now = float(np.linalg.norm(left)) + float(np.linalg.norm(y - at.y)) / scale
-            square = np.vstack((matrix, row))
-            if now < TOLERANCE:
-                tangent = np.linalg.solve(square, np.append(np.zeros(left.size), 1.0))
-                self.b, self.c = self._next
-                return at._replace(y=y), tangent / np.linalg.norm(tangent)
-            step = np.linalg.solve(square, np.append(-left, 0.0))
-            share = 1.0
-            while True:
-                moved = _moved(at._replace(y=y), share * step, scale)
-                if moved.omega > 0 and moved.share > 0:
-                    found = self.equations(moved, scale)
-                    then = float(np.linalg.norm(found[0])) + float(np.linalg.norm(found[2] - moved.y)) / scale
-                    if then < now or then < TOLERANCE:
-                        break
-                share /= 2
-                if share < DAMPED:
-                    return None
-            at, (left, matrix, y) = moved, found
-        return None
-
-
-def _moved(at: _State, step: np.ndarray, scale: float) -> _State:
-    z = at.z + scale * step[:-2].reshape(at.z.shape)
-    return at._replace(z=z, omega=at.omega * (1 + step[-2]), share=at.share * (1 + step[-1]))
-
-
-def _relocated(folds: _Folds, at: _State, tangent: np.ndarray, scale: float, low: float, high: float) -> _State | None:
-    """The fold at a level or gap a little further on: the extreme of the frequency across the singular direction."""
-    for apart in APART if tangent[-1] else ():
-        share = float(np.clip(at.share * (1 + np.sign(tangent[-1]) * apart), low, high))
-        guess = _moved(at, (share / at.share - 1) / tangent[-1] * tangent, scale)._replace(share=share)
-        if guess.omega > 0 and (found := _extreme(folds, guess, scale)):
-            return found
-    return None
-
-
-def _extreme(folds: _Folds, guess: _State, scale: float) -> _State | None:
-    solver, row = folds.solver_at(guess.share), np.append(folds.c, 0.0)
-    way = folds.c.reshape(guess.z.shape)
-
-    def motion(t: float) -> Motion | None:
-        return solver.solve(guess.omega, guess.z + t * scale * way, guess.y, row, scale)
-
-    for reach in REACH:
-        places = np.linspace(-reach, reach, 5)
-        omega = [found.omega for t in places if (found := motion(float(t)))]
-        if len(omega) < places.size:
-            continue
-        inner = [i for i in (int(np.argmax(omega)), int(np.argmin(omega))) if 0 < i < places.size - 1]
-        if not inner:
-            continue
-        sign = 1.0 if inner[0] == int(np.argmax(omega)) else -1.0
-
-        def missed(t: float, sign: float = sign) -> float:
-            found = motion(t)
-            return np.inf if found is None else -sign * found.omega / guess.omega
-
-        ends = places[inner[0] - 1], places[inner[0] + 1]
-        best = motion(float(minimize_scalar(missed, bounds=ends, method="bounded", options={"xatol": 1e-5}).x))
-        if best is not None:
-            return _State(best.z, best.y, best.omega, guess.share)
-    return None
 
 
 @checks_kinds
@@ -269,85 +130,194 @@ def follow_folds(branch: Branch, point: SpecialPoint, to: float, over: str = "le
     ClearanceError
         If the point is no fold of the branch, or at an impossible last value.
     """
-    refuse_across(branch.model.rig, "follow_folds")
     if over not in ("level", "gap"):
         raise ClearanceError(f'over must be "level" or "gap", got {over!r}')
     if point not in branch.special or point.kind != FOLD:
         raise ClearanceError("point must be a fold of the branch, one of branch.special")
-    begun = point.level if over == "level" else branch.model.rig.bushings[0].gap
-    if not (0 < to < np.inf and to != begun):
-        raise ClearanceError(f"to must be > 0 and another {over} than that of the fold, {begun:g}; got {to!r}")
-    solver, omega, z, y = resumed(branch, point.index)
-    found: list[_State] = []
-    ended = ""
-    curve = itertools.islice(_fold_after_fold(_Folds(solver, over), _State(z, y, omega, 1.0), to / begun), MAX_POINTS)
-    try:
-        for each in tqdm(curve, desc="folds", unit="point", disable=not progress):
-            found.append(each)
-    except NoConvergence as end:
-        if not found:
-            raise ClearanceError(
-                "the fold is not found again by a bordered system; locate it with more samples"
-            ) from None
-        last = solver.system.periods * found[-1].omega / (2 * np.pi)
-        ended = f"no further fold was found beyond {last:.6g} Hz and {over} {begun * end.args[0]:g}"
-    frequency = solver.system.periods * np.array([each.omega for each in found]) / (2 * np.pi)
-    return Curve(FOLD, over, branch.kind, frequency, begun * np.array([each.share for each in found]), ended)
+    return follow_special(branch, point, to, over, progress)
 
 
-def _fold_after_fold(folds: _Folds, at: _State, last: float) -> Iterator[_State]:
-    """Yield the fold near a guess and those after it, until the share is the last one or 1 again.
+@checks_kinds
+def follow_special(
+    branch: Branch, point: SpecialPoint, to: float, over: str = "level", progress: bool = False
+) -> Curve:  # fmt: skip
+    """Follow a special point of a branch over a second parameter.
+
+    Parameters
+    ----------
+    branch : Branch
+        Over frequency or level.
+    point : SpecialPoint
+        One of ``branch.special``, of any kind.
+    to : float
+        Last value of the parameter, in its unit; the curve also ends where it comes back to that with which it began.
+    over : str
+        "level", "gap" of the first clearance, the others in the same ratio, "load", a share of all constant loads,
+        "spin", which the excitation does not follow, or the path of a number of the rig, such as "bushings[0].offset",
+        or of the law, such as "law.contact.stiffness".
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Curve
+        If no next point was found, the curve so far: ``ended`` says where.
 
     Raises
     ------
-    NoConvergence
-        With the share beyond which no next fold is found.
+    ClearanceError
+        If the branch has no such point, or nothing excites it; for an unknown parameter or an impossible last value.
     """
-    solver = folds.solver
-    folds.begin(at)
-    scale = max(float(np.linalg.norm(at.z)), solver.least)
-    own = np.append(np.zeros(solver.size + 1), 1.0)
-    if (first := folds.solve(at, own, scale)) is None:
-        raise NoConvergence(at.share)
-    at, tangent = first
-    tangent = tangent * np.sign(tangent[-1] * (last - 1.0))
-    yield at
-    step = 1e-3
-    low, high = min(1.0, last), max(1.0, last)
-    while True:
-        border = folds.b, folds.c
-        guess = _moved(at, step * tangent, scale)
-        turned = tangent * np.concatenate((np.ones(solver.size), [guess.omega / at.omega, guess.share / at.share]))
-        new = folds.solve(guess, turned, scale) if guess.omega > 0 and guess.share > 0 else None
-        if new is not None and new[1] @ tangent < 0:
-            new = new[0], -new[1]
-        if new is None or new[1] @ tangent < SHARPEST:
-            folds.b, folds.c = border
-            step /= 2
-            if step < COARSEST and (again := _relocated(folds, at, tangent, scale, low, high)):
-                before, at = at, again
-                yield at
-                if at.share in (low, high):
-                    return
-                pace = [at.omega / before.omega - 1, at.share / before.share - 1]
-                way = np.append((at.z - before.z).ravel() / scale, pace)
-                tangent, step = way / np.linalg.norm(way), 1e-3
-                folds.begin(at)
-                continue
-            if step < SHORTEST:
-                raise NoConvergence(at.share)
-            continue
-        bent = float(np.linalg.norm(new[1] - tangent))
-        before, (at, tangent) = at, new
-        if not low <= at.share <= high:
-            share = ((high if at.share > high else low) - before.share) / (at.share - before.share)
-            mixed = _State(
-                before.z + share * (at.z - before.z), at.y, before.omega + share * (at.omega - before.omega),
-                before.share + share * (at.share - before.share),
-            )  # fmt: skip
-            if (final := folds.solve(mixed, own, scale)) is not None:
-                yield final[0]
-            return
-        yield at
-        scale = max(float(np.linalg.norm(at.z)), solver.least)
-        step = min(step * min(max(0.1 / max(bent, 1e-12), 0.3), 2.0), LONGEST)
+    if point not in branch.special:
+        raise ClearanceError("point must be one of branch.special")
+    if branch.kind == WHIRL:
+        raise ClearanceError("a whirl that nothing excites has no frequency to follow its special points over")
+    solver, omega, z, y = resumed(branch, point.index)
+    begun, found_at = _solvers(branch, point, over, solver)
+    _check_last(to, begun, over, point.kind)
+    follower = SpecialMotions(point.kind, lambda share: found_at(begun + (share - 1) * (to - begun)), omega, z, y)
+    motions, ended = _followed(follower, follower.start(omega, z, y), point.kind, progress)
+    turns = solver.system.periods / (solver.system.order or 1.0) / (2 * np.pi)
+    frequency = np.array([follower.frequency(motion) for motion in motions]) * turns
+    value = begun + (np.array([m.omega for m in motions]) - 1) * (to - begun)
+    ended = ended and f"{ended} beyond {frequency[-1]:.6g} Hz and {over} {value[-1]:g}"
+    return Curve(point.kind, over, branch.kind, frequency, value, ended)
+
+
+@checks_kinds
+def follow_whirl_onset(
+    model: Model, speed_range: tuple[float, float], to: float, over: str = "gap", n_modes: int = 8,
+    progress: bool = False,
+) -> Curve:  # fmt: skip
+    """Follow the speed at which a turning shaft begins to whirl by itself over a second parameter.
+
+    Parameters
+    ----------
+    model : Model
+        As in `find_whirl_onset`.
+    speed_range : tuple of float
+        Speeds of the shaft, rad/s, > 0: the first onset from the one to the other is followed, also beyond them.
+    to : float
+        Last value of the parameter, in its unit.
+    over : str
+        "gap" of the first clearance, the others in the same ratio, "load" or a path, as in `follow_special`.
+    n_modes : int
+        Modes of each plane, to which static shapes are added.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Curve
+        Its ``frequency`` is the whirl's, ``speed`` the shaft's. If no next point was found, ``ended`` says where.
+
+    Raises
+    ------
+    ClearanceError
+        If no whirl begins between the speeds; for an unknown parameter or an impossible last value.
+    RigError
+        If the rig is planar or has no spin or no clearance.
+    ExcitationError
+        For impossible speeds.
+    """
+    ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
+    system = self_excited(model, 1, n_modes, ends)
+    begun, model_at = (1.0, None) if over == "load" else _models(model, over)
+    _check_last(to, begun, over, "onset of whirl")
+
+    def system_at(share: float) -> Condensed:
+        value = begun + (share - 1) * (to - begun)
+        if model_at is not None:
+            return self_excited(model_at(value), 1, n_modes, ends)
+        return system._replace(driven=system.driven._replace(weight=value * system.driven.weight))
+
+    speed, follower = first_hopf(system, ends).speed, WhirlOnsets(functools.lru_cache(8)(system_at))
+    first = follower.solve(1.0, np.array([speed]), np.zeros(0), np.array([0.0, 1.0]), speed)
+    motions, ended = _followed(follower, first, "onset of whirl", progress)
+    shares, speeds = np.array([m.omega for m in motions]), np.array([m.z[0] for m in motions])
+    whirls = np.array([follower.growth(*each).imag for each in zip(shares, speeds)]) / (2 * np.pi)
+    value = begun + (shares - 1) * (to - begun)
+    ended = ended and f"{ended} beyond {speeds[-1]:.6g} rad/s and {over} {value[-1]:g}"
+    return Curve("onset of whirl", over, WHIRL, whirls, value, ended, speeds)
+
+
+def _check_last(to: float, begun: float, over: str, what: str) -> None:
+    positive = over in ("level", "gap", "load", "spin")
+    if not (-np.inf < to < np.inf and to != begun and (to > 0 or not positive)):
+        number = "> 0 and another" if positive else "another"
+        raise ClearanceError(f"to must be {number} {over} than that of the {what}, {begun:g}; got {to!r}")
+
+
+def _followed(
+    follower: Follower, first: Motion | None, what: str, progress: bool
+) -> tuple[list[Motion], str]:  # fmt: skip
+    """Motions from a parameter of 1 to 2, or back to 1, and what there are no more of."""
+    if first is None:
+        raise ClearanceError(f"the {what} is not found again; locate it with more samples")
+    motions: list[Motion] = []
+    after: Iterator[Motion] = follower.within(first, 1.0, 2.0)
+    try:
+        for _ in tqdm(range(MAX_POINTS), desc=what, unit="point", disable=not progress):
+            if (motion := next(after, None)) is None:
+                break
+            if motions and difference(motions[-1], motion) @ motions[-1].tangent < 0:  # a fall back, not a turn
+                if (beyond := follower.across_wall(motions[-1])) is None:
+                    raise NoConvergence(motion.omega)
+                after = follower.onwards(motion := beyond, 1.0, 2.0)
+                next(after)
+            motions.append(motion)
+            if len(motions) > 1 and motion.omega in (1.0, 2.0):  # located there, beyond a jump
+                break
+    except NoConvergence:
+        return motions, f"no further {what} was found"
+    return motions, ""
+
+
+def _solvers(
+    branch: Branch, point: SpecialPoint, over: str, solver: Solver
+) -> tuple[float, Callable[[float], Solver]]:  # fmt: skip
+    """Value of the second parameter of a special point, and what returns a solver over frequency at others."""
+    if over not in State._fields:
+        begun, model_at = _models(branch.model, over)
+        levels, system = list(branch.level[point.index]), solver.system
+
+        def anew(value: float) -> Solver:
+            found = solver_of(
+                replace(branch, model=model_at(value)), levels, solver.harmonics, system.periods, solver.samples
+            )
+            system_then = found.system._replace(basis=system.basis, owner=system.owner)
+            return Solver(system_then, solver.harmonics, solver.samples, found.at.spin)
+
+        return begun, functools.lru_cache(8)(anew)
+    if over == "omega" or (over == "spin" and (solver.system.order or not solver.at.spin)):
+        raise ClearanceError(f"over {over!r}: the excitation has another frequency, or the shaft does not turn")
+    begun = {"level": point.level, "gap": branch.model.rig.bushings[0].gap, "spin": solver.at.spin}.get(over, 1.0)
+    one = 1.0 if over == "spin" else begun
+    if over == "spin":
+        solver.linear = by_stiffness(solver.system.driven)
+
+    def at(value: float) -> Solver:
+        state = solver.at._replace(**{over: value / one})
+        if state != solver.at:
+            solver.take("omega", state)
+        return solver
+
+    return begun, at
+
+
+def _models(model: Model, over: str) -> tuple[float, Callable[[float], Model]]:
+    """Value of a number of a model, and what returns the model with another one; a datasheet's law follows the rig."""
+    if over == "gap":
+        gaps = np.array([bushing.gap for bushing in model.rig.bushings])
+        return float(gaps[0]), lambda value: model.with_gap((gaps * (value / gaps[0])).tolist())
+    part, path = ("law", over.removeprefix("law.")) if over.startswith("law.") else ("rig", over)
+    data, follows = model.to_dict(), model == Model(model.rig)
+    if part == "rig" and "contact" in path and not follows:
+        raise ClearanceError(f"over {over}: has no effect beside the model's law; give law. instead")
+    keys = [(part, *key) for key in find_numbers(data[part], path)]
+
+    def at(value: float) -> Model:
+        found = Model.from_dict(with_numbers(data, dict.fromkeys(keys, float(value))), model.rig)
+        return Model(found.rig) if follows and part == "rig" else found
+
+    return get_number(data, keys[0]) or 0.0, at

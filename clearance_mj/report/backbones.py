@@ -35,7 +35,7 @@ def draw(found: Sequence[Backbone]) -> Drawing:
             _panel(ax, each, values)
             tidy(ax, f"{next(names)} mode {each.mode}", words, label)
         panels[-1].set_yscale("log")
-    of = "; ".join(f"mode {each.mode}: clearance {each.clearance + 1}" for each in found)
+    of = "; ".join(f"mode {each.mode}: clearance {each.clearances[each.clearance]}" for each in found)
     caption = (
         f"Nonlinear modes of rig “{found[0].model.rig.name}” over amplitude: frequency, damping ratio, and the "
         "amplitude of a sine that would hold the vibration in resonance. The displacement is that of the clearance "
@@ -45,7 +45,7 @@ def draw(found: Sequence[Backbone]) -> Drawing:
 
 
 def _panel(ax: Axes, found: Backbone, values: np.ndarray) -> None:
-    amplitude = motion(found) / found.model.rig.bushings[found.clearance].gap
+    amplitude = motion(found) / found.gap
     ax.plot(amplitude, np.where(np.isfinite(values), values, np.nan), color=COLOURS[0], lw=1.1)
     if found.ended:
         ax.plot(amplitude[-1], values[-1], "x", color=TEST, ms=4.5, mew=0.9)

@@ -98,7 +98,8 @@ def words(found: RattleMap) -> Iterator[str]:
         force, depth = (np.nanmax(each[:, i], initial=0.0) for each in (found.contact_force, found.penetration))
         most = f", with up to {force:.3g} N and {1e3 * depth:.2g} mm deep in a wall" if depth > 0 else ""
         share = f"{100 * np.mean(found.rattles[i]):.0f} % of the map"
-        yield f"{_gap(found, i)}: {_first(found, i)}; rattles in {share}{most}"
+        does = "touches" if np.all(found.first_contact[i] == 0) else "rattles"
+        yield f"{_gap(found, i)}: {_first(found, i)}; {does} in {share}{most}"
         for sweep in ("up", "down"):
             if jumps := [jump for jump in found.jumps if jump.gap == i and jump.sweep == sweep]:
                 count = "1 jump" if len(jumps) == 1 else f"{len(jumps)} jumps"

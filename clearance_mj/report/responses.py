@@ -1,4 +1,4 @@
-"""Periodic vibrations over frequency or level: figure, rows for CSV, and in numbers where they fold and jump."""
+"""Periodic vibrations over frequency, level, loads, gaps or spin: figure, rows for CSV, folds and jumps in words."""
 
 from __future__ import annotations
 
@@ -13,32 +13,31 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from ..periodic import Backbone, Branch
+from ..periodic.axes import parameter_axis
 from ..periodic.branch import MARKERS
-from ..periodic.summaries import frequency_title, is_cut, jumps, level_title, stable_points, unit
+from ..periodic.summaries import is_cut, jumps, parameter_title, stable_points, unit
 from ..rig import Rig
 from ..signals.stepped_sines import SineSteps
 from .style import FONT, TEST, WIDE, Drawing, at_bushings, frequency_axis, letters, sensor_title, sheet, tidy
 
-__all__ = ["amplitude_columns", "draw", "rows", "words"]
+__all__ = ["amplitude_columns", "between", "draw", "rows", "words"]
 
 WAYS = {True: "^", False: "v"}  # markers of stepped sines, upwards or not
 STEPS_WORDS = " Triangles: the {} under a stepped sine, the end of every step, upwards and downwards."
 PANEL = 1.9  # in, height
+WHAT = {"load": "the share of the constant loads", "gap": "the share of the gaps"}  # that branches are over
 
 
 def words(branch: Branch) -> list[str]:
     """Say in lines what is special about a branch: folds and jumps, where stability changes, whether it ends early."""
-    over_level, own = branch.over == "level", unit(branch)
     x, stable = branch.parameter, stable_points(branch)
-    fixed = f"{branch.frequency[0]:g} Hz" if over_level else f"{abs(branch.level[0, 0]):g} {own}"
-    measure = own if over_level else "Hz"
+    _, measure = parameter_axis(branch.over, branch.kind)
     again = f", repeats after {branch.periods} periods" if branch.periods > 1 else ""
     span = f"{x.size} points from {x[0]:.6g} to {x[-1]:.6g} {measure}"
-    said = [f"{fixed}{again}: {span}, {np.sum(~stable)} of them not stable"]
+    said = [f"{_fixed_words(branch)}{again}: {span}, {np.sum(~stable)} of them not stable"]
     leaves = {jump.at: jump for jump in jumps(branch)}
     for point in branch.special:
-        at = point.level if over_level else point.frequency
-        line = f"{point.kind} at {at:.6g} {measure}"
+        line = f"{point.kind} at {x[point.index]:.6g} {measure}"
         if jump := leaves.get(float(x[point.index])) if point.kind == "fold" else None:
             line += f": {'upwards' if jump.upwards else 'downwards'} the vibration jumps"
             if jump.after:
@@ -46,6 +45,13 @@ def words(branch: Branch) -> list[str]:
                 line += f" from {1e3 * jump.before:.4g} to {to} mm at {branch.clearances[jump.clearance]}"
         said.append(line)
     return [*said, branch.ended] if branch.ended else said
+
+
+def between(low: float, high: float) -> str:
+    """Say a range of frequencies, Hz, that may be one-sided."""
+    if low == 0:
+        return f"up to {high:.4g} Hz"
+    return f"from {low:.4g} Hz on" if high == np.inf else f"from {low:.4g} to {high:.4g} Hz"
 
 
 def rows(branches: Sequence[Branch]) -> pd.DataFrame:
@@ -64,6 +70,7 @@ def _rows(branch: Branch, number: int) -> pd.DataFrame:
         "level_unit": unit(branch),
         "frequency_hz": branch.frequency,
         **({} if branch.spin is None else {"spin_rad_s": branch.spin}),
+        **({} if branch.share is None else {f"share_of_{branch.over}s": branch.share}),
         "stable": stable_points(branch),
         "special": special,
     }
@@ -118,8 +125,7 @@ def draw(
             ax.axhline(1.0, color=TEST, lw=0.6)
         _abscissa(ax, branches, i >= len(panels) - 2)
     figure.align_ylabels(axes[: len(panels)])
-    what = "level" if branches[0].over == "level" else "frequency"
-    alt = f"Amplitudes of periodic vibrations over {what}."
+    alt = f"Amplitudes of periodic vibrations over {WHAT.get(branches[0].over, branches[0].over)}."
     return Drawing("response", figure, _caption(branches) + (STEPS_WORDS.format(test) if measured else ""), alt)
 
 
@@ -136,7 +142,8 @@ def _steps(ax: Axes, steps: SineSteps, rig: Rig, quantity: str, row: int) -> Non
 def _curve(ax: Axes, branch: Branch, quantity: str, row: int, colour: Any) -> None:
     x = branch.parameter
     if quantity == "clearance_displacement":
-        y = branch.excursion()[:, row] / branch.model.rig.bushings[row].gap
+        share = x if branch.over == "gap" else 1.0
+        y = branch.excursion()[:, row] / (branch.model.rig.bushings[row].gap * share)
     else:
         y = branch.amplitude(quantity)[:, row]
     stable = stable_points(branch)
@@ -156,7 +163,7 @@ def _abscissa(ax: Axes, branches: Sequence[Branch], labelled: bool) -> None:
         frequency_axis(ax, (low, high), labelled)
     else:
         ax.set_xlim(low, high)
-    title = frequency_title(branches[0]) if branches[0].over == "frequency" else level_title(branches[0])
+    title = parameter_title(branches[0])
     ax.set_xlabel(title if labelled else "", fontsize=FONT)
 
 
@@ -167,14 +174,20 @@ def _colours(branches: Sequence[Branch]) -> list[Any]:
     return [shades[known.index(_fixed(branch))] for branch in branches]
 
 
-def _fixed(branch: Branch) -> float:
-    return float(branch.frequency[0] if branch.over == "level" else abs(branch.level[0, 0]))
+def _fixed(branch: Branch) -> tuple[float, ...]:
+    """Level and frequency that stay along a branch."""
+    level, frequency = float(abs(branch.level[0, 0])), float(branch.frequency[0])
+    return {"frequency": (level,), "level": (frequency,)}.get(branch.over, (level, frequency))
+
+
+def _fixed_words(branch: Branch) -> str:
+    units = {"frequency": (unit(branch),), "level": ("Hz",)}.get(branch.over, (unit(branch), "Hz"))
+    return " at ".join(f"{value:g} {own}" for value, own in zip(_fixed(branch), units))
 
 
 def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[SineSteps]) -> list[Artist]:
-    measure = "Hz" if branches[0].over == "level" else unit(branches[0])
-    named = {_fixed(branch): colour for branch, colour in zip(branches, colours)}
-    handles = [Line2D([], [], color=named[value], label=f"{value:g} {measure}") for value in sorted(named)]
+    named = {_fixed(branch): (_fixed_words(branch), colour) for branch, colour in zip(branches, colours)}
+    handles = [Line2D([], [], color=colour, label=name) for _, (name, colour) in sorted(named.items())]
     if not all(stable_points(branch).all() for branch in branches):
         handles.append(Line2D([], [], color="#555555", ls=(0, (3, 1.5)), lw=0.8, label="not stable"))
     kinds = {point.kind for branch in branches for point in branch.special}
@@ -192,8 +205,8 @@ def _key(branches: Sequence[Branch], colours: Sequence[Any], measured: Sequence[
 
 def _caption(branches: Sequence[Branch]) -> str:
     first = branches[0]
-    what = "level at several frequencies" if first.over == "level" else "frequency at several levels"
-    what = what.partition(" at ")[0] if len({_fixed(branch) for branch in branches}) == 1 else what
+    others = {"level": " at several frequencies", "frequency": " at several levels"}.get(first.over, "")
+    what = WHAT.get(first.over, first.over) + others * (len({_fixed(branch) for branch in branches}) > 1)
     excited = {"base": "a shaken base", "unbalance": "unbalance"}.get(first.kind, "a force")
     extents = ", of a round clearance half of the largest extent of the orbit" if first.model.rig.moves_across else ""
     return (

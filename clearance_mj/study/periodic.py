@@ -13,9 +13,9 @@ from ..core.errors import ClearanceError
 from ..core.tasks import run_tasks
 from ..model import Model
 from ..periodic import Branch, RattleMap, follow_response, follow_unbalance, map_rattle
-from ..periodic.forced import ends_of_range
-from ..periodic.space.condensed import UNBALANCE
-from ..periodic.space.forced import excited_by
+from ..periodic.condensed import UNBALANCE
+from ..periodic.excitation import excited_by
+from ..periodic.resolution import ends_of_range
 from ..periodic.summaries import stable_points
 from ..signals.stepped_sines import SineSteps
 
@@ -106,7 +106,7 @@ def from_both_ends(model: Model, amplitude: float, ends: tuple[float, float], **
 def _followed(
     model: Model, amplitude: float, ends: tuple[float, float], kind: str | None = None, **settings: Any
 ) -> Branch:
-    excited = excited_by(model.rig, kind)
+    excited = excited_by(model, kind)
     if excited == UNBALANCE:
         start, stop = ends_of_range(ends)
         return follow_unbalance(model, (2 * np.pi * start, 2 * np.pi * stop), factor=amplitude, **settings)

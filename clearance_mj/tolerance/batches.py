@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from ..core.cache import ResultCache, load_arrays, save_arrays
 from ..core.tasks import print_duration, run_tasks, workers_to_use
 from ..model import Model
+from ..periodic.excitation import excited_by
 from ..periodic.in_gap import resonances
 from ..periodic.map_rows import solver_at
 from ..periodic.rattle_maps import increasing
 from ..periodic.resolution import resolution
-from ..periodic.space.forced import excited_by
 from .designs import Designs
 from .limits import Limit
 from .rattling import HARMONICS, REACH, Batch, Rattling, Settings, rattling_of
@@ -32,13 +32,14 @@ def settings_of(
 ) -> Settings:  # fmt: skip
     """Return what designs are looked at with, or refuse what cannot be; see `production`."""
     level, frequency = increasing(levels, "levels", 1), increasing(frequencies, "frequencies", 1)
-    kind = excited_by(model.rig, kind)
+    kind = excited_by(model, kind)
     limit = Limit.parse(limit) if isinstance(limit, str) else limit
     if limit:
         limit.row(model.rig)
     harmonics, counts = resolution(HARMONICS[-1] if n_harmonics is None else n_harmonics, n_samples, 1, n_modes)
     fastest = 2 * np.pi * float(frequency[-1])
-    poles = resonances(solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)).imag
+    solver = solver_at(model, kind, 1.0, fastest, harmonics, counts[0], n_modes)
+    poles = resonances(solver).imag / solver.system.pace
     reach = REACH * float(poles[poles <= fastest].max(initial=0.0)) / (2 * np.pi)
     return Settings(kind, level, frequency, limit, n_harmonics, n_samples, n_modes, reach)
 

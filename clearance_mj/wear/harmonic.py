@@ -17,10 +17,11 @@ from ..engines.base import step_factor
 from ..engines.modal import Modal
 from ..model import Model
 from ..periodic.condensed import condensed
-from ..periodic.continuation import Motion, NoConvergence, Solver
-from ..periodic.forced import excitation_kind
-from ..periodic.forces import fill_forces
+from ..periodic.continuation import Motion, NoConvergence
+from ..periodic.excitation import excitation_kind
+from ..periodic.forces import Sampled, fill_forces
 from ..periodic.resolution import resolution
+from ..periodic.solver import Solver
 from ..periodic.stability import multipliers, samples_of_period, unstable
 from ..periodic.vibrations import complex_amplitudes
 from ..signals.excitation import stepped_sine
@@ -100,7 +101,7 @@ class _Periodic(NamedTuple):
     @property
     def x(self) -> np.ndarray:
         """(n_points, K) harmonics of the clearances' points, m."""
-        return np.asarray(self.solver.system.linear.basis @ self.motion.z + self.motion.y)
+        return self.solver.all_points(self.motion)
 
 
 class SineSource(Source):
@@ -156,7 +157,7 @@ class SineSource(Source):
     def _near(self, x: np.ndarray, model: Model) -> _Periodic | None:
         """The vibration of a model near another one, whose points have harmonics x (n_points, K)."""
         solver = self._solver(model)
-        basis = solver.system.linear.basis
+        basis = solver.system.basis
         z = basis.T @ x
         row, scale = np.append(np.zeros(solver.size), 1.0), max(float(np.linalg.norm(z)), solver.least)
         if (motion := solver.solve(self.omega, z, x - basis @ z, row, scale)) is None:
@@ -209,10 +210,10 @@ def _vibration(found: _Periodic) -> Vibration:
     solver, omega, count = found.solver, found.motion.omega, len(found.solver.system.rig.bushings)
     fine = Solver(solver.system, solver.harmonics, samples_of_period(solver, omega))
     basis, rate, project = fine.grid[:3]
-    place, speed = found.x @ basis.T, omega * (found.x @ rate.T)
-    force = np.empty_like(place)
-    fill_forces(solver.system.laws, place, speed, omega, basis, rate, project, False, force, fine.slopes)
-    rig, ends = solver.system.rig, place[count:]
+    motion = Sampled(found.x @ basis.T, omega * (found.x @ rate.T), omega, 0.0)
+    force = np.empty_like(motion.place)
+    fill_forces(solver.laws, motion, basis, rate, project, False, force, fine.slopes)
+    rig, ends, speed = solver.system.rig, motion.place[count:], motion.speed
     offsets = np.repeat([bushing.offset for bushing in rig.bushings], 2)[:, None]
     normal = np.where(ends + offsets > 0, 1.0, -1.0) * force[count:]
     rubbed = rubbing(rig, in_space(rig, ends), in_space(rig, speed[count:]), normal)
@@ -221,9 +222,9 @@ def _vibration(found: _Periodic) -> Vibration:
 
 def _modal_state(found: _Periodic) -> ModalState:
     """Modal coordinates at the beginning of a period, of the poles' answer to excitation and forces."""
-    system, omega = found.solver.system, found.motion.omega
-    force = complex_amplitudes(found.motion.force[None])
-    (of_modes,) = system.modes_of(np.array([omega]), system.linear.excitation[None], force)
+    driven, omega = found.solver.system.driven, found.motion.omega
+    (force,) = complex_amplitudes(found.motion.force[None])
+    of_modes = driven.modes(omega, 0.0, driven.force(0.0, 1.0, 1.0) - force.T @ driven.points).T
     turning = 1j * omega * np.arange(of_modes.shape[1])
     q, v = of_modes.real.sum(axis=1), (of_modes * turning).real.sum(axis=1)
     return ModalState(q, v, q.copy(), np.empty(0))

@@ -14,6 +14,7 @@ from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
 from ..periodic.jeffcott import FREQUENCY, GAP, jeffcott, unbalanced
+from ..periodic.test_starts import GAP as OSCILLATOR
 
 RIG = ROOT / "models" / "table1_rig.toml"
 LAW = ConstantLaw(7.8e3, 4.0)
@@ -56,6 +57,21 @@ def test_files_hold_what_the_call_finds(law, tmp_path, answer):
     assert (out / "response.png").stat().st_size > 20_000
 
 
+def test_it_says_what_branches_from_both_ends_leave_out(tmp_path, capsys):
+    """Superharmonic resonances in between, up to 0.0339 and from 0.2752 Hz on."""
+    from clearance_mj.cli import main
+
+    OSCILLATOR.save(tmp_path / "rig.toml")
+    given = ["--level", "1", "--from", "0.03", "--to", "0.4774", "--harmonics", "31", "--quiet"]
+    assert main(["response", str(tmp_path / "rig.toml"), *given, "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    turned = [line for line in said if line.startswith("  it turns back and leaves the range at")]
+    assert ["0.0339408 to 0.4774 Hz is not covered" in turned[0], "to 0.03 Hz is not covered" in turned[1]] == [
+        True
+    ] * 2
+    assert "1 N: no vibration was found from 0.03394 to 0.2752 Hz" in said
+
+
 def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
     from clearance_mj.cli import main
 
@@ -66,8 +82,9 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
     assert [line.count("deep in the wall") for line in said.err.splitlines()] == [1, 1] and deep in said.err
     lines = said.out.splitlines()
     assert lines[0].startswith("6 m/s²: ") and " from 49 to 43 Hz, " in lines[0]
-    assert "fold at 45.6" in lines[1] and ": downwards the vibration jumps from 0.3" in lines[1]
-    assert "fold at 46.9" in lines[2] and ": upwards the vibration jumps from 0.6" in lines[2]
+    down, up = (line for line in lines if line.startswith("  fold"))
+    assert "fold at 45.6" in down and ": downwards the vibration jumps from 0.3" in down
+    assert "fold at 46.9" in up and ": upwards the vibration jumps from 0.6" in up
 
 
 @pytest.mark.parametrize(
@@ -80,6 +97,9 @@ def test_it_says_folds_and_jumps_and_how_far(law, tmp_path, capsys):
         (["--level", "2", "--kind", "force"], "shaker"),
         (["--level", "2", "--sensors", "6,11"], "the rig has no sensor 11; it has 1, 2, 3, 4, 5, 6, 7, 8"),
         (["--level", "2", "--law", "TYPO"], "typo.json"),
+        (["--from", "2"], "give --level to follow over frequency, or --frequency over level"),
+        (["--level", "2", "--frequency", "46"], "give --level to follow over frequency, or --frequency over level"),
+        (["--level", "2", "--over", "gap"], "--over gap is at one --level and --frequency: give both"),
         (["--frequency", "46", "--from", "2"], "from --from to --to: give both"),
         (["--frequency", "46", "--from", "2", "--to", "3", "--isolas", "2"], "over frequency: give --level"),
     ],
@@ -130,10 +150,27 @@ def test_over_level(law, tmp_path, capsys):
     folds = [point.level for point in branch.special if point.kind == "fold"]
     assert [jump["at"] for jump in stored["jumps"]] == pytest.approx(folds) and len(folds) == 2
     assert lines[0].startswith("46.5 Hz: ") and "from 3 to 8 m/s²" in lines[0]
-    assert f"fold at {folds[0]:.6g} m/s²: upwards the vibration jumps from" in lines[1]
+    assert any(f"fold at {folds[0]:.6g} m/s²: upwards the vibration jumps from" in line for line in lines)
     with (out / "response.csv").open(newline="", encoding="utf-8") as file:
         np.testing.assert_allclose([float(row["level"]) for row in csv.DictReader(file)], np.abs(branch.level[:, 0]))
     assert (out / "response.png").stat().st_size > 20_000
+
+
+def test_over_gaps(law, tmp_path, capsys):
+    """Of gaps as of the level, which they scale with: docs/periodic.md."""
+    from clearance_mj.cli import main
+
+    given = ["--level", "6", "--frequency", "44", "--over", "gap", "--from", "1", "--to", "2", "--harmonics", "9"]
+    assert main(["response", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(tmp_path)]) == 0
+    branch = periodic.follow_response_over(Model(Rig.load(RIG), LAW), "gap", (1.0, 2.0), 44.0, 6.0, 9)
+    stored = json.loads((tmp_path / "response.json").read_text(encoding="utf-8"))["branches"][0]
+    assert (stored["over"], stored["level"], stored["frequency"]) == ("gap", 6.0, pytest.approx(44.0))
+    assert [p["at"] for p in stored["special"]] == pytest.approx([branch.share[p.index] for p in branch.special])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("6 m/s² at 44 Hz: ") and "points from 1 to 2 × gaps" in lines[0]
+    with (tmp_path / "response.csv").open(newline="", encoding="utf-8") as file:
+        np.testing.assert_allclose([float(row["share_of_gaps"]) for row in csv.DictReader(file)], branch.share)
+    assert (tmp_path / "response.png").stat().st_size > 20_000
 
 
 def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):

@@ -16,6 +16,7 @@ from clearance_mj.structure import Matrices
 from experiments.periodic.verification import SLIDERS
 
 from ..conftest import TABLE1
+from .lost import until
 from .test_published import DUFFING, HARDENING
 from .test_rigs import BARE, LAW, OVER, RIGID
 
@@ -42,7 +43,7 @@ def fundamental(curve, clearance=0):
 
 def test_in_the_gap_it_is_the_linear_mode():
     """Poles λ of the linear rig: |λ| = ω, -Re λ = ζω but for the damping that couples modes, second order in ζ."""
-    poles = condensed.in_gap(Model(TABLE1, LAW), 8).poles().value
+    poles = condensed.condensed(Model(TABLE1, LAW), "base", [], 1, 8).driven.model.poles().value
     poles = sorted(poles[poles.imag > 0], key=abs)
     for mode, pole in enumerate(poles[:4], 1):
         curve = periodic.follow_backbone(Model(TABLE1, LAW), mode, (1e-5, 1e-4), 3)
@@ -171,12 +172,7 @@ def test_a_free_decay_follows_it(measured):
 
 
 def test_where_no_next_vibration_is_found_the_curve_so_far_is_kept(monkeypatch):
-    ahead = continuation.Follower.ahead
-    monkeypatch.setattr(
-        continuation.Follower, "ahead", lambda self, at, *more, **names: (
-            ahead(self, at, *more, **names) if at.omega < 2e-4 else None
-        ),
-    )  # fmt: skip
+    monkeypatch.setattr(continuation.Follower, "pieces", until(2e-4))
     curve = periodic.follow_backbone(Model(TABLE1, LAW), 1, (1e-4, 1e-3), 3)
     last = fundamental(curve, curve.clearance)[-1]
     assert 2e-4 < last < 2.2e-4

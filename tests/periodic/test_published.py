@@ -92,8 +92,9 @@ def test_two_masses_and_a_one_sided_spring(measured):
     measured.below("harmonic balance, two masses and a one-sided spring: amplitude", off.max(), 1e-3, "NLvib 1.3")
     peak = np.abs(branch.displacement[:, 1, 1]).max()
     assert peak == pytest.approx(0.93739, rel=1e-3)
-    assert [point.kind for point in branch.special] == ["fold", "fold"]
-    assert branch.special[1].frequency * TURN == pytest.approx(0.755632, rel=1e-4)  # the last of NLvib's frequencies
+    assert [point.kind for point in branch.special if point.kind != "first contact"] == ["fold", "fold"]
+    peak = [point for point in branch.special if point.kind == "fold"][1]
+    assert peak.frequency * TURN == pytest.approx(0.755632, rel=1e-4)  # the last of NLvib's frequencies
 
 
 @pytest.mark.slow
@@ -126,7 +127,7 @@ def test_duffing(measured):
     branch = periodic.follow_response(Model(DUFFING, HARDENING), 0.18, (0.5 / TURN, 1.6 / TURN), 7, 29)
     off = distances(branch, 0, rows["angular_frequency"], rows["fundamental_amplitude"])[:-1]
     measured.below("harmonic balance, Duffing's oscillator: amplitude", off.max(), 1e-3, "NLvib 1.3")
-    assert [point.kind for point in branch.special] == ["fold", "fold"]
+    assert [point.kind for point in branch.special if point.kind != "first contact"] == ["fold", "fold"]
     first, second = (point.index for point in branch.special)
     # The points next to a fold are so near that the multiplier's distance from 1 is that of its discretisation.
     assert branch.stable[: first - 1].all() and branch.stable[second + 2 :].all()

@@ -182,11 +182,11 @@ def test_it_is_the_same_elsewhere(where):
 @pytest.mark.parametrize(
     ("rig", "change", "error", "words"),
     [
-        (TABLE1, {"kind": "unbalance"}, RigError, "rig 'table1' is planar and does not turn"),
+        (TABLE1, {"kind": "unbalance"}, RigError, "rig 'table1' does not turn; give"),
         (jeffcott(), {"kind": "unbalance"}, RigError, "has no unbalances; give"),
-        (jeffcott(), {"kind": "sound"}, ExcitationError, 'or "unbalance" of a shaft in space'),
+        (jeffcott(), {"kind": "sound"}, ExcitationError, 'or "unbalance" of what turns with the shaft'),
         (jeffcott(), {"amplitudes": (0.0, 1.0)}, ExcitationError, "amplitudes must be > 0"),
-        (unbalanced(jeffcott()), {"kind": "force"}, ExcitationError, "unbalances at their own speed"),
+        (unbalanced(jeffcott()), {"kind": "force"}, ExcitationError, "unbalances and orders at their own speed"),
         (jeffcott(spin=Spin(10.0, rate=5.0)), {}, RigError, "needs a steady speed"),
         (jeffcott(bushings=()), {}, ClearanceError, "has no clearance"),
     ],

@@ -1,4 +1,6 @@
-"""Folds and first contact over two parameters. Truth: closed forms, branches at other levels, the linear response."""
+"""Special points over two parameters. Truth: closed forms, branches at other levels, exact shooting."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +11,12 @@ from clearance_mj.core.errors import ClearanceError, ExcitationError
 from clearance_mj.model import Model
 
 from ..conftest import TABLE1
+from . import test_teeth as teeth
+from .jeffcott import CLEARANCE, GRAVITY, rigid_in_oil, viscosity_at
 from .test_over_level import DAMPING, SPRING, squared_force
 from .test_published import DUFFING, HARDENING, TURN
 from .test_rigs import LAW
+from .test_space_forced import SPACE
 
 SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500.0, damping=3.0)
 
@@ -78,6 +83,80 @@ def test_first_contact_of_grease_that_remembers():
                 Model(TABLE1, law), factor * level, (frequency, 1.0001 * frequency), stability=False
             )
             assert branch.contact_force[0].any() == (factor > 1)
+
+
+def special(branch, kind):
+    return next(point for point in branch.special if point.kind == kind)
+
+
+def test_a_first_contact_over_the_gap_is_where_the_linear_response_reaches_the_wall(measured):
+    """Without contact everything scales: the gap is proportional to the level of first contact."""
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (30, 35), n_samples=1024, stability=False)
+    curve = periodic.follow_special(branch, special(branch, "first contact"), 6e-4, "gap")
+    level = periodic.find_first_contact(Model(TABLE1, LAW), curve.frequency).value
+    assert not curve.ended and curve.value[-1] == pytest.approx(6e-4)
+    off = np.abs(level * curve.value / (6.0 * TABLE1.bushings[0].gap) - 1).max()
+    measured.below("first contact over the gap: level", off, 2e-5, "closed form of the linear response")
+
+
+def test_a_first_contact_over_the_offset_of_a_bushing():
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (30, 35), n_samples=1024, stability=False)
+    curve = periodic.follow_special(branch, special(branch, "first contact"), 5e-5, "bushings[0].offset")
+    first, *others = TABLE1.bushings
+    aside = TABLE1.replace(bushings=(replace(first, offset=5e-5), *others))
+    assert curve.unit == "m" and curve.value[0] == first.offset and curve.value[-1] == pytest.approx(5e-5)
+    known = periodic.find_first_contact(Model(aside, LAW), [curve.frequency[-1]])
+    assert known.value[0] == pytest.approx(6.0, rel=2e-5)
+
+
+@pytest.mark.parametrize(("over", "to"), [("level", 0.3), ("load", 1.1), ("gap", 1.1)])
+def test_a_period_doubles_where_the_exact_multiplier_passes_minus_one(over, to, measured):
+    """Everything scales: a gap of 1.1 is as good as load and level over 1.1."""
+    branch = teeth.followed(teeth.LOUD, 1.55)
+    curve = periodic.follow_special(branch, special(branch, "period doubling"), to, over)
+    assert not curve.ended and curve.what == "period doubling"
+    orbits, omega = teeth.exact(teeth.LOUD), teeth.DOUBLES
+    orbit = orbits[min(orbits, key=lambda each: abs(each - omega))]
+    last = {"level": (teeth.MEAN, to), "load": (teeth.MEAN * to, teeth.LOUD)}.get(over)
+    for mean, level in np.linspace((teeth.MEAN, teeth.LOUD), last or (teeth.MEAN / to, teeth.LOUD / to), 12):
+        pair = replace(teeth.pair(level), pull=(mean - 1, mean, mean + 1))
+        omega, orbit = pair.where(-1.0, omega, orbit)
+    off = abs(teeth.TURN * curve.frequency[-1] / omega - 1)
+    measured.below(f"period doubling of teeth over the {over}: frequency", off, 1e-5, "exact shooting")
+
+
+def test_a_vibration_leaves_its_plane_at_other_levels_where_branches_do():
+    branch = periodic.follow_response(Model(SPACE), 6.0, (41.0, 43.0))
+    curve = periodic.follow_special(branch, special(branch, "branch point"), 8.0)
+    assert not curve.ended
+    known = special(periodic.follow_response(Model(SPACE), 8.0, (41.0, 43.0)), "branch point")
+    assert curve.frequency[-1] == pytest.approx(known.frequency, rel=1e-5)
+
+
+@pytest.mark.parametrize("over", ["gap", "bushings.film.viscosity"])
+def test_an_onset_of_whirl_is_that_of_the_other_rig(over):
+    speed = 2.55 * np.sqrt(GRAVITY / CLEARANCE)
+    viscosity, ends = viscosity_at(0.3, speed), (0.8 * speed, 1.3 * speed)
+    model = Model(rigid_in_oil(viscosity, speed))
+    to = 1.1 * (CLEARANCE if over == "gap" else viscosity)
+    curve = periodic.follow_whirl_onset(model, ends, to, over, 2)
+    other = model.with_gap(to) if over == "gap" else Model(rigid_in_oil(to, speed))
+    known = periodic.find_whirl_onset(other, (0.5 * speed, 1.5 * speed), 2)
+    assert not curve.ended and curve.value[-1] == pytest.approx(to)
+    assert curve.speed[-1] == pytest.approx(known.speed, rel=1e-6)
+    assert curve.frequency[-1] == pytest.approx(known.frequency, rel=1e-6)
+    assert curve.plot().axes[0].get_xlabel() == "speed (rad/s)"
+
+
+def test_what_cannot_be_followed_is_refused():
+    branch = periodic.follow_response(Model(TABLE1, LAW), 6.0, (30, 35), stability=False)
+    contact = special(branch, "first contact")
+    with pytest.raises(ClearanceError, match=r"give law\. instead"):
+        periodic.follow_special(branch, contact, 1e6, "bushings[0].contact.stiffness")
+    with pytest.raises(ClearanceError, match="the shaft does not turn"):
+        periodic.follow_special(branch, contact, 10.0, "spin")
+    with pytest.raises(ClearanceError, match="leads nowhere"):
+        periodic.follow_special(branch, contact, 10.0, "wheels[0].mass")
 
 
 def test_figure_dataset_and_refusals():

@@ -39,6 +39,10 @@ def written(study, tmp_path_factory):
     return text_of(study, folder), folder
 
 
+def folds_of(branch):
+    return [point for point in branch.special if point.kind == "fold"]
+
+
 def test_tables_hold_branches_and_map(written):
     _, folder = written
     rows = pd.read_csv(folder / "tables" / "response.csv")
@@ -46,15 +50,15 @@ def test_tables_hold_branches_and_map(written):
     of_level = rows[rows["level"] == 4.0]
     np.testing.assert_array_equal(of_level["frequency_hz"], branch.frequency)
     np.testing.assert_allclose(of_level["acceleration_3:+Z_amplitude_m_s2"], branch.amplitude()[:, 2], rtol=1e-12)
-    assert of_level["special"].tolist().count("fold") == len(branch.special) == 2
+    assert of_level["special"].tolist().count("fold") == len(folds_of(branch)) == 2
     assert len(pd.read_csv(folder / "tables" / "rattle_map.csv")) == 2 * 2 * 86
 
 
 def test_folds_are_told_with_their_jumps():
     table = special_points(under_sines().branches)
-    rows = {row[4]: row for row in table.rows}
+    rows = {row[4]: row for row in table.rows if row[1] == "fold"}
     up, down = rows["upwards"], rows["downwards"]
-    folds = sorted(point.frequency for point in under_sines().branches[1].special)
+    folds = sorted(point.frequency for point in folds_of(under_sines().branches[1]))
     assert (down[3], up[3]) == tuple(folds) and down[2] == up[2] == 1
     assert up[6] > up[7] and down[6] < down[7], "a hardening curve: down upwards, up downwards"
 
@@ -62,6 +66,7 @@ def test_folds_are_told_with_their_jumps():
 def test_folds_that_are_one_within_the_resolution_are_one_row_that_says_how_many():
     """Five loops around each of the two folds, within 0.1 %: two rows of six, with the folds' own jumps."""
     branch = under_sines().branches[1]
+    branch = dataclasses.replace(branch, special=tuple(folds_of(branch)))
     loops = [
         dataclasses.replace(point, frequency=point.frequency * (1 + 1e-4 * i))
         for point in branch.special for i in range(1, 6)
@@ -75,8 +80,8 @@ def test_folds_that_are_one_within_the_resolution_are_one_row_that_says_how_many
 def test_stability_by_folds_is_that_of_the_multipliers():
     """Where a branch has folds only; a multiplier passes 1 at each (Seydel 2010, chapter 2), but for rounding."""
     branch = periodic.follow_response(Model(RIG, LAW), 4.0, (30.0, 60.0), 5)
-    folds = [point.index for point in branch.special]
-    assert {point.kind for point in branch.special} == {"fold"} and (~branch.stable).sum() > 3
+    folds = [point.index for point in folds_of(branch)]
+    assert {point.kind for point in branch.special} == {"fold", "first contact"} and (~branch.stable).sum() > 3
     off = np.flatnonzero(stable_points(dataclasses.replace(branch, multipliers=None)) != branch.stable)
     assert all(min(abs(i - fold) for fold in folds) <= 1 for i in off)
 
@@ -106,7 +111,7 @@ def test_a_stepped_sine_is_compared_with_the_branch_of_its_level():
 def test_a_step_between_folds_is_compared_with_the_vibration_its_sweep_is_on():
     """A hardening curve: the high vibration upwards, which the sweep came along, the low one downwards."""
     branch = under_sines().branches[1]
-    first, last = sorted(point.index for point in branch.special)
+    first, last = sorted(point.index for point in folds_of(branch))
     x, y = branch.frequency, branch.amplitude()
     high, low = ([np.interp(41.2, x[arm], row) for row in y[arm].T] for arm in (slice(first), slice(last + 1, None)))
     steps = SineSteps(np.full(2, 41.2), np.full(2, 4.0), np.array([True, False]), np.array([high, low]), None)
@@ -127,6 +132,12 @@ def test_branches_that_end_early_are_said():
     short = dataclasses.replace(other, ended="no further one was found")
     assert unknown((whole, other)) == []
     assert unknown((whole, short)) == [f"4 m/s² from {other.frequency[-1]:.4g} Hz on"]
+    assert unknown((short, other)) == []
+    low, high = other.frequency.min(), other.frequency.max()
+    turned = dataclasses.replace(other, frequency=other.frequency[::-1] + high - low, ended="it turns back and so on")
+    assert unknown((short, turned)) == []
+    apart = dataclasses.replace(turned, frequency=turned.frequency + 1.0)
+    assert unknown((short, apart)) == [f"4 m/s² from {high:.4g} to {high + 1.0:.4g} Hz"]
 
 
 def test_why_nothing_is_shown(study, tmp_path):

@@ -7,7 +7,8 @@ from itertools import groupby
 import numpy as np
 
 from ...periodic import Branch
-from ...periodic.summaries import is_cut, jumps, unit
+from ...periodic.coverage import not_covered
+from ...periodic.summaries import jumps, unit
 from ...signals.stepped_sines import SineSteps
 from ...study import Study
 from ...study.periodic import missed
@@ -58,12 +59,11 @@ def _beside(name: str, branches: tuple[Branch, ...], steps: SineSteps) -> str:
 
 
 def unknown(branches: tuple[Branch, ...]) -> list[str]:
-    """Say for each level at which branches end early between which frequencies nothing was found."""
+    """Say for each level whose branches leave a part of the band out between which frequencies nothing was found."""
     said = []
     for level, of_level in groupby(branches, key=lambda branch: abs(branch.level[0, 0])):
-        if ends := sorted(branch.frequency[-1] for branch in of_level if is_cut(branch)):
-            to = f" to {ends[1]:.4g}" if len(ends) > 1 else " on"
-            said.append(f"{level:g} {unit(branches[0])} from {ends[0]:.4g}{to} Hz".replace(" on Hz", " Hz on"))
+        if ends := not_covered(list(of_level)):
+            said.append(f"{level:g} {unit(branches[0])} {responses.between(*ends)}")
     return said
 
 

@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ...core.errors import ClearanceError
-from ..condensed import grid
-from ..continuation import NoConvergence
-from .condensed import RoundCondensed, round_slopes
-from .forces import Sampled, fill_round_forces
-from .solver import AT_REST, RoundSolver
+from ..core.errors import ClearanceError
+from .condensed import Condensed, grid, slopes
+from .continuation import NoConvergence
+from .forces import Sampled, fill_forces
+from .solver import AT_REST, Solver
 
 __all__ = ["Hopf", "first_hopf", "rest_and_growth"]
 
@@ -26,17 +25,17 @@ class Hopf(NamedTuple):
 
     speed: float  #: rad/s
     omega: float  #: 1/s, of the whirl that begins
-    rest: np.ndarray  #: (2 n_points, 1) places, m
-    shape: np.ndarray  #: (2 n_points,) complex, of the whirl
+    rest: np.ndarray  #: (n_rows, 1) places, m
+    shape: np.ndarray  #: (n_rows,) complex, of the whirl
 
 
 class _Rest(NamedTuple):
-    place: np.ndarray  # (2 n_points, 1)
+    place: np.ndarray  # (n_rows, 1)
     value: complex  # of the motion that grows fastest
-    shape: np.ndarray  # (2 n_points,)
+    shape: np.ndarray  # (n_rows,)
 
 
-def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
+def rest_and_growth(system: Condensed, speed: float) -> _Rest:
     """Return where a rig rests at a speed, rad/s, and the small motion about it that grows fastest, or dies slowest.
 
     Friction that slides goes on sliding, bristles that stick are springs.
@@ -46,29 +45,33 @@ def rest_and_growth(system: RoundCondensed, speed: float) -> _Rest:
     NoConvergence
         If it does not rest.
     """
-    model, laws = system.driven.model, system.laws
-    z, y = RoundSolver(system.undriven, 0, AT_REST, speed).raised_to_weight(max(abs(speed), 1.0))
-    place, points = system.basis @ z + y, model.at_points
-    count, functions = len(points) // 2, grid(0, AT_REST)
-    slopes, shape = round_slopes(laws, count, AT_REST, 0), (count, 2, AT_REST)
-    motion = Sampled(np.tile(place.reshape(count, 2, 1), AT_REST), np.zeros(shape), max(abs(speed), 1.0), speed)
-    fill_round_forces(laws, motion, functions.basis, functions.rate, functions.project, True, np.empty(shape), slopes)
+    model, laws, points = system.driven.model, system.laws, system.driven.points
+    z, y = Solver(system.undriven, 0, AT_REST, speed).raised_to_loads(max(abs(speed), 1.0))
+    place, functions = system.basis @ z + y, grid(0, AT_REST)
+    motion = Sampled(np.tile(place, AT_REST), np.zeros((len(place), AT_REST)), max(abs(speed), 1.0), speed)
+    about = slopes(laws, AT_REST, 0)
+    fill_forces(
+        laws, motion, functions.basis, functions.rate, functions.project, True, np.empty_like(motion.place), about
+    )
     last = AT_REST - 1
-    by_place, by_speed = slopes.x[..., last].copy(), slopes.v[..., last].copy()
-    for p in np.flatnonzero(slopes.carried[:, last]).tolist():
-        force = slopes.step[p, last, -2:]
-        by_place[p], by_speed[p] = force[:, -6:-4], force[:, -4:-2] + force[:, -2:]
-    each = points.reshape(count, 2, -1)
-    springs, dampers = (np.einsum("pan,pab,pbm->nm", each, by, each, optimize=True) for by in (by_place, by_speed))
-    about = dataclasses.replace(model, springs=model.springs + springs, coupling=model.coupling + dampers)
-    found = about.poles(speed).vibrating
+    springs, dampers = np.zeros((2, model.size, model.size))
+    for p, (width, rows) in enumerate(zip(laws.width.tolist(), laws.rows)):
+        by_place, by_speed = about.x[p, :width, :width, last], about.v[p, :width, :width, last]
+        if about.carried[p, last]:
+            _, now_x, before_v, now_v = np.split(about.step[p, last, -width:, -4 * width :], 4, axis=1)
+            by_place, by_speed = now_x, before_v + now_v
+        moved = points[rows[:width]]
+        springs += moved.T @ by_place @ moved
+        dampers += moved.T @ by_speed @ moved
+    small = dataclasses.replace(model, springs=model.springs + springs, coupling=model.coupling + dampers)
+    found = small.poles(speed).vibrating
     if not found.value.size:
-        return _Rest(place, -np.inf + 0j, np.zeros(2 * count, dtype=complex))
+        return _Rest(place, -np.inf + 0j, np.zeros(len(points), dtype=complex))
     fastest = int(found.value.real.argmax())
     return _Rest(place, complex(found.value[fastest]), points @ found.motion[:, fastest])
 
 
-def first_hopf(system: RoundCondensed, ends: tuple[float, float]) -> Hopf:
+def first_hopf(system: Condensed, ends: tuple[float, float]) -> Hopf:
     """Return where the equilibrium first loses its stability between two speeds, rad/s, from the first one on.
 
     Raises

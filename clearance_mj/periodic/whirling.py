@@ -8,23 +8,19 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ...core.errors import ClearanceError, RigError
-from ...core.kinds import checks_kinds
-from ...model import Model
-from ..branch import Branch
-from ..continuation import Motion
-from ..following import expanded, farthest, follow, place, watched
-from ..resolution import resolution
-from ..stability import Located, multipliers
-from ..vibrations import turned
-from .condensed import RoundCondensed, round_condensed
-from .following import expand
-from .forced import speeds_of
+from ..core.errors import ClearanceError, RigError
+from ..core.kinds import checks_kinds
+from ..model import Model
+from .branch import Branch
+from .condensed import Condensed, condensed
+from .continuation import Motion
+from .following import farthest, follow, watched
 from .onset import first_hopf
-from .stability import floquet
+from .resolution import different_ends, resolution
+from .vibrations import turned
 from .whirl import WhirlSolver
 
-__all__ = ["WhirlOnset", "find_whirl_onset", "follow_whirl"]
+__all__ = ["WHIRL", "WhirlOnset", "find_whirl_onset", "follow_whirl", "self_excited"]
 
 # Guesses of backward whirls that friction in one bushing keeps up, as circles; see `rotors.rub`.
 
@@ -37,10 +33,10 @@ class DryGuess(NamedTuple):
     """A backward circle."""
 
     omega: float  #: 1/s
-    whirl: np.ndarray  #: (2 n_points,) complex amplitudes, m
+    whirl: np.ndarray  #: (n_rows,) complex amplitudes, m
 
 
-def dry_guesses(system: RoundCondensed, speed: float) -> list[DryGuess]:
+def dry_guesses(system: Condensed, speed: float) -> list[DryGuess]:
     """Return whirls at a speed, rad/s, of a shaft that slides all around one bushing, by rising frequency of each.
 
     A force -k_c (ρ - δ)(1 ± i μ) that turns with the circle keeps it up where the receptance against it has
@@ -49,39 +45,40 @@ def dry_guesses(system: RoundCondensed, speed: float) -> list[DryGuess]:
     found, bushings = [], system.rig.bushings
     stiffest, _ = system.model.law.largest([bushing.gap for bushing in bushings])
     for j, (bushing, contact) in enumerate(zip(bushings, stiffest.tolist())):
-        if bushing.friction is None or not bushing.friction.coefficient:
+        if not (bushing.is_round and bushing.friction and bushing.friction.coefficient):
             continue
         for omega in _frequencies(system, speed, j, bushing.friction.coefficient):
             moved = _moved(system, speed, j, omega)
-            against = -(1 / _receptance(moved, j)).real  # k_c (1 - δ/ρ)
+            receptance = _receptance(system, moved, j)
+            against = -(1 / receptance).real  # k_c (1 - δ/ρ)
             if 0 < against < contact:
                 radius = bushing.gap / (1 - against / contact)
-                found.append(DryGuess(omega, moved * radius / _receptance(moved, j)))
+                found.append(DryGuess(omega, moved * radius / receptance))
     return found
 
 
-def _moved(system: RoundCondensed, speed: float, j: int, omega: float) -> np.ndarray:
-    """Return amplitudes (2 n_points,) per force that turns backward at bushing j: 1 along y, i along z, of e^(iωt)."""
-    model, count = system.driven.model, len(system.rig.bushings)
-    points = model.at_points
-    ends = [2 * (count + 2 * j), 2 * (count + 2 * j + 1)]
-    rows = (points[ends[0] : ends[0] + 2] + points[ends[1] : ends[1] + 2]) / 2
+def _moved(system: Condensed, speed: float, j: int, omega: float) -> np.ndarray:
+    """Return amplitudes (n_rows,) per force that turns backward at bushing j: 1 along y, i along z, of e^(iωt)."""
+    model, points, laws = system.driven.model, system.driven.points, system.laws
+    first = len(system.rig.bushings) + 2 * j
+    rows = (points[laws.rows[first]] + points[laws.rows[first + 1]]) / 2
     return np.asarray(points @ np.linalg.solve(model.dynamic(omega, speed), rows.T @ np.array([1.0, 1j])))
 
 
-def _receptance(moved: np.ndarray, j: int) -> complex:
+def _receptance(system: Condensed, moved: np.ndarray, j: int) -> complex:
     """Return the backward circle of bushing j in what moves."""
-    return complex(moved[2 * j] - 1j * moved[2 * j + 1]) / 2
+    y, z = moved[system.rig.clearance_rows[j]]
+    return complex(y - 1j * z) / 2
 
 
-def _frequencies(system: RoundCondensed, speed: float, j: int, friction: float) -> list[float]:
+def _frequencies(system: Condensed, speed: float, j: int, friction: float) -> list[float]:
     squares = np.linalg.eigvalsh(system.driven.model.elastic(speed))
     fastest = 2 * np.sqrt(max(system.stiffest, squares[0]) + squares[0])
     grid = np.geomspace(LOWEST * np.sqrt(squares[0]), fastest, WHIRLS)
     sense = 1.0 if speed > 0 else -1.0
 
     def driven(omega: float) -> float:
-        found = _receptance(_moved(system, speed, j, omega), j)
+        found = _receptance(system, _moved(system, speed, j, omega), j)
         return found.imag - sense * friction * found.real  # of e^(iωt): the conjugate of that of y + i z
 
     value = np.array([driven(omega) for omega in grid])
@@ -108,7 +105,7 @@ def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: in
     Parameters
     ----------
     model : Model
-        Rig in space with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
+        Rig with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
     speed_range : tuple of float
         Speeds of the shaft, rad/s, > 0: the first onset from the one to the other is found.
     n_modes : int
@@ -119,20 +116,21 @@ def find_whirl_onset(model: Model, speed_range: tuple[float, float], n_modes: in
     ClearanceError
         If no whirl begins between the speeds, or the shaft comes to rest at none of them.
     RigError
-        If the rig is planar or has no spin or no clearance.
+        If the rig has no spin, no motion across z, or no clearance.
     ExcitationError
         For impossible speeds.
     """
-    ends = speeds_of(speed_range)
-    found = first_hopf(_condensed(model, 1, n_modes, ends), ends)
+    ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
+    found = first_hopf(self_excited(model, 1, n_modes, ends), ends)
     return WhirlOnset(found.speed, found.omega / (2 * np.pi))
 
 
-def _condensed(model: Model, harmonics: int, modes: int, ends: tuple[float, float]) -> RoundCondensed:
+def self_excited(model: Model, harmonics: int, modes: int, ends: tuple[float, float]) -> Condensed:
+    """Return a turning shaft that nothing excites, condensed to its clearances; a RigError if it does not turn."""
     rig = model.rig
     if not rig.moves_across or rig.spin is None:
         raise RigError(f"rig {rig.name!r} does not turn, so nothing whirls; give [spin] and round bushings")
-    return round_condensed(model, WHIRL, [], harmonics, modes, max(ends))
+    return condensed(model, WHIRL, [], harmonics, modes, speed=max(ends))
 
 
 @checks_kinds
@@ -155,7 +153,7 @@ def follow_whirl(
     Parameters
     ----------
     model : Model
-        Rig in space with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
+        Rig with ``spin``, and law, a `ConstantLaw` or a `ContactLaw`.
     speed_range : tuple of float
         Speeds of the shaft, rad/s, > 0. A whirl out of rest begins at the first onset from the one to the other and is
         followed as it grows; a dry one begins at the first speed.
@@ -184,15 +182,15 @@ def follow_whirl(
     ClearanceError
         For impossible numbers of harmonics, samples or modes, another ``begin``, or if no whirl is found.
     RigError
-        If the rig is planar or has no spin or no clearance.
+        If the rig has no spin, no motion across z, or no clearance.
     ExcitationError
         For impossible speeds.
     """
     if begin not in BEGINNINGS:
         raise ClearanceError(f'begin must be "rest" or "dry", got {begin!r}')
-    ends = speeds_of(speed_range)
+    ends = different_ends(speed_range, "speed_range", "speeds", "rad/s")
     harmonics, counts = resolution(n_harmonics, n_samples, 1, n_modes)
-    system = _condensed(model, harmonics, n_modes, ends)
+    system = self_excited(model, harmonics, n_modes, ends)
 
     def found(count: int) -> Branch:
         motions, solver = (_out_of_rest if begin == "rest" else _dry)(system, harmonics, count, ends)
@@ -202,13 +200,13 @@ def follow_whirl(
 
 
 def _out_of_rest(
-    system: RoundCondensed, harmonics: int, samples: int, ends: tuple[float, float]
+    system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[Motion], WhirlSolver]:
     onset = first_hopf(system, ends)
     solver = WhirlSolver(system, harmonics, samples, onset.omega)
     rest, amplitude = np.zeros((2, solver.rows, solver.shape[1]))
     rest[:, :1] = onset.rest
-    middles = onset.shape[: 2 * len(system.rig.bushings)]
+    middles = onset.shape[: system.rig.n_rows]
     whirl = onset.shape * np.exp(-1j * np.angle(onset.shape[np.abs(onset.shape).argmax()])) / np.abs(middles).max()
     whirl *= SMALL * system.size
     amplitude[:, 1], amplitude[:, 2] = whirl.real, -whirl.imag
@@ -225,7 +223,7 @@ def _out_of_rest(
 
 
 def _dry(
-    system: RoundCondensed, harmonics: int, samples: int, ends: tuple[float, float]
+    system: Condensed, harmonics: int, samples: int, ends: tuple[float, float]
 ) -> tuple[Iterator[Motion], WhirlSolver]:
     for guess in dry_guesses(system, ends[0]):
         solver = WhirlSolver(system, harmonics, samples, guess.omega)
@@ -239,22 +237,3 @@ def _dry(
         f"rig {system.rig.name!r}: friction keeps up no backward whirl at {ends[0]:g} rad/s; give more friction or "
         "less damping"
     )
-
-
-@multipliers.register
-def _whirl_multipliers(solver: WhirlSolver, motion: Motion) -> np.ndarray:
-    found = floquet(solver, solver.frequency(motion), motion.omega, solver.all_points(motion))
-    return np.delete(found, np.abs(found - 1).argmin())  # a whirl may begin at any time: one is always 1
-
-
-@place.register
-def _whirl_place(solver: WhirlSolver, parameter: float) -> str:
-    return f"a speed of {parameter:.6g} rad/s"
-
-
-@expanded.register
-def _whirl_expanded(solver: WhirlSolver, points: list[Located], ended: str) -> Branch:
-    omega = np.array([solver.frequency(point.motion) for point in points])
-    spin = np.array([point.motion.omega for point in points])
-    x = np.array([solver.all_points(point.motion) for point in points])
-    return expand(solver.inner, points, ended, omega, spin, x, np.zeros(1, dtype=complex), "speed")

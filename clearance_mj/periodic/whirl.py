@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..continuation import Follower, Motion
-from ..vibrations import turned
-from .condensed import RoundCondensed
-from .linear import VaryingSpin
-from .solver import RoundSolver
+from .condensed import Condensed
+from .continuation import Follower, Motion
+from .dynamics import by_stiffness
+from .solver import Solver, State
+from .vibrations import turned
 
 __all__ = ["WhirlSolver"]
 
@@ -24,11 +24,14 @@ class WhirlSolver(Follower):
     The coordinate ``leader`` has no sine in its fundamental.
     """
 
-    def __init__(self, system: RoundCondensed, harmonics: int, samples: int, reference: float):
-        self.inner = RoundSolver(system, harmonics, samples, 0.0)
-        self.inner.dynamics = VaryingSpin(system.driven)
+    def __init__(self, system: Condensed, harmonics: int, samples: int, reference: float):
+        self.inner = Solver(system, harmonics, samples)
+        self.inner.linear = by_stiffness(system.driven)
+        self.inner.take("omega", self.state(0.0))
         self.system, self.harmonics, self.samples, self.rows = system, harmonics, samples, self.inner.rows
         self.grid, self.least, self.leader = self.inner.grid, self.inner.least, 0
+        self.laws = self.inner.laws
+        self.over = self.over_name = "speed"
         self.reference = reference / system.size
         self.size = self.inner.size + 1
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
@@ -50,16 +53,28 @@ class WhirlSolver(Follower):
         """Return the whirl's angular frequency, 1/s."""
         return self.parts(motion.z)[0]
 
+    def state(self, parameter: float) -> State:
+        """Return what a whirl is found at, but for its frequency."""
+        return State(0.0, parameter, 1.0, 0.0, 1.0)
+
+    def walls_at(self, parameter: float) -> None:
+        """Leave the walls where they stand: speed does not move them."""
+
     def all_points(self, motion: Motion) -> np.ndarray:
-        """Return the harmonics (2 n_points, K) of all points, m."""
-        return self.system.basis @ self.parts(motion.z)[1] + motion.y
+        """Return the harmonics (n_rows, K) of all rows, m."""
+        return np.asarray(self.system.basis @ self.parts(motion.z)[1] + motion.y)
 
     def depth(self, motion: Motion) -> float:
         """Return the largest penetration, m, below 0 in the gap."""
-        return self.inner.depth(self.parts(motion.z)[1], motion.y)
+        return self.inner.depth(0.0, self.parts(motion.z)[1], motion.y)
+
+    def forced_multipliers(self, values: np.ndarray) -> np.ndarray:
+        """Return Floquet's multipliers but the one that is always 1, as a whirl may begin at any time."""
+        return np.delete(values, np.abs(values - 1).argmin())
 
     def _balance(self, speed: float, omega: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
-        return self.inner.balance_at(omega, speed, 1.0, 0.0, z, y, want)
+        self.inner.equations.fixed[1] = speed
+        return self.inner._left(omega, z, y, want)
 
     def _left(self, parameter: float, z: np.ndarray, y: np.ndarray, want: bool) -> tuple[np.ndarray, ...]:
         omega, own = self.parts(z)

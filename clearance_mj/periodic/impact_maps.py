@@ -1,0 +1,285 @@
+"""Which walls a rig hits over constant load, level and frequency: teeth in contact, that part, and that rattle."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import ClearanceError
+from ..core.kinds import checks_kinds
+from ..core.tasks import run_tasks, workers_to_use
+from ..model import Model
+from ..rig import Load, Rig
+from ..signals import labelled
+from ..signals.arrays import ArrayData
+from .axes import level_axis
+from .condensed import UNBALANCE
+from .excitation import excited_by
+from .level_branches import WAYS, LevelBranch, level_branches
+from .map_rows import solver_at
+from .rattle_maps import increasing
+from .resolution import resolution
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["IMPACTS", "ImpactMap", "map_impacts"]
+
+IMPACTS = ("without contact", "in contact", "single-sided impacts", "double-sided impacts")
+"""What vibrations are told apart by: numbers 0 to 3 of `ImpactMap.impacts`."""
+COLOURS = ("#ffffff", "#d9e6f2", "#f4a582", "#b2182b")  # of them, on figures
+TASKS = 8  # of each process, at least, if there are so many branches
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ImpactMap(ArrayData):
+    """Which walls a rig hits over shares of its constant loads, level and frequency.
+
+    Arrays of a sweep begin with its direction, up from rest and down in level.
+    """
+
+    model: Model
+    """rig and law of its clearances"""
+    kind: str
+    """ "base", "force" or "unbalance": what the excitation is"""
+    load: np.ndarray
+    """(n_loads,) what the rig's constant loads are multiplied by"""
+    level: np.ndarray
+    """(n_levels,) amplitude of the excitation, m/s², N or N m; what unbalances and orders are multiplied by"""
+    frequency: np.ndarray
+    """(n_frequencies,) Hz; of what turns with the shaft turns in a second"""
+    vibrations: np.ndarray
+    """(n_loads, n_levels, n_frequencies) how many periodic vibrations there are, stable or not; 0: none was found"""
+    impacts: np.ndarray
+    """(2, n_loads, n_levels, n_frequencies) number of `IMPACTS`, the hardest of all clearances; -1: none was found"""
+    contact_force: np.ndarray
+    """(2, n_loads, n_levels, n_frequencies) largest one of a period, of all clearances, N; nan: none was found"""
+    onset: np.ndarray
+    """(n_loads, n_frequencies) level from which on a sweep from rest has impacts; infinite if none has them"""
+
+    @property
+    def unknown(self) -> float:
+        """Share of the map at which no vibration was found."""
+        return float(np.mean(self.vibrations == 0))
+
+    def plot(self, sweep: str = "up") -> Figure:
+        """Draw which walls are hit over level and load, or over level and frequency, a panel for each load.
+
+        Parameters
+        ----------
+        sweep : str
+            "up" or "down" in level.
+
+        Raises
+        ------
+        ClearanceError
+            For another sweep.
+        """
+        from matplotlib.patches import Patch
+
+        from ..core.drawing import REPEAT, canvas
+
+        ClearanceError.require_known("sweep", sweep, ("up", "down"))
+        shown = self.impacts[("up", "down").index(sweep)]
+        over_load = self.frequency.size == 1
+        cells = [shown[:, :, 0].T] if over_load else list(shown)
+        figure = canvas(4.2, 3.4 + 3.4 * len(cells))
+        panels = figure.subplots(1, len(cells), sharey=True, squeeze=False)[0]
+        for i, (axes, values) in enumerate(zip(panels, cells)):
+            self._draw(axes, values, self.load if over_load else self.frequency)
+            onset = self.onset[:, 0] if over_load else self.onset[i]
+            axes.plot(self.load if over_load else self.frequency, onset, color="black", lw=0.9)
+            axes.set_ylim(self.level[0], self.level[-1])
+            at = f"at {self.frequency[0]:.6g} Hz" if over_load else f"loads × {self.load[i]:g}"
+            axes.set_title(at, fontsize=10)
+            axes.set_xlabel("constant loads over the rig's" if over_load else level_axis(self.kind).frequency)
+        orders = self.kind == UNBALANCE and not self.model.rig.unbalances
+        panels[0].set_ylabel("orders over the rig's" if orders else level_axis(self.kind).level)
+        names = [i for i in range(len(IMPACTS)) if np.any(shown == i)]
+        handles = [Patch(facecolor=COLOURS[i], edgecolor="0.6", lw=0.4, label=IMPACTS[i]) for i in names]
+        if np.any(shown < 0):
+            handles.append(Patch(facecolor=REPEAT, lw=0, label="none was found"))
+        figure.legend(handles=handles, loc="outside upper center", ncols=2, fontsize=9, frameon=False)
+        return figure
+
+    def _draw(self, axes: Axes, values: np.ndarray, over: np.ndarray) -> None:
+        from matplotlib.colors import ListedColormap
+
+        from ..core.drawing import REPEAT
+
+        colours = ListedColormap([REPEAT, *COLOURS])
+        axes.pcolormesh(over, self.level, values, cmap=colours, vmin=-1.5, vmax=3.5, shading="nearest", rasterized=True)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return everything with labels and units, over (sweep, load, level, frequency)."""
+        cells, unit = ("load", "level", "frequency"), level_axis(self.kind).symbol
+        variables = {
+            "vibrations": (cells, self.vibrations, "1"),
+            "impacts": (("sweep", *cells), self.impacts, "1"),
+            "contact_force": (("sweep", *cells), self.contact_force, "N"),
+            "onset": (("load", "frequency"), self.onset, unit),
+        }
+        coordinates = {
+            "sweep": ("up", "down"), "load": self.load, "level": self.level, "frequency": self.frequency,
+        }  # fmt: skip
+        return labelled.dataset("impact map", variables, coordinates, {"kind": self.kind})
+
+
+class _Case(NamedTuple):
+    """Some frequencies at one load."""
+
+    load: int
+    first: int
+    model: Model
+    kind: str
+    omega: tuple[float, ...]
+    fastest: float
+    levels: tuple[float, ...]
+    harmonics: int
+    samples: tuple[int, ...]
+    modes: int
+
+
+@checks_kinds
+def map_impacts(
+    model: Model,
+    amplitudes: ArrayLike,
+    frequencies: ArrayLike,
+    loads: Sequence[float] = (1.0,),
+    kind: str | None = None,
+    n_harmonics: int = 21,
+    n_samples: int | None = None,
+    n_modes: int = 8,
+    workers: int | None = None,
+    progress: bool = False,
+    executor: Executor | None = None,
+) -> ImpactMap:
+    """Find which walls a rig hits, over shares of its constant loads, level and frequency.
+
+    With one frequency and many loads it is the rattle map of gears over mean torque and ripple, with one load that over
+    speed and ripple. At every load and frequency the branch that grows out of rest is followed over the level, around
+    folds; a sweep in level jumps where it folds. What does not hang together with that branch is not on the map.
+
+    Parameters
+    ----------
+    model : Model
+        Rig and law of its clearances.
+    amplitudes : array_like
+        Amplitudes (n_levels,) of the excitation, m/s², N or N m, increasing; of kind "unbalance" what unbalances and
+        orders are multiplied by.
+    frequencies : array_like
+        Frequencies (n_frequencies,) of the excitation, Hz, increasing; of kind "unbalance" turns in a second.
+    loads : sequence of float
+        What the rig's constant loads are multiplied by, increasing.
+    kind : str, optional
+        Kind of excitation, "base", "force" or "unbalance" of what turns with the shaft; None: unbalance of a rig that
+        has unbalances or orders, else that of its shaker.
+    n_harmonics : int
+        Number of harmonics of the motion, H.
+    n_samples : int, optional
+        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
+        where vibrations end early with them.
+    n_modes : int
+        Number of modes in the Ritz basis, as in the modal engine.
+    workers : int, optional
+        Number of processes on this machine; default: one for each core. 1: none beside this one.
+    progress : bool
+        Show a progress bar with the time left.
+    executor : concurrent.futures.Executor, optional
+        What computes parts of the map instead of processes of its own; it is left open.
+
+    Returns
+    -------
+    ImpactMap
+        Where no vibration was found, the map says so: ``unknown`` and -1 in ``impacts``.
+
+    Raises
+    ------
+    ClearanceError
+        For impossible numbers of harmonics, samples, modes or workers.
+    ExcitationError
+        For impossible levels, frequencies or loads, or a rig without a position for a force.
+    LawError
+        For a law over amplitude, or one over time that does not turn with the shaft.
+    RigError
+        If the rig has no clearance, or in the gap moves without stiffness and no loads press it against walls; for
+        "unbalance" if nothing turns, else if it turns at a speed that is not steady.
+
+    Notes
+    -----
+    Processes start by importing the calling script: start a map below ``if __name__ == "__main__"``.
+    """
+    levels, frequencies = increasing(amplitudes, "amplitudes", 1), increasing(frequencies, "frequencies", 1)
+    shares, kind = increasing(loads, "loads", 1), excited_by(model, kind)
+    harmonics, samples = resolution(n_harmonics, n_samples, 1, n_modes)
+    workers = workers_to_use(workers)
+    omega = 2 * np.pi * frequencies
+    models = [Model(_with_loads(model.rig, float(share)), model.law) for share in shares]
+    fastest = float(omega[-1])
+    for each in models:
+        solver_at(each, kind, 1.0, fastest, harmonics, samples[0], n_modes)  # refuses what cannot be
+    chunk = max(1, omega.size * shares.size // (TASKS * workers))
+    cases = [
+        _Case(i, j, each, kind, tuple(omega[j : j + chunk]), fastest, tuple(levels), harmonics, samples, n_modes)
+        for i, each in enumerate(models)
+        for j in range(0, omega.size, chunk)
+    ]
+    shape = shares.size, levels.size, omega.size
+    vibrations, impacts = np.zeros(shape, dtype=int), np.zeros((2, *shape), dtype=int)
+    force, onset = np.full((2, *shape), np.nan), np.full((shares.size, omega.size), np.nan)
+    alone = workers == 1 or len(cases) == 1
+    words = "impact map" if progress else ""
+    run = run_tasks(_part, cases, 1 if alone else workers, processes=not alone, executor=executor, progress=words)
+    for case, parts in run:
+        for j, (count, walls, most, begins) in enumerate(parts, case.first):
+            vibrations[case.load, :, j], impacts[:, case.load, :, j] = count, walls
+            force[:, case.load, :, j], onset[case.load, j] = most, begins
+    return ImpactMap(model, kind, shares, levels, frequencies, vibrations, impacts, force, onset)
+
+
+def _with_loads(rig: Rig, share: float) -> Rig:
+    def scaled(load: Load) -> Load:
+        if load.torque is not None:
+            return dataclasses.replace(load, torque=share * load.torque)
+        force = share * np.asarray(load.force)
+        return dataclasses.replace(load, force=tuple(force.tolist()) if force.ndim else float(force))
+
+    return rig.replace(loads=tuple(map(scaled, rig.loads)))
+
+
+def _part(case: _Case) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
+    """Return number, impacts (2, n_levels), forces (2, n_levels) and the first level with impacts, at frequencies."""
+    levels, left = np.array(case.levels), list(range(len(case.omega)))
+    found: dict[int, LevelBranch] = {}
+    for count in case.samples:
+        solver = solver_at(case.model, case.kind, 1.0, case.fastest, case.harmonics, count, case.modes)
+        omega = solver.system.pace * np.array(case.omega)[left]
+        for i, branch in zip(left, level_branches(solver, omega, case.levels[-1], (*WAYS, "contact_force"))):
+            if i not in found or branch.level.max() > found[i].level.max():
+                found[i] = branch
+        left = [i for i in left if not found[i].complete]
+        if not left:
+            break
+    return [_of_branch(branch, levels) for _, branch in sorted(found.items())]
+
+
+def _of_branch(branch: LevelBranch, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    lift, other, force = branch.values
+    depth, lifts, both, most = np.moveaxis(branch.sweeps(levels, np.array([branch.depth, lift, other, force])), 1, 0)
+    impacts = np.where(depth <= 0, 0, np.where(both > 0, 3, np.where(lifts > 0, 2, 1)))
+    impacts[np.isnan(depth)] = -1
+    hits = np.flatnonzero((branch.depth > 0) & (lift > 0))
+    count = branch.crossings(levels)[0]
+    if not hits.size:
+        return count, impacts, most, np.inf
+    i = int(hits[0])
+    begins = float(np.interp(0.0, np.minimum(branch.depth, lift)[i - 1 : i + 1], branch.level[i - 1 : i + 1]))
+    return count, impacts, most, max(begins, float(branch.level[:i].max(initial=0.0)))

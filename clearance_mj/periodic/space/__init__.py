@@ -1,1 +1,0 @@
-"""Periodic motions of rigs in space: round clearances, shafts that turn, unbalance, gravity, friction, oil."""

@@ -1,0 +1,208 @@
+"""Where a branch over frequency begins: its first motion by one way after the other until one leads on.
+
+From rest over the level; with fewer harmonics, whose motion is the guess for more; over the level at a nearby
+frequency, then along frequency; and by the modal engine's march from rest.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+
+from ..clearance.law import TimeLaw
+from ..core.errors import RigError, SimulationError
+from ..engines.modal import Modal, ModalRun
+from ..rig.spinning import Spin
+from .condensed import UNBALANCE, Condensed
+from .continuation import Motion, NoConvergence
+from .solver import Solver
+
+__all__ = ["Start", "marched"]
+
+LEADS_ON, BEGINNING = 0.1, 100
+"""Share of the range, or number of motions, from which on a branch leads on: one that ends sooner begins anew."""
+FARTHER = 2.0  # times as far reaches a branch that is returned before an earlier one, if none leads on
+MOST = 500  # motions over the level in which another way must come to the first one
+NEXT_FREQUENCY = 1e-5  # relative distance of a frequency that stands for the wanted one, as at an undamped resonance
+NEARBY = (NEXT_FREQUENCY, 1e-2, -1e-2, 2e-2, 5e-2, -5e-2)  # relative distances of frequencies to begin at
+REPEATS = 1e-5  # relative difference of two states that are one
+MIN_PERIODS, MAX_PERIODS, MAX_STEPS = 20, 400, 2_000_000  # that a march waits for it
+
+
+@dataclass(frozen=True)
+class Start:
+    """The first motion of a branch from one frequency to another, 1/s."""
+
+    solver: Solver
+    start: float
+    stop: float
+    with_harmonics: Callable[[int], Solver]  #: the same solver with so many harmonics
+
+    def motions(self) -> Iterator[Motion]:
+        """Yield the first branch that leads on or leaves the range elsewhere; else the one that reaches farthest.
+
+        Raises
+        ------
+        NoConvergence
+            Where it ends; what was yielded stays.
+        """
+        kept: tuple[list[Motion], NoConvergence | None, Iterator[Motion]] | None = None
+        for branch in self._branches():
+            begun, failed = self._begun(branch)
+            if begun and not failed and not math.isclose(begun[-1].omega, self.start, rel_tol=2 * NEXT_FREQUENCY):
+                yield from begun
+                yield from branch
+                return
+            if kept is None or not kept[0] or self._reach(begun) > FARTHER * self._reach(kept[0]):
+                kept = begun, failed, branch
+        if kept is None:
+            return
+        begun, failed, branch = kept
+        yield from begun
+        if failed:
+            raise failed
+        yield from branch
+
+    def _begun(self, branch: Iterator[Motion]) -> tuple[list[Motion], NoConvergence | None]:
+        """Return a branch's motions until it leads on, and the error that ended them if one did."""
+        begun: list[Motion] = []
+        try:
+            for motion in branch:
+                begun.append(motion)
+                if len(begun) == BEGINNING or self._reach(begun[-1:]) > LEADS_ON * abs(self.stop - self.start):
+                    break
+        except NoConvergence as end:
+            return begun, end
+        return begun, None
+
+    def _reach(self, motions: Sequence[Motion]) -> float:
+        return max((abs(motion.omega - self.start) for motion in motions), default=0.0)
+
+    def _branches(self) -> Iterator[Iterator[Motion]]:
+        """Yield the branch from each way's first motion in turn; it raises NoConvergence where there is none."""
+        yield self.solver.branch(self.start, self.stop)
+        yield self._onwards(self._by_fewer_harmonics)
+        yield from map(self._by_frequency, NEARBY)
+        yield self._onwards(self._by_march)
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return min(self.start, self.stop), max(self.start, self.stop)
+
+    def _onwards(self, first: Callable[[], Motion]) -> Iterator[Motion]:
+        yield from self.solver.within(first(), *self._ends, self.stop > self.start)
+
+    def _by_fewer_harmonics(self) -> Motion:
+        """Return the motion that grows out of rest with the fewest harmonics, and is refined with ever more."""
+        fewest, most = self.solver.system.levels.size, self.solver.harmonics
+        doubled = (2 * 2**i - 1 for i in itertools.count())  # 1, 3, 7, ...
+        counts = [h for h in itertools.takewhile(lambda h: h < most, doubled) if h >= fewest]
+        motion: Motion | None = None
+        for count in counts:
+            solver = self.with_harmonics(count)
+            try:
+                motion = _refined(solver, motion, self.start) if motion else solver.first(self.start, MOST)
+            except NoConvergence:
+                continue
+        if motion is None:
+            raise NoConvergence(self.start)
+        return _refined(self.solver, motion, self.start)
+
+    def _by_frequency(self, distance: float) -> Iterator[Motion]:
+        """Yield a branch that grows out of rest at a nearby frequency, from the wanted one on."""
+        solver, (low, high), up = self.solver, self._ends, self.stop > self.start
+        near = self.start * (1 + (distance if up else -distance))
+        if not (near < high if up else near > low):
+            raise NoConvergence(self.start)
+        motion = solver.first(near, MOST)
+        if distance == NEXT_FREQUENCY:
+            yield from solver.within(motion, low, high, up)
+            return
+        to_start = list(solver.within(motion, min(near, self.start), max(near, self.start), near < self.start, MOST))
+        if not math.isclose(to_start[-1].omega, self.start, rel_tol=1e-9):
+            raise NoConvergence(self.start)
+        if distance < 0:
+            yield from solver.onwards(to_start[-1], low, high)
+            return
+        yield from (replace(each, tangent=-each.tangent) for each in reversed(to_start[1:]))
+        yield from solver.within(motion, low, high, up)
+
+    def _by_march(self) -> Motion:
+        """Return the motion to which the modal engine's march from rest comes."""
+        solver = self.solver
+        try:
+            place = marched(solver.system, self.start, solver.samples)
+        except (RigError, SimulationError):  # gears take no base, nor what turns alone
+            raise NoConvergence(self.start) from None
+        x = place @ solver.grid.project.T
+        z = solver.system.basis.T @ x
+        scale = max(float(np.linalg.norm(z)), solver.least)
+        return solver.solved_at(self.start, z, x - solver.system.basis @ z, scale)
+
+
+def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
+    """Return the last period of a march from rest, (n_rows, samples) displacements of the clearances' points, m.
+
+    It ends once the motion repeats, or has not after some hundred periods.
+
+    Parameters
+    ----------
+    system : Condensed
+        The rig, its law and the excitation.
+    omega : float
+        Frequency of the first one, 1/s.
+    samples : int
+        Number of samples of a period.
+
+    Raises
+    ------
+    NoConvergence
+        If it takes too many steps, as that of a shaft of next to no mass.
+    SimulationError
+        If it diverges.
+    """
+    rig, kind, law, amplitudes = system.rig, system.kind, system.model.law, system.levels
+    if kind == UNBALANCE:
+        level = abs(amplitudes[0])
+        unbalances = tuple(replace(each, moment=each.moment * level) for each in rig.unbalances)
+        orders = tuple(
+            replace(each, force=each.force and each.force * level, torque=each.torque and each.torque * level)
+            for each in rig.orders
+        )
+        if isinstance(law, TimeLaw):  # in step with what turns
+            slower = 2 * np.pi / (omega * system.laws.span)
+            law = replace(law, t=law.t * slower, period=slower * (law.period or 0.0))
+        rig = rig.replace(spin=Spin(omega / system.order), unbalances=unbalances, orders=orders)
+        kind, amplitudes = "spin", 0 * amplitudes
+    engine, period = Modal(modes=system.modes), 2 * np.pi / omega
+    finer = math.ceil(period / samples / engine.largest_step(rig, law))
+    run = cast(ModalRun, engine.start(rig, law, kind, period / samples / finer))
+    at_points = system.driven.points
+    if MIN_PERIODS * samples * finer > MAX_STEPS:
+        raise NoConvergence(omega)
+    angle = 2 * np.pi * np.arange(samples * finer) / (samples * finer)
+    turning = np.exp(1j * np.outer(np.arange(1, amplitudes.size + 1), angle))
+    drive = np.ascontiguousarray((amplitudes @ turning).real)
+    before = np.full(2 * len(run.motion.q), np.nan)
+    for _ in range(min(MAX_STEPS // drive.size, MAX_PERIODS)):
+        run.advance(drive)
+        state = np.concatenate((run.motion.q * omega, run.motion.v))
+        if np.linalg.norm(state - before) < REPEATS * np.linalg.norm(state):
+            break
+        before = state
+    place = np.empty((len(at_points), samples))
+    for i, part in enumerate(drive.reshape(samples, finer)):
+        place[:, i] = at_points @ run.motion.q
+        run.advance(part)
+    return place
+
+
+def _refined(solver: Solver, motion: Motion, omega: float) -> Motion:
+    """Return a solver's motion near one with fewer harmonics."""
+    more = (0, 0), (0, 2 * solver.harmonics + 1 - motion.z.shape[1])
+    return solver.solved_at(omega, np.pad(motion.z, more), np.pad(motion.y, more), motion.scale)

@@ -1,0 +1,19 @@
+"""A continuation that finds no motion beyond a value of its parameter."""
+
+from clearance_mj.periodic import continuation, loops
+
+
+def until(last):
+    """What `Follower.pieces` yields up to a parameter, and the first motion beyond."""
+    pieces = continuation.Follower.pieces
+
+    def cut(self, motion, *more, **names):
+        for motions, why in pieces(self, motion, *more, **names):
+            beyond = motions.omega > last
+            if beyond.any():
+                count = int(beyond.argmax()) + 1
+                yield continuation.Motions(*(each[:count] for each in motions)), loops.GOES_ON
+                return
+            yield motions, why
+
+    return cut
