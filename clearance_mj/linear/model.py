@@ -261,7 +261,8 @@ class LinearModel(RigRows):
         if not self._is_coupled(spin):
             receptance = 1 / (self.omega**2 - omega[:, None] ** 2 + 1j * omega[:, None] * self.damping)
             products = rows[:, None, :] * inputs.T[None]
-            return np.asarray((receptance @ products.reshape(-1, self.size).T).reshape(omega.size, len(rows), -1))
+            gains = receptance @ products.reshape(-1, self.size).T
+            return np.asarray(gains.reshape(omega.size, len(rows), inputs.shape[1]))
         try:
             drive = self.drive(spin)
         except np.linalg.LinAlgError:  # the inverse at every frequency
@@ -269,7 +270,7 @@ class LinearModel(RigRows):
         value, motion = self.poles(spin)
         products = (rows @ motion)[:, None, :] * (drive @ inputs).T[None]
         gains = (1 / (1j * omega[:, None] - value)) @ products.reshape(-1, value.size).T
-        return np.asarray(gains.reshape(omega.size, len(rows), -1))
+        return np.asarray(gains.reshape(omega.size, len(rows), inputs.shape[1]))
 
     def _is_coupled(self, spin: float) -> bool:
         turns = spin and (self.gyroscopic.any() or self.circulatory.any())
