@@ -188,17 +188,15 @@ PAIRS = {
         "clearance.along._fill",
         "engines.interact.find_contacts",
     ],
-    ("periodic/continuation.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.at_one_frequency._solved"],
+    ("periodic/loops.py", "SLOW = 0.1", "SLOW = 0.2"): ["periodic.solver:Solver.loops.onwards"],
     ("clearance/greases/bouc_wen.py", "half = plus(z, times(0.5", "half = plus(z, times(0.4"): [
         "identify.laws.grease._bouc_wen",
         "joints.hysteresis.loop_force",
     ],
     ("clearance/walls/slot.py", "max(x - d, 0.0)", "max(x - d, 1.0)"): ["joints.hysteresis.loop_force"],
     ("clearance/lanes.py", "larger(b * log2, -1020.0)", "larger(b * log2, -1000.0)"): ["engines.modal_loop.advance"],
-    ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): [
-        "periodic.forces._grease_over_period"
-    ],
-    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.at_one_frequency._left"],
+    ("clearance/pointers.py", "builder.gep(view.data, [values[1]])", "view.data"): ["periodic.forces._over_period"],
+    ("periodic/harmonic_balance.py", "+= re * c + im * s", "-= re * c + im * s"): ["periodic.balance.left"],
     ("vehicle/lost_motion.py", "push = p.damping", "push = -p.damping"): [
         "vehicle.steering._lost_motion",
         "vehicle.twin.simulate",

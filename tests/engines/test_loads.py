@@ -311,10 +311,8 @@ def test_a_sum_of_loads_is_drawn_where_the_shaft_rests():
     assert_allclose(deflection(rig, found, [BEAM.length])[[0, -1], 0], tip, rtol=1e-6)
 
 
-def test_harmonic_balance_knows_loads_of_round_clearances_alone():
-    with pytest.raises(RigError, match="harmonic balance of slots knows no constant load yet"):
-        cm.periodic.follow_response(cm.Model(TABLE1.replace(loads=(Load(0.5, force=1.0),))), 1.0, (8.0, 11.0))
-    with pytest.raises(RigError, match="knows no orders of the spin yet"):
+def test_orders_beside_an_excitation_are_no_periodic_vibration():
+    with pytest.raises(ExcitationError, match="orders at their own speed"):
         cm.periodic.follow_response(cm.Model(jeffcott(orders=(Order(0.5, 2.0, 1.0),))), 1.0, (8.0, 11.0))
 
 
