@@ -208,22 +208,17 @@ def _packed(lanes):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
-def _sum(_: Any, a: Any) -> Any:
+def _joined(_: Any, a: Any, lanes: Any) -> Any:
+    """Return the sum of the four parts of a number of one case, or of several cases the numbers themselves."""
+
     def generate(_: Any, builder: Any, signature: Any, values: Any) -> Any:
+        if lanes.count > 1:
+            return values[0]
         parts = [builder.extract_element(values[0], ir.IntType(32)(i)) for i in range(a.count)]
         return builder.fadd(builder.fadd(parts[0], parts[1]), builder.fadd(parts[2], parts[3]))
 
-    return types.float64(a), generate
-
-
-def joined(a, lanes):  # type: ignore[no-untyped-def]
-    """Return the sum of the four parts of a number of one case, or of several cases the numbers themselves."""
-    raise NotImplementedError
-
-
-@overload(joined)
-def _joined(a, lanes):  # type: ignore[no-untyped-def]
-    return (lambda a, lanes: _sum(a)) if lanes.count == 1 else (lambda a, lanes: a)
+    return (types.float64 if lanes.count == 1 else a)(a, lanes), generate
 
 
 block: Any = _block
+joined: Any = _joined

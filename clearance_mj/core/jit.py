@@ -28,7 +28,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.np.ufunc.dufunc import DUFunc
 from numba.np.ufunc.ufuncbuilder import UFuncDispatcher
 
-__all__ = ["INNER", "OPTIONS", "STRICT", "digest", "inlined", "jit"]
+__all__ = ["OPTIONS", "STRICT", "digest", "inlined", "jit"]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 """How engines and models are compiled: no change of their arithmetic hides an infinity or a NaN.
@@ -38,8 +38,6 @@ function that several compiled ones call has a copy in each, of which the one th
 """
 STRICT: dict[str, Any] = {"error_model": "numpy"}
 """How loops are compiled whose functions call each other: all copies of one round alike."""
-INNER: dict[str, Any] = {**STRICT, "no_cpython_wrapper": True}
-"""The same, of what compiled functions alone call: taking many arrays from Python takes long to compile."""
 
 UNUSED_FOR = 14 * 86400.0
 """Seconds after which machine code of an older version that nobody loaded is removed: the time of a change's review."""

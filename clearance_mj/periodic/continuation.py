@@ -40,10 +40,10 @@ class CameBack(Exception):
 class Motion:
     """A periodic motion."""
 
-    omega: float  #: 1/s; where the level is the branch's parameter, its share
+    omega: float  #: value of the branch's parameter: 1/s, or a share where that is level, loads or gaps
     z: np.ndarray  #: (r, K) harmonics of the coordinates, m
-    y: np.ndarray  #: (n_points, K) of the points beside them, m
-    force: np.ndarray  #: (n_points, K) of the clearances' forces beyond the linear grease's, N
+    y: np.ndarray  #: (n_rows, K) of the rows beside them, m
+    force: np.ndarray  #: (n_rows, K) of the clearances' forces beyond the linear fillings', N
     tangent: np.ndarray  #: (r K + 1,) direction of the branch, in metres over `scale` and 1/s over ω
     scale: float  #: m
 

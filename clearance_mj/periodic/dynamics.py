@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.jit import INNER, STRICT, jit
+from ..core.jit import STRICT, jit
 from ..linear import LinearModel
 from .harmonic_balance import real_harmonics
 
@@ -173,7 +173,7 @@ def _sum_pairs(pairs: np.ndarray, real: np.ndarray, imaginary: np.ndarray, omega
             out[h, k] = complex(re[k], im[k])
 
 
-@jit(**INNER)
+@jit(**STRICT, inline="always")
 def _solved(linear: Linear, omega: float, spin: float, load: float, level: float) -> tuple[np.ndarray, np.ndarray]:
     """What `seen` returns, by the dynamic stiffness of every harmonic."""
     rows, n = linear.points.shape

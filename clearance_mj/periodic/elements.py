@@ -23,14 +23,14 @@ from ..clearance.pointers import at, call_law
 from ..clearance.record import Bushing
 from ..core.jit import STRICT, jit
 
-__all__ = ["ONE", "contact_now", "depth_at", "filling_between", "slot_now", "step_between"]
+__all__ = ["ONE", "contact_now", "depth_at", "slot_now", "step_between"]
 
 ONE = (0,)
 """Lane of the kernel."""
 
 
 @jit(**STRICT)
-def filling_between(
+def _filling_between(
     bushing: Bushing, numbers: np.ndarray, size: int, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
     """Fill out with what the filling remembers of a step, ``size`` numbers, and its force, N."""
@@ -152,7 +152,7 @@ def _recall(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, y: float,
     return depth
 
 
-@jit(**STRICT, forceinline=True)
+@jit(**STRICT)
 def _slot_between(bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, out: np.ndarray) -> None:
     """Fill out as `_round_between`, of one coordinate."""
     lower, upper = numbers[bushing.wall], numbers[bushing.wall + 1]
@@ -197,7 +197,7 @@ def _met(
     return _end_force(bushing, numbers, y + beyond * n_y, z + beyond * n_z, speed_y, speed_z, spin, begins)
 
 
-@jit(**STRICT, forceinline=True)
+@jit(**STRICT)
 def _round_between(
     bushing: Bushing, numbers: np.ndarray, memory: np.ndarray, u: np.ndarray, spin: float, out: np.ndarray
 ) -> None:
@@ -226,14 +226,14 @@ def _round_between(
         out[4], out[5] = 0.5 * rest * rest * jump_y, 0.5 * rest * rest * jump_z
 
 
-@jit(**STRICT)
+@jit(**STRICT, forceinline=True)
 def step_between(
     bushing: Bushing, numbers: np.ndarray, contact: bool, size: int, memory: np.ndarray, u: np.ndarray, spin: float,
     out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fill out with memory, force now and what is added to the force before, of one step of filling or end."""
     if not contact:
-        filling_between(bushing, numbers, size, memory, u, spin, out)
+        _filling_between(bushing, numbers, size, memory, u, spin, out)
     elif bushing.touching == 1:
         _slot_between(bushing, numbers, memory, u, out)
     else:

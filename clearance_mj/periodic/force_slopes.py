@@ -12,7 +12,7 @@ from ..clearance.kernel import depth_in, touch
 from ..clearance.pointers import at
 from ..clearance.record import Bushing
 from ..core.jit import STRICT, jit
-from .elements import ONE, contact_now, filling_between, slot_now, step_between
+from .elements import ONE, contact_now, slot_now, step_between
 
 __all__ = ["add_event", "add_rows", "carry", "differences", "fill_lasting", "keep", "keep_lasting", "side_of"]
 
@@ -57,10 +57,7 @@ def differences(
     for d in range(size):
         kept, change = memory[d], quicker if contact and d == 0 else eps
         memory[d] = kept + change
-        if contact:
-            step_between(bushing, numbers, contact, size, memory, u, spin, moved)
-        else:
-            filling_between(bushing, numbers, size, memory, u, spin, moved)
+        step_between(bushing, numbers, contact, size, memory, u, spin, moved)
         memory[d] = kept
         for k in range(answers):
             slope[k, d] = (moved[k] - now[k]) / change
@@ -78,10 +75,7 @@ def differences(
         if together:
             before = u[d - width]
             u[d - width] = before + change
-        if contact:
-            step_between(bushing, numbers, contact, size, memory, u, spin, moved)
-        else:
-            filling_between(bushing, numbers, size, memory, u, spin, moved)
+        step_between(bushing, numbers, contact, size, memory, u, spin, moved)
         u[d] = kept
         if together:
             u[d - width] = before

@@ -16,8 +16,8 @@ import numpy as np
 from ..clearance.kernel import follow_law
 from ..clearance.pointers import at
 from ..clearance.record import Bushing
-from ..core.jit import INNER, STRICT, jit
-from .elements import ONE, depth_at, filling_between, step_between
+from ..core.jit import STRICT, jit
+from .elements import ONE, depth_at, step_between
 from .force_slopes import add_event, add_rows, carry, differences, fill_lasting, keep, keep_lasting, side_of
 
 __all__ = ["Laws", "Sampled", "Slopes", "depths", "equal", "fill_forces"]
@@ -106,7 +106,7 @@ def _closed(
     return touches, still
 
 
-@jit(**INNER)
+@jit(**STRICT)
 def _begin(
     bushing: Bushing, numbers: np.ndarray, contact: bool, width: int, size: int, motion: Sampled, rows: np.ndarray,
     eps: float, memory: np.ndarray, u: np.ndarray, out: np.ndarray, want: bool, basis: np.ndarray, carried: np.ndarray,
@@ -151,7 +151,7 @@ def _settled(memory: np.ndarray, old: np.ndarray, size: int, contact: bool, reac
     return True
 
 
-@jit(**INNER)
+@jit(**STRICT)
 def _over_period(
     laws: Laws, j: int, p: int, motion: Sampled, basis: np.ndarray, rate: np.ndarray, project: np.ndarray,
     want: bool, force: np.ndarray, slopes: Slopes,
@@ -222,10 +222,7 @@ def _over_period(
             continue
         if pending and closed[i]:  # at the other wall
             used, pending = carry(onto, of_force, width, used, weights, carried), False
-        if contact:
-            step_between(bushing, numbers, contact, size, memory, u, spin, now)
-        else:
-            filling_between(bushing, numbers, size, memory, u, spin, now)
+        step_between(bushing, numbers, contact, size, memory, u, spin, now)
         for d in range(width):
             acting[d, i] += now[told + d]
             if contact:
@@ -303,7 +300,7 @@ def _copy(numbers: np.ndarray, start: int, to: int, count: int) -> None:
         now[i] = was[i]
 
 
-@jit(**INNER)
+@jit(**STRICT)
 def _copy_end(laws: Laws, force: np.ndarray, slopes: Slopes, p: int) -> None:
     """Fill in at the point after one what acts there: both ends of a clearance without length."""
     n, harmonics = slopes.onto.shape[1:]

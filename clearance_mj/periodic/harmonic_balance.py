@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.jit import INNER, STRICT, jit
+from ..core.jit import STRICT, jit
 from .forces import Laws, Sampled, Slopes, equal, fill_forces
 
 __all__ = ["Grid", "answer", "balance", "blocks", "real_harmonics"]
@@ -271,7 +271,7 @@ def projected(grid: Grid, samples: np.ndarray) -> np.ndarray:
     return found
 
 
-@jit(**INNER)
+@jit(**STRICT)
 def answer(
     compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, grid: Grid, laws: Laws, slopes: Slopes,
     omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool,
@@ -290,7 +290,7 @@ def answer(
     return own, found - np.dot(basis, own), force
 
 
-@jit(**INNER)
+@jit(**STRICT, inline="always")
 def balance(
     compliance: np.ndarray, driven: np.ndarray, basis: np.ndarray, owner: np.ndarray, grid: Grid, laws: Laws,
     slopes: Slopes, omega: float, spin: float, z: np.ndarray, y: np.ndarray, want: bool, jacobian: np.ndarray,

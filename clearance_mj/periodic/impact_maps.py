@@ -178,7 +178,7 @@ def map_impacts(
     frequencies : array_like
         Frequencies (n_frequencies,) of the excitation, Hz, increasing; of kind "unbalance" turns in a second.
     loads : sequence of float
-        What the rig's constant loads are multiplied by, increasing.
+        What the rig's constant loads, weight too, are multiplied by, increasing.
     kind : str, optional
         Kind of excitation, "base", "force" or "unbalance" of what turns with the shaft; None: unbalance of a rig that
         has unbalances or orders, else that of its shaker.
@@ -252,7 +252,8 @@ def _with_loads(rig: Rig, share: float) -> Rig:
         force = share * np.asarray(load.force)
         return dataclasses.replace(load, force=tuple(force.tolist()) if force.ndim else float(force))
 
-    return rig.replace(loads=tuple(map(scaled, rig.loads)))
+    gravity = rig.gravity and tuple(share * g for g in rig.gravity)
+    return rig.replace(loads=tuple(map(scaled, rig.loads)), gravity=gravity)
 
 
 def _part(case: _Case) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.equations import factorise, solved
-from ..core.jit import INNER, STRICT, jit
+from ..core.jit import STRICT, jit
 
 __all__ = ["BEYOND", "CORNERS", "DEEP", "GOES_ON", "SHORTEST", "STUCK", "Loops", "bordered", "loops"]
 
@@ -72,7 +72,8 @@ def loops(left: Callable[..., Any], deepest: Callable[..., Any], compiled: bool)
     compiled : bool
         Whether both are, and so the loops can be.
     """
-    made, inner = (jit(**STRICT), jit(**INNER)) if compiled else [lambda function: function] * 2
+    # Each stands once in the next one, where it is put: to pass so many arrays takes long to compile.
+    made, inner = (jit(**STRICT), jit(**STRICT, inline="always")) if compiled else [lambda function: function] * 2
 
     @inner
     def solve(of: Any, parameter: float, z: np.ndarray, y: np.ndarray, row: np.ndarray, scale: float) -> Any:

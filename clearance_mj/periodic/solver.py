@@ -185,9 +185,8 @@ class Solver(Follower):
         """Return coordinates and what is beside them under all loads and no excitation."""
         z = np.zeros((self.system.basis.shape[1], 2 * self.harmonics + 1))
         with suppress(NoConvergence):
-            if (
-                self.system.pressed.any() and not self.system.rig.moves_across
-            ):  # in the gap nothing holds it, so that no way leads from there
+            # In the gap nothing holds what walls alone hold, so that no way leads from there.
+            if self.system.pressed.any() and not self.system.rig.moves_across:
                 return self._against_walls(omega)
         return self._raised("load", z, np.zeros((self.rows, z.shape[1])), omega)
 

@@ -20,19 +20,8 @@ from .floquet import monodromy
 from .forces import Sampled, fill_forces
 
 __all__ = [
-    "BRANCH_POINT",
-    "FIRST_CONTACT",
-    "FOLD",
-    "NEIMARK_SACKER",
-    "PERIOD_DOUBLING",
-    "Located",
-    "changes",
-    "floquet",
-    "multipliers",
-    "period_map",
-    "samples_of_period",
-    "unstable",
-    "with_fold",
+    "BRANCH_POINT", "FIRST_CONTACT", "FOLD", "NEIMARK_SACKER", "PERIOD_DOUBLING", "Located", "changes", "floquet",
+    "multipliers", "period_map", "samples_of_period", "unstable", "with_fold",
 ]  # fmt: skip
 
 FOLD, PERIOD_DOUBLING, FIRST_CONTACT = "fold", "period doubling", "first contact"

@@ -155,7 +155,7 @@ def marched(system: Condensed, omega: float, samples: int) -> np.ndarray:
     system : Condensed
         The rig, its law and the excitation.
     omega : float
-        Frequency of the first one, 1/s.
+        Frequency of the motion's first harmonic, 1/s.
     samples : int
         Number of samples of a period.
 
