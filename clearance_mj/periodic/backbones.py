@@ -16,7 +16,7 @@ from ..rig.sensing import accelerated, sensor_points
 from ..signals import labelled
 from .branch import Branch
 from .condensed import condensed
-from .continuation import CameBack, NoConvergence, until_again
+from .continuation import EndOfBranch, NoConvergence, until_again
 from .coverage import COVERED
 from .excitation import steady_spin
 from .nonlinear_mode import FreeMotion, NonlinearMode
@@ -200,7 +200,7 @@ def follow_backbone(
             motions.append(follower.motion(motion))
         if motion.omega < stop * (1 - COVERED):
             ended = f"it turns back and leaves the amplitudes at {motion.omega:.6g} m, where it began"
-    except CameBack as end:
+    except EndOfBranch as end:
         ended = str(end)
     except NoConvergence as end:
         at = f"an amplitude of {end.args[0]:.6g} m"

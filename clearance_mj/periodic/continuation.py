@@ -17,7 +17,7 @@ import numpy as np
 from .loops import BEYOND, DEEP, GOES_ON, SHORTEST, STUCK, loops
 
 __all__ = [
-    "MAX_POINTS", "CameBack", "Follower", "Motion", "Motions", "NoConvergence", "difference", "meets", "until_again",
+    "MAX_POINTS", "EndOfBranch", "Follower", "Motion", "Motions", "NoConvergence", "difference", "meets", "until_again",
 ]  # fmt: skip
 
 TOLERANCE = 1e-9  # of Newton's method: what the equations may leave, over the size of the motion
@@ -32,8 +32,8 @@ class NoConvergence(Exception):
     """No motion was found at or beyond a frequency, 1/s, its only argument."""
 
 
-class CameBack(Exception):
-    """The branch came back to where it began or to half its period, as its only argument says."""
+class EndOfBranch(Exception):
+    """The branch is closed, halves its period or grows without bound, as its only argument says."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +204,7 @@ def until_again(follower: Follower, motions: Iterator[Motion]) -> Iterator[Motio
 
     Raises
     ------
-    CameBack
+    EndOfBranch
         Then.
     """
     known: list[tuple[float, int, Motion]] = []  # by their parameter
@@ -216,7 +216,7 @@ def until_again(follower: Follower, motions: Iterator[Motion]) -> Iterator[Motio
                 direction = other.tangent @ difference(before, motion)
                 if j < i - 2 and direction > 0 and meets(follower, before, motion, other):
                     yield other
-                    raise CameBack("it comes back to " + ("where it was" if j else "its beginning"))
+                    raise EndOfBranch("it comes back to " + ("where it was" if j else "its beginning"))
             insort(known, (before.omega, i - 1, before))
         yield motion
         before = motion

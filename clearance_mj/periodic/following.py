@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ from ..rig.sensing import accelerated, sensor_points
 from .axes import SHARES, level_axis
 from .branch import Branch, SpecialPoint
 from .condensed import UNBALANCE, condensed
-from .continuation import CameBack, Motion, NoConvergence, until_again
+from .continuation import AT_ONCE, EndOfBranch, Motion, NoConvergence, until_again
 from .solver import Solver
 from .stability import BRANCH_POINT, FIRST_CONTACT, Located, changes, multipliers, with_fold
 from .vibrations import complex_amplitudes
@@ -25,6 +26,7 @@ __all__ = [
 WORDS = {"gap": ", gaps {0.gap:.6g} times those of the rig", "load": ", loads {0.load:.6g} times those of the rig",
          "spin": " and a speed of {0.spin:.6g} rad/s"}  # fmt: skip
 """Of the parameters beside frequency and level."""
+ENDLESS, STANDS_STILL = 1e4, 1e-5  # growth of a vibration over its first; way of the parameter in `AT_ONCE` points
 SAME_FOLD = 1e-3  # relative distance in frequency of a fold from where its multiplier passes 1
 
 
@@ -43,7 +45,9 @@ def follow(
     points: list[Located] = []
     ended, recent = "", 0
     try:
-        for motion in tqdm(until_again(solver, motions), desc="branch", unit="point", disable=not progress):
+        for motion in tqdm(
+            until_again(solver, bounded(solver, motions)), desc="branch", unit="point", disable=not progress
+        ):
             kind = FIRST_CONTACT if motion in touching else ""
             point = Located(motion, multipliers(solver, motion) if stability else None, kind)
             if not points:
@@ -61,9 +65,27 @@ def follow(
                 "or with other numbers of harmonics and more samples"
             ) from None
         ended = f"no further periodic vibration was found beyond {at}"
-    except CameBack as end:
+    except EndOfBranch as end:
         ended = str(end)
     return expanded(solver, points, ended)
+
+
+def bounded(solver: Any, motions: Iterator[Motion]) -> Iterator[Motion]:
+    """Yield motions until they grow without end at one value of the parameter.
+
+    Raises
+    ------
+    EndOfBranch
+        Then: nothing damps a resonance there.
+    """
+    last: deque[float] = deque(maxlen=AT_ONCE)
+    first = 0.0
+    for motion in motions:
+        yield motion
+        first = first or motion.scale
+        if motion.scale > ENDLESS * first and len(last) == AT_ONCE and abs(motion.omega / last[0] - 1) < STANDS_STILL:
+            raise EndOfBranch(f"its vibration grows without bound towards {place(solver, motion.omega)}")
+        last.append(motion.omega)
 
 
 def watched(

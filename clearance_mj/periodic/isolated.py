@@ -17,7 +17,7 @@ from ..core.tasks import workers_to_use
 from ..signals import labelled
 from ..signals.arrays import ArrayData, read_only
 from .branch import Branch
-from .continuation import CameBack, Motion, NoConvergence, difference, meets
+from .continuation import EndOfBranch, Motion, NoConvergence, difference, meets
 from .following import follow, place, solver_of
 from .random_starts import LANES, PERIODIC, March
 from .solver import Solver
@@ -275,7 +275,7 @@ def all_around(solver: Solver, motion: Motion, low: float, high: float) -> Itera
 
     Raises
     ------
-    CameBack
+    EndOfBranch
         At the end, if the branch is closed or does not end at an end of the range.
     """
     forth, why = _until_end(solver, motion, low, high)
@@ -285,9 +285,11 @@ def all_around(solver: Solver, motion: Motion, low: float, high: float) -> Itera
     yield from (_backwards(each) for each in reversed(back[1:] if forth else back))
     yield from forth
     if why == ROUND:
-        raise CameBack(why)
+        raise EndOfBranch(why)
     if why or whence:
-        raise CameBack("; ".join([*([why] if why else []), *([f"before its first point {whence}"] if whence else [])]))
+        raise EndOfBranch(
+            "; ".join([*([why] if why else []), *([f"before its first point {whence}"] if whence else [])])
+        )
 
 
 def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple[list[Motion], str]:
@@ -296,7 +298,7 @@ def _until_end(solver: Solver, motion: Motion, low: float, high: float) -> tuple
     try:
         for each in _until_closed(solver, until_halved(solver, motion, low, high)):
             found.append(each)
-    except CameBack as end:
+    except EndOfBranch as end:
         if str(end) != BACKWARDS:
             return found, str(end)
         way = np.cumsum([np.linalg.norm(difference(a, b)) for a, b in itertools.pairwise(found)])
@@ -312,7 +314,7 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
 
     Raises
     ------
-    CameBack
+    EndOfBranch
         Then.
     """
     first = before = next(motions)
@@ -322,9 +324,9 @@ def _until_closed(solver: Solver, motions: Iterator[Motion]) -> Iterator[Motion]
         for copy in copies if i else ():
             if meets(solver, before, motion, copy, 1.0):
                 if copy.tangent @ difference(before, motion) < 0:  # as at a corner where a contact is lost
-                    raise CameBack(BACKWARDS)
+                    raise EndOfBranch(BACKWARDS)
                 yield copy
-                raise CameBack(ROUND)
+                raise EndOfBranch(ROUND)
         yield motion
         before = motion
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from .branch import Branch, SpecialPoint
-from .continuation import CameBack, Motion
+from .continuation import EndOfBranch, Motion
 from .following import follow, place, resumed
 from .solver import Solver
 from .stability import BRANCH_POINT, PERIOD_DOUBLING
@@ -133,7 +133,7 @@ def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Ite
 
     Raises
     ------
-    CameBack
+    EndOfBranch
         Then.
     NoConvergence
         Where Newton's method finds no next motion; what was yielded stays.
@@ -146,11 +146,11 @@ def until_halved(solver: Solver, motion: Motion, low: float, high: float) -> Ite
         largest = max(largest, share)
         if share < min(HALVED, largest / 2):  # with contacts the rest may take endless short steps
             yield each
-            raise CameBack(f"its period is halved at {place(solver, each.omega)}")
+            raise EndOfBranch(f"its period is halved at {place(solver, each.omega)}")
         if before is not None and np.sum(changing * before.z * each.z) < 0:
             last = _last(solver, before, each)
             yield last
-            raise CameBack(f"its period is halved at {place(solver, last.omega)}")
+            raise EndOfBranch(f"its period is halved at {place(solver, last.omega)}")
         yield each
         before = each
 
@@ -170,7 +170,7 @@ def _beside_halved(solver: Solver, motion: Motion, low: float, high: float) -> I
             motion = each
         else:
             return
-    raise CameBack(f"its period is halved at {place(solver, motion.omega)}")
+    raise EndOfBranch(f"its period is halved at {place(solver, motion.omega)}")
 
 
 def _last(solver: Solver, before: Motion, after: Motion) -> Motion:

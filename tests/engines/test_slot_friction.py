@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.core.errors import ClearanceError, RigError
+from clearance_mj.core.errors import RigError
 from clearance_mj.engines import static_equilibrium
 from clearance_mj.rig import Bushing, Contact, Friction, Grease, Load, Rig, Sensor, Shaker, Spin
 from clearance_mj.structure import Disc, Material, Matrices, Section, Shaft, Support
@@ -141,10 +141,24 @@ def test_what_cannot_slide_is_named(change, words):
     assert words in str(error.value) and "\n" not in str(error.value)
 
 
-def test_what_knows_no_friction_of_slots_says_so():
-    law = cm.ConstantLaw(100.0, 2.0)
-    with pytest.raises(ClearanceError, match=r"harmonic balance knows no friction of slots yet: .*bushings\[0\].fric"):
-        cm.periodic.follow_response(cm.Model(MASSES.replace(loads=()), law), 1.0, (0.1, 0.2))
+def test_harmonic_balance_with_dry_friction():
+    """Den Hartog's largest displacement, of a branch over frequencies: 1.4 % off with 9 harmonics, 0.3 % with 25."""
+    rig = MASSES.replace(sensors=(Sensor(1, "1:Y"),))
+    branch = cm.periodic.follow_response(cm.Model(rig), 1.0, (0.7 / 2 / np.pi, 0.8 / 2 / np.pi), 25)
+    ratio, order = 2 * np.pi * branch.frequency[-1], np.arange(1, branch.acceleration.shape[-1])
+    friction, gain = COEFFICIENT * NORMAL, 1 / (1 - ratio**2)
+    largest = np.sqrt(gain**2 - (friction * np.sin(np.pi / ratio) / ratio / (1 + np.cos(np.pi / ratio))) ** 2)
+    assert ratio == pytest.approx(0.8)
+    harmonics = branch.acceleration[-1, 0, 1:] / -((order * ratio) ** 2)
+    x = (harmonics * np.exp(1j * np.outer(2 * np.pi * np.arange(1000) / 1000, order))).sum(axis=1).real
+    assert x.max() == pytest.approx(largest, rel=4e-3)
+
+
+def test_a_resonance_that_nothing_damps_ends_its_branch():
+    """Without the load nothing presses: the free mass alone, whose displacement is P/(k (1 - r²))."""
+    branch = cm.periodic.follow_response(cm.Model(MASSES.replace(loads=())), 1.0, (0.1, 0.2))
+    assert "grows without bound towards 0.15915" in branch.ended
+    assert len(branch.frequency) < 500
 
 
 def test_angles_and_displacements_do_not_rub_on_each_other():
