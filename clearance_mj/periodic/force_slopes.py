@@ -85,20 +85,20 @@ def differences(
 
 @jit(**STRICT)
 def add_rows(
-    slope: np.ndarray, row: int, width: int, size: int, omega: float, was: np.ndarray, basis: np.ndarray,
-    was_rate: np.ndarray, rate: np.ndarray, carried: np.ndarray, out: np.ndarray, to: int,
+    slope: np.ndarray, row: int, width: int, size: int, omega: float, basis: np.ndarray, rate: np.ndarray, last: int,
+    i: int, carried: np.ndarray, out: np.ndarray, to: int,
 ) -> None:  # fmt: skip
     """Add to out (2, n, K), at one of n, what a row of derivatives says by harmonics of the coordinates."""
-    harmonics = basis.size
+    harmonics = basis.shape[1]
     for d in range(width):
         a, b = slope[row, size + d], slope[row, size + width + d]
         c, e = omega * slope[row, size + 2 * width + d], omega * slope[row, size + 3 * width + d]
         if a != 0.0 or b != 0.0:
             for r in range(harmonics):
-                out[d, to, r] += a * was[r] + b * basis[r]
+                out[d, to, r] += a * basis[last, r] + b * basis[i, r]
         if c != 0.0 or e != 0.0:
             for r in range(harmonics):
-                out[d, to, r] += c * was_rate[r] + e * rate[r]
+                out[d, to, r] += c * rate[last, r] + e * rate[i, r]
     for k in range(size):
         share = slope[row, k]
         if share != 0.0:

@@ -185,7 +185,7 @@ def _over_period(
     once, start = not size or still >= 0, still + 1
     if not once:
         _begin(bushing, numbers, contact, width, size, motion, rows, eps, memory, u, now, want, basis, carried)
-    differs, stop = want, n if once else MAX_PERIODS * n
+    differs, stop, counted = want, n if once else MAX_PERIODS * n, 0 if once else n
     for m in range(MAX_PERIODS * n):
         i = (start + m) % n
         last = i - 1 if i > 0 else n - 1
@@ -200,7 +200,8 @@ def _over_period(
             elif m > n and not differs and (settled or m == (MAX_PERIODS - 2) * n):
                 if not want and settled:
                     break
-                differs, stop = want, m + 2 * n  # a period in which derivatives become periodic, and one that counts
+                # A period in which derivatives become periodic, and one that counts.
+                differs, stop, counted = want, m + 2 * n, m + n
             for k in range(size):
                 old[k] = memory[k]
             acting[:] = 0.0  # the last period alone counts
@@ -238,16 +239,18 @@ def _over_period(
                     slope[told + d, told + width + d] -= spring
                     slope[told + d, told + 3 * width + d] -= damper
             if size > 0:
-                is_carried[i] = True
-                keep(slope, width, told, steps, i)
+                if m >= counted:
+                    is_carried[i] = True
+                    keep(slope, width, told, steps, i)
                 for d in range(width):
                     for k in range(size):
                         for r in range(harmonics):
                             later[d, k, r] = 0.0
-                functions = (basis[last], basis[i], rate[last], rate[i])
                 for k in range(size):
-                    add_rows(slope, k, width, told, omega, *functions, carried, later, k)
-            if event and not bushing.rubs:
+                    add_rows(slope, k, width, told, omega, basis, rate, last, i, carried, later, k)
+            if m < counted:
+                pass
+            elif event and not bushing.rubs:
                 add_event(slope, width, told, size, by_place, by_speed, is_carried, steps, last, i, project, weights)
                 if size and closed[last]:
                     used, pending = carry(onto, of_force, width, used, weights, carried), False
@@ -262,10 +265,10 @@ def _over_period(
                                     of_force[k, d, used, r] = 0.0
                         used += 1
                 for d in range(width):
-                    add_rows(slope, told + d, width, told, omega, *functions, carried, of_force[d], shown[i])
+                    add_rows(slope, told + d, width, told, omega, basis, rate, last, i, carried, of_force[d], shown[i])
                     if event:
-                        add_rows(slope, told + width + d, width, told, omega, *functions, carried, of_force[d],
-                                  shown[last])  # fmt: skip
+                        add_rows(slope, told + width + d, width, told, omega, basis, rate, last, i, carried,
+                                  of_force[d], shown[last])  # fmt: skip
             else:
                 for a in range(width):
                     for b in range(width):

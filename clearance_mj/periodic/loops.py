@@ -40,15 +40,14 @@ def _distance(left: np.ndarray, moved: np.ndarray, scale: float) -> float:
 
 @jit(**STRICT)
 def bordered(jacobian: np.ndarray, row: np.ndarray, pace: float, pivots: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return factors of derivatives whose last column is taken times a pace, with a last row; and their largest one."""
-    matrix, n, largest = jacobian.copy(), row.size - 1, 0.0
+    """Return factors of derivatives whose last column is taken times a pace, with a last row; and their norm."""
+    matrix, n, norm = jacobian.copy(), row.size - 1, 0.0
     for i in range(n):
         matrix[i, n] *= pace
-        for k in range(n):
-            largest = max(largest, abs(matrix[i, k]))
+        norm = max(norm, np.sum(np.abs(matrix[i, :n])))
     matrix[n] = row
     factorise(matrix, pivots)
-    return matrix, largest
+    return matrix, norm
 
 
 class Loops(NamedTuple):
