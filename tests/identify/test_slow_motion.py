@@ -60,6 +60,35 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
         assert np.linalg.norm(again - own.x) < 0.02 * np.linalg.norm(own.x)
 
 
+def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
+    """Of springs: a wall's mean force by 5 %, a filling's stiffness by half, on the static compliance of both."""
+    k, wall = np.array([300.0, 500.0]), 9e3
+    rig = TABLE1.replace(bushings=tuple(dataclasses.replace(b, gap=1e6, offset=0.0) for b in TABLE1.bushings))
+    record = recorded(rig)
+    force = restoring_force(record, low=NO_PROBES_BAND, rig=rig)
+    motions = [MeasuredMotion([force], rig, j, []) for j in range(2)]
+    slow = SlowMotion(motions, [record], rig)
+    gaps = [2 * float(np.std(x)) for x in force.displacement]
+    cases = [
+        (dataclasses.replace(b, gap=gap, offset=0.4 * gap), ContactLaw(KelvinVoigt(wall), Grease(stiffness, 3.0)))
+        for b, gap, stiffness in zip(rig.bushings, gaps, k.tolist())
+    ]
+    slow.follow(cases)
+    means, walls = np.zeros(2), np.zeros(2)
+    for j, (bushing, _) in enumerate(cases):
+        x = motions[j].paths[0].x[:: motions[j].factor, 0]
+        x = x + scipy.fft.irfft(slow.found[0][:, j], x.size)
+        lower, upper = bushing.walls
+        means[j] = x.mean()
+        walls[j] = wall * np.hypot(np.maximum(x - upper, 0.0).mean(), np.maximum(lower - x, 0.0).mean())
+    assert np.all(walls > 0)
+    model = linear_model(rig, MODES)
+    free = -model.displacement_gains(model.at_bushings, "base", np.array([1e-3]))[0, :, :2].real
+    compliance = np.linalg.inv(np.linalg.inv(free) + np.diag(k))
+    known = np.sqrt(compliance**2 @ np.hypot(0.05 * walls, 0.5 * k * means) ** 2)
+    np.testing.assert_allclose(slow.mean_error(cases), known, rtol=5e-3)
+
+
 def test_acceleration_finds_where_offsets_stay():
     """Known answer: of a linear map o -> o + A (o* - o), of which o* is where they stay."""
     stay, a = np.array([-2e-5, -1.2e-4]), np.array([[0.3, -0.1], [-0.2, 0.16]])

@@ -39,6 +39,7 @@ LOCAL_RMS = 0.02  # s over which that RMS is taken
 BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
+WIDE = 1e3  # gaps, of a hole whose wall is never met
 SLOW_ROUNDS = 2  # in which the slow motion follows a law, from where it was found last
 
 
@@ -132,7 +133,7 @@ class MeasuredMotion:
 
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
-        free = dataclasses.replace(bushing, gap=1e3 * bushing.gap)  # its walls are never met
+        free = dataclasses.replace(bushing, gap=WIDE * bushing.gap)  # its walls are never met
         inside = self.fitted[~penetration(self._at_ends(bushing.length)[self.fitted], *bushing.walls).any(axis=1)]
         columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings], rounds=0)
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
@@ -196,9 +197,6 @@ def low_pass() -> np.ndarray:
 
 
 # Measured motion of a round clearance beside its restoring force along y and z: what laws are compared with.
-
-
-WIDE = 1e3  # gaps, of a hole whose wall is never met
 
 
 class RoundCase(NamedTuple):

@@ -26,7 +26,7 @@ from ...rig import Bushing, Rig
 from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
 from .force_fit import ForceFit, fit_force
-from .measured_motion import DECIMATION, MeasuredMotion, OwnSlowMotion
+from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion
 
 __all__ = ["SlowMotion", "fit_with_slow_motion", "next_offsets"]
 
@@ -37,6 +37,7 @@ BLOCK = 2.0  # s, over which a stiffness is a mean: it converges if none is twic
 SETTLED = 5e-7  # m: offsets that move less stay
 MAX_OFFSET = 0.9  # of the gap
 LEAST_STIFFNESS = 1.0  # N/m, of what is between shaft and base
+STATIC_STIFFNESS_ERROR = 0.5  # of a filling's mean stiffness, which records show above their band alone
 
 
 Case: TypeAlias = tuple[Bushing, ContactLaw]
@@ -98,6 +99,32 @@ class SlowMotion:
         for j, motion in enumerate(self.motions):
             motion.slow = [_own(*each, j) for each in zip(soft, self.found, forces, stiffness)]
 
+    def mean_error(self, cases: Sequence[Case]) -> np.ndarray:
+        """Return the standard deviations (n_bushings,), m, of where laws say the shaft is on average.
+
+        Each wall's mean force is wrong by `FORCE_ERROR` of its own, the filling's mean stiffness by
+        `STATIC_STIFFNESS_ERROR`, and what is left of both displaces the shaft against structure and filling. Records
+        count by the force of their walls.
+        """
+        free = [(dataclasses.replace(bushing, gap=WIDE * bushing.gap), law) for bushing, law in cases]
+        walls = [
+            motion.all_forces([case], [x[:, j : j + 1] for x in self.found])[:, 0]
+            - motion.all_forces([filling], [x[:, j : j + 1] for x in self.found])[:, 0]
+            for j, (motion, case, filling) in enumerate(zip(self.motions, cases, free))
+        ]
+        variance, weight = np.zeros(len(cases)), 0.0
+        for i, stiffness in enumerate(self._stiffness(free)):
+            part, _ = self.motions[0].unknown_lines[i]
+            force = np.array([each[part] for each in walls])
+            upper, lower = (np.maximum(side, 0.0).mean(axis=1) for side in (force, -force))
+            mean = np.abs(self.found[i][0]) / (part.stop - part.start)
+            error = np.hypot(FORCE_ERROR * np.hypot(upper, lower), STATIC_STIFFNESS_ERROR * stiffness * mean)
+            compliance = np.abs(_softened(self.lines[i], stiffness).compliance[0])
+            counts = float(np.sum(upper + lower))
+            variance += counts * (compliance**2 @ error**2)
+            weight += counts
+        return np.sqrt(variance / weight) if weight else variance
+
     def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Spectra (n_f, n_bushings) of the forces of each record in the slow motion found last."""
         own = [
@@ -146,7 +173,8 @@ def fit_with_slow_motion(
     -----
     The motion that a fit is given follows from the offsets before it, so that these come nearer by a part each time;
     Anderson's acceleration goes all the way (D. G. Anderson, Iterative procedures for nonlinear integral equations,
-    J. ACM 12, 1965). What an error of one fit does to where they stay widens the offsets' standard deviations.
+    J. ACM 12, 1965). What an error of one fit does to where they stay, and what laws leave open of the mean motion,
+    widens the offsets' standard deviations.
     """
     places: list[np.ndarray] = []
     moves: list[np.ndarray] = []
@@ -161,8 +189,9 @@ def fit_with_slow_motion(
         if np.abs(new - at).max() < SETTLED:
             break
         best = next_offsets(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
-    farther = _amplified(places, moves, np.array([_offset_std(f) for f in fits]))
-    return [_with_offset_std(f, factor) for f, factor in zip(fits, farther)]
+    std = np.array([_offset_std(f) for f in fits])
+    wrong = np.hypot(_amplified(places, moves, std) * std, slow.mean_error([(f.bushing, f.law) for f in fits]))
+    return [_with_offset_std(f, factor) for f, factor in zip(fits, wrong / np.where(std > 0, std, 1.0))]
 
 
 def next_offsets(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:

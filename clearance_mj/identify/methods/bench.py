@@ -15,6 +15,7 @@ from ...core.kinds import checks_kinds
 from ...estimate.estimates import Estimates
 from ...io.dataset import Dataset
 from ...model import Model
+from ...rig import Rig
 from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
 from ..forces.unbalance import with_slow_roll, with_unbalance
@@ -29,6 +30,8 @@ from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 
 __all__ = ["BenchFit", "between_families", "fit_bench"]
+
+WIDE_OFFSET = 0.1  # of a gap: standard deviation of an offset above which it is said to be hardly known
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -108,7 +111,8 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
-    held = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
+    held: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
+    held += _unknown_offsets(model.rig, update, estimates)
     pages: dict[str, Any] = {"update": update, "families": families, "misfit": misfit}
     if not dataset.rig.moves_across:
         pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
@@ -116,6 +120,17 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
         warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings), pages=pages,
     )  # fmt: skip
+
+
+def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple[str, ...]:
+    """Say in words which offsets are hardly known, because no probe shows where the shaft is on average."""
+    if update.probes or rig.moves_across:
+        return ()
+    std = dict(zip(estimates.names, estimates.std))
+    found = [(f"bushings[{j}].offset", bushing.gap) for j, bushing in enumerate(rig.bushings)]
+    wide = [f"{name} ± {1e3 * std[name]:.2g} mm" for name, gap in found if std.get(name, 0.0) > WIDE_OFFSET * gap]
+    words = f"accelerometers do not show where the shaft is on average, probes would: {', '.join(wide)}"
+    return (words,) if wide else ()
 
 
 def _drawn(update: RigUpdate, families: Sequence[FamilyFit], n: int, seed: int) -> list[Model]:
