@@ -7,6 +7,7 @@ import pytest
 import clearance_mj as cm
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.identify.records.prepared import prepare
+from clearance_mj.identify.structure.hypotheses.candidate import HYPOTHESES, Bench
 from clearance_mj.identify.structure.priors import prepared_rig, priors
 from clearance_mj.identify.structure.updating import rig_file_misfit
 from clearance_mj.io.dataset import Dataset
@@ -65,6 +66,23 @@ def test_exact_supports_stay_pins():
     assert all("supports[0]" in name for name in of_supports(rig))
 
 
+def test_each_support_that_is_said_to_be_exact_is_opened_alone():
+    rig = stepped(*PINS, tolerances=(Tolerance("structure.supports.translation", "0 %"),))
+    candidates = list(HYPOTHESES["support"].candidates(Bench(rig, (5.0, 300.0), False, 2048.0)))
+    opened = [{name.partition("].")[0] for name in of_supports(candidate.make(1.0))} for candidate in candidates]
+    assert opened == [{"structure.supports[0"}, {"structure.supports[1"}]
+    words = candidates[1].words(stepped(PINS[0], Support(0.6, translation=4.5e5)))
+    assert words == "the support at x = 0.6 m, which it says to be exact, gives (4.5e+05 N/m)"
+    assert not list(HYPOTHESES["support"].candidates(Bench(stepped(*PINS), (5.0, 300.0), False, 2048.0)))
+
+
+def test_a_clamp_that_is_said_to_be_exact_is_opened(rig):
+    exact = rig.replace(tolerances=tuple(Tolerance(f"beam.clamp.{of}", "0 mm") for of in ("rotation", "translation")))
+    (candidate,) = HYPOTHESES["support"].candidates(Bench(exact, (5.0, 300.0), False, 2048.0))
+    assert not [p for p in priors(exact) if "clamp" in p.name]
+    assert {"1/beam.clamp.rotation", "1/beam.clamp.translation"} <= {p.name for p in priors(candidate.make(1.0))}
+
+
 def test_pins_that_are_pins_do_not_contradict_the_records():
     """A rig file that is exact misses what noise and modes beyond the band make of a channel, not springs for pins."""
     rig = stepped(*PINS)
@@ -73,14 +91,17 @@ def test_pins_that_are_pins_do_not_contradict_the_records():
 
 
 @pytest.mark.slow
-def test_soft_supports_are_found_and_nothing_is_invented():
-    """With exact pins the same records made a mode of the fixture, a mass of 1 kg and sensors 12 mm aside."""
+@pytest.mark.parametrize("exact", [False, True])
+def test_soft_supports_are_found_and_nothing_is_invented(exact):
+    """Pins that are said to be exact are named; else they made a mode of the fixture and a mass of 1 kg."""
     truth = [Support(x, translation=k, translation_damping=20.0) for x, k in ((0.0, 3e5), (0.6, 4.5e5))]
     drives = (cm.excitation.random(8.0, 2048.0, (5, 500), rms, seed) for seed, rms in ((1, 1.0), (2, 4.0)))
-    drawn, built = stepped(*PINS), stepped(*truth)
+    tolerances = (Tolerance("structure.supports.translation", "0 %"),) if exact else ()
+    drawn, built = stepped(*PINS, tolerances=tolerances), stepped(*truth)
     records = [noisy(drawn, cm.simulate(built, drive, engine="modal"), name=f"r{i}") for i, drive in enumerate(drives)]
     found = cm.identify.update_rig(Dataset(drawn, tuple(records), "bench"))
-    assert not found.structure.accepted
+    assert [one.name for one in found.structure.accepted] == ["support"] * 2 * exact
+    assert not found.rig.tolerances
     for support, true in zip(found.rig.structure.supports, truth):
         assert support.translation == pytest.approx(true.translation, rel=0.2)
         assert support.translation_damping == pytest.approx(true.translation_damping, rel=0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -97,7 +98,10 @@ class RigFit:
             like.spectra if like else [ChannelSpectra(record, thin) for record in self.records]
         )
         self.lines = [Lines(s.kind, s.omega, s.tested) for s in self.spectra]
-        known = priors(rig, max(s.frequency[-1] for s in self.spectra), self.probes)
+        starts, ends = ([float(s.frequency[i]) for s in self.spectra] for i in (0, -1))
+        self.band = min(starts), max(ends)
+        """Hz, of all spectral lines"""
+        known = [_within(p, self.band) for p in priors(rig, self.band[1], self.probes)]
         self.in_clearances = tuple(p for p in known if _acts_in_clearance(p.name))
         self.held = dict(held or {})
         parameters = [p for p in known if p not in self.in_clearances and p.name not in self.held]
@@ -271,6 +275,14 @@ class RigFit:
 def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
     """Noise (n_f, n_channels) with which channels that were left out say nothing."""
     return np.where(spectra.present, noise, ABSENT * rms(spectra.measured).max())
+
+
+def _within(parameter: Parameter, band: tuple[float, float]) -> Parameter:
+    """A parameter; of a mode's frequency that begins in the band, one that stays there: elsewhere nothing tells it."""
+    low, high = band
+    if not parameter.name.endswith(".frequency") or not low <= parameter.start <= high:
+        return parameter
+    return dataclasses.replace(parameter, low=max(parameter.low, low), high=min(parameter.high, high))
 
 
 def _acts_in_clearance(name: str) -> bool:

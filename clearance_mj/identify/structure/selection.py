@@ -96,7 +96,9 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
         candidates.append(trial.candidate)
         named = [dataclasses.replace(a, words=c.words(update.rig)) for a, c in zip((*found.accepted, one), candidates)]
         found = dataclasses.replace(found, accepted=tuple(named))
-    return dataclasses.replace(update, rig=update.rig.replace(tolerances=drawn.rig.tolerances), structure=found)
+    # What was opened in the rig is known now; a support that is not exact is not said to be.
+    told = tuple(t for t in update.start.tolerances if t.size == 0 or t in drawn.rig.tolerances)
+    return dataclasses.replace(update, rig=update.rig.replace(tolerances=told), structure=found)
 
 
 class _Round:
@@ -112,22 +114,17 @@ class _Round:
         self.base = solve(self.fit.problem, [self.fit.problem.at(update.values)], stop=STOP)
         self.values = self.fit.named(self.base.values)
         self.evidence = _evidence(self.base)
-        low, high = (f(part.frequency[i] for part in self.fit.spectra) for f, i in ((min, 0), (max, -1)))
         fs = min(r.fs for r in update.records)
-        bench = Bench(self.rig, (float(low), float(high)), self.fit.probes, fs, self._contradictions(low, high))
+        bench = Bench(self.rig, self.fit.band, self.fit.probes, fs, self._contradictions(*self.fit.band))
         self.weight = np.sqrt(self.base.loss.weights(self.base.residuals).score)
         self.jacobian = self.weight[:, None] * self.base.jacobian
         self.information = (self.jacobian.conj().T @ self.jacobian).real + self.base.prior
+        scored: dict[str, list[_Scored]] = {}
         with ThreadPoolExecutor(WORKERS) as pool:
-            scored = {
-                name: _best_of_groups([found for found in pool.map(self._score, one.candidates(bench)) if found])
-                for name, one in HYPOTHESES.items()
-            }
-            first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
-            self.trials = self._fit_all(pool, first, progress)
-            leading = [t.candidate.name for t in self.trials[:LEADING] if t.evidence > self.evidence - MIN_GAIN]
-            second = [found for name in leading for found in scored[name][1:BEST] if found[0] > MIN_SCORE]
-            self.trials = _best_first([*self.trials, *self._fit_all(pool, second, progress)])
+            declared = [(0.0, candidate, 1.0) for candidate in HYPOTHESES["support"].candidates(bench)]
+            self.trials = self._fit_all(pool, declared, progress)
+            if self.accepted() is None:
+                scored = self._try_others(pool, bench, progress)
         best = {t.candidate.name: t for t in reversed(self.trials)}
         fitted = [Tried(name, t.words, t.evidence - self.evidence, True) for name, t in best.items()]
         scores = [
@@ -136,6 +133,20 @@ class _Round:
             if name not in best
         ]
         self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
+
+    def _try_others(self, pool: ThreadPoolExecutor, bench: Bench, progress: bool) -> dict[str, list[_Scored]]:
+        """Score all candidates but those of supports, and fit the best of each hypothesis."""
+        scored = {
+            name: _best_of_groups([found for found in pool.map(self._score, one.candidates(bench)) if found])
+            for name, one in HYPOTHESES.items()
+            if name != "support"
+        }
+        first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
+        self.trials = _best_first([*self.trials, *self._fit_all(pool, first, progress)])
+        leading = [t.candidate.name for t in self.trials[:LEADING] if t.evidence > self.evidence - MIN_GAIN]
+        second = [found for name in leading for found in scored.get(name, ())[1:BEST] if found[0] > MIN_SCORE]
+        self.trials = _best_first([*self.trials, *self._fit_all(pool, second, progress)])
+        return scored
 
     def _contradictions(self, low: float, high: float) -> tuple[float, ...]:
         """Frequencies, Hz, of peaks of what the sensors contradict the rig in, the largest first."""

@@ -9,7 +9,10 @@ from ..records.prepared import PreparedRecord
 
 __all__ = ["ChannelSpectra", "complex_frequency", "complex_spectra", "rms"]
 
-BAND_EXTENSION = 1.35  # upper end of the band over that of the excitation: impacts reach beyond it
+BAND_EXTENSION = 1.35  # upper end of the band over that of the excitation, if impacts reach beyond it
+SILENT = 0.03
+"""Of a channel's level within the excitation's band, beyond it: 0.005 to 0.01 by 1 % of noise alone, 0.05 to 0.3 by
+impacts."""
 UNKNOWN_BAND = 0.15  # of fs: upper end of the band where that of the excitation is not known
 MIN_PERIODS = 4  # whole periods of the slowest line in a record
 FADE = 0.5  # s, cosine flanks at both ends of a record; longer ones pass for damping of modes that ring for seconds
@@ -38,6 +41,11 @@ class ChannelSpectra:
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
         found = complex_spectra(record.signals, fs, band, MAX_LINES // record.rig.n_coordinates)
+        beyond, sensed = found[0] > high, self.present[:-1]
+        if record.band and beyond.any() and not beyond.all():
+            outside, within = (rms(found[1][part, :-1][:, sensed]) for part in (beyond, ~beyond))
+            if np.median(outside / within) < SILENT:
+                found = found[0][~beyond], found[1][~beyond]
         self.level = rms(found[1])
         """(n_channels,) RMS, with the lines near the turns"""
         kept = record.away_from_turns(found[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
@@ -12,11 +13,11 @@ from ....rig import Rig, Tolerance
 from ....structure import Shaft
 
 __all__ = [
-    "HYPOTHESES", "Bench", "Candidate", "Hypothesis", "added", "hypothesis", "mode_frequencies", "opened",
-    "place_words", "places_along",
+    "HYPOTHESES", "Bench", "Candidate", "Hypothesis", "added", "frequency_words", "hypothesis",
+    "mode_frequencies", "opened", "place_words", "places_along",
 ]  # fmt: skip
 
-BEYOND = 1.5  # times the band's upper end: modes up to there are tried
+LOWEST_MODE = 10.0  # Hz, of modes that are tried
 
 
 class Bench(NamedTuple):
@@ -132,6 +133,13 @@ def place_words(place: float | str) -> str:
     return f"x = {place:.3g} m" if isinstance(place, float) else place
 
 
+def frequency_words(stiffness: float, mass: float, bench: Bench) -> str:
+    """Return the frequency of a mass on a spring in words; beyond the records' band, that it is there."""
+    frequency, highest = math.sqrt(stiffness / mass) / (2 * math.pi), bench.band[1]
+    return f"{frequency:.3g} Hz" if frequency < highest else f"above {highest:.3g} Hz, where the records end"
+
+
 def mode_frequencies(bench: Bench, count: int) -> list[float]:
-    """Return frequencies, Hz, of modes of what carries the rig, spread over the band and beyond."""
-    return np.geomspace(max(bench.band[0], 10.0), BEYOND * bench.band[1], count).tolist()
+    """Return frequencies, Hz, of modes of what carries the rig, spread over the band."""
+    low, high = bench.band
+    return np.geomspace(min(max(low, LOWEST_MODE), high), high, count).tolist()

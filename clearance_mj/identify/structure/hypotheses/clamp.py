@@ -10,7 +10,7 @@ import numpy as np
 
 from ....rig import Rig
 from ....structure.beam import Clamp
-from .candidate import Bench, Candidate, hypothesis, opened
+from .candidate import Bench, Candidate, frequency_words, hypothesis, opened
 
 MASS = 0.4  # kg
 DAMPING = 0.02
@@ -26,7 +26,7 @@ def clamps(bench: Bench) -> Iterator[Candidate]:
     if beam is None or (beam.clamp and beam.clamp.mass):
         return
     for frequency in np.geomspace(*FREQUENCIES, COUNT).tolist():
-        yield Candidate("clamp", partial(_with, bench.rig, frequency), _words, APART)
+        yield Candidate("clamp", partial(_with, bench.rig, frequency), partial(_words, bench), APART)
 
 
 def _with(rig: Rig, frequency: float, factor: float) -> Rig:
@@ -43,9 +43,9 @@ def _with(rig: Rig, frequency: float, factor: float) -> Rig:
     )  # fmt: skip
 
 
-def _words(rig: Rig) -> str:
-    assert rig.beam and rig.beam.clamp and rig.beam.clamp.translation
+def _words(bench: Bench, rig: Rig) -> str:
+    assert rig.beam and rig.beam.clamp
     clamp = rig.beam.clamp
     assert clamp.translation
-    own = np.sqrt(clamp.translation / clamp.mass) / (2 * np.pi)
-    return f"the clamp has a mode of its own: {clamp.mass:.2g} kg on {clamp.translation:.3g} N/m ({own:.3g} Hz)"
+    own = frequency_words(clamp.translation, clamp.mass, bench)
+    return f"the clamp has a mode of its own: {clamp.mass:.2g} kg on {clamp.translation:.3g} N/m ({own})"

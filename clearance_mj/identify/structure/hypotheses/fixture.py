@@ -17,7 +17,7 @@ APART = "a second accelerometer on the base, at the foot of the clamp and in the
 
 @hypothesis("fixture", "a mode of the fixture below the rig")
 def modes(bench: Bench) -> Iterator[Candidate]:
-    """Yield modes whose frequencies are spread over the band and beyond."""
+    """Yield modes whose frequencies are spread over the band."""
     if bench.rig.shaker.kind != "base":
         return
     for frequency in mode_frequencies(bench, COUNT):

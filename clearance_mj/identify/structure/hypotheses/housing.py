@@ -10,7 +10,7 @@ import numpy as np
 
 from ....rig import Rig
 from ....structure.attached import Housing
-from .candidate import Bench, Candidate, hypothesis, opened
+from .candidate import Bench, Candidate, frequency_words, hypothesis, opened
 
 MASS = 0.12  # kg
 DAMPING = 0.03
@@ -27,8 +27,9 @@ def housings(bench: Bench) -> Iterator[Candidate]:
         return
     groups = [free, *([j] for j in free if len(free) > 1)]
     for group in groups:
+        words = partial(_words, group, bench)
         for frequency in np.geomspace(*FREQUENCIES, COUNT).tolist():
-            yield Candidate("housing", partial(_with, bench.rig, group, frequency), partial(_words, group), APART)
+            yield Candidate("housing", partial(_with, bench.rig, group, frequency), words, APART)
 
 
 def _with(rig: Rig, group: Sequence[int], frequency: float, factor: float) -> Rig:
@@ -39,11 +40,11 @@ def _with(rig: Rig, group: Sequence[int], frequency: float, factor: float) -> Ri
     return opened(rig.replace(bushings=tuple(bushings)), dict.fromkeys(paths, "100 %"))
 
 
-def _words(group: Sequence[int], rig: Rig) -> str:
+def _words(group: Sequence[int], bench: Bench, rig: Rig) -> str:
     parts = []
     for j in group:
         found = rig.bushings[j].housing
         assert found
-        own = np.sqrt(found.stiffness / found.mass) / (2 * np.pi)
-        parts.append(f"{rig.clearance_labels[j]} by {found.stiffness:.3g} N/m with {found.mass:.2g} kg ({own:.3g} Hz)")
+        own = frequency_words(found.stiffness, found.mass, bench)
+        parts.append(f"{rig.clearance_labels[j]} by {found.stiffness:.3g} N/m with {found.mass:.2g} kg ({own})")
     return f"the housing gives at bushing {', '.join(parts)}"
