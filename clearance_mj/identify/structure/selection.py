@@ -58,7 +58,9 @@ class _Trial:
         known = coarse.named(coarse.problem.values(np.zeros(coarse.problem.size)))
         fit = RigFit(rig, coarse.records, like=coarse)
         starts = [_own_fitted(rig, coarse, held) for held in (values, known)]
-        self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], stop=STOP)
+        # Beside values that made good for its rigidity, a support that may give stays rigid.
+        searched = len(starts) if candidate.name == "support" else 1
+        self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], n_best=searched, stop=STOP)
         self.evidence = _evidence(self.solution) - HYPOTHESES[candidate.name].handicap
         self.values = fit.named(self.solution.values)
         self.words = candidate.words(rig_with(rig, self.values))
