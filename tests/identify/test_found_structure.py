@@ -183,5 +183,10 @@ def test_sound_benches_give_no_name(seed, fs, highest, levels):
     for i, level in enumerate(levels):
         base = excitation.random(8.0, fs, (5.0, highest), level, i)
         channels = measure_channels(bench, base.value, np.random.default_rng((seed, i)), fs)
-        records.append(Record(f"level {level:g}", "identify", bench.rig, fs, channels, band=base.band))
+        records.append(Record(f"level_{level:g}", "identify", bench.rig, fs, channels, band=base.band))
     assert update_rig(Dataset(bench.rig, tuple(records))).structure.accepted == ()
+
+
+@pytest.mark.slow
+def test_hits_on_a_sound_bench_give_no_name():
+    assert update_rig(recorded(make_bench(41))).structure.accepted == ()

@@ -278,10 +278,10 @@ def _without_absent(spectra: ChannelSpectra, noise: np.ndarray) -> np.ndarray:
 
 
 def _within(parameter: Parameter, band: tuple[float, float]) -> Parameter:
-    """A parameter; of a mode's frequency that begins in the band, one that stays there: elsewhere nothing tells it."""
-    low, high = band
-    if not parameter.name.endswith(".frequency") or not low <= parameter.start <= high:
+    """A parameter; the frequency of a mode stays in the band, or no farther from it than it began."""
+    if not parameter.name.endswith(".frequency"):
         return parameter
+    low, high = min(band[0], parameter.start), max(band[1], parameter.start)
     return dataclasses.replace(parameter, low=max(parameter.low, low), high=min(parameter.high, high))
 
 

@@ -37,7 +37,8 @@ def oscillators(bench: Bench) -> Iterator[Candidate]:
     words = partial(_words, len(bench.rig.oscillators))
     for shaft, place in places_along(bench.rig, PLACES):
         for lever, peak, beside in itertools.product(LEVERS, bench.contradictions, BESIDE):
-            hung = Oscillator(place, mass, beside * peak, DAMPING, lever * shaft.length)
+            frequency = float(np.clip(beside * peak, *bench.band))
+            hung = Oscillator(place, mass, frequency, DAMPING, lever * shaft.length)
             make = partial(_with, bench.rig, hung, shaft.length)
             yield Candidate("oscillator", make, words, APART, size="fixed", group=lever)
 
