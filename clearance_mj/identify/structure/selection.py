@@ -26,6 +26,7 @@ from . import hypotheses  # noqa: F401 - registers them
 from .faults.assessment import Assessment
 from .found_structure import Accepted, FoundStructure, Tried
 from .hypotheses.candidate import HYPOTHESES, Bench, Candidate
+from .hypotheses.support import supports
 from .priors import rig_with
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
@@ -123,7 +124,7 @@ class _Round:
         self.information = (self.jacobian.conj().T @ self.jacobian).real + self.base.prior
         scored: dict[str, list[_Scored]] = {}
         with ThreadPoolExecutor(WORKERS) as pool:
-            declared = [(0.0, candidate, 1.0) for candidate in HYPOTHESES["support"].candidates(bench)]
+            declared = [(0.0, candidate, 1.0) for candidate in supports(bench)]
             self.trials = self._fit_all(pool, declared, progress)
             if self.accepted() is None:
                 scored = self._try_others(pool, bench, progress)
