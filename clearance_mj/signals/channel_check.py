@@ -13,9 +13,8 @@ from .arrays import runs
 __all__ = ["check_channel", "clipped"]
 
 CLIPPED = 4  # samples at a limit of a channel that count as clipping
-NEAR_EXTREME = 0.9  # of the extreme: from here on the channel's resolution is taken
 EQUAL, FLAT = 1e-6, 1e-3  # of a channel's range: two samples that are equal, and several that are alike
-COARSEST = 1 / 256  # of a channel's range: the coarsest step of a converter
+COARSEST = 1 / 100  # of a channel's range: the coarsest step of a converter
 STEEP = 8.0  # times the latter that a clipped peak falls by from its last sample to the next
 REST = 0.5  # of the RMS about the median: an extreme nearer to the median is where the channel rests
 
@@ -41,14 +40,16 @@ def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:
 
     Equal samples are, to which the signal comes steeply. Where three samples lie within a step of a smooth peak's top,
     the next ones lie within four. Two samples that are equal lie on either side of it, and so the next ones are alike.
+    A channel that fills fewer steps than the coarsest converter has is rounded to equal samples, not limited.
     """
     rest = signal - np.median(signal)
+    steps = np.diff(np.unique(rest))
+    resolution = float(steps[steps > EQUAL * np.abs(rest).max()].min(initial=np.inf))
     for side in (rest, -rest):
         top = side.max()
-        if top <= REST * np.sqrt(np.mean(rest**2)):
+        if top <= REST * np.sqrt(np.mean(rest**2)) or resolution > COARSEST * top:
             continue
-        steps = np.diff(np.unique(side[side > NEAR_EXTREME * top]))
-        flat = max(FLAT * top, steps.min(initial=COARSEST * top) if (steps < COARSEST * top).any() else 0.0)
+        flat = max(FLAT * top, (1 + EQUAL) * resolution)
         near = side >= top - flat
         edges = runs(near)
         fall = top - np.pad(side, 1, mode="edge")[edges + np.array((0, 1))]

@@ -46,6 +46,8 @@ GOOD = {
     "slow sine, 6 digits": lambda rng: np.round(0.9 * np.sin(2 * np.pi * 2.1 * TIME), 6),
     "hits on a resting channel": lambda rng: np.maximum(0, np.sin(2 * np.pi * 80 * TIME)) * (TIME % 1 < 1 / 160),
     "square root of noise": lambda rng: np.sqrt(np.abs(noise(rng))),
+    "free decay across a hammer, 3 steps": lambda rng: np.round(3.4 * np.exp(-TIME) * np.sin(2 * np.pi * 9 * TIME)),
+    "free decay, 20 steps": lambda rng: np.round(20 * np.exp(-TIME) * np.sin(2 * np.pi * 9 * TIME)),
     "resonance with offset, 16 bits": lambda rng: quantised(3 + np.sin(2 * np.pi * 9 * TIME) * (1 + 0.1 * TIME), 16),
 }
 
@@ -59,6 +61,7 @@ CLIPPED = {
     "noise at 2 σ": lambda rng: np.clip(np.convolve(noise(rng), np.hanning(20), "same"), -6, 6),
     "above only": lambda rng: np.minimum(np.sin(2 * np.pi * 40 * TIME), 0.8),
     "below only, 12 bits": lambda rng: np.maximum(quantised(np.sin(2 * np.pi * 9.3 * TIME), 12), -0.8),
+    "free decay, 10 bits": lambda rng: np.clip(quantised(np.exp(-TIME) * np.sin(2 * np.pi * 9 * TIME), 10), -0.5, 0.5),
     "one hit": lambda rng: np.clip(0.01 * noise(rng) + 5 * np.exp(-(((TIME - 3) / 0.002) ** 2)), -1, 1),
 }
 
