@@ -10,9 +10,11 @@ from clearance_mj.identify.records.prepared import prepared
 from clearance_mj.io.dataset import BASE_NODE
 from clearance_mj.io.uff import Channel
 from clearance_mj.model import Model
-from clearance_mj.signals.excitation import Excitation
+from clearance_mj.signals.excitation import Excitation, random
 
 from ..conftest import SMALL_LAW, TABLE1, record_of
+from ..study.turning_rig import RIG
+from .records import record_of as simulated
 
 GAIN = 2.0  # dB
 
@@ -51,6 +53,16 @@ def test_a_gain_is_missed_at_its_sensor_and_said(ramp):
     assert found.widening > 3
 
 
+def test_bands_of_few_lines_are_beyond_their_random_error_as_seldom_as_any_other():
+    """Three standard deviations are passed by 0.27 % of normal variables, so by about three of these 1152."""
+    ratios = []
+    for seed in (3, 5, 8):
+        record = changed(record_of(TABLE1, "ramp", "identify", 9.0, seed, 32.0, start=0.3), noise=0.01)
+        ratios += [s.ratio for s in law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW)).stretches]
+    assert np.sum(np.array(ratios) > 3) <= 5
+    assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.15)
+
+
 def test_noise_is_no_misfit_and_its_error_falls_with_the_duration(ramp):
     found = law_misfit([prepared(changed(ramp, noise=0.05))], Model(TABLE1, SMALL_LAW))
     assert found.warnings == ()
@@ -62,6 +74,24 @@ def test_noise_is_no_misfit_and_its_error_falls_with_the_duration(ramp):
     beyond = np.maximum(0, s.missed**2 - s.random**2)[:, band]
     assert (8.6859 * short[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2, rel=1e-3)
     assert (8.6859 * long[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2 / 16, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("cross", "said"), [(0.0, ()), (0.1, ("at sensors 1:+Y, ", "most at sensor 1:+Y, by "))]
+)
+def test_channels_across_the_excitation_hold_noise_unless_they_are_coherent_with_it(cross, said):
+    """A shaft that does not turn moves along z alone; its sensors along y show noise, one also a part of z."""
+    still = RIG.replace(spin=None, unbalances=())
+    record, _ = simulated(still, random(5.0, 512.0, band=(5, 200), rms=1.0, seed=1), None)
+    rng, moved = np.random.default_rng(3), {c.direction: c.value for c in record.channels if c.node == 1}
+    channels = [
+        dataclasses.replace(c, value=1e-2 * rng.standard_normal(c.size) + (c.node == 1) * cross * moved["+Z"])
+        if c.direction == "+Y" and c.quantity == "acceleration" else c for c in record.channels
+    ]  # fmt: skip
+    found = law_misfit([prepared(dataclasses.replace(record, channels=channels))], Model(still))
+    assert len(found.warnings) == bool(said)
+    assert all(words in found.warnings[0] for words in said)
+    assert np.isfinite(found.widening) and (found.widening > 3) == bool(said)
 
 
 def test_decays_are_compared_from_hit_to_hit():

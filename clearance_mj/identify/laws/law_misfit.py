@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.stats
 
 from ...core.tasks import run_tasks
 from ...engines import simulate
@@ -36,6 +37,7 @@ WIDEST = 0.4  # of fs: upper end of a record whose band is not known
 NORMAL = 1.4826  # standard deviation of a normal variable over the median of its size
 TOO_FAR = 3.0  # random errors: beyond, a warning says where the law misses
 MIN_MISSED = 0.1  # dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning
+CORRELATED_LINES = 2.0  # adjacent lines of a Hann window counted as one independent observation
 REST = 0.1  # of an excitation's largest peak: what lies below it is no hit
 SHORTEST = 0.5  # s, of a decay
 
@@ -51,7 +53,8 @@ class Stretch:
     missed: np.ndarray
     """(n_sensors, n_bands) dB, typical difference of the magnitudes: its median size as a standard deviation; nan in
     bands and at sensors that the record does not have"""
-    random: np.ndarray  #: (n_sensors, n_bands) dB, typical random error of that difference
+    random: np.ndarray
+    """(n_sensors, n_bands) dB, typical random error of that difference, larger where few lines tell it"""
 
     @property
     def ratio(self) -> np.ndarray:
@@ -240,16 +243,29 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     rows = _rows(test, model)
     rest = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, rest))
-    size = np.abs(frf.functions)
-    missed = DB * np.abs(np.log(np.abs(frf.functions - difference.functions) / size))
-    error = DB * random_error(difference)[:, 0] * np.abs(difference.functions) / size
+    size, noise = np.abs(frf.functions), random_error(difference)[:, 0] * np.abs(difference.functions)
+    # Noise is in the test's magnitude: E|H|² = |H_model|² + σ², σ² = 2 noise², which is all where nothing responds.
+    expected = np.sqrt(np.abs(frf.functions - difference.functions) ** 2 + 2 * noise**2)
+    missed = DB * np.abs(np.log(expected / size))
+    error = DB * noise / np.maximum(expected, size)
     band = np.searchsorted(edges, frf.frequency, side="right") - 1
     found = np.full((2, len(model.responses), edges.size - 1), np.nan)
     for i in range(edges.size - 1):
-        if (band == i).any():
-            found[:, rows, i] = NORMAL * np.median(missed[:, band == i], axis=1), np.median(error[:, band == i], axis=1)
+        if (here := band == i).any():
+            wider = _scatter_of_median(here.sum() / CORRELATED_LINES, 2 * ((difference.averages or 2.0) - 1))
+            found[:, rows, i] = NORMAL * np.median(missed[:, here], axis=1), wider * np.median(error[:, here], axis=1)
     start, level = part.start / test.fs, float(np.std(measured.excitation))
     return Stretch(name, start, measured.duration, level, found[0], found[1])
+
+
+def _scatter_of_median(lines: float, freedom: float) -> float:
+    """Factor on a random error, at least 1, beyond `TOO_FAR` times which a median of few lines comes as seldom.
+
+    The median of m sizes is a Beta variable of (m + 1) / 2 twice over their distribution, Student's as errors are
+    estimated from few averages, too.
+    """
+    share = scipy.stats.beta.ppf(2 * scipy.stats.norm.sf(TOO_FAR), (lines + 1) / 2, (lines + 1) / 2)
+    return max(1.0, float(NORMAL * scipy.stats.t.isf(share / 2, freedom)) / TOO_FAR)
 
 
 def _decays(name: str, test: Response, model: Response) -> list[Decay]:
