@@ -12,7 +12,7 @@ from clearance_mj.identify import diagnose, update_rig
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.faults.assessment import Assessment
 from clearance_mj.identify.structure.faults.of_channels import ChannelCorrection, snapped
-from clearance_mj.identify.structure.faults.of_gaps import bend_of
+from clearance_mj.identify.structure.faults.of_gaps import bends_of, gap_faults
 from clearance_mj.identify.structure.faults.of_rigs import longer
 from clearance_mj.identify.structure.faults.of_signals import describe_signal_fault
 from clearance_mj.identify.structure.updating import update_from
@@ -117,6 +117,18 @@ def test_gap_told_wrong(sound, factor, words):
     assert fault.factor == pytest.approx(1 / factor, rel=0.15)  # of the bend, on a grid of 12 %
 
 
+@pytest.mark.parametrize("probes", [True, False])
+@pytest.mark.parametrize(("gap_factor", "level", "said"), [(0.85, 1.0, False), (0.85, 8.0, False), (0.4, 1.0, True)])
+def test_a_wall_that_an_offset_brings_near_is_no_gap_told_wrong(gap_factor, level, said, probes):
+    """The rig file knows of no offset, which is half of the gap: one wall stands at half of it, the other beyond."""
+    real = dataclasses.replace(RIG.bushings[0], gap=gap_factor * GAP, offset=0.5 * gap_factor * GAP)
+    push = excitation.level_ramp(6.0, 512.0, (5.0, 100.0), start_rms=0.3, end_rms=level, seed=1)
+    record, _ = record_of(RIG.replace(bushings=(real,)), push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])))
+    (found,) = prepare(Dataset(RIG, (dataclasses.replace(record, rig=RIG),)))
+    faults = gap_faults(update_from(RIG, [found if probes else found.without_probes()]))
+    assert [fault.factor for fault in faults] == ([pytest.approx(gap_factor, rel=0.15)] if said else [])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("factor", "words"), [(1 / 3, "small"), (3.0, "large")])
 def test_gap_told_wrong_without_probes(sound, factor, words):
@@ -176,16 +188,16 @@ class Force:
     valid: np.ndarray
 
 
-@pytest.mark.parametrize("wall", [1e-4, 2e-4, 3e-4, np.inf])
-def test_restoring_force_bends_at_the_wall(wall):
-    """F = k x + c v + k_c p(x), p beyond the wall."""
+@pytest.mark.parametrize("walls", [(1e-4, 1e-4), (1e-4, 3e-4), (4e-4, 1.5e-4), (np.inf, 2e-4), (np.inf, np.inf)])
+def test_restoring_force_bends_at_each_wall(walls):
+    """F = k x + c v + k_c p(x), p beyond the walls upwards and downwards."""
     t = np.linspace(0, 20, 40_000)
     x = 6e-4 * t / 20 * np.sin(2 * np.pi * 7 * t)
     v = np.gradient(x, t)
-    f = 4e3 * x + 3 * v + 1e4 * np.sign(x) * np.maximum(np.abs(x) - wall, 0)
+    f = 4e3 * x + 3 * v + 1e4 * (np.maximum(x - walls[0], 0) - np.maximum(-x - walls[1], 0))
     f += 0.02 * f.std() * np.random.default_rng(0).standard_normal(t.size)
-    found = bend_of(Force(x[None], v[None], f[None], np.ones(t.size, dtype=bool)), 0)
-    assert found == pytest.approx(wall, rel=0.1)  # the grid's step is 12 %
+    found = bends_of(Force(x[None], v[None], f[None], np.ones(t.size, dtype=bool)), 0)
+    assert found == pytest.approx(walls, rel=0.1)  # the grid's step is 12 %
 
 
 def late(value):

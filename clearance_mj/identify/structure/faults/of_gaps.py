@@ -10,64 +10,83 @@ from ...records.prepared import PreparedRecord
 from ..rig_update import RigUpdate
 from .assessment import Fault
 
-__all__ = ["bend_of", "gap_faults"]
+__all__ = ["bends_of", "gap_faults"]
 
-SOUND_RATIO = (
-    0.6,
-    2.1,
-)  # gap found over that of the rig file, beyond which it is a fault; of sound benches 0.73 to 1.9
-BENT = 0.9  # of the square of what a straight line leaves of a restoring force, below which it bends
+SOUND_RATIO = 0.6, 2.1
+"""Gap found over that of the rig file, beyond which it is a fault, of a gap known within `TOLERANCE`."""
+TOLERANCE = 0.2  # 1 σ of a gap's logarithm
+SOUND_OFFSET = 2.0  # standard deviations, by which one wall alone may be nearer or farther
+BENT = 0.9  # of the square of what is left of a restoring force without a wall, below which it bends there
 IMPULSIVE = 9.0  # kurtosis of a motion, above which it is in contact too seldom to show the wall, as after hits
 HIGH = 440.0  # Hz, up to which restoring forces are taken
 STRIDE = 8  # samples of a restoring force, of which one counts
 
 
 def gap_faults(update: RigUpdate) -> list[Fault]:
-    """Return the gaps that are far from where the restoring force bends.
+    """Return the gaps that are far from where the restoring force bends, whatever the offsets within their tolerances.
 
     Parameters
     ----------
     update : RigUpdate
         Update of a rig whose structure and instruments are sound.
     """
-    gaps = [bushing.gap for bushing in update.start.bushings]
-    bends = np.min([_bends(record, update) for record in update.records], axis=0)
-    faults = []
-    for j, (bend, gap) in enumerate(zip(bends.tolist(), gaps)):
-        if SOUND_RATIO[0] * gap <= bend <= SOUND_RATIO[1] * gap or bend == np.inf:
+    bends, faults = np.min([_bends(record, update) for record in update.records], axis=0), []
+    tolerance = {p.name: p.prior_std for p in update.clearance_priors}
+    for j, (walls, bushing) in enumerate(zip(bends, update.start.bushings)):
+        met, gap = walls[np.isfinite(walls)], bushing.gap
+        if not met.size:
             continue
-        ratio, which = (bend / gap, "small") if bend > gap else (gap / bend, "large")
+        wider = max(1.0, tolerance.get(f"bushings[{j}].gap", 0.0) / TOLERANCE)
+        nearer = abs(bushing.offset) + SOUND_OFFSET * tolerance.get(f"bushings[{j}].offset", 0.0)
+        share = nearer / gap if met.size == 1 else 0.0
+        low, high = SOUND_RATIO[0] ** wider * (1 - share) * gap, SOUND_RATIO[1] ** wider * (1 + share) * gap
+        if low <= (found := float(met.mean())) <= high:
+            continue
+        ratio, which = (found / gap, "small") if found > gap else (gap / found, "large")
         words = f"bushings[{j}].gap is {ratio:.1f} times too {which} in the rig file"
-        where = f"its restoring force bends at about {1e3 * bend:.2g} mm, the rig file says {1e3 * gap:.3g} mm"
-        faults.append(Fault(words, where, bend / gap))
+        at = " and ".join(f"{sign}{1e3 * wall:.2g}" for sign, wall in zip("+-", walls) if np.isfinite(wall))
+        where = f"its restoring force bends at about {at} mm, the rig file says {1e3 * gap:.3g} mm"
+        faults.append(Fault(words, where, found / gap))
     return faults
 
 
 def _bends(record: PreparedRecord, update: RigUpdate) -> np.ndarray:
-    """(n_bushings,) displacement at which the restoring force bends, m; infinite where it does not."""
+    """(n_bushings, 2) displacements at which the restoring force bends, m; infinite where it does not."""
     rig, low = update.rig, 0.0 if update.probes else NO_PROBES_BAND
     try:
         force = restoring_force(record, min(HIGH, 0.4 * record.fs), low, rig, update.values)
     except RecordError:  # too short
-        return np.full(len(rig.bushings), np.inf)
-    return np.array([bend_of(force, j) for j in range(len(rig.bushings))])
+        return np.full((len(rig.bushings), 2), np.inf)
+    return np.array([bends_of(force, j) for j in range(len(rig.bushings))])
 
 
-def bend_of(force: RestoringForce, bushing: int) -> float:
-    """Return the wall, m, at which a spring leaves least of the force, beside spring, dashpot and friction; or inf."""
+def bends_of(force: RestoringForce, bushing: int) -> np.ndarray:
+    """Return how far from rest walls (2,) are, m, upwards and downwards; infinite where the force does not bend.
+
+    Springs there leave least of the force, beside spring, dashpot and friction.
+    """
     x, v, f = (part[bushing, force.valid][::STRIDE] for part in (force.displacement, force.velocity, force.force))
+    found = np.full(2, np.inf)
     if np.mean((x - x.mean()) ** 4) > IMPULSIVE * np.var(x) ** 2:
-        return np.inf
-    grease = np.column_stack((x, v, np.clip(v / np.std(v), -0.1, 0.1)))
-    largest = float(np.abs(x).max())
-    walls = largest * np.geomspace(0.03, 0.95, 30)
-    found = [_residual(np.column_stack((grease, np.sign(x) * np.maximum(np.abs(x) - w, 0.0))), f) for w in walls]
-    squares = [left if stiffer > 0 else np.inf for left, stiffer in found]  # grease that slides bends the other way
-    return float(walls[np.argmin(squares)]) if min(squares) < BENT * _residual(grease, f)[0] else np.inf
-
-
-def _residual(columns: np.ndarray, target: np.ndarray) -> tuple[float, float]:
-    """Sum of squares that columns leave of a target, and the sign of the last one's part."""
-    columns = columns / np.linalg.norm(columns, axis=0)
-    factors = np.linalg.lstsq(columns, target)[0]
-    return float(np.sum((target - columns @ factors) ** 2)), float(factors[-1])
+        return found
+    basis = np.linalg.qr(np.column_stack((x, v, np.clip(v / np.std(v), -0.1, 0.1))))[0]
+    walls = np.abs(x).max() * np.geomspace(0.03, 0.95, 30)
+    springs = np.hstack([sign * np.maximum(sign * x[:, None] - walls, 0.0) for sign in (1, -1)])
+    springs, f = (part - basis @ (basis.T @ part) for part in (springs, f))
+    square, shared = springs.T @ springs, springs.T @ f
+    alone, (up, down) = np.diag(square), (slice(walls.size), slice(walls.size, None))
+    # Of one wall, and of two as stiff; grease that slides bends the other way.
+    one, both = (
+        np.divide(np.maximum(force, 0.0) ** 2, size, out=np.zeros_like(size), where=size > 0)
+        for force, size in (
+            (shared, alone),
+            (np.add.outer(shared[up], shared[down]), np.add.outer(alone[up], alone[down]) + 2 * square[up, down]),
+        )
+    )
+    left = f @ f - np.array([0.0, one.max(), both.max()])
+    if left[2] < BENT * left[1]:
+        return walls[np.array(np.unravel_index(np.argmax(both), both.shape))]
+    if left[1] < BENT * left[0]:
+        side, wall = divmod(int(np.argmax(one)), walls.size)
+        found[side] = walls[wall]
+    return found
