@@ -76,9 +76,7 @@ def test_noise_is_no_misfit_and_its_error_falls_with_the_duration(ramp):
     assert (8.6859 * long[:, 0]) ** 2 == pytest.approx(beyond + s.random[:, band] ** 2 / 16, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("cross", "said"), [(0.0, ()), (0.1, ("at sensors 1:+Y, ", "most at sensor 1:+Y, by "))]
-)
+@pytest.mark.parametrize(("cross", "said"), [(0.0, ()), (0.1, ("at sensors 1:+Y, ", "most at sensor 1:+Y, by "))])
 def test_channels_across_the_excitation_hold_noise_unless_they_are_coherent_with_it(cross, said):
     """A shaft that does not turn moves along z alone; its sensors along y show noise, one also a part of z."""
     still = RIG.replace(spin=None, unbalances=())
