@@ -6,13 +6,15 @@ import re
 import numpy as np
 import pytest
 
+from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance.law import ConstantLaw
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify import diagnose, update_rig
+from clearance_mj.identify import diagnose, fit_bench, update_rig
 from clearance_mj.identify.records.prepared import prepare
 from clearance_mj.identify.structure.faults.assessment import Assessment
 from clearance_mj.identify.structure.faults.of_channels import ChannelCorrection, snapped
 from clearance_mj.identify.structure.faults.of_gaps import bends_of, gap_faults
+from clearance_mj.identify.structure.faults.of_records import require_one_rig
 from clearance_mj.identify.structure.faults.of_rigs import longer
 from clearance_mj.identify.structure.faults.of_signals import describe_signal_fault
 from clearance_mj.identify.structure.updating import update_from
@@ -106,6 +108,25 @@ def test_signs_and_units(sound, channel, factor, cause):
     (fault,) = diagnosed(scaled(sound, channel, factor)).faults
     assert fault.cause == cause
     assert fault.factor == pytest.approx(1 / factor)
+
+
+def test_records_of_two_rigs_are_refused_and_records_at_two_levels_are_not():
+    """One record quiet inside the gap, one loud beyond it; then a third, of a shaft that is a tenth thicker."""
+
+    def record(name, real, level):
+        push = excitation.random(4.0, 512.0, (5.0, 100.0), rms=level, seed=2)
+        found, _ = record_of(real, push, ConstantLaw(np.array([STIFFNESS]), np.array([5.0])), name=name)
+        return dataclasses.replace(found, rig=RIG)
+
+    records = [record("quiet", RIG, 0.3), record("loud", RIG, 6.0)]
+    assert require_one_rig(RIG, prepare(Dataset(RIG, tuple(records)))) is None
+    records.append(record("thicker", beam(diameter=0.0088), 1.0))
+    words = 'record "thicker" is not of the rig or set-up of "quiet", "loud": one rig for all misses accelerometer '
+    with pytest.raises(RecordError, match=words) as error:
+        fit_bench(Dataset(RIG, tuple(records)))
+    theirs, others = re.search(r"frequencies are ([\d.]+), .* Hz against ([\d.]+), ", str(error.value)).groups()
+    assert float(others) == pytest.approx(natural_frequencies(RIG, 1)[0], rel=0.02)
+    assert float(theirs) > 1.05 * float(others)
 
 
 @pytest.mark.slow

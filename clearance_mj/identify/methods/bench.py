@@ -26,6 +26,7 @@ from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare, prepare_turning
 from ..registry import Identified, register
 from ..structure.examination import examine
+from ..structure.faults.of_records import require_one_rig
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 
@@ -93,12 +94,13 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     Raises
     ------
     RecordError
-        If there are no more sensors than clearances, a channel cannot be used, or channels surely are swapped, inverted
-        or in other units than the records say.
+        If there are no more sensors than clearances, a channel cannot be used, channels surely are swapped, inverted
+        or in other units than the records say, or records are of several rigs.
     """
     records = prepare(dataset)
     if not dataset.rig.moves_across:
         check_places(records)
+    require_one_rig(dataset.rig, records)
     update, diagnosis = examine(dataset.rig, records, progress)
     rig = update.rig
     if dataset.rig.moves_across:
