@@ -121,7 +121,7 @@ def test_records_of_two_rigs_are_refused_and_records_at_two_levels_are_not():
     records = [record("quiet", RIG, 0.3), record("loud", RIG, 6.0)]
     assert require_one_rig(RIG, prepare(Dataset(RIG, tuple(records)))) is None
     records.append(record("thicker", beam(diameter=0.0088), 1.0))
-    words = 'record "thicker" is not of the rig or set-up of "quiet", "loud": one rig for all misses accelerometer '
+    words = 'record "thicker" is not of the rig or set-up of "quiet", "loud": one rig for both misses accelerometer '
     with pytest.raises(RecordError, match=words) as error:
         fit_bench(Dataset(RIG, tuple(records)))
     theirs, others = re.search(r"frequencies are ([\d.]+), .* Hz against ([\d.]+), ", str(error.value)).groups()

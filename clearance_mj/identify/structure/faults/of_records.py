@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,17 +12,27 @@ from ....core.errors import RecordError
 from ....core.overview import few
 from ....rig import Rig
 from ...records.prepared import PreparedRecord
+from ..misfit import share_missed
 from ..rig_fit import RigFit
-from ..updating import rig_file_misfit
+from ..rig_update import RigUpdate
+from ..spectra import rms
 from .assessment import SOUND_SHARE, SUSPECT_MISFIT
 
 __all__ = ["require_one_rig"]
 
 THIN = 10  # every so many-th spectral line tells whether records are of one rig
-APART = 3.0
-"""Times what a rig of its own misses of a record, beyond which another rig does not fit; of sound benches up to 1.3,
-of records along y and along z, which tell different things, up to 2.9."""
+SUSPECT = SUSPECT_MISFIT / 100
+APART = 3.0  # times what a rig of its own misses of a record, beyond which another does not fit; of sound benches 1.3
 LISTED = 4  # channels, records and natural frequencies that are named
+
+
+@dataclass
+class _Group:
+    """Records of one rig."""
+
+    update: RigUpdate  #: the rig, updated to some of them
+    records: list[PreparedRecord]
+    missed: list[np.ndarray]  #: (n_channels,) of each of them, the share that a rig of its own, or this one, misses
 
 
 def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
@@ -39,35 +50,54 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
     Raises
     ------
     RecordError
-        If there are; names the records that do not fit the others, and the channels and natural frequencies that tell it.
+        If there are; names the records that do not fit, and the channels and natural frequencies that tell it.
     """
-    if len(records) < 2:
-        return
-    together, suspicious = RigFit(rig, records, THIN).run(), SUSPECT_MISFIT / 100
-    missed = np.array([m.share for m in together.misfit])
-    if not np.nanmax(missed) > suspicious:
-        return
-    alone = [RigFit(rig, [record], THIN).run() for record in together.records]
-    own = np.array([update.misfit[0].share for update in alone])
-    differ, worst = (missed > suspicious) & (missed > APART * own), np.nanmax(own, axis=1)
-    fits = np.nanquantile(own, SOUND_SHARE, axis=1) <= suspicious
-    if not differ.any() or (fits & (worst > suspicious)).any():  # a channel of one record is wrong, not its rig
-        return
-    limits = np.maximum(APART * worst, suspicious)
-    groups = [
-        [rig_file_misfit(update.rig, [record]).max() <= limit for record, limit in zip(together.records, limits)]
-        for update, fit in zip(alone, fits) if fit
-    ]  # fmt: skip
-    same = np.array(max(groups, key=sum, default=[True] * len(records)))
-    if same.all():
-        return
-    others, rest = (few([f'"{r.name}"' for r in np.array(records)[group]], LISTED) for group in (~same, same))
-    channels = few([name for name, told in zip(together.channels, differ.any(axis=0)) if told], LISTED)
-    lowest = [natural_frequencies(alone[group.argmax()].rig, LISTED).tolist() for group in (~same, same)]
+    if not all(record.probes for record in records):
+        records = [record.without_probes() for record in records]
+    groups, contradicted, largest = list[_Group](), set[str](), 0.0
+    for record in records if len(records) > 1 else ():
+        shares = [_missed(group.update, record) for group in groups]
+        if fitting := [i for i, share in enumerate(shares) if np.nanmax(share) <= SUSPECT]:
+            groups[fitting[0]].records.append(record)
+            groups[fitting[0]].missed.append(shares[fitting[0]])
+            continue
+        alone = RigFit(rig, [record], THIN).run()
+        own = alone.misfit[0].share
+        if np.nanquantile(own, SOUND_SHARE) <= SUSPECT < np.nanmax(own):
+            continue  # a channel of this record is wrong, not its rig
+        for group in groups:
+            together = RigFit(rig, [*group.records, record], THIN).run()
+            missed = np.array([m.share for m in together.misfit])
+            far = np.where(missed > APART * np.array([*group.missed, own]), missed, 0.0).max(axis=0)
+            if far.max() <= SUSPECT:
+                group.update = together
+                group.records.append(record)
+                group.missed.append(own)
+                break
+            contradicted |= {name for name, share in zip(together.channels, far.tolist()) if share > SUSPECT}
+            largest = max(largest, float(far.max()))
+        else:
+            groups.append(_Group(alone, [record], [own]))
+    if len(groups) > 1:
+        raise RecordError(_words(sorted(groups, key=lambda group: len(group.records)), sorted(contradicted), largest))
+
+
+def _missed(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
+    """Share (n_channels,) of a record that a rig misses which was updated to others."""
+    fit = RigFit(update.start, [record], THIN)
+    (spectra,), (found,) = fit.spectra, fit.projected(fit.problem.at(update.values))
+    return share_missed(rms(found.fitted(fit.noise[0]) - spectra.measured), spectra.level)
+
+
+def _words(groups: Sequence[_Group], channels: Sequence[str], missed: float) -> str:
+    *others, rest = groups
+    theirs, kept = ([f'"{r.name}"' for g in part for r in g.records] for part in (others, [rest]))
+    who = f"record {theirs[0]} is" if len(theirs) == 1 else f"records {few(theirs, LISTED)} are"
+    lowest = [natural_frequencies(group.update.rig, LISTED).tolist() for group in (others[0], rest)]
     modes = " Hz against ".join(", ".join(f"{f:.3g}" for f in frequencies) for frequencies in lowest)
-    who = f"record {others} is" if sum(~same) == 1 else f"records {others} are"
-    raise RecordError(
-        f"{who} not of the rig or set-up of {rest}: one rig for all misses {channels} by up to "
-        f"{100 * missed[differ].max():.0f} % of the level, one for each record at most {100 * worst.max():.1f} %; "
+    own = max(float(np.nanmax(group.missed)) for group in groups)
+    return (
+        f"{who} not of the rig or set-up of {few(kept, LISTED)}: one rig for both misses "
+        f"{few(channels, LISTED)} by up to {100 * missed:.0f} % of the level, one for each at most {100 * own:.1f} %; "
         f"their lowest natural frequencies are {modes} Hz; give each rig a dataset of its own"
     )
