@@ -24,8 +24,9 @@ from ..rig import Rig
 from ..rig.examples import example_words, unknown_examples
 from ..version import __version__
 from .forces.restoring import possible_forces, restoring_force
-from .records.checks import IdentifiabilityWarning, check_length, check_records, warn
+from .records.checks import IdentifiabilityWarning, check_length, check_records, warn, warn_of_no_contact
 from .records.needs import Need
+from .records.prepared import PreparedRecord
 from .structure.faults.contradictions import contradictions_of_rig
 
 __all__ = ["METHODS", "Identified", "Method", "fitted_model", "get_method", "identify", "law", "register", "require"]
@@ -217,9 +218,10 @@ def register(
                 with warnings.catch_warnings(record=True) as caught:
                     warnings.simplefilter("always", IdentifiabilityWarning)
                     require(name, dataset)
-                    if shortest is not None:
-                        _check(dataset, exact=not finds_rig)
+                    records = _checked(dataset, exact=not finds_rig) if shortest else ()
                     found = find(dataset, progress)
+                    if finds_rig:
+                        warn_of_no_contact(records, found.rig)
             finally:  # what was caught is for scripts, too, and above all where the method fails
                 for each in caught:
                     warnings.warn(each.message, each.category, stacklevel=2)
@@ -244,11 +246,14 @@ def _without_examples(found: Found) -> Found:
     return dataclasses.replace(found, model=model, warnings=found.warnings + words)
 
 
-def _check(dataset: Dataset, exact: bool) -> None:
-    """Check the samples of the records to identify; records to validate are never opened."""
+def _checked(dataset: Dataset, exact: bool) -> tuple[PreparedRecord, ...]:
+    """Return the records to identify, their samples checked; records to validate are never opened."""
     prepared = check_records(dataset.to_identify())
-    for words in contradictions_of_rig(dataset.rig, prepared) if exact else ():
-        warn(words)
+    if exact:
+        warn_of_no_contact(prepared, dataset.rig)
+        for words in contradictions_of_rig(dataset.rig, prepared):
+            warn(words)
+    return prepared
 
 
 def _pages(dataset: Dataset) -> dict[str, Any]:

@@ -8,10 +8,12 @@ import pytest
 
 from clearance_mj import identify
 from clearance_mj.core.errors import RecordError
-from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records
+from clearance_mj.identify.records.checks import IdentifiabilityWarning, check_records, warn_of_no_contact
 from clearance_mj.identify.records.lowest_mode import warn_of_no_ridge
 from clearance_mj.identify.records.prepared import prepared
+from clearance_mj.identify.registry import Identified, register
 from clearance_mj.io.dataset import Dataset
+from clearance_mj.model import Model
 from clearance_mj.signals.channel_check import check_channel
 
 from ..conftest import ROOT, SMALL_LAW, record_of
@@ -165,7 +167,25 @@ def test_no_contact_is_a_warning_and_the_grease_still_is_identified(rig):
 def test_contact_at_one_bushing_only(record):
     still = with_channel(record, 6, "displacement", lambda value: 0.1 * value)
     with pytest.warns(IdentifiabilityWarning, match=r"at one bushing: bushings\[0\] moves up to .*; its contact is"):
-        check_records([still])
+        warn_of_no_contact(check_records([still]), still.rig)
+
+
+def test_a_method_that_finds_the_rig_speaks_of_the_gap_that_it_finds(record, monkeypatch):
+    """The rig file's gap of 0.3 mm is never crossed, the one that is found is: nothing is said."""
+    still = with_channel(record, 6, "displacement", lambda value: 0.1 * value)
+    narrow = still.rig.replace(bushings=tuple(dataclasses.replace(b, gap=1e-5) for b in still.rig.bushings))
+    monkeypatch.setattr("clearance_mj.identify.registry.METHODS", {})
+    dataset = Dataset(still.rig, (still,))
+
+    def said(rig):
+        method = register("found", "", lambda rig: 1.0, finds_rig=True)(lambda *_: Identified(model=Model(rig)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", IdentifiabilityWarning)
+            return method(dataset).warnings
+
+    assert said(narrow) == ()
+    (words,) = said(still.rig)
+    assert words.startswith("no contact at one bushing: bushings[0] moves up to ") and "in a gap of 0.3 mm" in words
 
 
 def test_no_ridge_above_the_noise(record, rng):

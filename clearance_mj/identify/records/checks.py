@@ -13,7 +13,10 @@ from ...rig import Rig
 from .dropouts import describe_dropouts, zero_error
 from .prepared import EXCITATION, PreparedRecord, prepared
 
-__all__ = ["IdentifiabilityWarning", "check_length", "check_records", "reached", "warn", "warn_of_dropouts"]
+__all__ = [
+    "IdentifiabilityWarning", "check_length", "check_records", "reached", "warn", "warn_of_dropouts",
+    "warn_of_no_contact",
+]  # fmt: skip
 
 
 class IdentifiabilityWarning(UserWarning):
@@ -32,7 +35,7 @@ def warn(message: str) -> None:
 
 
 def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedRecord, ...]:
-    """Return records prepared; refuse those with a channel that cannot be used; warn where the shaft stays in the gap.
+    """Return records prepared; refuse those with a channel that cannot be used; warn of dropouts.
 
     Parameters
     ----------
@@ -62,7 +65,6 @@ def check_records(records: Sequence[Record | PreparedRecord]) -> tuple[PreparedR
         raise RecordError(f"{faults[0]}{rest}")
     for record in usable:
         warn_of_dropouts(record)
-    _warn_of_no_contact(usable)
     return tuple(usable)
 
 
@@ -141,10 +143,19 @@ def reached(records: Sequence[PreparedRecord], rig: Rig) -> np.ndarray | None:
     return np.asarray(np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0))
 
 
-def _warn_of_no_contact(records: Sequence[PreparedRecord]) -> None:
-    if not records or (far := reached(records, records[0].rig)) is None:
+def warn_of_no_contact(records: Sequence[PreparedRecord], rig: Rig) -> None:
+    """Warn where the shaft stays in the gaps of a rig, as far as probes show it.
+
+    Parameters
+    ----------
+    records : sequence of PreparedRecord
+        Of one rig.
+    rig : Rig
+        With the gaps that were found, or those of the rig file where a method takes it for exact.
+    """
+    if (far := reached(records, rig)) is None:
         return
-    gaps = np.array([b.gap for b in records[0].rig.bushings])
+    gaps = np.array([b.gap for b in rig.bushings])
     moves = ", ".join(
         f"bushings[{j}] moves up to {1e3 * x:.3g} mm in a gap of {1e3 * d:.3g} mm"
         for j, (x, d) in enumerate(zip(far, gaps))

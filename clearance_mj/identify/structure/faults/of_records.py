@@ -16,7 +16,7 @@ from ..misfit import share_missed
 from ..rig_fit import RigFit
 from ..rig_update import RigUpdate
 from ..spectra import rms
-from .assessment import SOUND_SHARE, SUSPECT_MISFIT
+from .assessment import SOUND_SHARE, SUSPECT_MISFIT, Assessment
 
 __all__ = ["require_one_rig"]
 
@@ -79,7 +79,7 @@ def require_one_rig(rig: Rig, records: Sequence[PreparedRecord]) -> None:
         else:
             groups.append(_Group(alone, [record], [own]))
     if len(groups) > 1:
-        raise RecordError(_words(sorted(groups, key=lambda group: len(group.records)), sorted(contradicted), largest))
+        raise RecordError(_words(sorted(groups, key=_credit), sorted(contradicted), largest))
 
 
 def _missed(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
@@ -87,6 +87,11 @@ def _missed(update: RigUpdate, record: PreparedRecord) -> np.ndarray:
     fit = RigFit(update.start, [record], THIN)
     (spectra,), (found,) = fit.spectra, fit.projected(fit.problem.at(update.values))
     return share_missed(rms(found.fitted(fit.noise[0]) - spectra.measured), spectra.level)
+
+
+def _credit(group: _Group) -> tuple[int, float]:
+    """How many records are of a rig and, where as many are of another, how near it is to the rig file's."""
+    return len(group.records), -max(map(abs, Assessment(group.update).shift.values()))
 
 
 def _words(groups: Sequence[_Group], channels: Sequence[str], missed: float) -> str:
