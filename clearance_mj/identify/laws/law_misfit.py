@@ -243,11 +243,14 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     rows = _rows(test, model)
     rest = dataclasses.replace(measured, channels=(test.channels - model.channels[rows])[:, part])
     frf, difference = (estimate_frf(response, resolution=RESOLUTION, window="hann") for response in (measured, rest))
-    size, noise = np.abs(frf.functions), random_error(difference)[:, 0] * np.abs(difference.functions)
-    # Noise is in the test's magnitude: E|H|² = |H_model|² + σ², σ² = 2 noise², which is all where nothing responds.
-    expected = np.sqrt(np.abs(frf.functions - difference.functions) ** 2 + 2 * noise**2)
-    missed = DB * np.abs(np.log(expected / size))
-    error = DB * noise / np.maximum(expected, size)
+    noise = random_error(difference)[:, 0] * np.abs(difference.functions)
+    # In the test's magnitude, the model's or both: |H|² + σ², σ² = 2 noise², so that none is missed where it is all.
+    test_size, model_size = (
+        np.sqrt(np.abs(functions) ** 2 + 2 * noise**2)
+        for functions in (frf.functions, frf.functions - difference.functions)
+    )
+    missed = DB * np.abs(np.log(model_size / test_size))
+    error = DB * noise / np.maximum(model_size, test_size)
     band = np.searchsorted(edges, frf.frequency, side="right") - 1
     found = np.full((2, len(model.responses), edges.size - 1), np.nan)
     for i in range(edges.size - 1):
