@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -44,7 +45,7 @@ class SpecialMotions(Follower):
         self.kind, self.solver_at, self.shape = kind, solver_at, z.shape
         solver = solver_at(1.0)
         self.size, self.least, self.unit = solver.size + 1, solver.least, max(float(np.linalg.norm(z)), solver.least)
-        self.reference = omega / self.unit
+        self.reference, self.direction = omega / self.unit, np.append(np.zeros(self.size), 1.0)
         self.jacobian = np.zeros((self.size + 1, self.size + 1))
         self.plane = np.zeros((self.size + 1, 2))
         self.plane[-1, 1] = 1.0
@@ -136,6 +137,7 @@ class SpecialMotions(Follower):
     def across_wall(self, motion: Motion) -> Motion | None:
         """Return the special motion at a parameter a little further on, where g changes its sign along the branch."""
         self._left(motion.omega, motion.z, motion.y, True)  # the plane is that of the last guess
+        motion = replace(motion, tangent=self.direction)
         for apart in APART if motion.tangent[-1] else ():
             at = float(np.clip(motion.omega * (1 + np.sign(motion.tangent[-1]) * apart), 1.0, 2.0))
             step = (at / motion.omega - 1) / motion.tangent[-1]
@@ -146,6 +148,14 @@ class SpecialMotions(Follower):
                 tangent = way / np.linalg.norm(way)
                 return Motion(at, found.z, found.y, found.force, tangent, found.scale)
         return None
+
+    def _at(self, omega: float, before: Motion, after: Motion) -> Motion:
+        with suppress(NoConvergence):
+            return super()._at(omega, before, after)
+        share = (omega - before.omega) / (after.omega - before.omega)
+        if (found := self._located(replace(after, omega=omega, z=before.z + share * (after.z - before.z)))) is None:
+            raise NoConvergence(omega)
+        return found
 
     def frequency(self, motion: Motion) -> float:
         """Return a motion's frequency, 1/s; of a fold where it turns, as g leaves that open within the steps of J."""
@@ -195,7 +205,7 @@ def _turn(motion: Callable[[float], Motion], reach: float) -> float:
 class WhirlOnsets(Follower):
     """Newton's method and continuation of the speed, rad/s, at which rest gives way to whirl."""
 
-    size, least = 1, 1e-3
+    size, least, direction = 1, 1e-3, np.array([0.0, 1.0])
 
     def __init__(self, system_at: Callable[[float], Condensed]):
         self.system_at, self.jacobian = system_at, np.zeros((2, 2))

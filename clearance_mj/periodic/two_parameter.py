@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from ..signals.arrays import ArrayData
 from .axes import level_axis
 from .branch import Branch, SpecialPoint
 from .condensed import Condensed
-from .continuation import MAX_POINTS, Follower, Motion, NoConvergence, difference
+from .continuation import MAX_POINTS, Motion, NoConvergence, difference
 from .dynamics import by_stiffness
 from .following import resumed, solver_of
 from .onset import first_hopf
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["Curve", "follow_folds", "follow_special", "follow_whirl_onset"]
 
 UNITS = {"gap": "m", "load": "× loads", "spin": "rad/s"}
+LAST = 5  # motions whose direction is that of the curve
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,7 +250,7 @@ def _check_last(to: float, begun: float, over: str, what: str) -> None:
 
 
 def _followed(
-    follower: Follower, first: Motion | None, what: str, progress: bool
+    follower: SpecialMotions | WhirlOnsets, first: Motion | None, what: str, progress: bool
 ) -> tuple[list[Motion], str]:  # fmt: skip
     """Motions from a parameter of 1 to 2, or back to 1, and what there are no more of."""
     if first is None:
@@ -260,7 +261,9 @@ def _followed(
         for _ in tqdm(range(MAX_POINTS), desc=what, unit="point", disable=not progress):
             if (motion := next(after, None)) is None:
                 break
-            if motions and difference(motions[-1], motion) @ motions[-1].tangent < 0:  # a fall back, not a turn
+            if len(motions) > 1:
+                follower.direction = _direction(motions)
+            if motions and difference(motions[-1], motion) @ follower.direction < 0:  # a fall back, not a turn
                 if (beyond := follower.across_wall(motions[-1])) is None:
                     raise NoConvergence(motion.omega)
                 after = follower.onwards(motion := beyond, 1.0, 2.0)
@@ -271,6 +274,12 @@ def _followed(
     except NoConvergence:
         return motions, f"no further {what} was found"
     return motions, ""
+
+
+def _direction(motions: Sequence[Motion]) -> np.ndarray:
+    """Return the direction of the last motions: tangents say little where what is followed has steps."""
+    way = difference(motions[max(0, len(motions) - LAST)], motions[-1])
+    return np.asarray(way / np.linalg.norm(way))
 
 
 def _solvers(

@@ -206,7 +206,8 @@ def on_power_law(
     half = _quantile(confidence, freedom) * math.sqrt(np.sum(residual**2) / freedom)
     for level, value in zip(fitted, y.tolist()):
         low, high = scale.limits(value, half) or (math.nan, math.nan)
-        intervals[level] = Interval(float(errors[level]), low, high, missing="" if low <= high else TOO_WIDE)
+        error = float(errors[level])  # below `SMALLEST` it counts as that
+        intervals[level] = Interval(error, min(low, error), max(high, error), missing="" if low <= high else TOO_WIDE)
     return intervals
 
 
