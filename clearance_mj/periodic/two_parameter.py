@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["Curve", "follow_folds", "follow_special", "follow_whirl_onset"]
 
 UNITS = {"gap": "m", "load": "× loads", "spin": "rad/s"}
-LAST = 5  # motions whose direction is that of the curve
+RECENT = 5  # motions whose direction is that of the curve
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -278,7 +278,7 @@ def _followed(
 
 def _direction(motions: Sequence[Motion]) -> np.ndarray:
     """Return the direction of the last motions: tangents say little where what is followed has steps."""
-    way = difference(motions[max(0, len(motions) - LAST)], motions[-1])
+    way = difference(motions[max(0, len(motions) - RECENT)], motions[-1])
     return np.asarray(way / np.linalg.norm(way))
 
 

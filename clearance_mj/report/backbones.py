@@ -34,7 +34,8 @@ def draw(found: Sequence[Backbone]) -> Drawing:
         for ax, (words, values) in zip(panels, shown.items()):
             _panel(ax, each, values)
             tidy(ax, f"{next(names)} mode {each.mode}", words, label)
-        panels[-1].set_yscale("log")
+        if (each.level[np.isfinite(each.level)] > 0).any():  # not of modes that nothing excites, or nothing damps
+            panels[-1].set_yscale("log")
     of = "; ".join(f"mode {each.mode}: clearance {each.clearances[each.clearance]}" for each in found)
     caption = (
         f"Nonlinear modes of rig “{found[0].model.rig.name}” over amplitude: frequency, damping ratio, and the "

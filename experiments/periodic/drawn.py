@@ -23,9 +23,9 @@ from clearance_mj.linear import linear_model
 from clearance_mj.rig.sensing import sensor_points
 from experiments.periodic.drawn_rigs import KINDS, MODES, Drawn, draw
 
-RESOLVED = {False: ((41, None), (41, 2048)), True: ((31, None), (61, 2048))}
+RESOLVED = {False: ((41, None), (41, 2048), (81, 2048)), True: ((31, None), (61, 2048))}
 """Harmonics and samples of a period, of rigs along one direction, and of those that move along y and z; the next ones
-where a point is not close: impacts begin between samples"""
+where a point is not close: impacts begin between samples, and stiff ones have many harmonics"""
 POINTS = 3  # of a branch
 RANGE = 1.03  # last frequency of a branch over the first
 CLOSE = 1e-3  # over the motion's size

@@ -1,6 +1,7 @@
 """clearance-mj backbone: what the Python call finds, as files; bad input is one line."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -10,6 +11,7 @@ from clearance_mj import periodic
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance import ConstantLaw
 from clearance_mj.model import Model
+from clearance_mj.report.backbones import draw
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -52,6 +54,14 @@ def test_files_hold_what_the_call_finds(law, tmp_path, capsys):
         rtol=1e-12,
     )
     assert (out / "backbone.png").stat().st_size > 20_000
+
+
+def test_a_mode_that_the_excitation_does_not_move_is_drawn_without_a_level():
+    found = periodic.follow_backbone(Model(Rig.load(RIG), LAW), 2, (1e-4, 1.1e-4), 3)
+    unmoved = dataclasses.replace(found, level=np.full_like(found.level, np.inf))
+    drawing = draw([found, unmoved])
+    assert [ax.get_yscale() for ax in drawing.figure.axes[2::3]] == ["log", "linear"]
+    assert drawing.png()
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,6 @@ from . import hypotheses  # noqa: F401 - registers them
 from .faults.assessment import Assessment
 from .found_structure import Accepted, FoundStructure, Tried
 from .hypotheses.candidate import HYPOTHESES, Bench, Candidate
-from .hypotheses.support import supports
 from .priors import rig_with
 from .rig_fit import RigFit
 from .rig_update import RigUpdate
@@ -59,8 +58,8 @@ class _Trial:
         known = coarse.named(coarse.problem.values(np.zeros(coarse.problem.size)))
         fit = RigFit(rig, coarse.records, like=coarse)
         starts = [_own_fitted(rig, coarse, held) for held in (values, known)]
-        # Beside values that made good for its rigidity, a support that may give stays rigid.
-        searched = len(starts) if candidate.name == "support" else 1
+        # Beside values that made good for it, what the rig file says to be exact stays exact.
+        searched = len(starts) if HYPOTHESES[candidate.name].of_rig_file else 1
         self.solution = solve(fit.problem, [fit.problem.at(start) for start in starts], n_best=searched, stop=STOP)
         self.evidence = _evidence(self.solution) - HYPOTHESES[candidate.name].handicap
         self.values = fit.named(self.solution.values)
@@ -124,8 +123,9 @@ class _Round:
         self.information = (self.jacobian.conj().T @ self.jacobian).real + self.base.prior
         scored: dict[str, list[_Scored]] = {}
         with ThreadPoolExecutor(WORKERS) as pool:
-            declared = [(0.0, candidate, 1.0) for candidate in supports(bench)]
-            self.trials = self._fit_all(pool, declared, progress)
+            exact = [one for one in HYPOTHESES.values() if one.of_rig_file]
+            first = [(0.0, candidate, 1.0) for one in exact for candidate in one.candidates(bench)]
+            self.trials = self._fit_all(pool, first, progress)
             if self.accepted() is None:
                 scored = self._try_others(pool, bench, progress)
         best = {t.candidate.name: t for t in reversed(self.trials)}
@@ -138,11 +138,11 @@ class _Round:
         self.tried = tuple(sorted([*fitted, *scores], key=lambda t: (-t.fitted, -t.gain)))
 
     def _try_others(self, pool: ThreadPoolExecutor, bench: Bench, progress: bool) -> dict[str, list[_Scored]]:
-        """Score all candidates but those of supports, and fit the best of each hypothesis."""
+        """Score the candidates of all other hypotheses, and fit the best of each."""
         scored = {
             name: _best_of_groups([found for found in pool.map(self._score, one.candidates(bench)) if found])
             for name, one in HYPOTHESES.items()
-            if name != "support"
+            if not one.of_rig_file
         }
         first = [own[0] for own in scored.values() if own and own[0][0] > MIN_SCORE]
         self.trials = _best_first([*self.trials, *self._fit_all(pool, first, progress)])

@@ -60,6 +60,8 @@ class Hypothesis:
     """the places at which it is tried"""
     handicap: float = 0.0
     """by how much more log evidence than others it must have"""
+    of_rig_file: bool = False
+    """whether it opens what the rig file says to be exact: fitted before all others, from every start"""
 
 
 HYPOTHESES: dict[str, Hypothesis] = {}
@@ -67,7 +69,9 @@ HYPOTHESES: dict[str, Hypothesis] = {}
 _Candidates = Callable[[Bench], Iterator[Candidate]]
 
 
-def hypothesis(name: str, called: str, handicap: float = 0.0) -> Callable[[_Candidates], _Candidates]:
+def hypothesis(
+    name: str, called: str, handicap: float = 0.0, of_rig_file: bool = False
+) -> Callable[[_Candidates], _Candidates]:  # fmt: skip
     """Register what yields the candidates of a hypothesis; a decorator.
 
     Parameters
@@ -78,10 +82,12 @@ def hypothesis(name: str, called: str, handicap: float = 0.0) -> Callable[[_Cand
         In sentences, with its article.
     handicap : float
         By how much more log evidence than others it must have.
+    of_rig_file : bool
+        It opens what the rig file says to be exact: fitted before all others, from every start.
     """
 
     def register(candidates: _Candidates) -> _Candidates:
-        HYPOTHESES[name] = Hypothesis(name, called, candidates, handicap)
+        HYPOTHESES[name] = Hypothesis(name, called, candidates, handicap, of_rig_file)
         return candidates
 
     return register

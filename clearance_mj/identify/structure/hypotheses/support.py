@@ -18,7 +18,7 @@ from .candidate import Bench, Candidate, hypothesis
 SUPPORTS = "structure.supports"
 
 
-@hypothesis("support", "a support that gives, though it is exact in the rig file")
+@hypothesis("support", "a support that gives, though it is exact in the rig file", of_rig_file=True)
 def supports(bench: Bench) -> Iterator[Candidate]:
     """Yield each support that is said to be exact, or the clamp of a beam."""
     for holder in dict.fromkeys(t.of.rpartition(".")[0] for t in _exact(bench.rig)):
