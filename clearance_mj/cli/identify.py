@@ -108,9 +108,10 @@ def _print(found: Identified, out: Path) -> None:
     if found.estimates:
         print_parameters(found.estimates, 48, f"{'found':>11s}   std  (over that of before)")
     if families := found.pages.get("families", ()):
-        print(f"{'family':58s} weight  misfit  held out")
+        print(f"{'family':71s} weight  misfit  held out")
     for family in families:
-        print(f"{family.name:58s} {family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}")
+        numbers = f"{family.weight:6.3f} {family.misfit:7.3f} {family.held_out:9.3f}"
+        print(f"bushing {family.bushing + 1}: {family.name:60s} {numbers}")
     print(found.model)
     print(f"rig and law: {out / 'rig.toml'}, {out / 'law.json'}")
 

@@ -18,7 +18,7 @@ from ..core.files import to_json, write_text
 from ..core.kinds import checks_kinds
 from ..estimate.estimates import Estimates
 from ..io.dataset import Dataset
-from ..linear.refusals import refuse_across
+from ..linear.refusals import refuse_loaded
 from ..model import Model
 from ..rig import Rig
 from ..rig.examples import example_words, unknown_examples
@@ -333,7 +333,7 @@ def identify(dataset: Dataset, method: str = "bench", progress: bool = False) ->
         If the dataset holds nothing to identify from.
     """
     if not get_method(method).in_space:
-        refuse_across(dataset.rig, f'method "{method}"')
+        refuse_loaded(dataset.rig, f'method "{method}"')
     return get_method(method).find(dataset, progress)
 
 

@@ -1,4 +1,4 @@
-"""What analyses refuse until they know every kind of clearance: some take slots along z alone, some one kind."""
+"""What analyses refuse that know slots along z alone."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ..core.errors import ClearanceError
 from ..rig import Rig
 from ..rig.dimensions import acts_across
 
-__all__ = ["one_kind", "refuse_across"]
+__all__ = ["refuse_across", "refuse_loaded"]
 
 
 def refuse_across(rig: Rig, what: str) -> None:
@@ -29,8 +29,8 @@ def refuse_across(rig: Rig, what: str) -> None:
         raise ClearanceError(f"{what} knows planar rigs, and rig {rig.name!r} moves in space: it has {moves}")
 
 
-def one_kind(rig: Rig, what: str) -> None:
-    """Refuse slots that rub or move along y and z, where a calculation knows slots along z or round clearances.
+def refuse_loaded(rig: Rig, what: str) -> None:
+    """Refuse a rig that moves along y and z, is loaded or rubs, where a calculation knows unloaded slots alone.
 
     Parameters
     ----------
@@ -44,10 +44,12 @@ def one_kind(rig: Rig, what: str) -> None:
     ClearanceError
         If it is such a rig.
     """
-    slot = next((i for i, b in enumerate(rig.bushings) if rig.moves_across and not b.is_round), None)
-    if slot is not None:
-        moves = f"rig {rig.name!r} moves along y and z, and bushings[{slot}] is a {rig.bushings[slot].of_stops}"
-        raise ClearanceError(f"{what} takes slots or round clearances, not both yet: {moves}")
+    refuse_across(rig, what)
+    if rig.is_loaded:
+        raise ClearanceError(
+            f"{what} knows no gravity and no loads, and rig {rig.name!r} has them: leave them out, and give the "
+            "offsets at which they hold the shaft"
+        )
     rubbing = next((i for i, b in enumerate(rig.bushings) if b.slides is not None), None)
     if rubbing is not None:
-        raise ClearanceError(f"{what} knows no friction of slots yet: rig {rig.name!r}, bushings[{rubbing}].friction")
+        raise ClearanceError(f"{what} knows no friction of slots: rig {rig.name!r}, bushings[{rubbing}].friction")

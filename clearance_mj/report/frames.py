@@ -198,7 +198,7 @@ def laws(study: Study) -> pd.DataFrame:
 
 def families(study: Study) -> pd.DataFrame:
     """Return the families of contact and grease that methods compared: a row per law and family, likeliest first."""
-    columns = ["law", "contact", "grease", "weight", "log_evidence", "misfit", "held_out"]
+    columns = ["law", "bushing", "contact", "grease", "weight", "log_evidence", "misfit", "held_out"]
     return pd.DataFrame([{"law": k.name, **family} for k in study.laws for family in k.families], columns=columns)
 
 

@@ -111,23 +111,25 @@ def _families(
     found: Identified, families: Sequence[FamilyFit], forces: Sequence[RestoringForce], writer: ReportWriter
 ) -> str:
     writer.csv("families", [family.to_dict() for family in families])
-    best = families[0]
+    best = {family.bushing: family for family in reversed(families)}
     rows = tuple(
-        (f.contact, f.grease, f.weight, f.log_evidence - best.log_evidence, f.misfit, f.held_out) for f in families
+        (str(j + 1), f.contact, f.grease, f.weight, f.log_evidence - best[j].log_evidence, f.misfit, f.held_out)
+        for f in families
+        for j in [f.bushing]
     )
-    sentence = (
-        f"Likeliest: {best.name}, with {100 * best.weight:.3g} % of the weight of {len(families)} families. What its "
-        f"force misses of the piece that no fit saw is {best.held_out / best.misfit:.2g} times what it misses of the "
-        "rest."
+    sentence = " ".join(
+        f"Likeliest of bushing {j + 1}: {f.name}, with {100 * f.weight:.3g} % of the weight of its families. What its "
+        f"force misses of the piece that no fit saw is {f.held_out / f.misfit:.2g} times what it misses of the rest."
+        for j, f in sorted(best.items())
     )
     columns = (
-        Column("Contact"), Column("Grease"), Column("Weight", "", ".3g"), Column("Log evidence", "less best", ".1f"),
-        Column("Misfit", "", ".3g"), Column("Held-out misfit", "", ".3g"),
+        Column("Bushing"), Column("Contact"), Column("Grease"), Column("Weight", "", ".3g"),
+        Column("Log evidence", "less best", ".1f"), Column("Misfit", "", ".3g"), Column("Held-out misfit", "", ".3g"),
     )  # fmt: skip
     caption = (
-        "Families of laws, likeliest first. Weight: probability among these, from the evidence in Laplace’s "
-        "approximation. Misfit: of the restoring force, over 5 % of its local RMS, robust mean of all bushings; "
-        "held out: of the piece of each record that no fit saw."
+        "Families of laws of each bushing, likeliest first. Weight: probability among these, from the evidence in "
+        "Laplace’s approximation. Misfit: of the restoring force, over 5 % of its local RMS, robust mean; held out: of "
+        "the piece of each record that no fit saw."
     )
     note = "The law is the likeliest; draws of rigs and laws take families by their weights."
     table = html.table(Table("families", caption, columns, rows))

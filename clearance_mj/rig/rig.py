@@ -170,6 +170,11 @@ class Rig(ClearanceRows, Shown):
         return any(b.is_round for b in self.bushings) or bool(acts_across(self))
 
     @property
+    def is_loaded(self) -> bool:
+        """Whether the shaft may rest elsewhere than without load: gravity or loads act, or it moves along y and z."""
+        return self.moves_across or bool(self.gravity or self.loads)
+
+    @property
     def n_coordinates(self) -> int:
         """Rows of each clearance, for what knows clearances of one kind alone."""
         return 2 if self.moves_across else 1

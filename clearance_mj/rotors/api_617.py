@@ -29,7 +29,6 @@ import scipy.signal
 
 from ..core.errors import RigError
 from ..core.kinds import checks_kinds
-from ..linear.refusals import one_kind
 from ..rig import Rig
 from ..rig.sensing import sensor_points
 from .turning import TurningShaft, rising, turning_shaft
@@ -346,7 +345,8 @@ def running_clearance(
             f"operating speeds {first:g} to {last:g} rad/s: must rise, with some of the speeds "
             f"({ends[0]:g} to {ends[1]:g} rad/s) between them"
         )
-    one_kind(rig, "a running clearance")
+    if other := next((f"bushings[{j}] is a {b.of_stops}" for j, b in enumerate(rig.bushings) if not b.is_round), ""):
+        raise RigError(f"a running clearance is of round bushings alone, and {other} of rig {rig.name!r}")
     shaft, n_probes = turning_shaft(rig, n_modes), len(rig.sensors)
     points = [float(sensor.position) for sensor in rig.sensors]
     points += [float(b.position) + side * b.length / 2 for b in rig.bushings for side in (-1, 1)]

@@ -11,7 +11,7 @@ from ..core.errors import RecordError
 from ..identify import get_method, require
 from ..identify.records.checks import IdentifiabilityWarning
 from ..io.dataset import Dataset
-from ..linear.refusals import refuse_across
+from ..linear.refusals import refuse_loaded
 from . import stored
 from .identified import IdentifiedModel
 
@@ -49,9 +49,9 @@ class StudiedLaws:
             get_method(method)
         for method in methods or ():
             if not get_method(method).in_space:
-                refuse_across(dataset.rig, f'method "{method}"')
+                refuse_loaded(dataset.rig, f'method "{method}"')
             require(method, dataset)
-        self._candidates = [m for m in METHODS if get_method(m).in_space or not dataset.rig.moves_across]
+        self._candidates = [m for m in METHODS if get_method(m).in_space or not dataset.rig.is_loaded]
         self.dataset, self.cache, self._progress = dataset, cache, progress
         self._named = None if methods is None else tuple(methods)
         self.left_out: dict[str, str] = {}

@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--first", type=int, default=FIRST, help="seed of the first bench")
     parser.add_argument("--count", type=int, default=COUNT, help="benches")
     options = parser.parse_args(arguments)
-    print("| bench | preferred | weight | of the truth | held out | of the truth | gaps, % | offsets, µm | time, s |")
+    print("| clearance | preferred | weight | of the truth | held out | of the truth | gap, % | offset, µm | time, s |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     right = []
     for seed in range(options.first, options.first + options.count):
@@ -49,27 +49,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
             write_bench(find_bench(name, IGNORANCES if wrong else None), folder, roles=("identify",))
         dataset, start = Dataset.load(folder), time.perf_counter()
         families = compare_families(prepare(dataset), update_rig(dataset, as_drawn=True))
-        spent, best = time.perf_counter() - start, families[0]
+        spent, best = time.perf_counter() - start, [of_one[0] for of_one in families]
         truth = WORDS.get(contact, contact), WORDS.get(grease, grease)
-        own = next(f for f in families if (f.contact, f.grease) == truth)
-        right.append([best.contact == truth[0], best.grease == truth[1]])
-        shown = " / ".join(f if r else f"**{f}**" for f, r in zip((best.contact, best.grease), right[-1]))
-        row = [
-            name + " ~" * wrong, shown, f"{best.weight:.2f}", f"{own.weight:.2f}",
-            f"{best.held_out:.3f}", f"{own.held_out:.3f}", *_missed(best, folder), f"{spent:.0f}",
-        ]  # fmt: skip
-        print(f"| {' | '.join(row)} |", flush=True)
+        missed = _missed(best, folder)
+        for likeliest, of_one, *errors in zip(best, families, *missed):
+            own = next((f for f in of_one if (f.contact, f.grease) == truth), None)
+            names = likeliest.contact, likeliest.grease
+            right.append([names[0] == truth[0], names[1] == truth[1]])
+            shown = " / ".join(f if r else f"**{f}**" for f, r in zip(names, right[-1]))
+            row = [
+                f"{name}{' ~' * wrong}, {likeliest.bushing + 1}", shown, f"{likeliest.weight:.2f}",
+                f"{own.weight:.2f}" if own else "not tried", f"{likeliest.held_out:.3f}",
+                f"{own.held_out:.3f}" if own else "", *errors, f"{spent:.0f}",
+            ]  # fmt: skip
+            print(f"| {' | '.join(row)} |", flush=True)
     contacts, greases = np.sum(right, axis=0)
     print(f"\nRight: contact {contacts}, grease {greases}, both {np.all(right, axis=1).sum()} of {len(right)}.")
 
 
-def _missed(best: FamilyFit, folder: Path) -> tuple[str, str]:
+def _missed(best: Sequence[FamilyFit], folder: Path) -> tuple[list[str], list[str]]:
     """Errors of the gaps and offsets of all bushings."""
     truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))["bushings"]
-    pairs = [(fit.bushing, real) for fit, real in zip(best.fits, truth)]
+    pairs = [(family.fit.bushing, real) for family, real in zip(best, truth)]
     gaps = [f"{100 * (found.gap / real['gap'] - 1):+.1f}" for found, real in pairs]
     offsets = [f"{1e6 * (found.offset - real['offset']):+.1f}" for found, real in pairs]
-    return ", ".join(gaps), ", ".join(offsets)
+    return gaps, offsets
 
 
 if __name__ == "__main__":

@@ -73,8 +73,10 @@ def shake(bench: Bench, base: np.ndarray, fs: float = FS, factor: int = FACTOR) 
     return found[: len(accelerometers)], found[len(accelerometers) :]
 
 
-def measure_channels(bench: Bench, base: np.ndarray, rng: np.random.Generator, fs: float = FS) -> list[Channel]:
-    """What the converter writes: gains, noise and 24 bits."""
+def measure_channels(
+    bench: Bench, base: np.ndarray, rng: np.random.Generator, fs: float = FS, noise: float = NOISE
+) -> list[Channel]:
+    """What the converter writes: gains, noise over each channel's RMS and 24 bits."""
     accelerations, displacements = shake(bench, base, fs, round(FACTOR * FS / fs))
     if late := bench.structure.late:
         accelerations[late[0]] = later(accelerations[late[0]], late[1])
@@ -89,7 +91,7 @@ def measure_channels(bench: Bench, base: np.ndarray, rng: np.random.Generator, f
         if corner := bench.structure.filtered:
             low_pass = scipy.signal.butter(6, 2 * corner, output="sos")
             signal = scipy.signal.sosfilt(low_pass, signal)
-        value, full = digitise(signal, NOISE, rng)
+        value, full = digitise(signal, noise, rng)
         unit = QUANTITIES[quantity].ascii_unit
         channels.append(Channel(f"{name}, synthetic, range +-{full:.9g} {unit}", node, "+Z", quantity, value, fs))
     return channels

@@ -68,7 +68,7 @@ def judge(names: tuple[str, ...], seed: int, probes: bool = True) -> dict:
         "bench": bench.name, "classes": [HYPOTHESIS[name] for name in names],
         "named": [one.name for one in found.update.structure.accepted], "seconds": seconds, "frfs": rows,
         "parameters": _parameters(found, truth), "probes": probes,
-        "families": {family.name: family.weight for family in found.families},
+        "families": {f"{j + 1}: {f.name}": f.weight for j, of_one in enumerate(found.families) for f in of_one},
     }  # fmt: skip
 
 

@@ -53,12 +53,11 @@ def test_extensions_are_identified_and_preferred(rig, extensions):
     x, v = shaken(1e-3, 1, 5.0)
     force = wall_force(x, v, lambda depth, speed: STIFFNESS * DEPTH * np.sinh(depth / DEPTH) + DAMPING * speed)
     motion = MeasuredMotion([recorded(x, v, relaxing(x, v) + force, 2e-3)], rig.replace(bushings=(NOMINAL,)), 0, GAPS)
-    best, *others = fit_families([motion])
+    best, *others = fit_families(motion)
     assert (best.contact, best.grease) == ("hyperbolic", "Maxwell element")
     assert best.weight > 0.9
     assert {other.contact for other in others} == {*family.CONTACT_FAMILIES}
-    (fit,) = best.fits
-    found = dict(zip(fit.estimates.names, fit.estimates.value))
+    found = dict(zip(best.fit.estimates.names, best.fit.estimates.value))
     assert found["contact stiffness"] == pytest.approx(STIFFNESS, rel=0.05)
     assert found["contact depth"] == pytest.approx(DEPTH, rel=0.05)
     assert found["grease stiffness"] == pytest.approx(K, rel=0.02)

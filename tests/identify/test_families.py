@@ -175,7 +175,7 @@ def test_gap_offset_and_stiffness_are_those_of_the_force(rig, name, measured):
     ("contact", "slips"), [pytest.param("linear", False, marks=pytest.mark.slow), ("power law", True)]
 )
 def test_the_family_that_made_the_forces_is_preferred(rig, contact, slips):
-    families = fit_families([motion(rig, contact, slips)])
+    families = fit_families(motion(rig, contact, slips))
     assert families[0].contact == contact
     assert families[0].grease == ("Maxwell-slip" if slips else "linear")
     assert families[0].weight > 0.9
@@ -223,7 +223,7 @@ def test_forces_that_are_not_known_at_rest_still_tell_gap_and_offset(rig):
     found = fit_force(of_record, CONTACT_FAMILIES["linear"], FILLING_FAMILIES["linear"])
     assert found.bushing.gap == pytest.approx(GAP, rel=3e-3)
     assert found.bushing.offset == pytest.approx(OFFSET, abs=1e-6)
-    spectrum = np.abs(np.fft.rfft(of_record.forces([(found.bushing, found.law)])[:, 0]))
+    spectrum = np.abs(np.fft.rfft(of_record.forces([found.case])[:, 0]))
     assert spectrum[: int(2.0 * SECONDS)].max() < 1e-9 * spectrum.max()
 
 

@@ -25,7 +25,7 @@ def test_what_families_differ_by_is_in_the_interval():
 
     def family(value: float, weight: float) -> SimpleNamespace:
         estimates = Estimates.of([gap], np.array([value]), np.array([[1e-4]]))
-        return SimpleNamespace(fits=(SimpleNamespace(estimates=estimates, values={gap.name: value}),), weight=weight)
+        return SimpleNamespace(fit=SimpleNamespace(estimates=estimates, values={gap.name: value}), weight=weight)
 
-    between = between_families([family(3e-4, 0.8), family(3.75e-4, 0.2)], 0)
+    between = between_families([family(3e-4, 0.8), family(3.75e-4, 0.2)])
     assert between == pytest.approx(np.array([[0.2 * np.log(1.25) ** 2]]))

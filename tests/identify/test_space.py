@@ -15,10 +15,11 @@ from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
 from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
-from clearance_mj.identify.laws.measured_motion import RoundCase, RoundMotion, smallest_circle
-from clearance_mj.identify.laws.measured_motion import forces_along as round_forces_along
-from clearance_mj.identify.laws.round_comparison import along_valley
-from clearance_mj.identify.laws.round_fit import HOLE, fit_round, hole_of, parameters_of, placed
+from clearance_mj.identify.laws.case import HOLE, Case, hole_of, nominal_of, open_parameters, placed
+from clearance_mj.identify.laws.case import forces_along as round_forces_along
+from clearance_mj.identify.laws.comparison import along_valley
+from clearance_mj.identify.laws.force_fit import fit_force
+from clearance_mj.identify.laws.measured_motion import MeasuredMotion, smallest_circle
 from clearance_mj.identify.records.prepared import prepare, prepare_turning, prepared
 from clearance_mj.identify.records.run_out import run_out
 from clearance_mj.identify.structure.priors import priors, rig_with
@@ -156,7 +157,7 @@ def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
     x, v = (np.fft.irfft(s, n).T for s in (spectrum, 2j * np.pi * lines * spectrum))
     law = cm.ContactLaw(cm.clearance.Cubic(K, 0.3 * K / bushing.gap**2), Grease(0.0))
     ends = (np.ascontiguousarray(np.repeat(each[:, None], 3, axis=1)) for each in (x, v))
-    force = round_forces_along(RoundCase(bushing, law, rest), *ends, np.zeros(n), 1 / fs).T
+    force = round_forces_along(Case(bushing, law, rest), *ends, np.zeros(n), 1 / fs).T
     one, two = np.ones(1), np.ones(2)
     return RestoringForce(
         "below", rig, fs, (0.0, 0.4 * fs), np.arange(n) / fs, x.T, v.T, force, two, two,
@@ -170,11 +171,12 @@ def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(share
     gap, rest = 2e-4, np.array([3e-5, -1.2e-4])
     bushing = Bushing(0.56, gap, grease=Grease(0.0), contact=Contact(K), radius=RADIUS, length=0.0, shape="round")
     rig = RIG.replace(spin=None, unbalances=(), bushings=(dataclasses.replace(bushing, gap=share * gap),))
-    motion = RoundMotion([touching_below(bushing, tuple(rest), rig)], rig, 0)
     nearer = rest * (1 + (share - 1) * gap / math.hypot(*rest))
-    open_ = parameters_of(motion, [p for p in priors(rig) if p.name == "bushings[0].gap"], tuple(nearer))
-    first = fit_round(motion, open_, CONTACT_FAMILIES["linear + cubic"], ROUND_FILLING_FAMILIES["long film"])
-    found = along_valley(first, motion, open_)
+    known = [p for p in priors(rig) if p.name == "bushings[0].gap"]
+    opened = open_parameters(0, nominal_of(rig, 0), known, tuple(nearer))
+    motion = MeasuredMotion([touching_below(bushing, tuple(rest), rig)], rig, 0, opened)
+    first = fit_force(motion, CONTACT_FAMILIES["linear + cubic"], ROUND_FILLING_FAMILIES["long film"])
+    found = along_valley(first, motion)
     assert abs(first.bushing.gap / gap - 1) > 0.05
     assert found.bushing.gap == pytest.approx(gap, rel=0.01)
     np.testing.assert_allclose(found.case.rest, rest, atol=0.01 * gap)

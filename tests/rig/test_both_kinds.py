@@ -115,8 +115,7 @@ def test_records_have_a_channel_for_every_row(tmp_path):
     assert places[301][0] == 0.33 and places[7][0] == SLOT.position
 
 
-def test_what_knows_one_kind_says_so_in_one_line():
+def test_what_knows_slots_alone_says_so_in_one_line():
     made = Record("r", "identify", BOTH, 64.0, to_channels(response(), BOTH))
-    moves = r"takes slots or round clearances, not both yet: rig .* moves along y and z, and bushings\[1\] is a slot"
-    with pytest.raises(ClearanceError, match=f"identification {moves}"):
-        cm.identify.fit_bench(Dataset(BOTH, [made]))
+    with pytest.raises(ClearanceError, match=r'method "constant" knows planar rigs, and rig .* moves in space'):
+        cm.identify.identify(Dataset(BOTH, [made]), "constant")

@@ -14,7 +14,7 @@ import numpy as np
 from ..forces.restoring import RestoringForce
 from ..laws.comparison import fit_families
 from ..laws.families import FamilyValues
-from ..laws.force_fit import ForceFit, ForceProblem, fit_force
+from ..laws.force_fit import ForceFit, ForceProblem, fit_force, steps_on
 from ..laws.measured_motion import MeasuredMotion
 
 __all__ = ["between_family_variance", "covariance_of_fixed", "covariance_of_rig", "fit_law"]
@@ -28,8 +28,8 @@ def fit_law(motion: MeasuredMotion, given: FamilyValues | None) -> list[ForceFit
     """Fit laws to a clearance's motion, likeliest first: of all families that are not excluded, or of given ones."""
     if given:
         return [fit_force(motion, given.contact, given.filling, [given.values] if given.values else ())]
-    found = fit_families([motion])
-    return [each.fits[0] for each in found if each.weight >= OCCAM * found[0].weight]
+    found = fit_families(motion)
+    return [each.fit for each in found if each.weight >= OCCAM * found[0].weight]
 
 
 def between_family_variance(quantities: np.ndarray) -> np.ndarray:
@@ -56,7 +56,7 @@ def covariance_of_fixed(found: ForceFit, free: np.ndarray) -> np.ndarray:
 
 
 def covariance_of_rig(
-    found: ForceFit, problem: ForceProblem, number: int, drawn: Sequence[Sequence[RestoringForce]], free: np.ndarray
+    found: ForceFit, problem: ForceProblem, drawn: Sequence[Sequence[RestoringForce]], free: np.ndarray
 ) -> np.ndarray:
     """Return the covariance (n_free, n_free) of tracked parameters that errors of the rig cause, to first order.
 
@@ -66,20 +66,10 @@ def covariance_of_rig(
         Fits of all families to one clearance.
     problem : ForceProblem
         That the fit solved.
-    number : int
-        Index of the bushing.
     drawn : sequence of sequences of RestoringForce
         Forces in the same windows, on rigs drawn from what is known of the rig.
     free : ndarray
         Indices (n_free,) of the tracked parameters.
     """
-    motion, point = problem.motion, found.point
-    now, jacobian = problem.linearised(point)
-    weighted = jacobian / np.sqrt(1 + now**2)[:, None]
-    precision = weighted.T @ jacobian + np.eye(point.size) * found.correlation_length * found.misfit**2
-    moved = []
-    for forces in drawn:
-        other = MeasuredMotion(forces, motion.rig, number, motion.gap_parameters)
-        residuals = other.residuals([problem.law(point)])[motion.fitted, 0]
-        moved.append(-np.linalg.solve(precision, weighted.T @ (residuals - now))[free])
-    return np.atleast_2d(np.array(moved).T @ np.array(moved) / max(len(moved), 1))
+    moved = steps_on(found, problem, [problem.motion.on(forces, forces[0].rig) for forces in drawn])[:, free]
+    return np.atleast_2d(moved.T @ moved / max(len(moved), 1))

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...clearance import ContactLaw
 from ...clearance.family import FamilyParameter
 from ...clearance.walls.slot import penetration
 from ...estimate.beliefs import Belief
 from ...estimate.parameter import Parameter
-from ...rig import Bushing, Rig
+from ...rig import Rig
 from ..forces.restoring import RestoringForce
 from ..forces.windows import WindowForces
+from ..laws.case import Case
 from ..laws.families import FamilyValues
 from ..laws.force_fit import ForceFit, ForceProblem
 from ..laws.measured_motion import MeasuredMotion
@@ -62,15 +62,15 @@ class TrackedLaw:
         self.change_std = unit * np.array([t.change_std for t in tracked])
         self.directions = unit * np.array([[name == tested for name in self.names] for tested in TESTED])
 
-    def law(self, x: np.ndarray) -> tuple[Bushing, ContactLaw]:
-        """Return bushing and law at x."""
+    def case(self, x: np.ndarray) -> Case:
+        """Return the clearance and its law at x."""
         point = self.fit.point.copy()
         point[self.free] = x
-        return self.problem.law(np.clip(point, self.problem.low, self.problem.high))
+        return self.problem.case(np.clip(point, self.problem.low, self.problem.high))
 
     def log_quantities(self, points: np.ndarray) -> np.ndarray:
         """Return logarithms (n_points, 3) of `QUANTITIES` at points (n_points, n)."""
-        return np.array([log_quantities(*self.law(x), self.depth) for x in points])
+        return np.array([log_quantities(self.case(x), self.depth) for x in points])
 
     def value(self, name: str, x: np.ndarray) -> float:
         """Return the value of one of `TRACKED` at x, SI: of the filling's, that of the parameter tracked as it."""
@@ -81,11 +81,11 @@ class TrackedLaw:
         return float(self.problem.values(point)[self.free[self.names.index(name)]])
 
 
-def log_quantities(bushing: Bushing, law: ContactLaw, depth: float) -> np.ndarray:
+def log_quantities(case: Case, depth: float) -> np.ndarray:
     """Return logarithms (3,) of gap, and of stiffness F/δ and damping dF/dδ̇ of a contact at a depth δ, m."""
-    contact = law.contact[0]
+    contact = case.law.contact[0]
     still, fast = contact.force(depth, 0.0, SMALL_SPEED), contact.force(depth, SMALL_SPEED, SMALL_SPEED)
-    return np.log([bushing.gap, still / depth, max((fast - still) / SMALL_SPEED, NO_DAMPING)])
+    return np.log([case.bushing.gap, still / depth, max((fast - still) / SMALL_SPEED, NO_DAMPING)])
 
 
 def _tracked_as(parameter: Parameter) -> str | None:
@@ -186,7 +186,7 @@ class ClearanceTracker:
         if math.isnan(self.depth):
             self.depth = float(np.sqrt(np.mean(depth[depth > 0] ** 2)))
         if rivals:
-            quantities = [log_quantities(f.bushing, f.law, self.depth) for f in (found, *rivals)]
+            quantities = [log_quantities(f.case, self.depth) for f in (found, *rivals)]
             self.family_variance = between_family_variance(np.array(quantities))
         problem = ForceProblem(motion, found.contact, found.filling)
         self.law = TrackedLaw(found, problem, self.depth, self.seconds)
@@ -196,7 +196,7 @@ class ClearanceTracker:
         self.constant_covariance = covariance_of_fixed(found, free)
         """of errors that are the same in all windows"""
         if drawn:
-            self.constant_covariance += covariance_of_rig(found, problem, self.number, drawn, free)
+            self.constant_covariance += covariance_of_rig(found, problem, drawn, free)
         self.changes = Changes(self.belief, self.law.change_std)
 
     def _refined(self, force: RestoringForce, time: float) -> WindowEstimate:
@@ -206,7 +206,7 @@ class ClearanceTracker:
         samples, unit = np.sort(np.concatenate((motion.fitted, motion.held_out))), law.fit.misfit
 
         def residuals(points: np.ndarray) -> np.ndarray:
-            found = motion.residuals([law.law(x) for x in points])[samples].T / unit
+            found = motion.residuals([law.case(x) for x in points])[samples].T / unit
             found = np.clip(np.nan_to_num(found, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
             return found / (1 + (found / OUTLYING) ** 2) ** 0.25  # squares grow as the size of what is far off
 
@@ -216,7 +216,7 @@ class ClearanceTracker:
         alarm = self._alarm(time)
         covariance = self.belief.covariance + self.constant_covariance
         known = Belief(self.belief.mean, covariance).through(law.log_quantities)
-        walls = law.law(self.belief.mean)[0].walls
+        walls = law.case(self.belief.mean).bushing.walls
         touching = penetration(force.ends[self.number][:, force.valid], *walls).any(axis=0)
         misfit = float(np.sqrt(np.mean(found.residuals**2)))
         std = np.sqrt(known.std**2 + self.family_variance)

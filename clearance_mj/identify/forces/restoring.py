@@ -132,7 +132,7 @@ def restoring_force(
     high = BAND * fs if high is None else float(high)
     if not low < high <= fs / 2:
         raise RecordError(f'record "{record.name}": band up to {high:g} Hz must end in 0..{fs / 2:g} Hz, half its rate')
-    n, m = measured.shape[0], rig.n_coordinates * len(rig.bushings)
+    n, m = measured.shape[0], rig.n_rows
     size = scipy.fft.next_fast_len(n + int(TAPER * fs), real=True)
     frequency = np.fft.rfftfreq(size, 1 / fs)
     inside = (frequency >= low) & (frequency <= high)
@@ -184,7 +184,7 @@ def restoring_force(
         force=back(theta[:, :m]),
         force_std=spread(noise),
         displacement_std=spread(density(moved[:, :m])),
-        ends=back(motion[:, m:]).reshape(-1, 2, rig.n_coordinates, n).swapaxes(1, 2).reshape(m, 2, n),
+        ends=back(motion[:, m:])[rig.end_rows],
         valid=(time >= SETTLE) & (time <= time[-1] - SETTLE),
         noise_frequency=frequency[inside],
         noise_density=np.sqrt(noise).T,

@@ -16,9 +16,9 @@ from ...io.dataset import Dataset, Record
 from ...model import Model
 from ...rig import Bushing, Friction, Rig, Unbalance
 from ...rig.examples import example_words, unknown_examples
+from ..laws.case import hole_of, placed
 from ..laws.measured_motion import smallest_circle
-from ..laws.round_comparison import rests_of
-from ..laws.round_fit import hole_of, placed
+from ..laws.rest import rests_of
 from ..records.prepared import PreparedRecord, prepared, require_one_mark
 from ..structure.priors import priors, rig_with
 from .found import ClearanceInOperation, OrbitFit

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +15,8 @@ from ...clearance.greases.oil_film import OilFilled
 from ...estimate import Parameter, Problem, UnknownScale
 from ...estimate.problem import Linearised
 from ...rig import Bushing, Rig
-from ...rig.dimensions import shaft_radius
-from ..laws.measured_motion import WIDE, RoundCase, forces_along
-from ..laws.round_fit import HOLE, parameters_of, round_case
+from ..laws.case import HOLE, Case, case_of, forces_along, nominal_of, open_parameters
+from ..laws.measured_motion import WIDE
 from .forces import Forces, run_out
 from .windows import Window
 
@@ -44,13 +42,12 @@ def places_of(rig: Rig) -> list[Place]:
     """Return a rig's clearances: linear contacts; oil where the rig file has it, else springs and a squeeze film."""
     found = []
     for j, bushing in enumerate(rig.bushings):
-        nominal = dataclasses.replace(bushing, radius=shaft_radius(rig, j) or None)
-        found.append(Place(j, nominal, Linear(), OilFilled() if bushing.film else LinearWithFilm()))
+        found.append(Place(j, nominal_of(rig, j), Linear(), OilFilled() if bushing.film else LinearWithFilm()))
     return found
 
 
 def law_parameters(
-    place: Place, priors: Sequence[Parameter], rest: tuple[float, float], turns: bool, weight: float, touching: bool
+    place: Place, priors: Sequence[Parameter], rest: tuple[float, ...], turns: bool, weight: float, touching: bool
 ) -> list[Parameter]:
     """Return what is open of a clearance's law, named by its number.
 
@@ -60,7 +57,7 @@ def law_parameters(
         The clearance.
     priors : sequence of Parameter
         Of the rig file.
-    rest : (float, float)
+    rest : tuple of float
         From its middle to where the shaft rests, as the rig file has it, m.
     turns : bool
         Whether the shaft turns in any record.
@@ -70,7 +67,7 @@ def law_parameters(
         Whether the shaft may touch; else gap, contact and friction are left out where nothing but contact tells them.
     """
     own = f"bushings[{place.number}]"
-    shape = parameters_of(SimpleNamespace(number=place.number, nominal=place.nominal, turns=turns), priors, rest)  # type: ignore[arg-type]
+    shape = open_parameters(place.number, place.nominal, priors, rest, turns)
     law = [*place.contact.parameters(place.nominal), *_filling(place)]
     held = [
         Parameter(f"{own}.force at rest {axis}", "N", 0.0, -50 * weight, 50 * weight, weight, "linear") for axis in "yz"
@@ -227,10 +224,10 @@ class LawProblem(Problem):
         found = real(self.misses(values))
         return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
 
-    def _case(self, place: Place, known: Mapping[str, float]) -> RoundCase:
-        own, fields = f"bushings[{place.number}].", {"contact stiffness": FAINT}
+    def _case(self, place: Place, known: Mapping[str, float]) -> Case:
+        own, fields = f"bushings[{place.number}].", {"contact stiffness": FAINT, "rest_y": 0.0, "rest_z": 0.0}
         fields |= {name.removeprefix(own): value for name, value in known.items() if name.startswith(own)}
-        case = round_case(fields, place.nominal, place.contact, place.filling)
+        case = case_of(fields, place.nominal, place.contact, place.filling)
         if self.touching:
             return case
         return case._replace(bushing=dataclasses.replace(case.bushing, gap=WIDE * case.bushing.gap, friction=None))

@@ -1,115 +1,108 @@
-"""Families of contact and filling compared: each fitted to the restoring forces, weighed by its evidence."""
+"""Families of contact and filling compared at each clearance: fitted to its restoring force, weighed by evidence."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeAlias, TypeVar
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
 from ...clearance import ContactLaw
-from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ContactFamily, Family, FillingFamily
+from ...clearance.family import CONTACT_FAMILIES, FILLING_FAMILIES, ROUND_FILLING_FAMILIES, ContactFamily, FillingFamily
+from ...clearance.greases.bouc_wen import LinearWithFilm
+from ...clearance.greases.long_film import LongFilmed
+from ...clearance.greases.oil_film import OilFilled
 from ...core.errors import LawError
 from ...estimate import rival_weights
 from ...rig import Rig
 from ...structure.base import is_rotation, parse_place
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
+from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
-from .force_fit import ForceFit, fit_force
-from .measured_motion import MeasuredMotion, RoundMotion
+from .case import HOLE, OFFSETS, RESTS, nominal_of, open_parameters
+from .force_fit import ForceFit, ForceProblem, fit_force, steps_on
+from .measured_motion import MeasuredMotion
+from .rest import rests_of, with_offsets
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
-__all__ = ["WORKERS", "FamilyFit", "compare_families", "fit_families", "fit_from_rival", "force_on", "weighted"]
+__all__ = ["FamilyFit", "compare_families", "fit_families", "force_on", "law_of", "weighted"]
 
 WORKERS = 2  # threads
 RESAMPLED = 1000  # bootstraps of the records' blocks
 SLOW_FITS, SLOW_REFITS = 6, 4  # in turn with the slow motion: of the first family, of the likeliest
 LEVER = 0.01  # of a shaft's length: where a point bushing's slope is taken
 SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
-
-Values = Mapping[str, float]
-AnyFamily = TypeVar("AnyFamily", bound=Family)
-AnyMotion: TypeAlias = MeasuredMotion | RoundMotion
+MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
+MIN_SECONDS = 4.0  # of each of them
+MIN_RATE, MIN_RATIO = 2048.0, 8.0  # samples per second, also over the highest excited frequency
+MOST_FITS = 10  # about, of one clearance
+DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
+GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
+VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
+OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
+LOWER = 1e-3  # of the misfit, that a step must gain
+FIRST_CONTACT = "linear + cubic"  # of which the others are special cases, or near
 
 
 @dataclass(frozen=True, eq=False)
 class FamilyFit:
-    """One family of contacts and greases, fitted at every bushing."""
+    """One family of contact and filling, fitted at one clearance."""
 
-    contact: str
-    """name"""
-    grease: str
-    """name"""
-    fits: tuple[ForceFit, ...]
-    """(n_bushings,)"""
+    bushing: int
+    """index of the clearance"""
+    fit: ForceFit
+    """what was found"""
     log_evidence: float
-    """logarithm of the probability of the records given the family, but for a constant of the dataset"""
+    """logarithm of the probability of the records given the family, but for a constant of the clearance"""
     weight: float
-    """probability of the family among those that were compared"""
+    """probability of the family among those that were compared at this clearance"""
+
+    @property
+    def contact(self) -> str:
+        """Name of the family of the contact."""
+        return self.fit.contact.name
+
+    @property
+    def grease(self) -> str:
+        """Name of the family of the filling."""
+        return self.fit.filling.name
 
     @property
     def name(self) -> str:
-        """Contact and grease in words."""
+        """Contact and filling in words."""
         return f"contact {self.contact}, grease {self.grease}"
 
     @property
     def misfit(self) -> float:
-        """Of the forces that were fitted, over what is expected of a law; mean of the bushings."""
-        return float(np.mean([f.misfit for f in self.fits]))
+        """Of the force that was fitted, over what is expected of a law."""
+        return self.fit.misfit
 
     @property
     def held_out(self) -> float:
         """The same of the piece that no fit saw."""
-        return float(np.mean([f.held_out for f in self.fits]))
+        return self.fit.held_out
 
     def to_dict(self) -> dict[str, Any]:
-        """Return names, weight, evidence and misfits as plain data."""
-        names = ("contact", "grease", "weight", "log_evidence", "misfit", "held_out")
+        """Return clearance, names, weight, evidence and misfits as plain data."""
+        names = ("bushing", "contact", "grease", "weight", "log_evidence", "misfit", "held_out")
         return {name: getattr(self, name) for name in names}
 
-    @property
-    def law(self) -> ContactLaw:
-        """Of all bushings."""
-        return _law([f.law for f in self.fits])
 
-    def rig(self, rig: Rig) -> Rig:
-        """Return a rig with the gaps and offsets found.
-
-        Parameters
-        ----------
-        rig : Rig
-            The updated rig.
-        """
-        return rig.replace(bushings=tuple(f.bushing for f in self.fits))
-
-    def drawn(self, rig: Rig, seed: int) -> tuple[Rig, ContactLaw]:
-        """Draw gaps, offsets and law from the covariances of the fits.
-
-        Parameters
-        ----------
-        rig : Rig
-            Everything else is its own.
-        seed : int
-            Seed of the random numbers.
-        """
-        parts = [f.drawn(b, seed + j) for j, (f, b) in enumerate(zip(self.fits, rig.bushings))]
-        return rig.replace(bushings=tuple(b for b, _ in parts)), _law([law for _, law in parts])
-
-
-def _law(laws: Sequence[ContactLaw]) -> ContactLaw:
+def law_of(laws: Sequence[ContactLaw]) -> ContactLaw:
+    """Return the law of all clearances out of the laws of each."""
     return ContactLaw([law.contact[0] for law in laws], [law.grease[0] for law in laws])
 
 
 def compare_families(
-    records: Sequence[PreparedRecord], update: RigUpdate, progress: bool = False
-) -> tuple[FamilyFit, ...]:
-    """Fit every family of contact and grease to the restoring forces on an updated rig; likeliest first.
+    records: Sequence[PreparedRecord], update: RigUpdate, rig: Rig | None = None, progress: bool = False
+) -> tuple[tuple[FamilyFit, ...], ...]:
+    """Fit families of contact and filling to the restoring forces on an updated rig.
 
     Parameters
     ----------
@@ -117,27 +110,70 @@ def compare_families(
         Those that the rig was updated to, with the probes that they have.
     update : RigUpdate
         The rig, and the priors of gaps and offsets.
+    rig : Rig, optional
+        The updated rig with the unbalance that was found.
     progress : bool
         Show progress bars.
+
+    Returns
+    -------
+    tuple of tuple of FamilyFit
+        Of each clearance, likeliest first. The likeliest are those of the rig's offsets without load, and their
+        estimates vary with the rig, too.
     """
-    apart = _ends_apart(update.rig)
+    rig = rig or update.rig
+    seconds = sum(record.duration for record in records)
+    highest = max((record.band[1] for record in records if record.band), default=0.0)
+    records = [loudest(r, MAX_SECONDS / seconds).slowed(max(MIN_RATE, MIN_RATIO * highest)) for r in records]
+    apart = _ends_apart(rig)
     forces = [force_on(apart, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
-    gaps = [p for p in update.clearance_priors if p.name.endswith((".gap", ".offset", ".length"))]
-    motions = [
-        MeasuredMotion(forces, update.rig, j, [p for p in gaps if p.name.startswith(f"bushings[{j}]")])
-        for j in range(len(update.rig.bushings))
+    turns = any(force.spin is not None for force in forces)
+    rests = rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)
+    opened = [
+        open_parameters(j, nominal_of(rig, j), update.clearance_priors, rest, turns) for j, rest in enumerate(rests)
     ]
-    if update.probes:
-        return fit_families(motions, progress)
-    # No probe shows the slow part of the motion: it follows from the laws.
-    slow = SlowMotion(motions, update.records, update.rig)
-    contact, filling = _generations(CONTACT_FAMILIES)[0][0], _generations(FILLING_FAMILIES)[0][0]
-    first = [fit_force(motion, contact, filling) for motion in motions]
-    fit_with_slow_motion(slow, contact, filling, first, SLOW_FITS)
-    families = fit_families(motions, progress)
-    best = families[0].fits
-    refined = fit_with_slow_motion(slow, best[0].contact, best[0].filling, best, SLOW_REFITS)
-    return (dataclasses.replace(families[0], fits=tuple(refined)), *families[1:])
+    motions = [MeasuredMotion(forces, rig, j, own) for j, own in enumerate(opened)]
+    slow = None if update.probes else SlowMotion(motions, records, rig)
+    if slow:  # No probe shows the slow part of the motion: it follows from the laws.
+        first = [fit_force(m, CONTACT_FAMILIES[FIRST_CONTACT], _fillings(m)[0]) for m in motions]
+        fit_with_slow_motion(slow, first, SLOW_FITS)
+    with (
+        tqdm(desc="families", total=MOST_FITS * len(motions), unit="fit", disable=not progress) as bar,
+        ThreadPoolExecutor(WORKERS) as pool,
+    ):
+        families = list(pool.map(lambda motion: fit_families(motion, bar.update), motions))
+    fits = [of_one[0].fit for of_one in families]
+    if slow:
+        fits = fit_with_slow_motion(slow, fits, SLOW_REFITS)
+    names = update.estimates.names
+    drawn = [dict(zip(names, row)) for row in update.estimates.draw(DRAWS, 0).tolist()]
+    rigs = [rig_with(update.start, values).replace(unbalances=rig.unbalances) for values in drawn]
+    others = [
+        [force_on(_ends_apart(r), update, record, values) for record in records] for r, values in zip(rigs, drawn)
+    ]
+    for j, (motion, fit) in enumerate(zip(motions, fits)):
+        problem = ForceProblem(motion, fit.contact, fit.filling)
+        steps = steps_on(fit, problem, [motion.on(each, r) for each, r in zip(others, rigs)]) * problem.unit
+        fits[j] = fit.widened_by(steps.T @ steps / DRAWS)
+    best = with_offsets(fits, rig, rigs)
+    found = []
+    for j, (fit, (likeliest, *others_of)) in enumerate(zip(best, families)):
+        unloaded = [with_offsets([*fits[:j], other.fit, *fits[j + 1 :]], rig)[j] for other in others_of]
+        rest = (dataclasses.replace(other, fit=each) for other, each in zip(others_of, unloaded))
+        found.append(tuple(dataclasses.replace(f, bushing=j) for f in (dataclasses.replace(likeliest, fit=fit), *rest)))
+    return tuple(found)
+
+
+def loudest(record: PreparedRecord, share: float) -> PreparedRecord:
+    """Return the part of a record, a share of it, in which most moves; all of one that is short anyway."""
+    n = len(record.signals)
+    size = max(int(share * n), int(MIN_SECONDS * record.fs))
+    if size >= n:
+        return record
+    signals = record.signals[:, :-1].T if record.displacement is None else record.displacement
+    power = np.concatenate(([0.0], np.cumsum(np.sum(signals**2, axis=0))))
+    first = int(np.argmax(power[size:] - power[:-size]))
+    return record.part(slice(first, first + size))
 
 
 def _ends_apart(rig: Rig) -> Rig:
@@ -151,76 +187,162 @@ def _ends_apart(rig: Rig) -> Rig:
     return rig.replace(bushings=tuple(bushings))
 
 
-def force_on(rig: Rig, update: RigUpdate, record: PreparedRecord) -> RestoringForce:
+def force_on(
+    rig: Rig, update: RigUpdate, record: PreparedRecord, probes: Mapping[str, float] | None = None
+) -> RestoringForce:
     """Restoring forces of a record on a rig, with probes as an update found them; without probes, of quick motion."""
-    return restoring_force(record, low=0.0 if update.probes else NO_PROBES_BAND, rig=rig, probes=update.values)
+    low = 0.0 if update.probes or rig.moves_across else NO_PROBES_BAND
+    return restoring_force(record, low=low, rig=rig, probes=probes or update.values)
 
 
-def fit_families(motions: Sequence[MeasuredMotion], progress: bool = False) -> tuple[FamilyFit, ...]:
-    """Fit every family of contact with every family of filling; likeliest first.
+def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: None) -> tuple[FamilyFit, ...]:
+    """Fit families of contact and filling at one clearance; likeliest first.
 
-    Fillings one after the other with the contacts that begin from no other, then each with the other contacts from
-    there. Where one of the former then misses more than one of the latter, it ended in a local optimum, and is fitted
-    again from there.
+    The fillings that begin from no other with the first contact, all contacts with the likeliest of these, all fillings
+    with the likeliest contact, and where another filling is likelier yet, the contacts with that. Each begins from the
+    best of the others. One that then misses more than another with the same filling ended in a local optimum, and is
+    fitted again from there.
+
+    Parameters
+    ----------
+    motion : MeasuredMotion
+        What laws are compared with.
+    done : callable
+        Called after each fit.
     """
-    contacts, fillings = _generations(CONTACT_FAMILIES), _generations(FILLING_FAMILIES)
-    total = len(CONTACT_FAMILIES) * len(FILLING_FAMILIES) * len(motions)
-    bar = tqdm(desc="families", total=total, unit="fit", disable=not progress)
-    with bar, ThreadPoolExecutor(WORKERS) as pool:
+    first, contacts, fillings = CONTACT_FAMILIES[FIRST_CONTACT], list(CONTACT_FAMILIES.values()), _fillings(motion)
+    found: dict[tuple[str, str], ForceFit] = {}
 
-        def fitted(motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, *starts: Values) -> ForceFit:
-            result = fit_force(motion, contact, filling, starts)
-            bar.update()
-            return result
+    def fit(contact: ContactFamily, filling: FillingFamily) -> None:
+        if (contact.name, filling.name) not in found:
+            found[contact.name, filling.name] = fit_force(
+                motion, contact, filling, _starts(motion, contact, filling, found)
+            )
+            done()
 
-        def with_first(motion: MeasuredMotion, contact: ContactFamily) -> list[ForceFit]:
-            """Of one contact all fillings, each from the one before."""
-            found: dict[str, ForceFit] = {}
-            for filling in itertools.chain(*fillings):
-                before = found.get(filling.begins_from or "")
-                starts = [before.values | filling.start(before, motion)] if before else []
-                found[filling.name] = fitted(motion, contact, filling, *starts)
-            return list(found.values())
+    def leading() -> ForceFit:
+        return weighted(motion, list(found.values()))[0].fit
 
-        def with_other(motion: MeasuredMotion, contact: ContactFamily, before: ForceFit) -> ForceFit:
-            return fitted(motion, contact, before.filling, before.values | contact.start(before, motion))
-
-        found: dict[tuple[str, str], list[ForceFit]] = {}
-        for contact in contacts[0]:
-            by_motion = pool.map(with_first, motions, itertools.repeat(contact))
-            found |= {(contact.name, fits[0].filling.name): list(fits) for fits in zip(*by_motion)}
-        first = list(found)
-        for generation in contacts[1:]:
-            tasks = {
-                (contact.name, filling): [
-                    pool.submit(with_other, motion, contact, before)
-                    for motion, before in zip(motions, found[str(contact.begins_from), filling])
-                ]
-                for contact in generation
-                for filling in FILLING_FAMILIES
-            }
-            found |= {pair: [task.result() for task in of_motions] for pair, of_motions in tasks.items()}
-        for pair in first:
-            others = [fits for other, fits in found.items() if other[1] == pair[1] and other not in first]
-            if others:
-                rivals = [min(fits, key=lambda f: f.misfit) for fits in zip(*others)]
-                found[pair] = list(pool.map(fit_from_rival, motions, found[pair], rivals))
-    return weighted(motions, list(found.values()))
+    begun = [filling for filling in fillings if filling.begins_from not in [each.name for each in fillings]]
+    for filling in begun:
+        fit(first, filling)
+    lead = leading()
+    if (valley := along_valley(lead, motion)) is not lead:
+        found = {(first.name, valley.filling.name): valley}
+        for filling in begun:
+            fit(first, filling)
+    if not motion.touches(leading().case):
+        contacts = [first]  # one is as good as another
+    for contact in contacts:
+        fit(contact, lead.filling)
+    lead = leading()
+    for filling in fillings:
+        fit(lead.contact, filling)
+    lead = leading()
+    for contact in contacts:
+        fit(contact, lead.filling)
+    for pair, old in found.items():
+        rival = min((f for other, f in found.items() if other[1] == pair[1]), key=lambda f: f.misfit)
+        found[pair] = fit_from_rival(motion, old, rival)
+    return weighted(motion, list(found.values()))
 
 
-def _generations(families: Mapping[str, AnyFamily]) -> list[list[AnyFamily]]:
-    """Families that begin from no other, then those that begin from these, and so on."""
-    found: list[list[AnyFamily]] = []
-    names: set[str | None] = {None}
-    while rest := [family for family in families.values() if family.name not in names]:
-        if not (ready := [family for family in rest if family.begins_from in names]):
+def _fillings(motion: MeasuredMotion) -> list[FillingFamily]:
+    """Fillings that are tried, each after that from whose fit its own begins: oil, or all greases.
+
+    Beside oil a spring with a squeeze film is tried, which does not know that the shaft turns.
+    """
+    linear, greases = FILLING_FAMILIES[LinearWithFilm.name], list[FillingFamily]()
+    while rest := [f for f in FILLING_FAMILIES.values() if f not in greases]:
+        ready = [f for f in rest if f.begins_from is None or f.begins_from in [each.name for each in greases]]
+        if not ready:
             raise LawError(
                 f'family "{rest[0].name}" begins from "{rest[0].begins_from}", of which no fit is known; '
-                f"known: {', '.join(families)}"
+                f"known: {', '.join(FILLING_FAMILIES)}"
             )
-        found.append(ready)
-        names |= {family.name for family in ready}
-    return found
+        greases += ready
+    if not motion.nominal.is_round:
+        return greases
+    long_film, nominal = ROUND_FILLING_FAMILIES[LongFilmed.name], motion.nominal
+    if nominal.film:
+        return [ROUND_FILLING_FAMILIES[OilFilled.name], long_film]
+    return [long_film, *(greases if nominal.grease.stiffness else [linear])]  # else there is nothing that could slide
+
+
+def _starts(
+    motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, found: Mapping[tuple[str, str], ForceFit]
+) -> list[dict[str, float]]:
+    """Where the fit of a family begins: at what those that it begins from, and the best one, bring along."""
+    if not found:
+        return grid_of_starts(motion)
+    lead = min(found.values(), key=lambda f: f.misfit)
+    before = found.get((str(contact.begins_from), filling.name)), found.get((contact.name, str(filling.begins_from)))
+    starts = []
+    for fit in dict.fromkeys(f for f in (*before, lead) if f):
+        start = fit.values
+        if fit.contact is not contact:
+            start |= contact.start(fit, motion)
+        if fit.filling is not filling:
+            start |= filling.start(fit, motion)
+        starts.append(start)
+    return starts
+
+
+def grid_of_starts(motion: MeasuredMotion) -> list[dict[str, float]]:
+    """Return gaps and contacts about the rig file's, with the shaft where that has it and in the motion's middle.
+
+    A shaft that goes far into a soft wall shows neither the gap nor the middle, and from too wide a gap none is found.
+    """
+    own, nominal = f"bushings[{motion.number}]", motion.nominal
+    names = RESTS if motion.rest_is_open else OFFSETS
+    middle = dict(zip((f"{own}.{name}" for name in names[-motion.size :]), (-motion.middle).tolist()))
+    contacts = [
+        {
+            f"{own}.gap": gap * nominal.gap,
+            "contact stiffness": hardness * nominal.contact.stiffness,
+            "contact cubic stiffness": hardness * nominal.contact.stiffness / nominal.gap**2,
+        }
+        for gap, hardness in itertools.product(GAPS, STIFFNESSES)
+    ]
+    return [place | contact for place in ({}, middle) for contact in contacts]
+
+
+def along_valley(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
+    """Return the best fit of those that begin with wider and narrower gaps whose nearest wall is where a fit has it.
+
+    A shaft that touches one side alone shows where the wall is there, and hardly how far the other side is: the search
+    ends in a long valley, before its lowest place.
+
+    Parameters
+    ----------
+    fit : ForceFit
+        Where the search ended.
+    motion : MeasuredMotion
+        What was fitted.
+    """
+    if motion.size == 1 and not motion.meets_one_of_two(fit.case):
+        return fit
+    for steps in VALLEY:
+        while True:
+            others = [each for step in steps if (each := _beside(fit, motion, step))]
+            best = min(others, key=lambda each: each.misfit, default=fit)
+            if best.misfit > (1 - LOWER) * fit.misfit:
+                break
+            fit = best
+    return fit
+
+
+def _beside(fit: ForceFit, motion: MeasuredMotion, step: float) -> ForceFit | None:
+    """Fit from a gap that is wider by a factor; None where the shaft is too near to the middle to tell a side."""
+    own, gap, size = f"bushings[{motion.number}]", fit.case.bushing.gap, float(np.linalg.norm(fit.case.middle))
+    farther = (step - 1.0) * gap
+    if size < OFF_CENTRE * gap or size + farther <= 0:
+        return None
+    names = RESTS if motion.rest_is_open else OFFSETS
+    place = (np.array(fit.case.middle) * (size + farther) / size).tolist()
+    moved = {f"{own}.gap": step * gap} | {f"{own}.{n}": x for n, x in zip(names[-motion.size :], place)}
+    round_hole = {f"{own}.{name}": 0.0 for name in HOLE}
+    return fit_force(motion, fit.contact, fit.filling, [fit.values | moved | round_hole])
 
 
 def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> ForceFit:
@@ -233,23 +355,18 @@ def fit_from_rival(motion: MeasuredMotion, old: ForceFit, rival: ForceFit) -> Fo
     return min(old, fit_force(motion, old.contact, old.filling, [others, others | own]), key=lambda f: f.misfit)
 
 
-def weighted(motions: Sequence[AnyMotion], found: Sequence[Sequence[ForceFit]]) -> tuple[FamilyFit, ...]:
-    """Return families with their probabilities, likeliest first.
+def weighted(motion: MeasuredMotion, found: Sequence[ForceFit]) -> tuple[FamilyFit, ...]:
+    """Return the families of a clearance with their probabilities, likeliest first.
 
     All families miss the records by more than noise, so that pieces of a record do not agree which one is nearest:
     probabilities are means over Bayesian bootstraps of the blocks (pseudo-BMA+; Yao, Vehtari, Simpson and Gelman,
     Using stacking to average Bayesian predictive distributions, Bayesian Analysis 13, 2018).
     """
-    # Errors of the best family are those of rig and sensors: they say how many samples are one observation, for all.
-    lengths = [min(fits, key=lambda f: f.misfit).correlation_length for fits in zip(*found)]
-    lengths = [max(SHORTEST_CORRELATION * motion.rate, length) for motion, length in zip(motions, lengths)]
-    counts = np.random.default_rng(0).dirichlet(np.ones(motions[0].blocks.size), RESAMPLED) * motions[0].blocks.size
-    evidence = np.array([sum(f.log_evidence(length) for f, length in zip(fits, lengths)) for fits in found])
-    resampled = [np.sum([f.log_evidence(length, counts) for f, length in zip(fits, lengths)], axis=0) for fits in found]
-    weight = np.mean([rival_weights(each) for each in np.transpose(resampled)], axis=0)
-    return tuple(
-        FamilyFit(
-            found[i][0].contact.name, found[i][0].filling.name, tuple(found[i]), float(evidence[i]), float(weight[i])
-        )
-        for i in np.lexsort((-evidence, -weight))
-    )
+    # Errors of the best family are those of rig and sensors: they say how many values are one observation, for all.
+    length = max(SHORTEST_CORRELATION * motion.rate, min(found, key=lambda f: f.misfit).correlation_length)
+    counts = np.random.default_rng(0).dirichlet(np.ones(motion.blocks.size), RESAMPLED) * motion.blocks.size
+    evidence = np.array([float(f.log_evidence(length)) for f in found])
+    resampled = np.array([f.log_evidence(length, counts) for f in found])
+    weight = np.mean([rival_weights(each) for each in resampled.T], axis=0)
+    order = np.lexsort((-evidence, -weight))
+    return tuple(FamilyFit(motion.number, found[i], float(evidence[i]), float(weight[i])) for i in order)

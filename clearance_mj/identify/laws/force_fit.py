@@ -1,4 +1,4 @@
-"""Laws fitted to the restoring force of a bushing: gap, offset, contact and filling.
+"""Laws fitted to the restoring force of a clearance: gap, offset or where the shaft rests, contact and filling.
 
 The motion is measured, so nothing is simulated and impacts are not chaotic: a law's force along the measured motion is
 compared with the restoring force instant by instant, its errors of unknown size. They are correlated in time, so that
@@ -10,11 +10,10 @@ from composite likelihoods, Statistica Sinica 22, 2012).
 from __future__ import annotations
 
 import dataclasses
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Generic, TypeVar, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,15 +22,13 @@ from ...clearance import ContactLaw
 from ...clearance.contact import ContactModel
 from ...clearance.family import ContactFamily, FillingFamily
 from ...clearance.grease import GreaseModel
-from ...estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, log_evidence, solve
+from ...estimate import Estimates, Problem, Stop, UnknownScale, log_evidence, solve
 from ...rig import Bushing, Grease
+from .case import OFFSETS, RESTS, Case, case_of, fields_of, hole_of, placed
 from .measured_motion import MeasuredMotion
 
-__all__ = ["FamilyProblem", "ForceFit", "ForceProblem", "fit_force"]
+__all__ = ["ForceFit", "ForceProblem", "fit_force", "steps_on"]
 
-Case = TypeVar("Case")
-
-FARTHEST_OFFSET = 0.95  # of the gap: the shaft at rest touches neither wall
 STOP = Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
 MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
 MAX_CORRELATION_LENGTH = 10.0  # samples, on the way: far from the optimum all errors are correlated
@@ -39,31 +36,37 @@ MAX_CORRELATION_LENGTH = 10.0  # samples, on the way: far from the optimum all e
 
 @dataclass(frozen=True, eq=False)
 class ForceFit:
-    """One family of contact and filling at one bushing."""
+    """One family of contact and filling at one clearance."""
 
     contact: ContactFamily  #: family of the contact
     filling: FillingFamily  #: family of the filling
-    nominal: Bushing  #: the bushing as the rig file has it
-    law: ContactLaw  #: of this bushing
-    bushing: Bushing  #: with the gap and offset found
-    estimates: Estimates  #: of gap, offset, length, where open, then of contact and filling
+    nominal: Bushing  #: the clearance as the rig file has it
+    case: Case  #: as found
+    bushing: Bushing  #: with the gap found, and the offset of the unloaded shaft, once that is known
+    estimates: Estimates  #: of what is open of the clearance, then of contact and filling
     point: np.ndarray  #: (n,) values in prior standard deviations from their starts
     information: np.ndarray  #: (n, n) of `point`, as if errors were independent, without the priors
+    loss: UnknownScale  #: of the residuals, as the fit ended
     losses: np.ndarray  #: (n_blocks,) of the force over its expected error, sums over blocks
-    size: int  #: samples that were fitted
-    correlation_length: float  #: samples that count as one independent observation
+    size: int  #: values that were fitted
+    correlation_length: float  #: values that count as one independent observation
     misfit: float  #: of the force, over the error that a law is expected to have: robust mean over what was fitted
     held_out: float  #: the same over what was not
 
+    @property
+    def law(self) -> ContactLaw:
+        """Contact and filling of this clearance."""
+        return self.case.law
+
     def log_evidence(self, correlation_length: float, counts: ArrayLike = 1.0) -> np.ndarray:
-        """Return the logarithm of the probability of the records given the family, but for a constant of the bushing.
+        """Return the logarithm of the probability of the records given the family, but for a constant of the clearance.
 
         In Laplace's approximation, with the size of the errors integrated out.
 
         Parameters
         ----------
         correlation_length : float
-            Samples that count as one independent observation, the same for all families that are compared.
+            Values that count as one independent observation, the same for all families that are compared.
         counts : array_like
             How often each block of the records counts (..., n_blocks).
         """
@@ -87,8 +90,45 @@ class ForceFit:
         seed : int
             Seed of the random numbers.
         """
-        values = self.estimates.draw(1, seed)[0]
-        return _bushing_and_law(values, self.estimates.names, self.nominal, bushing, self.contact, self.filling)
+        known = fields_of(self.estimates.names, self.estimates.draw(1, seed)[0])
+        own, law, _ = case_of(known, self.nominal, self.contact, self.filling)
+        offset = np.array([known.get(name, getattr(bushing, name)) for name in OFFSETS[-bushing.n_coordinates :]])
+        hole = {"shape": own.shape, "wall": own.wall} if bushing.wall else {}
+        length = known.get("length", bushing.length)
+        return placed(bushing, offset, gap=own.gap, length=length, friction=own.friction, film=own.film, **hole), law
+
+    def offset_by(self, moved: np.ndarray, spread: np.ndarray) -> ForceFit:
+        """Return the fit with the unloaded shaft's offsets in the place of where it rests.
+
+        Parameters
+        ----------
+        moved : ndarray, shape (d,)
+            From the unloaded place to rest along its coordinates, m.
+        spread : ndarray, shape (d, d)
+            Covariance of that, m².
+        """
+        if self.case.rest is None:
+            return self
+        found, parameters, values = self.estimates, [], self.estimates.value.copy()
+        covariance, at = found.covariance.copy(), list[int]()
+        for i, p in enumerate(found.parameters):
+            where, _, field = p.name.rpartition(".")
+            if field in RESTS:
+                own = float(moved[len(at)])
+                name = f"{where}.{OFFSETS[RESTS.index(field)]}"
+                p = dataclasses.replace(p, name=name, start=p.start - own, low=p.low - own, high=p.high - own)
+                values[i] -= own
+                at.append(i)
+            parameters.append(p)
+        covariance[np.ix_(at, at)] += spread
+        estimates = Estimates.of(parameters, values, covariance)
+        bushing = placed(self.bushing, values[at], **hole_of(self.bushing, self.bushing.gap, estimates))
+        return dataclasses.replace(self, bushing=bushing, estimates=estimates)
+
+    def widened_by(self, covariance: np.ndarray) -> ForceFit:
+        """Return the fit with a covariance (n, n) of what varies of its estimates added to theirs."""
+        e = self.estimates
+        return dataclasses.replace(self, estimates=Estimates.of(e.parameters, e.value, e.covariance + covariance))
 
     @property
     def contact_model(self) -> ContactModel:
@@ -106,54 +146,8 @@ class ForceFit:
         return dict(zip(self.estimates.names, self.estimates.value.tolist()))
 
 
-class FamilyProblem(Problem, Generic[Case]):
+class ForceProblem(Problem):
     """A family's parameters and the residuals of its force, over the errors that laws are expected to have.
-
-    Parameters
-    ----------
-    motion : MeasuredMotion or RoundMotion
-        What laws are compared with.
-    shape : sequence of Parameter
-        What is open of the clearance itself.
-    contact : ContactFamily
-        Family of the contact.
-    filling : FillingFamily
-        Family of the filling.
-    """
-
-    lanes = True
-    """whether many laws take hardly longer than one"""
-
-    def __init__(self, motion: Any, shape: Sequence[Parameter], contact: ContactFamily, filling: FillingFamily) -> None:
-        self.motion, self.contact, self.filling = motion, contact, filling
-        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
-        loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
-        super().__init__([*shape, *own], self._over_errors, loss=loss, lanes=self.lanes)
-
-    @abstractmethod
-    def case(self, values: np.ndarray) -> Case:
-        """Return the clearance and its law of values (n,)."""
-
-    def _over_errors(self, values: np.ndarray) -> np.ndarray:
-        found = self.motion.residuals([self.case(each) for each in values])[self.motion.fitted].T
-        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
-
-    def parts_of_fit(self, found: Solution, parameters: Sequence[Parameter], correlated: float) -> dict[str, Any]:
-        """Return fields of `ForceFit`, but for the law, of a solution of which so many samples are one observation."""
-        loss, motion = cast(UnknownScale, found.loss), self.motion
-        covariance = np.linalg.inv(found.information / correlated + found.prior) * np.outer(self.unit, self.unit)
-        aside = motion.residuals([self.case(found.values)])[motion.held_out, 0]
-        misfit, held_out = (float(loss.scale(residuals)) ** 0.5 for residuals in (found.residuals, aside))
-        return {
-            "contact": self.contact, "filling": self.filling, "nominal": motion.nominal,
-            "estimates": Estimates.of(parameters, found.values, covariance), "point": found.at,
-            "information": found.information, "losses": loss.losses(found.residuals), "size": found.residuals.size,
-            "correlation_length": loss.correlated, "misfit": misfit, "held_out": held_out,
-        }  # fmt: skip
-
-
-class ForceProblem(FamilyProblem[tuple[Bushing, ContactLaw]]):
-    """The problem of a family at a bushing whose measured motion is along one line.
 
     Parameters
     ----------
@@ -166,38 +160,73 @@ class ForceProblem(FamilyProblem[tuple[Bushing, ContactLaw]]):
     """
 
     def __init__(self, motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily) -> None:
-        super().__init__(motion, motion.gap_parameters, contact, filling)
+        self.motion, self.contact, self.filling = motion, contact, filling
+        own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
+        loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
+        super().__init__([*motion.parameters, *own], self._over_errors, loss=loss)
 
-    def law(self, at: np.ndarray) -> tuple[Bushing, ContactLaw]:
-        """Return bushing and law at coordinates (n,)."""
-        return self.case(self.values(at))
+    def case(self, at: np.ndarray) -> Case:
+        """Return the clearance and its law at coordinates (n,)."""
+        return self._case(self.values(at))
 
-    def case(self, values: np.ndarray) -> tuple[Bushing, ContactLaw]:
-        """Return bushing and law of values (n,)."""
-        nominal, names = self.motion.nominal, [p.name for p in self.parameters]
-        return _bushing_and_law(values, names, nominal, nominal, self.contact, self.filling)
+    def _case(self, values: np.ndarray) -> Case:
+        known = fields_of([p.name for p in self.parameters], values)
+        return case_of(known, self.motion.nominal, self.contact, self.filling)
+
+    def _over_errors(self, values: np.ndarray) -> np.ndarray:
+        found = self.motion.residuals([self._case(each) for each in values])[self.motion.fitted].T
+        return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
 
 
 def fit_force(
     motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, starts: Sequence[Mapping[str, float]] = ()
 ) -> ForceFit:
-    """Fit a family at a bushing, from the likeliest of some values by name or, without any, from the priors."""
+    """Fit a family at a clearance, from the likeliest of some values by name or, without any, from the priors.
+
+    Parameters
+    ----------
+    motion : MeasuredMotion
+        What laws are compared with.
+    contact : ContactFamily
+        Family of the contact.
+    filling : FillingFamily
+        Family of the filling.
+    starts : sequence of mapping
+        Values by name, SI.
+    """
     problem = ForceProblem(motion, contact, filling)
-    found = solve(problem, [problem.at(values) for values in (*starts, {})], stop=STOP)
-    bushing, law = problem.law(found.at)
-    parameters = [motion.with_reach(p, bushing) for p in problem.parameters]
-    correlated = cast(UnknownScale, found.loss).correlated
-    return ForceFit(law=law, bushing=bushing, **problem.parts_of_fit(found, parameters, correlated))
+    found = solve(problem, [problem.at(values) for values in starts or ({},)], stop=STOP)
+    case, loss = problem.case(found.at), cast(UnknownScale, found.loss)
+    parameters = [motion.with_reach(p, case) for p in problem.parameters]
+    correlated = max(loss.correlated, motion.shortest_correlation)
+    covariance = np.linalg.inv(found.information / correlated + found.prior) * np.outer(problem.unit, problem.unit)
+    aside = motion.residuals([case])[motion.held_out, 0]
+    misfit, held_out = (float(loss.scale(residuals)) ** 0.5 for residuals in (found.residuals, aside))
+    return ForceFit(
+        contact=contact, filling=filling, nominal=motion.nominal, case=case, bushing=case.bushing,
+        estimates=Estimates.of(parameters, found.values, covariance), point=found.at, information=found.information,
+        loss=loss, losses=loss.losses(found.residuals), size=found.residuals.size,
+        correlation_length=loss.correlated, misfit=misfit, held_out=held_out,
+    )  # fmt: skip
 
 
-def _bushing_and_law(
-    values: Sequence[float] | np.ndarray, names: Sequence[str], nominal: Bushing, bushing: Bushing,
-    contact: ContactFamily, filling: FillingFamily,
-) -> tuple[Bushing, ContactLaw]:  # fmt: skip
-    """Bushing with another gap and length, and another offset short of the wall, and the law of values by name."""
-    known = {n.rpartition(".")[2]: float(v) for n, v in zip(names, values) if n.startswith("bushings[")}
-    gap, offset = known.get("gap", bushing.gap), known.get("offset", bushing.offset)
-    offset = float(np.clip(offset, -FARTHEST_OFFSET * gap, FARTHEST_OFFSET * gap))
-    own, n = [float(v) for v in values[len(known) :]], len(contact.parameters(nominal))
-    law = ContactLaw(contact.make(nominal, *own[:n]), filling.make(nominal, *own[n:]))
-    return dataclasses.replace(bushing, gap=gap, offset=offset, length=known.get("length", bushing.length)), law
+def steps_on(fit: ForceFit, problem: ForceProblem, others: Sequence[MeasuredMotion]) -> np.ndarray:
+    """Return how far (n_others, n) a fit moves, in prior standard deviations, where the rig is another one.
+
+    One Gauss-Newton step for each.
+
+    Parameters
+    ----------
+    fit : ForceFit
+        The fit.
+    problem : ForceProblem
+        That it solved.
+    others : sequence of MeasuredMotion
+        Motions and forces on rigs drawn from what is known of the rig, see `MeasuredMotion.on`.
+    """
+    linear = problem.linearised(fit.point)
+    weighted = linear.jacobian * fit.loss.weights(linear.residuals).curvature[:, None]
+    information = weighted.T @ linear.jacobian / fit.correlation_length + np.eye(fit.point.size)
+    moved = [other.residuals([problem.case(fit.point)])[problem.motion.fitted, 0] for other in others]
+    changed = np.array([each - linear.residuals for each in moved]).reshape(-1, linear.residuals.size)
+    return -np.linalg.solve(information, weighted.T @ changed.T / fit.correlation_length).T

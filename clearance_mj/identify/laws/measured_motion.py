@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
 import itertools
 import math
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,20 +16,16 @@ import scipy.ndimage
 import scipy.signal
 import scipy.spatial
 
-from ...clearance import ContactLaw, KelvinVoigt, along
+from ...clearance import ContactLaw, KelvinVoigt
 from ...clearance.grease import GreaseModel
-from ...clearance.record import clearance_records
 from ...clearance.walls.slot import penetration
 from ...estimate.parameter import Parameter
 from ...rig import Bushing, Rig
-from ...rig.dimensions import shaft_radius
 from ..forces.restoring import RestoringForce
+from .case import Case, nominal_of
 from .forces_in_lanes import Path, decimated, law_forces
 
-__all__ = [
-    "DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "RoundCase", "RoundMotion", "forces_along",
-    "low_pass", "path_of",
-]  # fmt: skip
+__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "low_pass"]
 
 INTERPOLATION = 2  # factor by which motions are interpolated: contact begins and ends between samples
 DECIMATION = 2  # factor by which forces are decimated: beyond the pass band there is nothing to compare
@@ -40,7 +36,8 @@ BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
 WIDE = 1e3  # gaps, of a hole whose wall is never met
-SLOW_ROUNDS = 2  # in which the slow motion follows a law, from where it was found last
+REPEATED = 0.2  # s: so much of a round motion counts as one observation in intervals, at least
+SLOW_ROUNDS = 1  # in which the slow motion follows a law, from where it was found last
 
 
 class OwnSlowMotion(NamedTuple):
@@ -56,7 +53,10 @@ class OwnSlowMotion(NamedTuple):
 
 
 class MeasuredMotion:
-    """Motion and restoring force of one bushing in all records, with the weight of each sample.
+    """Motion and restoring force of one clearance in all records, with the weight of each sample.
+
+    A round clearance has two values, along y and z, of each sample, one after the other. Where it is not known where
+    the shaft rests, a steady force moves nothing: of each record and direction the mean of the force is left out.
 
     Parameters
     ----------
@@ -65,34 +65,59 @@ class MeasuredMotion:
     rig : Rig
         The linear rig.
     number : int
-        Index of the bushing.
-    gap_parameters : sequence of Parameter
-        Gap, offset and length, so far as the rig file leaves them open.
+        Index of the clearance.
+    parameters : sequence of Parameter
+        What is open of it beside contact and filling, see `open_parameters`.
     """
 
     def __init__(
-        self, forces: Sequence[RestoringForce], rig: Rig, number: int, gap_parameters: Sequence[Parameter]
+        self, forces: Sequence[RestoringForce], rig: Rig, number: int, parameters: Sequence[Parameter] = ()
     ) -> None:
-        self.rig, self.nominal, self.gap_parameters = rig, rig.bushings[number], tuple(gap_parameters)
-        self.paths = [path_of(f, number, f.rig.bushings[number].length) for f in forces]
+        self.number, self.nominal, self.parameters = number, nominal_of(rig, number), tuple(parameters)
+        self.rest_is_open = any(p.name.rpartition(".")[2].startswith("rest_") for p in parameters)
+        rows = rig.clearance_rows[number]
+        self.size = rows.stop - rows.start
+        """coordinates"""
+        self.paths = [_path_of(f, rows, f.rig.bushings[number].length) for f in forces]
         self.factor = INTERPOLATION * DECIMATION
         self.rate = forces[0].fs / DECIMATION
         """samples compared per second"""
-        pieces = [samples_of(f, number, i) for i, f in enumerate(forces)]
+        pieces = [_samples_of(f, rows, i) for i, f in enumerate(forces)]
+        ends = np.cumsum([0, *(len(piece[0]) for piece in pieces)]).tolist()
+        self._records = [slice(*part) for part in itertools.pairwise(ends)]
         self.force, level, noise, block, fitted, held_out = (np.concatenate(arrays) for arrays in zip(*pieces))
-        self.unknown_lines = _unknown_lines(forces, [len(piece[0]) for piece in pieces])
+        self.unknown_lines = _unknown_lines(forces, self._records)
         self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
-        """numbers of the samples that fits see, and of those that they do not"""
+        """numbers of the values that fits see, and of those that they do not"""
         # Where the force is small all over, the error is one of the rig and the sensors: the median keeps its weight
         # finite.
         self.weight = 1 / np.hypot(FORCE_ERROR * np.hypot(level, np.median(level[self.fitted])), noise)
+        self._counted = self.weight**2 * fitted
         self.blocks = np.flatnonzero(np.diff(block[self.fitted], prepend=-1))
-        """(n_blocks,) where blocks begin among the fitted samples"""
+        """(n_blocks,) where blocks begin among the fitted values"""
+        # What a law misses at a place of a round wall, it misses whenever the shaft comes by: blocks do not show that.
+        self.shortest_correlation = self.size * REPEATED * self.rate if self.size > 1 else 0.0
+        """values that count as one observation in intervals, at least"""
         self.slow: list[OwnSlowMotion] = []
         """of each record, where its slow motion is not measured but follows from laws (`SlowMotion`)"""
 
-    def forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], rounds: int = SLOW_ROUNDS) -> np.ndarray:
-        """Return the forces (n_t, n_cases) of laws, N, in the band in which that of the records is known."""
+    def on(self, forces: Sequence[RestoringForce], rig: Rig) -> MeasuredMotion:
+        """Return the same records' motion and forces as they are on another rig, such as one drawn from its posterior.
+
+        Parameters
+        ----------
+        forces : sequence of RestoringForce
+            On that rig.
+        rig : Rig
+            The other one.
+        """
+        other, rows = copy.copy(self), rig.clearance_rows[self.number]
+        other.paths = [_path_of(f, rows, f.rig.bushings[self.number].length) for f in forces]
+        other.force = np.concatenate([_samples_of(f, rows, i)[0] for i, f in enumerate(forces)])
+        return other
+
+    def forces(self, cases: Sequence[Case], rounds: int = SLOW_ROUNDS) -> np.ndarray:
+        """Return the forces (n, n_cases) of laws, N, in the band in which that of the records is known."""
         x, last = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow], np.full(len(cases), np.inf)
         for _ in range(rounds if self.slow else 0):
             forces = self.slow_forces(cases, x)
@@ -109,82 +134,119 @@ class MeasuredMotion:
             found[part] = scipy.fft.irfft(spectrum, part.stop - part.start, axis=0)
         return found
 
-    def slow_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> list[np.ndarray]:
+    def slow_forces(self, cases: Sequence[Case], x: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the slow lines (n_f, n_cases) of laws' forces in each record with a slow motion x, also such lines."""
         found = self.all_forces(cases, x)
         return [scipy.fft.rfft(found[part], axis=0)[:count] for part, count in self.unknown_lines]
 
-    def all_forces(self, cases: Sequence[tuple[Bushing, ContactLaw]], x: Sequence[np.ndarray]) -> np.ndarray:
-        """Return forces (n_t, n_cases) at all frequencies, with slow lines x (n_f, n_cases) in each record, if any."""
+    def all_forces(self, cases: Sequence[Case], x: Sequence[np.ndarray]) -> np.ndarray:
+        """Return forces (n, n_cases) at all frequencies, with slow lines x (n_f, n_cases) in each record, if any."""
         slow = [scipy.fft.irfft(each, part.stop - part.start, axis=0)
                 for each, (part, _) in zip(x, self.unknown_lines)]  # fmt: skip
-        return law_forces(self.paths, low_pass(), self.factor, self.rig, cases, slow)
+        return law_forces(self.paths, low_pass(), self.factor, cases, slow)
 
-    def _at_ends(self, length: float) -> np.ndarray:
-        """Displacements (n_t, 2) at both ends of a bushing of a length."""
-        ends = np.concatenate([path.at_ends(length)[:: self.factor] for path in self.paths])
-        for own, (part, _) in zip(self.slow, self.unknown_lines):
-            ends[part] += scipy.fft.irfft(own.x, part.stop - part.start)[:, None]
-        return ends
+    def residuals(self, cases: Sequence[Case]) -> np.ndarray:
+        """Return (n, n_cases) differences of laws' forces from the measured one, over their expected errors."""
+        found = self.forces(cases) - self.force[:, None]
+        for part in self._records if self.rest_is_open else ():
+            own = found[part].reshape(-1, self.size, len(cases))
+            counted = self._counted[part].reshape(-1, self.size, 1)
+            own -= np.sum(own * counted, axis=0) / np.maximum(counted.sum(axis=0), 1e-300)
+        found *= self.weight[:, None]
+        return found
 
-    def residuals(self, cases: Sequence[tuple[Bushing, ContactLaw]]) -> np.ndarray:
-        """Return (n_t, n_cases) differences of laws' forces from the measured one, over their expected errors."""
-        return (self.forces(cases) - self.force[:, None]) * self.weight[:, None]
+    def depth(self, case: Case, kept: bool = False) -> np.ndarray:
+        """Return how far (n, 2) both ends are beyond a clearance's walls, m, at all samples or only those compared."""
+        ends = [path.at_ends(case.bushing.length)[:: self.factor if kept else 1] for path in self.paths]
+        for each, own, (part, _) in zip(ends, self.slow, self.unknown_lines) if kept else ():
+            each += scipy.fft.irfft(own.x, part.stop - part.start)[:, None, None]
+        bushing = case.bushing
+        places = np.concatenate(ends) + np.array(case.middle)
+        if self.size == 1:
+            lower, upper = (wall + bushing.offset for wall in bushing.walls)
+            return np.abs(penetration(places[:, :, 0], lower, upper))
+        return np.asarray(np.hypot(*np.moveaxis(places, 2, 0)) - bushing.wall_model.reach(bushing.gap))
+
+    def touches(self, case: Case) -> bool:
+        """Return whether an end ever goes beyond the gap."""
+        return bool((self.depth(case) > 0).any())
+
+    def meets_one_of_two(self, case: Case) -> bool:
+        """Return whether an end goes beyond one wall of a slot, and never beyond the other."""
+        ends = np.concatenate([path.at_ends(case.bushing.length).ravel() for path in self.paths]) + case.middle[0]
+        beyond = ends.max() > case.bushing.gap, ends.min() < -case.bushing.gap
+        return self.nominal.stops == "both" and beyond[0] != beyond[1]
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle (d,), m, of the smallest circle about the motion: the clearance's, if all of its wall is touched."""
+        x = np.concatenate([path.x[::DECIMATION, 0] for path in self.paths])
+        return smallest_circle(x)[0] if self.size > 1 else (x.min(axis=0) + x.max(axis=0)) / 2
 
     def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
         """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
-        free = dataclasses.replace(bushing, gap=WIDE * bushing.gap)  # its walls are never met
-        inside = self.fitted[~penetration(self._at_ends(bushing.length)[self.fitted], *bushing.walls).any(axis=1)]
-        columns = self.forces([(free, ContactLaw(KelvinVoigt(1.0), filling)) for filling in fillings], rounds=0)
+        free = dataclasses.replace(bushing, gap=WIDE * bushing.gap, friction=None)  # its walls are never met
+        rest = (0.0,) * self.size if self.rest_is_open else None
+        inside = self.fitted  # of all of it where nothing says where the wall is: what that adds is large and short
+        if rest is None:
+            touching = (self.depth(Case(bushing, ContactLaw(KelvinVoigt(1.0))), kept=True) > 0).any(axis=1)
+            inside = inside[~np.repeat(touching, self.size)[inside]]
+        columns = self.forces([Case(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings], rounds=0)
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
 
-    def with_reach(self, parameter: Parameter, bushing: Bushing) -> Parameter:
+    def with_reach(self, parameter: Parameter, case: Case) -> Parameter:
         """Return a gap's parameter with at least half of the shaft's way as its lower bound, if nothing ever touches.
 
         Parameters
         ----------
         parameter : Parameter
             Any; others than gaps are returned as they are.
-        bushing : Bushing
-            With the gap found.
+        case : Case
+            As found.
         """
-        ends = np.concatenate([path.at_ends(bushing.length).ravel() for path in self.paths])
-        if not parameter.name.endswith(".gap") or penetration(ends, *bushing.walls).any():
+        if self.rest_is_open or not parameter.name.endswith(".gap") or self.touches(case):
             return parameter
-        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * float(np.ptp(ends))))
+        way = max(float(np.ptp(path.at_ends(case.bushing.length))) for path in self.paths)
+        return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * way))
 
 
-def path_of(f: RestoringForce, number: int, length: float) -> Path:
-    """Return the motion of row ``number`` of a record's displacements, interpolated, with that of its ends."""
+def _path_of(f: RestoringForce, rows: slice, length: float) -> Path:
+    """Motion of a clearance's rows of a record's displacements, interpolated, with that of its ends."""
     n = f.time.size
-    points = np.concatenate((f.displacement[number : number + 1], f.ends[number]))
-    spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=1)
-    spectrum[:, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is not known, but for what ends of records make of it
+    points = np.concatenate((f.displacement[None, rows], f.ends[rows].swapaxes(0, 1)))
+    spectrum = INTERPOLATION * scipy.fft.rfft(points, axis=2)
+    spectrum[:, :, : math.ceil(f.band[0] * n / f.fs)] = 0  # where it is not known, but for what ends of records make
     omega = 2 * np.pi * scipy.fft.rfftfreq(n, 1 / f.fs)
-    x, v = (np.ascontiguousarray(scipy.fft.irfft(s, n * INTERPOLATION).T) for s in (spectrum, 1j * omega * spectrum))
-    return Path(x, v, 1 / (f.fs * INTERPOLATION), length)
+    x, v = (
+        np.ascontiguousarray(np.moveaxis(scipy.fft.irfft(s, n * INTERPOLATION), 2, 0))
+        for s in (spectrum, 1j * omega * spectrum)
+    )
+    step = 1 / (f.fs * INTERPOLATION)
+    spin = np.zeros(len(x)) if f.spin is None else np.interp(np.arange(len(x)) * step, f.time, f.spin)
+    return Path(x, v, spin, step, length)
 
 
-def samples_of(f: RestoringForce, number: int, record: int) -> tuple[np.ndarray, ...]:
-    """Return force as `law_forces` gives it, local RMS, noise, number of the block, whether fitted, or held out."""
-    taps = low_pass()
-    fine = scipy.signal.resample(f.force[number], f.time.size * INTERPOLATION)
-    time, valid = f.time[::DECIMATION], f.valid[::DECIMATION]
-    force = decimated(fine, taps, INTERPOLATION * DECIMATION)
-    power = scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL_RMS * f.fs / DECIMATION)))
-    level = np.sqrt(np.maximum(power, 0.0))  # of a force that ends, rounding leaves less than nothing
+def _samples_of(f: RestoringForce, rows: slice, record: int) -> tuple[np.ndarray, ...]:
+    """Force as `law_forces` gives it, local RMS, noise, number of the block, fitted or not, held out or not; (n d,)."""
+    taps, size = low_pass(), rows.stop - rows.start
+    fine = scipy.signal.resample(f.force[rows], f.time.size * INTERPOLATION, axis=1)
+    time, valid = (np.repeat(each[::DECIMATION], size) for each in (f.time, f.valid))
+    force = decimated(fine.T, taps, INTERPOLATION * DECIMATION)
+    power = scipy.ndimage.uniform_filter1d(force**2, max(1, int(LOCAL_RMS * f.fs / DECIMATION)), axis=0)
+    level = np.sqrt(np.maximum(power, 0.0).mean(axis=1))  # of a force that ends, rounding leaves less than nothing
     _, gain = scipy.signal.freqz(taps, worN=f.noise_frequency, fs=f.fs * INTERPOLATION)
-    density = np.abs(gain) * f.noise_density[number]
-    noise = np.full(time.size, np.sqrt(np.sum(density**2) * f.noise_frequency[1]))
+    density = np.abs(gain) * f.noise_density[rows]
+    noise = np.sqrt(np.sum(density**2, axis=1) * f.noise_frequency[1])
     aside = (time > HELD_OUT[0] * f.time[-1]) & (time < HELD_OUT[1] * f.time[-1])
-    return force, level, noise, time // BLOCK + record * RECORD_BLOCKS, valid & ~aside, valid & aside
+    block = time // BLOCK + record * RECORD_BLOCKS
+    level, noise = np.repeat(level, size), np.tile(noise, len(force))
+    return force.ravel(), level, noise, block, valid & ~aside, valid & aside
 
 
-def _unknown_lines(forces: Sequence[RestoringForce], sizes: Sequence[int]) -> list[tuple[slice, int]]:
+def _unknown_lines(forces: Sequence[RestoringForce], parts: Sequence[slice]) -> list[tuple[slice, int]]:
     """Samples of records whose slow forces are not known, and how many lines of their spectra are not."""
-    ends = np.cumsum([0, *sizes]).tolist()
-    lines = [math.ceil(f.band[0] * size * DECIMATION / f.fs) for f, size in zip(forces, sizes)]
-    return [(slice(*part), count) for part, count in zip(itertools.pairwise(ends), lines) if count]
+    lines = [math.ceil(f.band[0] * (p.stop - p.start) * DECIMATION / f.fs) for f, p in zip(forces, parts)]
+    return [(part, count) for part, count in zip(parts, lines) if count]
 
 
 @functools.cache
@@ -194,139 +256,6 @@ def low_pass() -> np.ndarray:
     factor = INTERPOLATION * DECIMATION
     half = factor * -(-count // (2 * factor))
     return scipy.signal.firwin(2 * half + 1, (PASS + STOP) / 2, window=("kaiser", beta), fs=INTERPOLATION)
-
-
-# Measured motion of a round clearance beside its restoring force along y and z: what laws are compared with.
-
-
-class RoundCase(NamedTuple):
-    """A law of one round clearance."""
-
-    bushing: Bushing  #: with its gap, wall, length and friction; its offset counts for nothing
-    law: ContactLaw  #: of contact and filling
-    rest: tuple[float, float] = (0.0, 0.0)  #: from the middle to where the shaft is when its probes read zero, m
-
-
-def forces_along(
-    case: RoundCase, x: np.ndarray, v: np.ndarray, spin: np.ndarray, step: float, lever: float = 1.0
-) -> np.ndarray:
-    """Return the forces (n_t, 2) of a law along y and z, N, in a motion of the shaft from where it rests.
-
-    Parameters
-    ----------
-    case : RoundCase
-        The law.
-    x, v : ndarray, shape (n_t, 3, 2)
-        Displacements and velocities of the middle and both ends, m and m/s.
-    spin : ndarray, shape (n_t,)
-        rad/s.
-    step : float
-        s.
-    lever : float
-        By which the law's ends are farther from the middle.
-    """
-    bushing = dataclasses.replace(case.bushing, offset=0.0, offset_y=0.0)
-    records = clearance_records(SimpleNamespace(bushings=(bushing,)), case.law, step)
-    offset = records.bushings["offset"][0]
-    records.numbers[offset : offset + 2] = case.rest
-    if lever != 1.0:
-        x, v = (each[:, :1] + lever * (each - each[:, :1]) for each in (x, v))
-    return along.forces_along(records, 0, x, v, spin)
-
-
-class RoundMotion:
-    """Motion and restoring force of one round clearance in all records, along y and z sample by sample.
-
-    A steady force, such as that of the shaft's weight on the wall, moves nothing and is not known: of each record and
-    direction the mean of the force is left out.
-
-    Parameters
-    ----------
-    forces : sequence of RestoringForce
-        Restoring forces of each record, all with one sample rate.
-    rig : Rig
-        The linear rig.
-    number : int
-        Index of the clearance.
-    """
-
-    def __init__(self, forces: Sequence[RestoringForce], rig: Rig, number: int) -> None:
-        self.rig, self.number = rig, number
-        self.nominal = dataclasses.replace(rig.bushings[number], radius=shaft_radius(rig, number) or None)
-        self.rate = forces[0].fs / DECIMATION
-        """samples compared per second, of each direction"""
-        rows = 2 * number, 2 * number + 1
-        self._motions = [_Motion.of(f, rows, f.rig.bushings[number].length) for f in forces]
-        self._length = forces[0].rig.bushings[number].length
-        self.turns = any(f.spin is not None for f in forces)
-        """whether the shaft turns in any record"""
-        pieces = [[samples_of(f, row, i) for row in rows] for i, f in enumerate(forces)]
-        sizes = [2 * piece[0][0].size for piece in pieces]
-        self._records = [slice(*part) for part in itertools.pairwise(np.cumsum([0, *sizes]).tolist())]
-        both = [[np.column_stack(pair).ravel() for pair in zip(*piece)] for piece in pieces]
-        self.force, level, noise, block, fitted, held_out = (np.concatenate(parts) for parts in zip(*both))
-        level = np.repeat(np.sqrt(np.square(level).reshape(-1, 2).mean(axis=1)), 2)
-        self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
-        """numbers of the values that fits see, and of those that they do not"""
-        self.weight = 1 / np.hypot(FORCE_ERROR * np.hypot(level, np.median(level[self.fitted])), noise)
-        self._counted = self.weight**2 * fitted
-        self.blocks = np.flatnonzero(np.diff(block[self.fitted], prepend=-1))
-        """(n_blocks,) where blocks begin among the fitted values"""
-
-    def forces(self, case: RoundCase) -> np.ndarray:
-        """Return the forces (n,) of a law, N: y and z of each sample one after the other."""
-        found = []
-        lever = case.bushing.length / self._length if self._length else 1.0
-        for motion in self._motions:
-            out = forces_along(case, motion.x, motion.v, motion.spin, motion.step, lever)
-            found.append(decimated(out, low_pass(), INTERPOLATION * DECIMATION).ravel())
-        return np.concatenate(found)
-
-    def residuals(self, cases: Sequence[RoundCase]) -> np.ndarray:
-        """Return (n, n_cases) differences of laws' forces from the measured one, over their expected errors."""
-        return np.column_stack([self._difference(self.forces(case)) for case in cases])
-
-    def _difference(self, force: np.ndarray) -> np.ndarray:
-        rest = force - self.force
-        for part in self._records:
-            own, counted = rest[part].reshape(-1, 2), self._counted[part].reshape(-1, 2)
-            own -= np.sum(own * counted, axis=0) / np.maximum(counted.sum(axis=0), 1e-300)
-        return np.asarray(rest * self.weight)
-
-    def touches(self, case: RoundCase) -> bool:
-        """Return whether an end ever goes beyond the gap."""
-        reach = max(float(np.hypot(*(m.x[:, 1:] + np.array(case.rest)).T).max()) for m in self._motions)
-        return reach > case.bushing.wall_model.reach(case.bushing.gap)
-
-    @property
-    def middle(self) -> np.ndarray:
-        """Middle (2,), m, of the smallest circle about the motion: the hole's, if all of it is touched."""
-        return smallest_circle(np.concatenate([m.x[::DECIMATION, 0] for m in self._motions]))[0]
-
-    def in_gap(self, bushing: Bushing, fillings: Sequence[GreaseModel]) -> tuple[np.ndarray, np.ndarray]:
-        """Return weighted forces of fillings and of the record where nothing touches, see `GapForces.in_gap`."""
-        free = dataclasses.replace(bushing, gap=WIDE * bushing.gap, friction=None)
-        inside = self.fitted  # a filling acts all the time, and what the wall adds is large and short
-        columns = [self.forces(RoundCase(free, ContactLaw(KelvinVoigt(1.0), filling))) for filling in fillings]
-        weight = self.weight[inside]
-        return np.column_stack(columns)[inside] * weight[:, None], self.force[inside] * weight
-
-
-class _Motion(NamedTuple):
-    """Motion of a record at a fine rate."""
-
-    x: np.ndarray  #: (n, 3, 2) displacements along y and z of the middle and both ends, m
-    v: np.ndarray  #: (n, 3, 2) velocities, m/s
-    spin: np.ndarray  #: (n,) rad/s
-    step: float  #: s
-
-    @classmethod
-    def of(cls, force: RestoringForce, rows: Sequence[int], length: float) -> _Motion:
-        paths = [path_of(force, row, length) for row in rows]
-        x, v = (np.ascontiguousarray(np.stack([getattr(p, name) for p in paths], axis=2)) for name in "xv")
-        time = np.arange(len(x)) * paths[0].step
-        spin = np.zeros(time.size) if force.spin is None else np.interp(time, force.time, force.spin)
-        return cls(x, v, spin, paths[0].step)
 
 
 def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:

@@ -13,18 +13,16 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
 
-from ...clearance import ContactLaw
-from ...clearance.family import ContactFamily, FillingFamily
-from ...estimate import Estimates
 from ...linear import linear_model
-from ...rig import Bushing, Rig
+from ...rig import Rig
 from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
+from .case import Case
 from .force_fit import ForceFit, fit_force
 from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion
 
@@ -38,9 +36,6 @@ SETTLED = 5e-7  # m: offsets that move less stay
 MAX_OFFSET = 0.9  # of the gap
 LEAST_STIFFNESS = 1.0  # N/m, of what is between shaft and base
 STATIC_STIFFNESS_ERROR = 0.5  # of a filling's mean stiffness, which records show above their band alone
-
-
-Case: TypeAlias = tuple[Bushing, ContactLaw]
 
 
 class _Lines(NamedTuple):
@@ -77,7 +72,7 @@ class SlowMotion:
 
         Parameters
         ----------
-        cases : sequence of (Bushing, ContactLaw)
+        cases : sequence of Case
             Of each bushing.
         """
         stiffness = self._stiffness(cases)
@@ -106,7 +101,7 @@ class SlowMotion:
         `STATIC_STIFFNESS_ERROR`, and what is left of both displaces the shaft against structure and filling. Records
         count by the force of their walls.
         """
-        free = [(dataclasses.replace(bushing, gap=WIDE * bushing.gap), law) for bushing, law in cases]
+        free = [c._replace(bushing=dataclasses.replace(c.bushing, gap=WIDE * c.bushing.gap)) for c in cases]
         walls = [
             motion.all_forces([case], [x[:, j : j + 1] for x in self.found])[:, 0]
             - motion.all_forces([filling], [x[:, j : j + 1] for x in self.found])[:, 0]
@@ -148,19 +143,15 @@ class SlowMotion:
         return list(np.transpose(found))
 
 
-def fit_with_slow_motion(
-    slow: SlowMotion, contact: ContactFamily, filling: FillingFamily, fits: Sequence[ForceFit], rounds: int
-) -> list[ForceFit]:
-    """Fit a family at every bushing in turn with the slow motion of all, until their offsets stay.
+def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int) -> list[ForceFit]:
+    """Fit every bushing's family in turn with the slow motion of all, until their offsets stay.
 
     Parameters
     ----------
     slow : SlowMotion
         Of all bushings.
-    contact, filling : ContactFamily, FillingFamily
-        The family.
     fits : sequence of ForceFit
-        Where the search begins, of each bushing.
+        Of each bushing, its family and where the search begins.
     rounds : int
         Fits of each bushing at most.
 
@@ -180,9 +171,9 @@ def fit_with_slow_motion(
     moves: list[np.ndarray] = []
     fits, best = list(fits), [f.bushing.offset for f in fits]
     for _ in range(rounds):
-        slow.follow([(dataclasses.replace(f.bushing, offset=o), f.law) for f, o in zip(fits, best)])
+        slow.follow([Case(dataclasses.replace(f.bushing, offset=o), f.law) for f, o in zip(fits, best)])
         starts = [{n: o if n.endswith(".offset") else v for n, v in f.values.items()} for f, o in zip(fits, best)]
-        fits = [fit_force(motion, contact, filling, [start]) for motion, start in zip(slow.motions, starts)]
+        fits = [fit_force(m, f.contact, f.filling, [start]) for m, f, start in zip(slow.motions, fits, starts)]
         at, new = np.array(best), np.array([f.bushing.offset for f in fits])
         places.append(at)
         moves.append(new - at)
@@ -190,7 +181,7 @@ def fit_with_slow_motion(
             break
         best = next_offsets(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
     std = np.array([_offset_std(f) for f in fits])
-    wrong = np.hypot(_amplified(places, moves, std) * std, slow.mean_error([(f.bushing, f.law) for f in fits]))
+    wrong = np.hypot(_amplified(places, moves, std) * std, slow.mean_error([f.case for f in fits]))
     return [_with_offset_std(f, factor) for f, factor in zip(fits, wrong / np.where(std > 0, std, 1.0))]
 
 
@@ -229,11 +220,8 @@ def _offset_std(fit: ForceFit) -> float:
 
 
 def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
-    e = fit.estimates
-    scale = np.array([factor if n.endswith(".offset") else 1.0 for n in e.names])
-    return dataclasses.replace(
-        fit, estimates=Estimates.of(e.parameters, e.value, e.covariance * np.outer(scale, scale))
-    )
+    scale = np.array([factor if n.endswith(".offset") else 1.0 for n in fit.estimates.names])
+    return fit.widened_by(fit.estimates.covariance * (np.outer(scale, scale) - 1))
 
 
 def _size(spectra: Sequence[np.ndarray]) -> float:

@@ -19,9 +19,8 @@ from ...rig import Rig
 from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
 from ..forces.unbalance import with_slow_roll, with_unbalance
-from ..laws.comparison import FamilyFit, compare_families, force_on
+from ..laws.comparison import FamilyFit, compare_families, force_on, law_of
 from ..laws.law_misfit import LawMisfit, law_misfit
-from ..laws.round_comparison import compare_round_families
 from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare, prepare_turning
 from ..registry import Identified, register
@@ -37,7 +36,7 @@ WIDE_OFFSET = 0.1  # of a gap: standard deviation of an offset above which it is
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BenchFit(Identified):
-    """What method "bench" finds: the model of the likeliest family, and what it was found with.
+    """What method "bench" finds: the model of the likeliest families, and what it was found with.
 
     ``estimates`` are those of the rig, then of gap, offset, contact and grease of each bushing; the latter are widened
     by what rig and law miss (`LawMisfit.widening`).
@@ -47,15 +46,15 @@ class BenchFit(Identified):
     """of rig and clearances together"""
     update: RigUpdate
     """the linear rig"""
-    families: tuple[FamilyFit, ...]
-    """compared, likeliest first"""
+    families: tuple[tuple[FamilyFit, ...], ...]
+    """(n_bushings,) compared at each clearance, likeliest first"""
     misfit: LawMisfit
     """what rig and law miss of the records"""
 
     def to_dict(self) -> dict[str, Any]:
         """Return parameters with what was known before, correlations, families, misfit and warnings as plain data."""
         misfit = {"widening": self.misfit.widening, "frf": self.misfit.rows(), "decays": self.misfit.decay_rows()}
-        families = [family.to_dict() for family in self.families]
+        families = [family.to_dict() for of_one in self.families for family in of_one]
         return super().to_dict() | {
             "families": families, "misfit": misfit | {"rig": self.update.to_dict()["records"]},
         }  # fmt: skip
@@ -102,20 +101,20 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         check_places(records)
     require_one_rig(dataset.rig, records)
     update, diagnosis = examine(dataset.rig, records, progress)
-    rig = update.rig
-    if dataset.rig.moves_across:
+    rig, moved = update.rig, records
+    if rig.moves_across:
         rig = with_unbalance(rig, prepare_turning(dataset), update.values)
-        moved = [with_slow_roll(record, rig, update.values) for record in records]
-        families = compare_round_families(moved, update, rig, progress)
-    else:
-        families = compare_families(records, update, progress)
-    model = Model(families[0].rig(rig), families[0].law, partial(_drawn, update, families))
+        moved = tuple(with_slow_roll(record, rig, update.values) for record in records)
+    families = compare_families(moved, update, rig, progress)
+    likeliest = [of_one[0].fit for of_one in families]
+    found = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))
+    model = Model(found, law_of([fit.law for fit in likeliest]), partial(_drawn, update, families))
     misfit = law_misfit(update.records, model, progress)
     estimates = _together(update, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     held: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
     held += _unknown_offsets(model.rig, update, estimates)
-    pages: dict[str, Any] = {"update": update, "families": families, "misfit": misfit}
+    pages: dict[str, Any] = {"update": update, "families": [f for of_one in families for f in of_one], "misfit": misfit}
     if not dataset.rig.moves_across:
         pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
     return BenchFit(
@@ -126,7 +125,7 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
 
 def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple[str, ...]:
     """Say in words which offsets are hardly known, because no probe shows where the shaft is on average."""
-    if update.probes or rig.moves_across:
+    if update.probes or rig.is_loaded:
         return ()
     std = dict(zip(estimates.names, estimates.std))
     found = [(f"bushings[{j}].offset", bushing.gap) for j, bushing in enumerate(rig.bushings)]
@@ -135,50 +134,53 @@ def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple
     return (words,) if wide else ()
 
 
-def _drawn(update: RigUpdate, families: Sequence[FamilyFit], n: int, seed: int) -> list[Model]:
-    """Draw models: families by their weights, numbers from the covariances of the fits.
+def _drawn(update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, seed: int) -> list[Model]:
+    """Draw models: of each clearance a family by its weight, numbers from the covariances of the fits.
 
     These are not widened by what rig and law miss: of FRFs, `LawMisfit.spread` says that.
     """
     rng = np.random.default_rng(seed)
-    chosen = rng.choice(len(families), size=n, p=[family.weight for family in families])
-    rigs = update.draw(n, seed)
-    return [Model(*families[i].drawn(rig, int(rng.integers(2**31)))) for i, rig in zip(chosen, rigs)]
+    chosen = [rng.choice(len(of_one), size=n, p=[family.weight for family in of_one]) for of_one in families]
+    drawn = []
+    for rig, *each in zip(update.draw(n, seed), *chosen):
+        fits = [of_one[i].fit for of_one, i in zip(families, each)]
+        base = int(rng.integers(2**31))
+        own = [fit.drawn(bushing, base + j) for j, (fit, bushing) in enumerate(zip(fits, rig.bushings))]
+        drawn.append(Model(rig.replace(bushings=tuple(b for b, _ in own)), law_of([law for _, law in own])))
+    return drawn
 
 
-def _together(update: RigUpdate, families: Sequence[FamilyFit], widening: float) -> Estimates:
+def _together(update: RigUpdate, families: Sequence[Sequence[FamilyFit]], widening: float) -> Estimates:
     """Of the rig and of all bushings, which do not depend on each other; what was found with the law is widened.
 
     The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already. Gaps, offsets
     and lengths, which all families have, vary with the family, too.
     """
-    family = families[0]
+    fits = [of_one[0].fit for of_one in families]
     own = [
         dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
-        for j, f in enumerate(family.fits)
+        for j, f in enumerate(fits)
         for p in f.estimates.parameters
     ]
-    parts = [update.estimates, *(f.estimates.widened(widening) for f in family.fits)]
-    blocks = [e.covariance + between_families(families, j) for j, e in enumerate(parts[1:])]
+    parts = [update.estimates, *(f.estimates.widened(widening) for f in fits)]
+    blocks = [e.covariance + between_families(of_one) for of_one, e in zip(families, parts[1:])]
     covariance = scipy.linalg.block_diag(parts[0].covariance, *blocks)
     return Estimates.of([*update.estimates.parameters, *own], np.concatenate([e.value for e in parts]), covariance)
 
 
-def between_families(families: Sequence[FamilyFit], number: int) -> np.ndarray:
-    """Return the covariance (n, n) of a bushing's numbers about those of the likeliest family, by weight.
+def between_families(families: Sequence[FamilyFit]) -> np.ndarray:
+    """Return the covariance (n, n) of a clearance's numbers about those of the likeliest family, by weight.
 
     Parameters
     ----------
     families : sequence of FamilyFit
-        The likeliest first.
-    number : int
-        Index of the bushing.
+        Of one clearance, the likeliest first.
     """
-    best = families[0].fits[number].estimates
+    best = families[0].fit.estimates
     shared = {p.name: (i, p) for i, p in enumerate(best.parameters) if p.name.startswith("bushings[")}
     found = np.zeros(2 * (len(best.parameters),))
     for family in families[1:]:
-        values, apart = family.fits[number].values, np.zeros(len(best.parameters))
+        values, apart = family.fit.values, np.zeros(len(best.parameters))
         for name, (i, p) in shared.items():
             apart[i] = p.to_varied(values[name]) - p.to_varied(best.value[i])
         found += family.weight * np.outer(apart, apart)

@@ -115,7 +115,7 @@ def warn_of_dropouts(record: PreparedRecord) -> None:
     described = describe_dropouts(record.signals.T, record.fs)
     if said := [f"{name} {words}" for name, words in zip(record.channels, described) if words]:
         warn(f'record "{record.name}": {", ".join(said)}: as of a loose cable; repair the record, or leave it out')
-    probes = () if record.displacement is None or record.rig.moves_across else tuple(record.displacement)
+    probes = () if record.displacement is None or record.rig.is_loaded else tuple(record.displacement)
     for j, (signal, bushing) in enumerate(zip(probes, record.rig.bushings)):
         if words := zero_error(signal, bushing.gap):
             warn(
@@ -136,11 +136,12 @@ def reached(records: Sequence[PreparedRecord], rig: Rig) -> np.ndarray | None:
     """
     if not (probes := [d for record in records if (d := record.displacement) is not None]):
         return None
-    if rig.moves_across:
-        around = [d.reshape(len(rig.bushings), 2, -1) for d in probes]
-        return np.asarray(np.max([np.ptp(d, axis=2).max(axis=1) / 2 for d in around], axis=0))
-    offsets = np.array([b.offset for b in rig.bushings])
-    return np.asarray(np.max([np.abs(d + offsets[:, None]).max(axis=1) for d in probes], axis=0))
+    rests = [np.zeros(1) if rig.is_loaded else np.array([b.offset]) for b in rig.bushings]
+    found = [
+        [np.ptp(d[rows], axis=1).max() / 2 if rig.is_loaded else np.abs(d[rows] + rest).max() for d in probes]
+        for rows, rest in zip(rig.clearance_rows, rests)
+    ]
+    return np.max(found, axis=1)
 
 
 def warn_of_no_contact(records: Sequence[PreparedRecord], rig: Rig) -> None:

@@ -12,13 +12,13 @@ import numpy as np
 from ...core.errors import RecordError
 from ...core.quantities import QUANTITIES
 from ...io.dataset import Dataset, Record
-from ...linear.refusals import one_kind
 from ...rig import Rig
 from ...rig.sensing import clearance_of
 from ...signals.channel_check import check_channel
 from ...signals.excitation import Excitation
 from ...signals.keyphasor import ShaftTurning
 from ...signals.response import Response
+from ...signals.sampling import decimate
 from .run_out import SLOW, TURNS, run_out, run_out_at
 
 __all__ = ["EXCITATION", "PreparedRecord", "prepare", "prepare_turning", "prepared", "require_one_mark"]
@@ -60,7 +60,7 @@ class PreparedRecord:
 
     @property
     def displacement(self) -> np.ndarray | None:
-        """(n_bushings, n_t) of the probes, m, y and z of round clearances; None unless every clearance has them."""
+        """(n_rows, n_t) of the probes, m, see `Rig.clearance_rows`; None unless every clearance has them."""
         return self.signals[:, self._n_sensors : -1].T if self.probes else None
 
     @property
@@ -144,6 +144,19 @@ class PreparedRecord:
         turning = None if self.turning is None else self.turning.part(samples)
         return dataclasses.replace(self, signals=self.signals[samples], turning=turning)
 
+    def slowed(self, rate: float) -> PreparedRecord:
+        """Return the record with fewer samples a second, as few as a whole factor allows.
+
+        Parameters
+        ----------
+        rate : float
+            Samples per second, at least.
+        """
+        if (factor := int(self.fs // rate)) < 2:
+            return self
+        turning = None if self.turning is None else self.turning.part(slice(None, None, factor))
+        return dataclasses.replace(self, fs=self.fs / factor, signals=decimate(self.signals, factor), turning=turning)
+
     def without_probes(self) -> PreparedRecord:
         """Return the record as if it had no displacement probes."""
         if not self.probes:
@@ -169,7 +182,6 @@ def prepared(record: Record | PreparedRecord) -> PreparedRecord:
     """
     if isinstance(record, PreparedRecord):
         return record
-    one_kind(record.rig, "identification")
     response = record.response()
     displacement = [] if response.displacement is None else [response.displacement]
     if forces := [s.label for s in record.rig.sensors if clearance_of(record.rig, s) is not None]:
@@ -206,11 +218,6 @@ def prepare(dataset: Dataset | Sequence[Record | PreparedRecord]) -> tuple[Prepa
         If there is no record to identify from, or a file cannot be read.
     """
     found = tuple(map(prepared, dataset.to_identify() if isinstance(dataset, Dataset) else dataset))
-    if loaded := next((r.rig for r in found if not r.rig.moves_across and (r.rig.gravity or r.rig.loads)), None):
-        raise RecordError(
-            f"rig {loaded.name!r}: identification of slots knows no gravity and no loads yet; leave them out, and give "
-            "the offsets at which they hold the shaft"
-        )
     if not (driven := tuple(record for record in without_run_out(found) if record.kind != "spin")):
         raise RecordError("no record to identify is driven by its base or a force: turning alone tells no structure")
     return driven

@@ -132,9 +132,8 @@ def priors(rig: Rig, highest: float = math.inf, probes: bool = False) -> tuple[P
     found = list(_clamp(rig))
     for key, (path, value) in zip(keys, named):
         found += [p] if (p := _parameter(base, data, key, path, value, given.get(key))) else []
-    own = rig.n_coordinates
-    for j, (bushing, place) in enumerate(zip(rig.bushings, places)):
-        found += [_logarithm(f"probes[{own * j + i}].gain", "", 1.0, PROBE_GAIN) for i in range(own)]
+    for j, (bushing, rows, place) in enumerate(zip(rig.bushings, rig.clearance_rows, places)):
+        found += [_logarithm(f"probes[{i}].gain", "", 1.0, PROBE_GAIN) for i in range(rows.start, rows.stop)]
         if place is not None and bushing.to is None:
             ends = _shaft(rig, bushing.position)
             found.append(_linear(f"probes[{j}].position", "m", place, DEFAULTS["position"], *ends))

@@ -85,12 +85,13 @@ class RigFit:
         for record in records:
             record.require_usable(EXCITATION)
         self.probes = all(record.probes for record in records) and bool(rig.bushings)
-        n_forces = rig.n_coordinates * len(rig.bushings)
+        n_forces = rig.n_rows
         sensors = min(int(r.present[: len(rig.sensors)].sum()) for r in records) + n_forces * self.probes
         if sensors <= n_forces:
+            needed = "clearances" if n_forces == len(rig.bushings) else f"these {n_forces} forces"
             raise RecordError(
                 f"{sensors} sensors cannot tell the rig from the unknown forces in {len(rig.bushings)} clearances; "
-                f"needs more sensors than {'clearances' if rig.n_coordinates == 1 else f'these {n_forces} forces'}"
+                f"needs more sensors than {needed}"
             )
         self.rig = rig
         self.records = tuple(record if self.probes else record.without_probes() for record in records)

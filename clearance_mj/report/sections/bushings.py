@@ -15,9 +15,9 @@ from . import section
 from .parts import by_part
 
 FAMILIES = (
-    "Families of contact and grease that were compared. Weight: probability of the family among them, with which they "
-    "are mixed in the bands below. Misfit: what the law misses of the restoring forces over what a law is expected to "
-    "miss, mean of the bushings."
+    "Families of contact and grease that were compared at each clearance. Weight: probability of the family among "
+    "them, with which they are mixed in the bands below. Misfit: what the law misses of the restoring force, over "
+    "what a law is expected to miss."
 )
 
 
@@ -35,7 +35,8 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         "relative_std_pct": Column("relative", "%", ".2g"), "rig_file": Column("Rig file", "", ".5g"),
     })  # fmt: skip
     compared = Table.of("families", FAMILIES, families, {
-        "law": Column("Law"), "contact": Column("Contact"), "grease": Column("Grease"),
+        "law": Column("Law"), "bushing": Column("Bushing", "from 0"), "contact": Column("Contact"),
+        "grease": Column("Grease"),
         "weight": Column("Weight", "", ".3f"), "misfit": Column("Misfit", "", ".2f"),
         "held_out": Column("of what no fit saw", "", ".2f"),
     })  # fmt: skip

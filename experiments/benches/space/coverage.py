@@ -66,7 +66,7 @@ def judge(folder: Path) -> pd.DataFrame:
     about = {
         "bench": folder.name,
         "seconds": seconds,
-        "family": found.families[0].name,
+        "family": "; ".join(dict.fromkeys(of_one[0].name for of_one in found.families)),
         "widening": found.misfit.widening,
     }
     return pd.DataFrame(rows).assign(**about)
@@ -159,7 +159,7 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
             continue
         test = without_run_out(measured_whirl(record), run_out_of(measured_whirl(slow)))
         model = simulated_whirl("found", found.model, record, "modal", None)
-        for j, (hole, fit) in enumerate(zip(truth["bushings"], found.families[0].fits)):
+        for j, (hole, fit) in enumerate(zip(truth["bushings"], (of_one[0].fit for of_one in found.families))):
             gap, twice = hole["gap"], 2 * hole["axis"]
             oval = gap * hole["oval"] * np.array([math.cos(twice), math.sin(twice)])
             rest = np.array([hole["offset_y"], hole["offset_z"] - hole["sag_without_bushings"]])

@@ -74,7 +74,7 @@ def diagnose(update: RigUpdate) -> Diagnosis:
             break
         faults += found[0]
         assessment = found[1]
-    if assessment.sound and not update.rig.moves_across:  # round gaps are compared with the rig file's by their fits
+    if assessment.sound and not update.rig.is_loaded:  # other gaps are compared with the rig file's by their fits
         faults += gap_faults(assessment.update)
     return Diagnosis(tuple(faults), _unexplained(assessment), assessment.update)
 

@@ -1,0 +1,137 @@
+"""Gaps and offsets of drawn benches without displacement probes, and how often their 90 % intervals hold.
+
+    python -m experiments.benches.without_probes 1 40 --out results/benches/without_probes
+
+Each seed draws a bench of foreign physics with an ignorant rig file: 4 to 8 accelerometers, a shaft that grease centres
+well or hardly, records at 1, 2 or 4 levels, 8 to 24 s long, at 1 to 4 kHz, with 0.3 to 3 % of noise, some with a sweep
+or with hits beside them. Benches that the table already holds are not identified again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import scipy.stats
+import tomli_w
+
+from clearance_mj.identify.methods.bench import fit_bench
+from clearance_mj.io.dataset import Dataset, Record, write_dataset
+from clearance_mj.rig import Grease, Rig
+from clearance_mj.signals import excitation
+from clearance_mj.signals.excitation import Excitation
+from experiments.testrig.records import BAND
+
+from .bench import Bench, make_bench, other_rig, table1_rig
+from .coverage import exact
+from .records import STREAM, measure_channels
+
+DRAWS = 41  # third word of the seeds
+STIFFNESS = 200.0, 6000.0  # N/m, of grease: hardly and well centred
+LEVELS = (3.0,), (1.0, 5.0), (0.5, 1.5, 3.0, 6.0)  # m/s² RMS
+RATES = 1024.0, 2048.0, 4096.0
+CONFIDENCE = 0.9
+
+
+def drawn_bench(seed: int) -> tuple[Bench, list[tuple[str, Excitation, float | None]], float]:
+    """Return a bench, its records as name, excitation and level, and the noise of its channels over their RMS."""
+    rng = np.random.default_rng((seed, STREAM, DRAWS))
+    rig = _with_grease(table1_rig(f"without probes {seed}") if rng.random() < 0.7 else other_rig("other"), rng)
+    fewer = np.sort(rng.permutation(len(rig.sensors))[: rng.integers(4, len(rig.sensors) + 1)])
+    rig = rig.replace(sensors=tuple(rig.sensors[i] for i in fewer))
+    levels, fs, seconds = LEVELS[rng.integers(3)], float(rng.choice(RATES)), float(rng.uniform(8, 24))
+    more, noise = rng.integers(3), float(np.exp(rng.uniform(*np.log([0.003, 0.03]))))
+    taken: list[tuple[str, Excitation, float | None]] = [
+        (f"level_{level:g}", excitation.random(seconds, fs, BAND, rms=level, seed=int(rng.integers(2**31))), level)
+        for level in levels
+    ]
+    if more == 1:
+        taken.append(("sweep", excitation.sweep(seconds, fs, BAND, amplitude=levels[-1]), None))
+    if more == 2:
+        hits = tuple(np.arange(0.5, seconds - 2, 4.0).tolist())
+        peaks = tuple(np.geomspace(8, 140, len(hits)).tolist())
+        taken.append(("hammer", excitation.hammer(seconds, fs, peak=peaks, width=0.006, times=hits), None))
+    return make_bench(seed, rig=rig, probes=False), taken, noise
+
+
+def _with_grease(rig: Rig, rng: np.random.Generator) -> Rig:
+    stiffness = float(np.exp(rng.uniform(*np.log(STIFFNESS))))
+    return rig.replace(
+        bushings=tuple(dataclasses.replace(b, grease=Grease(stiffness, b.grease.damping)) for b in rig.bushings)
+    )
+
+
+def write(seed: int, folder: Path) -> None:
+    """Simulate a drawn bench, and write dataset and truth."""
+    bench, taken, noise = drawn_bench(seed)
+    records = []
+    for i, (name, shaken, level) in enumerate(taken):
+        rng = np.random.default_rng((seed, STREAM, DRAWS, i))
+        channels = measure_channels(bench, shaken.value, rng, shaken.fs, noise)
+        records.append(Record(name, "identify", bench.rig, shaken.fs, channels, level=level, band=shaken.band))
+    write_dataset(folder, bench.rig, records)
+    (folder / "truth.toml").write_text(tomli_w.dumps(bench.truth()), encoding="utf-8")
+
+
+def judge(seed: int, out: Path) -> pd.DataFrame:
+    """Return a row for each gap and offset of a drawn bench."""
+    bench, taken, noise = drawn_bench(seed)
+    folder = out / str(seed)
+    if not (folder / "truth.toml").exists():
+        write(seed, folder)
+    truth, start = bench.truth(), time.process_time()
+    found = fit_bench(Dataset.load(folder))
+    seconds, known, fit = time.process_time() - start, exact(truth), found.estimates
+    named = [one.name for one in found.update.structure.accepted]
+    rows = []
+    for p, value, std in zip(fit.parameters, fit.value, fit.varied_std):
+        if p.name.endswith((".gap", ".offset")):
+            z = (p.to_varied(value) - p.to_varied(known[p.name])) / std
+            rows.append({"seed": seed, "what": p.name, "value": value, "truth": known[p.name], "std": std, "z": z})
+    return pd.DataFrame(rows).assign(
+        held=lambda r: r["z"].abs() < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2), seconds=round(seconds, 1),
+        stiffness=bench.rig.bushings[0].grease.stiffness, records=" ".join(name for name, *_ in taken),
+        fs=taken[0][1].fs, duration=taken[0][1].value.size / taken[0][1].fs, noise=noise,
+        sensors=len(bench.rig.sensors), structure=" ".join(named), widening=found.misfit.widening,
+    )  # fmt: skip
+
+
+def markdown(rows: pd.DataFrame) -> str:
+    """Return a line for gaps and one for offsets: error, and how often the interval held."""
+    lines = ["| what | number | median error | RMS z | 90 % interval held, % |", "| --- | --- | --- | --- | --- |"]
+    for kind, of in rows.groupby(rows["what"].str.rpartition(".")[2]):
+        error = of["value"] - of["truth"]
+        typical = f"{1e6 * error.abs().median():.1f} µm"
+        if kind == "gap":
+            typical = f"{(error / of['truth']).abs().median():.2%}"
+        z = float(np.sqrt(np.mean(of["z"] ** 2)))
+        lines.append(f"| {kind} | {len(of)} | {typical} | {z:.2f} | {100 * of['held'].mean():.0f} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Judge benches of seeds that the table does not hold yet, write it, print the summary."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("first", type=int, help="seed")
+    parser.add_argument("last", type=int, help="seed")
+    parser.add_argument("--out", type=Path, default=Path("results/benches/without_probes"), help="folder")
+    options = parser.parse_args(arguments)
+    table = options.out / "without_probes.csv"
+    rows = pd.read_csv(table) if table.exists() else pd.DataFrame({"seed": []})
+    for seed in range(options.first, options.last + 1):
+        if seed not in set(rows["seed"]):
+            rows = pd.concat([rows, judge(seed, options.out)])
+            rows.to_csv(table, index=False, float_format="%.6g")
+            print(rows[rows["seed"] == seed].to_string(index=False), flush=True)
+    print(markdown(rows))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
