@@ -36,6 +36,7 @@ from clearance_mj.rig import (
 from clearance_mj.rotors import unbalance_response
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 from tests.conftest import ROOT
+from tests.identify import capability_rows as identification_rows
 from tests.periodic import capability_rows
 
 PAGE = ROOT / "docs" / "capabilities.md"
@@ -286,6 +287,7 @@ ROWS = {
     "unbalance and orders of the spin": (driven_by_turning, "linear response, 1 %"),
     "drawing and animation": (pictures, "lifts as recorded, 1e-3 of the gap"),
     **capability_rows.ROWS,
+    **identification_rows.ROWS,
 }
 """Of each capability the check and the known answer or other method"""
 REASONS = {
@@ -298,7 +300,7 @@ REASONS = {
 }
 """Cells that mean nothing, and why"""
 SLOW = {("level of first contact", "round turning with film"), ("periodic response over frequency", "slot")}
-SLOW |= {(row, column) for row in capability_rows.SLOW for column in COLUMNS}
+SLOW |= {(row, column) for row in (*capability_rows.SLOW, *identification_rows.SLOW) for column in COLUMNS}
 CELLS = [
     pytest.param(*cell, marks=pytest.mark.slow if cell in SLOW else ())
     for row in ROWS for column in COLUMNS if (cell := (row, column)) not in REASONS

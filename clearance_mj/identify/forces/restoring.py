@@ -37,6 +37,7 @@ SETTLE = 0.3  # s at both ends of a record whose forces are not used
 NOISE = 0.01  # of a channel's RMS: noise with which the weights start
 QUIETEST = 1e-4  # of a channel's RMS: no channel is taken to be quieter
 REWEIGHTINGS = 4
+FREEDOM = 1e-6  # of a line, from which on a channel shows its noise
 FINER = 4  # factor by which motions are interpolated for laws: contact begins and ends between samples
 NO_PROBES_BAND = 4.0  # Hz: without probes, slower motion is not known.
 AnyRecord = TypeVar("AnyRecord", Record, PreparedRecord)
@@ -260,8 +261,11 @@ def _solve(
         theta = (inverse @ (adjoint @ (spectrum / sigma)[:, :, None]))[:, :, 0]
         left = np.abs(spectrum - (gains @ theta[:, :, None])[:, :, 0]) ** 2
         leverage = np.sum((weighted @ inverse) * weighted.conj(), axis=2).real
-        variance = left.sum(axis=0) / (rows * np.maximum(1 - leverage, 0).sum(axis=0) + 1e-300)
-        sigma = np.maximum(np.sqrt(variance), QUIETEST * rms)
+        free = np.maximum(1 - leverage, 0).sum(axis=0)
+        # Of a channel that alone tells something, such as an excitation beside a clearance, nothing is left to see.
+        known = free > FREEDOM * len(leverage)
+        sigma[known] = np.sqrt(left.sum(axis=0)[known] / (rows * free[known]))
+        sigma = np.maximum(sigma, QUIETEST * rms)
     return sigma, theta, inverse
 
 

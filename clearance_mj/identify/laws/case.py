@@ -116,6 +116,8 @@ def open_parameters(
     own, wide, across = f"bushings[{number}]", nominal.gap, nominal.is_round
     known = {p.name: p for p in priors}
     fields = ["gap"] if across else ["gap", "length"] if rest else ["gap", "offset", "length"]
+    if rest and nominal.stops != "both":
+        fields.remove("gap")  # one wall alone: where the shaft rests says where it is
     found = [known[name] for field in fields if (name := f"{own}.{field}") in known]
     for name, start in zip(RESTS[-len(rest) :], rest) if rest else ():
         found.append(Parameter(f"{own}.{name}", "m", start, -3 * wide, 3 * wide, REST * wide, "linear"))

@@ -252,7 +252,7 @@ def _fillings(motion: MeasuredMotion) -> list[FillingFamily]:
 
     Beside oil a spring with a squeeze film is tried, which does not know that the shaft turns.
     """
-    linear, greases = FILLING_FAMILIES[LinearWithFilm.name], list[FillingFamily]()
+    greases = list[FillingFamily]()
     while rest := [f for f in FILLING_FAMILIES.values() if f not in greases]:
         ready = [f for f in rest if f.begins_from is None or f.begins_from in [each.name for each in greases]]
         if not ready:
@@ -261,12 +261,12 @@ def _fillings(motion: MeasuredMotion) -> list[FillingFamily]:
                 f"known: {', '.join(FILLING_FAMILIES)}"
             )
         greases += ready
-    if not motion.nominal.is_round:
-        return greases
-    long_film, nominal = ROUND_FILLING_FAMILIES[LongFilmed.name], motion.nominal
+    nominal, long_film = motion.nominal, ROUND_FILLING_FAMILIES[LongFilmed.name]
     if nominal.film:
         return [ROUND_FILLING_FAMILIES[OilFilled.name], long_film]
-    return [long_film, *(greases if nominal.grease.stiffness else [linear])]  # else there is nothing that could slide
+    if not nominal.grease.stiffness:  # there is nothing that could slide
+        greases = [FILLING_FAMILIES[LinearWithFilm.name]]
+    return [long_film, *greases] if nominal.is_round else greases
 
 
 def _starts(
