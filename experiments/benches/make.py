@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, find_bench, make_bench
-from experiments.benches.records import write_bench
+from experiments.benches.records import SINES, write_bench
 from experiments.benches.structure import CLASSES, UNNAMED
 
 
@@ -32,6 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     parser.add_argument("--no-probes", action="store_true", help="of a bench drawn from a seed: no displacement probes")
     parser.add_argument("--bushing-length", type=float, help="m, of the real bushings of a bench drawn from a seed")
+    parser.add_argument("--sine", choices=SINES, default="", help="instead of random excitation and hits")
     parser.add_argument(
         "--filter", type=float, default=0.0, help="of the sampling rate: where an anti-alias filter begins"
     )
@@ -54,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
-    write_bench(bench, options.out, options.short)
+    write_bench(bench, options.out, options.short, sine=options.sine)
     print(f"{options.out}: bench {bench.name}, {time.perf_counter() - start:.1f} s")
     return 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 import scipy.fft
@@ -27,18 +28,52 @@ LEVELS = (0.5, 1.0, 2.0, 5.0, 8.0)  # m/s² RMS
 STREAM = 7  # second word of the seeds of excitation and noise
 
 
-def plans(bench: Bench, short: bool = False) -> list[tuple[str, str, Excitation, str, float | None]]:
-    """Name, role, excitation, words and level of each record; ``short``: two levels, and half of the time."""
+Plan: TypeAlias = tuple[str, str, Excitation, str, float | None]
+"""Name, role, excitation, words and level of a record"""
+
+
+def swept(time: float) -> list[Plan]:
+    """Sweeps up and down, with as many octaves or as many Hz in every second."""
+    runs = ((0.5, BAND, "logarithmic"), (1.0, BAND[::-1], "linear"), (2.0, BAND[::-1], "logarithmic"),
+            (5.0, BAND, "linear"))  # fmt: skip
+    return [
+        (f"sweep_{level:g}", "identify", excitation.sweep(time, FS, band, 2**0.5 * level, method=method),
+         f"{method} sine sweep {band[0]:g}-{band[1]:g} Hz", level)
+        for level, band, method in runs
+    ]  # fmt: skip
+
+
+def stepped(time: float) -> list[Plan]:
+    """Stepped sines of half a second each, upwards and downwards."""
+    frequency = np.geomspace(*BAND, round(2 * time))
+    return [
+        (f"steps_{level:g}", "identify", excitation.stepped_sine(time, FS, frequency[::way], 2**0.5 * level),
+         f"sine {BAND[0]:g}-{BAND[1]:g} Hz in {frequency.size} steps {'up' if way > 0 else 'down'}", level)
+        for level, way in ((0.5, 1), (1.0, -1), (2.0, 1), (5.0, -1))
+    ]  # fmt: skip
+
+
+SINES = {"swept": swept, "stepped": stepped}
+"""Records to identify from under a sine, at four levels"""
+
+
+def plans(bench: Bench, short: bool = False, sine: str = "") -> list[Plan]:
+    """Plan the records of a bench; ``short``: two levels, and half of the time; ``sine``: one of `SINES` to identify.
+
+    What validates a bench is the same whatever it is identified from.
+    """
     time = 0.5 if short else 1.0
     seed = iter(np.random.default_rng((bench.seed, STREAM)).integers(1, 2**31, 20).tolist())
     peaks = (8.0, 25.0, 60.0, 140.0)
     hits = tuple((0.5 + 4 * i) * time for i in range(4))
-    taken = [
+    taken: list[Plan] = [
         ("ramp", "identify", excitation.level_ramp(32 * time, FS, BAND, start_rms=0.3, end_rms=9.0, seed=next(seed)),
          "random 5-220 Hz, level rising from 0.3 to 9 m/s² RMS", None),
         ("hammer", "identify", excitation.hammer(16 * time, FS, peak=peaks, width=0.006, times=hits),
          "free decays after half-sine base pulses of 6 ms and 8, 25, 60, 140 m/s²", None),
     ]  # fmt: skip
+    if sine:
+        taken = SINES[sine](24 * time)
     for level in (1.0, 5.0) if short else LEVELS:
         for letter in "ab":
             shake = excitation.random(24 * time, FS, BAND, rms=level, seed=next(seed))
@@ -105,11 +140,12 @@ def later(signal: np.ndarray, samples: float) -> np.ndarray:
 
 
 def write_bench(
-    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "validate")
-) -> None:
+    bench: Bench, folder: str | Path, short: bool = False, roles: Sequence[str] = ("identify", "validate"),
+    sine: str = "",
+) -> None:  # fmt: skip
     """Simulate the records of a bench that have one of the roles, and write dataset and truth."""
     records = []
-    for i, (name, role, base, words, level) in enumerate(plans(bench, short)):
+    for i, (name, role, base, words, level) in enumerate(plans(bench, short, sine)):
         if role not in roles:
             continue
         channels = measure_channels(bench, base.value, np.random.default_rng((bench.seed, STREAM, i)))

@@ -274,7 +274,7 @@ def test_dataset(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("experiments.benches.records.LEVELS", (2.0,))
     taken = {}
 
-    def few(bench, short=False):
+    def few(bench, short=False, sine=""):
         base = excitation.random(1.0, FS, rms=2.0, seed=4)
         taken["base"] = base.value
         return [("ramp", "identify", base, "words", None), ("level_2_a", "validate", base, "words", 2.0)]
@@ -299,6 +299,24 @@ def test_dataset(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", records.SINES)
+def test_sines_to_identify_from_go_through_the_band_both_ways(kind):
+    """Frequencies by the zeros of the records; what validates a bench stays."""
+    bench = make_bench(17)
+    found, before = (records.plans(bench, True, sine) for sine in (kind, ""))
+    assert [p[0] for p in found if p[1] == "validate"] == [p[0] for p in before if p[1] == "validate"]
+    runs = [p for p in found if p[1] == "identify"]
+    assert [p[4] for p in runs] == [0.5, 1.0, 2.0, 5.0]
+    upwards = []
+    for _, _, shake_, _, level in runs:
+        assert np.sqrt(np.mean(shake_.value**2)) == pytest.approx(level, rel=0.01)
+        ups = np.flatnonzero((shake_.value[:-1] < 0) & (shake_.value[1:] >= 0))
+        frequency = FS / np.diff(ups)[[0, -1]]
+        assert sorted(frequency) == pytest.approx([5.0, 220.0], rel=0.1)
+        upwards.append(frequency[0] < frequency[1])
+    assert set(upwards) == {True, False}
+
+
 def test_without_probes():
     assert not NAMED["no-probes"]().probes
     assert shake(NAMED["no-probes"](), np.ones(64))[1].shape == (0, 64)
@@ -348,7 +366,7 @@ def test_benches_of_other_sensors_are_written(tmp_path, name):
     plan = records.plans(bench, short=True)[2]
     plan = (*plan[:2], excitation.random(1.0, FS, (5, 220), rms=1.0, seed=2), *plan[3:])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(records, "plans", lambda bench, short: [plan])
+        patch.setattr(records, "plans", lambda bench, short, sine: [plan])
         records.write_bench(bench, tmp_path, True, ("validate",))
     (record,) = Dataset.load(tmp_path).records
     assert record.response().quantities == tuple(s.quantity for s in bench.rig.sensors)
