@@ -10,10 +10,11 @@ from clearance_mj.identify.records.prepared import prepared
 from clearance_mj.io.dataset import BASE_NODE
 from clearance_mj.io.uff import Channel
 from clearance_mj.model import Model
-from clearance_mj.signals.excitation import Excitation, random
+from clearance_mj.signals.excitation import Excitation, random, stepped_sine, sweep
 
 from ..conftest import SMALL_LAW, TABLE1, record_of
 from ..study.turning_rig import RIG
+from .records import FS
 from .records import record_of as simulated
 
 GAIN = 2.0  # dB
@@ -111,3 +112,26 @@ def test_decays_are_compared_from_hit_to_hit():
     assert [(d.start, d.peak) for d in found.decays] == [(0.5, 60.0), (2.5, 120.0)]
     for decay in found.decays:
         assert decay.missed == pytest.approx(-6.0206, abs=1e-3)  # the record is twice the model
+
+
+@pytest.mark.parametrize("shake", [
+    sweep(10.0, FS, (5.0, 220.0), 1.0), sweep(10.0, FS, (220.0, 5.0), 1.0, method="linear"),
+    stepped_sine(10.0, FS, np.linspace(5.0, 220.0, 20), 1.0),
+])  # fmt: skip
+def test_lines_that_a_sine_passes_once_are_no_average(shake):
+    """A gain of 2 dB, with noise: of one segment the coherence is 1, whatever noise there is."""
+    record, _ = simulated(TABLE1, shake, SMALL_LAW)
+    record = changed(record, {3: 1.26}, 0.1)
+    found = law_misfit([prepared(record)], Model(TABLE1, SMALL_LAW))
+    assert not any(np.isfinite(s.ratio).any() for s in found.stretches)
+    assert (found.widening, found.warnings) == (1.0, ())
+
+
+def test_lines_of_a_long_step_alone_are_compared():
+    shake = stepped_sine(10.0, FS, [40.0, 90.0], 1.0)
+    record, _ = simulated(TABLE1, shake, SMALL_LAW)
+    found = law_misfit([prepared(changed(record, {3: 1.26}, 0.01))], Model(TABLE1, SMALL_LAW))
+    for stretch, step in zip(found.stretches, (40.0, 90.0)):
+        (band,) = np.flatnonzero(np.isfinite(stretch.missed[2]))
+        assert found.edges[band] <= step <= found.edges[band + 1]
+        assert stretch.missed[2, band] == pytest.approx(1.4826 * 20 * np.log10(1.26), rel=0.1)

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.signal
 import scipy.stats
 
 from ...core.tasks import run_tasks
@@ -38,6 +39,8 @@ NORMAL = 1.4826  # standard deviation of a normal variable over the median of it
 TOO_FAR = 3.0  # random errors: beyond, a warning says where the law misses
 MIN_MISSED = 0.1  # dB, 1 %, as a sensor's gain may be off: what is missed by less is not worth a warning
 CORRELATED_LINES = 2.0  # adjacent lines of a Hann window counted as one independent observation
+CARRIED = 1e-4  # of the loudest line's power: lines with less are not excited
+LASTING = 1 / 3  # of a piece's segments must count at a line; of noise 0.55 do, of a sweep that passes it once 0.2
 REST = 0.1  # of an excitation's largest peak: what lies below it is no hit
 SHORTEST = 0.5  # s, of a decay
 
@@ -52,7 +55,7 @@ class Stretch:
     level: float  #: RMS of the excitation, m/s² or N
     missed: np.ndarray
     """(n_sensors, n_bands) dB, typical difference of the magnitudes: its median size as a standard deviation; nan in
-    bands and at sensors that the record does not have"""
+    bands and at sensors that the record does not have, and where the excitation only passes"""
     random: np.ndarray
     """(n_sensors, n_bands) dB, typical random error of that difference, larger where few lines tell it"""
 
@@ -92,7 +95,7 @@ class LawMisfit:
         by one factor (R. T. Birge, The calculation of errors by the method of least squares, Physical Review 40, 1932).
         """
         ratios = np.array([s.ratio for s in self.stretches])
-        return max(1.0, float(np.sqrt(np.nanmean(ratios**2)))) if ratios.size else 1.0
+        return max(1.0, float(np.sqrt(np.nanmean(ratios**2)))) if np.isfinite(ratios).any() else 1.0
 
     def spread(self, frequency: np.ndarray, level: float, duration: float, resolution: float) -> np.ndarray:
         """Return the relative standard deviation of a record's FRF magnitudes about those that rig and law predict.
@@ -251,14 +254,31 @@ def _stretch(name: str, test: Response, model: Response, part: slice, edges: np.
     )
     missed = DB * np.abs(np.log(model_size / test_size))
     error = DB * noise / np.maximum(model_size, test_size)
-    band = np.searchsorted(edges, frf.frequency, side="right") - 1
+    carried, lasting = _excited(measured, frf.frequency)
+    band = np.where(carried, np.searchsorted(edges, frf.frequency, side="right") - 1, -1)
     found = np.full((2, len(model.responses), edges.size - 1), np.nan)
     for i in range(edges.size - 1):
-        if (here := band == i).any():
+        if (here := band == i).any() and np.median(lasting[here]) > LASTING:
             wider = _scatter_of_median(here.sum() / CORRELATED_LINES, 2 * ((difference.averages or 2.0) - 1))
             found[:, rows, i] = NORMAL * np.median(missed[:, here], axis=1), wider * np.median(error[:, here], axis=1)
     start, level = part.start / test.fs, float(np.std(measured.excitation))
     return Stretch(name, start, measured.duration, level, found[0], found[1])
+
+
+def _excited(response: Response, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which lines (n_f,) of FRFs are excited, and by which share (n_f,) of the segments that they are averages over.
+
+    Of powers p that is (Σ p)² / Σ p². A sine that passes a line once leaves one segment, which is always coherent.
+    """
+    size = round(response.fs / RESOLUTION)
+    _, _, power = scipy.signal.spectrogram(
+        response.excitation, response.fs, "hann", size, size - size // 2, detrend=False
+    )
+    power = power[np.round(frequency / RESOLUTION).astype(int)]
+    total = power.sum(axis=1)
+    excited = total > CARRIED * total.max()
+    squares = np.sum(power**2, axis=1) * power.shape[1]
+    return excited, np.divide(total**2, squares, out=np.zeros(total.size), where=excited)
 
 
 def _scatter_of_median(lines: float, freedom: float) -> float:
