@@ -15,7 +15,7 @@ from clearance_mj.identify.structure.found_structure import Accepted
 from clearance_mj.identify.structure.hypotheses.candidate import HYPOTHESES, Bench
 from clearance_mj.identify.structure.priors import priors, rig_with
 from clearance_mj.identify.structure.rig_fit import RigFit
-from clearance_mj.identify.structure.spectra import ChannelSpectra
+from clearance_mj.identify.structure.spectra import ChannelSpectra, complex_frequency, complex_spectra, flank_spectra
 from clearance_mj.io.dataset import Dataset, Record
 from clearance_mj.rig import Rig
 from clearance_mj.signals import excitation
@@ -80,6 +80,19 @@ def test_lines_beyond_the_excitation_count_if_impacts_reach_there(rms, touches):
     assert ChannelSpectra(record).frequency[-1] == pytest.approx(297.0 if touches else 220.0, abs=0.5)
 
 
+def test_what_flanks_add_to_a_windowed_motion():
+    """The transform of (f y)¨ is s² that of f y, and (f y)¨ = f ÿ + 2 ḟ ẏ + f̈ y."""
+    fs, decay, omega = 2048.0, 0.4, 2 * np.pi * np.array([5.0, 40.0])
+    time = np.arange(8192)[:, None] / fs
+    motion = np.exp((1j * omega - decay) * time)  # goes on where the record ends
+    (frequency, of_motion), (_, of_acceleration) = (
+        complex_spectra(y.real, fs, (3.0, 60.0), 500) for y in (motion, (1j * omega - decay) ** 2 * motion)
+    )
+    s = 1j * complex_frequency(frequency, 4.0)[:, None]
+    added = flank_spectra(motion.real, fs, frequency)
+    np.testing.assert_allclose(of_acceleration + added, s**2 * of_motion, atol=1e-4 * np.abs(s**2 * of_motion).max())
+
+
 def test_a_shaft_s_places_open_a_bushing_s_length_and_degrees_of_freedom_do_not():
     of_lengths = {p.name: p for p in priors(TABLE1) if p.name.endswith(".length")}
     assert set(of_lengths) == {"bushings[0].length", "bushings[1].length"}
@@ -130,7 +143,8 @@ def recorded(bench):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "seed"), [("housing", 41), ("mass", 11), pytest.param("clamp", 41, marks=pytest.mark.release)]
+    ("name", "seed"),
+    [("housing", 41), ("mass", 11), ("spring", 205), pytest.param("clamp", 41, marks=pytest.mark.release)],
 )
 def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name, seed):
     """The mass of seed 41 is 2 cm from a bushing: what it does is a force there, which is unknown anyway."""
@@ -144,11 +158,17 @@ def test_a_structure_is_found_on_foreign_physics_and_its_numbers_are_right(name,
         assert [b.housing.stiffness for b in rig.bushings] == pytest.approx(
             [h.stiffness for h in real.housings], rel=0.1
         )
+    elif name == "spring":
+        assert len(real.springs) == len(rig.springs) == 1
+        ((place, stiffness, damping),) = real.springs
+        (spring,) = rig.springs
+        assert spring.position == pytest.approx(place, abs=0.01)
+        assert (spring.stiffness, spring.damping) == pytest.approx((stiffness, damping), rel=0.1)
     elif name == "mass":
         assert rig.masses[-1].mass == pytest.approx(real.masses[0][1], rel=0.15)
     else:
         assert rig.beam.clamp.mass == pytest.approx(real.clamp.mass, rel=0.15)
-    if name != "mass":  # as drawn, wrong numbers make good for most of a mass
+    if name not in ("mass", "spring"):  # as drawn, wrong numbers make good for most of a mass
         before, after = (max(m.share.max() for m in part) for part in (found.structure.as_drawn, found.misfit))
         assert after < 0.6 * before
 

@@ -14,9 +14,10 @@ from ...structure import Beam, Shaft
 from ...structure.base import ratios_of_modes
 from .priors import rig_with
 
-__all__ = ["Lines", "force_gains", "gains_at", "model_with"]
+__all__ = ["Lines", "end_gains", "force_gains", "gains_at", "model_with"]
 
 MODES, SPATIAL_MODES = 16, 10  # of the structure or of each of its planes, to which the static shapes are added
+LOW_MODES = 40.0  # Hz, up to which the flanks of a record's window are quick for a mode
 STRUCTURAL = "beam", "1/", "structure", "masses", "springs", "oscillators", "fixture", "planes"  # paths begin so
 
 
@@ -45,6 +46,37 @@ def gains_at(
     rows = model.at_probes(values) if probes else np.zeros((0, model.size))
     driven = [model.driven(each.tested) for each in lines]
     return [own.channel_gains(rows, each.kind, each.omega, at, spin) for (own, spin), each in zip(driven, lines)]
+
+
+def end_gains(
+    model: LinearModel, values: Mapping[str, float], probes: bool, lines: Lines, in_flanks: np.ndarray
+) -> np.ndarray:
+    """Return what a record adds to its channels that begins and ends in motion, (n_f, n_channels, n_modes).
+
+    A mode q̈ + 2ζω q̇ + ω² q = p in a window f is moved by f p + 2 ḟ q̇ + f̈ q: near a low mode a sine that ends there
+    leaves nothing else. How large it is at most, the channels say.
+
+    Parameters
+    ----------
+    model : LinearModel
+        Modes of the structure.
+    values : mapping of str to float
+        Of the probes, by name.
+    probes : bool
+        Whether displacement probes take part.
+    lines : Lines
+        Of the record.
+    in_flanks : ndarray, shape (n_f, n_channels)
+        2 ḟ ẏ + f̈ y of each channel y.
+    """
+    modes = np.eye(model.size)[model.omega < 2 * np.pi * LOW_MODES]
+    (gains,) = gains_at(model, values, probes, [lines], modes)
+    own, spin = model.driven(lines.tested)
+    moved = own.displacement_gains(modes, lines.kind, lines.omega, modes, spin)
+    gains = gains[:, :-1, :-1]
+    shown = gains / np.einsum("fii->fi", moved[:, :, :-1])[:, None]  # of each mode's own motion
+    size = np.linalg.norm(in_flanks[:, :-1], axis=1)[:, None] / np.linalg.norm(shown, axis=1)
+    return np.pad(gains * size[:, None], ((0, 0), (0, 1), (0, 0)))
 
 
 def model_with(rig: Rig, values: Mapping[str, float]) -> LinearModel:

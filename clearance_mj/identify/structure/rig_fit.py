@@ -17,7 +17,7 @@ from ...estimate.solver import Stop, solve
 from ...rig import Rig
 from ..records.prepared import EXCITATION, PreparedRecord
 from .couples import WhiteLines, likeliest_share
-from .force_gains import Lines, force_gains, gains_at, model_with
+from .force_gains import Lines, end_gains, force_gains, gains_at, model_with
 from .misfit import RecordMisfit
 from .priors import priors, rig_with, with_exact_supports
 from .projection import Projection
@@ -261,8 +261,10 @@ class RigFit:
             power = scipy.ndimage.uniform_filter1d(power, s.force_bandwidth, axis=0)
             coupled.append(g[:, :, :-1] * np.sqrt(np.tile(power, 2))[:, None, :] / noise[:, :, None])
         share = self._share_of_couples(at, coupled) if self.rig.moves_across else COUPLE
-        for i, (moved, noise) in enumerate(zip(coupled, self.noise)):
-            covariance = np.eye(noise.shape[1]) + share**2 * moved @ moved.conj().transpose(0, 2, 1)
+        for i, (moved, noise, s) in enumerate(zip(coupled, self.noise, self.spectra)):
+            ends = end_gains(model, values, self.probes, self.lines[i], s.in_flanks) / noise[:, :, None]
+            moved = np.concatenate((share * moved, ends), axis=2)
+            covariance = np.eye(noise.shape[1]) + moved @ moved.conj().transpose(0, 2, 1)
             self.whitening[i] = np.linalg.inv(np.linalg.cholesky(covariance)) / noise[:, None, :]
 
     def _share_of_couples(self, at: np.ndarray, coupled: Sequence[np.ndarray]) -> float:

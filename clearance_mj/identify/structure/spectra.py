@@ -7,7 +7,7 @@ import scipy.fft
 
 from ..records.prepared import PreparedRecord
 
-__all__ = ["ChannelSpectra", "complex_frequency", "complex_spectra", "rms"]
+__all__ = ["ChannelSpectra", "complex_frequency", "complex_spectra", "flank_spectra", "rms"]
 
 BAND_EXTENSION = 1.35  # upper end of the band over that of the excitation, if impacts reach beyond it
 SILENT = 0.03
@@ -52,6 +52,8 @@ class ChannelSpectra:
         self.frequency, self.measured = (part[kept][::thin] for part in found)
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
+        self.in_flanks = flank_spectra(record.signals, fs, self.frequency)
+        """(n_f, n_channels) 2 ḟ ẏ + f̈ y of each channel y in the window f, see `end_gains`"""
         self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))
         """`FORCE_BANDWIDTH` in lines"""
         self.correlated_lines = max(
@@ -68,16 +70,50 @@ def complex_spectra(
     Spectra at `complex_frequency`, at most ``n_lines`` of them at equal distances.
     """
     n = len(signals)
-    count, time = scipy.fft.next_fast_len(2 * n, real=True), np.arange(n) / fs
-    fade = int(min(FADE * fs, n / 4))
-    window = np.exp(np.log(END_LEVEL) * time / (n / fs))
-    flank = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
-    window[:fade] *= flank
-    window[n - fade :] *= flank[::-1]
+    count = scipy.fft.next_fast_len(2 * n, real=True)
     frequency = np.fft.rfftfreq(count, 1 / fs)
     inside = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
     kept = inside[:: -(-inside.size // n_lines)]
-    return frequency[kept], scipy.fft.rfft(signals.T * window, count, axis=1)[:, kept].T
+    return frequency[kept], scipy.fft.rfft(signals.T * (_decay(n) * _flanks(n, fs)[0]), count, axis=1)[:, kept].T
+
+
+def _decay(n: int) -> np.ndarray:
+    """Return the exponential (n_t,) that complex frequencies allow for."""
+    return np.exp(np.log(END_LEVEL) * np.arange(n) / n)
+
+
+def _flanks(n: int, fs: float) -> np.ndarray:
+    """Return (3, n_t) a window of ones with cosine flanks, and its two derivatives by time, 1/s and 1/s²."""
+    fade = int(min(FADE * fs, n / 4))
+    angle, rate = np.pi * (np.arange(fade) + 0.5) / fade, np.pi * fs / fade
+    window = np.zeros((3, n))
+    window[0] = 1.0
+    rising = 0.5 * np.array([1 - np.cos(angle), rate * np.sin(angle), rate**2 * np.cos(angle)])
+    window[:, :fade], window[:, n - fade :] = rising, rising[:, ::-1] * np.array([[1], [-1], [1]])
+    return window
+
+
+def flank_spectra(signals: np.ndarray, fs: float, frequency: np.ndarray) -> np.ndarray:
+    """Return (n_f, n_channels) the transform of 2 ḟ ẏ + f̈ y, with the window f of `complex_spectra`.
+
+    By parts, that of ḟ ẏ is s times that of ḟ y, less that of f̈ y, with the complex frequency s.
+
+    Parameters
+    ----------
+    signals : ndarray, shape (n_t, n_channels)
+        y.
+    fs : float
+        Samples per second.
+    frequency : ndarray, shape (n_f,)
+        Hz, of `complex_spectra`.
+    """
+    n = len(signals)
+    count = scipy.fft.next_fast_len(2 * n, real=True)
+    kept = np.round(frequency * count / fs).astype(int)
+    first, second = (
+        scipy.fft.rfft(signals.T * (_decay(n) * each), count, axis=1)[:, kept].T for each in _flanks(n, fs)[1:]
+    )
+    return 2j * complex_frequency(frequency, n / fs)[:, None] * first - second
 
 
 def complex_frequency(frequency: np.ndarray, duration: float) -> np.ndarray:
