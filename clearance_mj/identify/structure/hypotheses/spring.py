@@ -12,7 +12,8 @@ from ....structure import Spring
 from .candidate import Bench, Candidate, added, hypothesis, place_words, places_along
 
 STIFFNESS, DAMPING = 300.0, 0.5  # N/m, N s/m
-TRACE = 1e-3  # of these, where the other one is tried
+SIZES = (STIFFNESS, 1e-3 * DAMPING), (1e-3 * STIFFNESS, DAMPING), (STIFFNESS, DAMPING)
+"""Springs, dashpots, and both: from a thousandth of what is there no fit comes to it"""
 PLACES = np.linspace(0.2, 0.95, 7)  # of a shaft's length
 REACH = 0.08  # of the length, 1 σ of its place
 
@@ -21,7 +22,7 @@ REACH = 0.08  # of the length, 1 σ of its place
 def springs(bench: Bench) -> Iterator[Candidate]:
     """Yield a spring and a dashpot at places along every shaft."""
     for shaft, place in places_along(bench.rig, PLACES):
-        for stiffness, damping in ((STIFFNESS, TRACE * DAMPING), (TRACE * STIFFNESS, DAMPING)):
+        for stiffness, damping in SIZES:
             make = partial(_with, bench.rig, place, stiffness, damping, shaft.length)
             yield Candidate("spring", make, partial(_words, len(bench.rig.springs)))
 
