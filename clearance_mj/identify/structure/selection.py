@@ -32,8 +32,8 @@ from .rig_update import RigUpdate
 
 __all__ = ["with_found_structure"]
 
-MIN_GAIN = 5.0  # of log evidence, for a hypothesis to be accepted
-MIN_SCORE = 2.5  # of log likelihood by the score test, for a candidate to be fitted
+MIN_GAIN = 3.0  # of log evidence, for a hypothesis to be accepted
+MIN_SCORE = 1.5  # of log likelihood by the score test, for a candidate to be fitted
 RIVAL = 3.0  # of log evidence, within which two hypotheses cannot be told apart
 MOST = 3  # hypotheses that are accepted beside each other
 FITTED_PART = 0.8  # of each record; the rest confirms

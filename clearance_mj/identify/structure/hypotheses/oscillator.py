@@ -26,7 +26,7 @@ LEVERS = -0.12, 0.0, 0.12  # of the length
 BESIDE = 0.92, 1.0, 1.08
 """Of a frequency: what contradicts is a mode of the whole, not of the mass on its spring"""
 REACH = 0.1  # of the length, 1 σ of place and lever
-HANDICAP = 5.0
+HANDICAP = 7.0
 APART = "an accelerometer on whatever hangs on the shaft there"
 
 

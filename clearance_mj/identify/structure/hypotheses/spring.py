@@ -12,8 +12,8 @@ from ....structure import Spring
 from .candidate import Bench, Candidate, added, hypothesis, place_words, places_along
 
 STIFFNESS, DAMPING = 300.0, 0.5  # N/m, N s/m
-SIZES = (STIFFNESS, 1e-3 * DAMPING), (1e-3 * STIFFNESS, DAMPING), (STIFFNESS, DAMPING)
-"""Springs, dashpots, and both: from a thousandth of what is there no fit comes to it"""
+SIZES = (STIFFNESS, 0.03 * DAMPING), (0.03 * STIFFNESS, DAMPING), (STIFFNESS, DAMPING)
+"""Springs, dashpots, and both: from a small share of what is there a fit hardly comes to it"""
 PLACES = np.linspace(0.2, 0.95, 7)  # of a shaft's length
 REACH = 0.08  # of the length, 1 σ of its place
 
@@ -22,9 +22,9 @@ REACH = 0.08  # of the length, 1 σ of its place
 def springs(bench: Bench) -> Iterator[Candidate]:
     """Yield a spring and a dashpot at places along every shaft."""
     for shaft, place in places_along(bench.rig, PLACES):
-        for stiffness, damping in SIZES:
+        for kind, (stiffness, damping) in enumerate(SIZES):
             make = partial(_with, bench.rig, place, stiffness, damping, shaft.length)
-            yield Candidate("spring", make, partial(_words, len(bench.rig.springs)))
+            yield Candidate("spring", make, partial(_words, len(bench.rig.springs)), group=kind)
 
 
 def _with(rig: Rig, place: float | str, stiffness: float, damping: float, length: float, factor: float) -> Rig:
