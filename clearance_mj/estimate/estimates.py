@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -129,6 +129,21 @@ class Estimates:
         of_data = np.linalg.inv(self.covariance / np.outer(scale, scale)) / factor**2
         precision = of_data + np.diag(np.where(finite, 1 - 1 / factor**2, 0.0))
         return Estimates.of(self.parameters, self.value, np.linalg.inv(precision) * np.outer(scale, scale))
+
+    def with_rivals(self, rivals: Iterable[tuple[float, Mapping[str, float]]]) -> Estimates:
+        """Return the same values with the covariance of what rivals found about them.
+
+        Parameters
+        ----------
+        rivals : iterable of (float, mapping of str to float)
+            Probability and values by name of each; parameters that it does not name stay where they are.
+        """
+        found = self.covariance.copy()
+        for weight, values in rivals:
+            both = [(p, values.get(p.name, own), own) for p, own in zip(self.parameters, self.value)]
+            apart = np.array([p.to_varied(value) - p.to_varied(own) for p, value, own in both])
+            found += weight * np.outer(apart, apart)
+        return Estimates.of(self.parameters, self.value, found)
 
     def draw(self, n: int, seed: int = 0) -> np.ndarray:
         """Draw values (n, n_parameters) from the normal distribution of what varies, cut to the bounds.

@@ -1,13 +1,10 @@
 """Weights of families where all of them miss the records, and intervals that hold what families differ by."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.estimate.loss import UnknownScale
-from clearance_mj.identify.methods.bench import between_families
 
 
 def test_losses_of_blocks_make_the_scale():
@@ -19,13 +16,11 @@ def test_losses_of_blocks_make_the_scale():
     assert loss.losses(residuals).sum() / 5 == pytest.approx(float(loss.scale(residuals)))
 
 
-def test_what_families_differ_by_is_in_the_interval():
-    """Law of total variance about the likeliest: 0.2 (ln 1.25)² on top of the likeliest family's own."""
+def test_what_rivals_differ_by_is_in_the_interval():
+    """Law of total variance about the likeliest: 0.2 (ln 1.25)² on top of its own."""
     gap = Parameter("bushings[0].gap", "m", 3e-4, 1e-4, 6e-4, 0.2, "log")
-
-    def family(value: float, weight: float) -> SimpleNamespace:
-        estimates = Estimates.of([gap], np.array([value]), np.array([[1e-4]]))
-        return SimpleNamespace(fit=SimpleNamespace(estimates=estimates, values={gap.name: value}), weight=weight)
-
-    between = between_families([family(3e-4, 0.8), family(3.75e-4, 0.2)])
-    assert between == pytest.approx(np.array([[0.2 * np.log(1.25) ** 2]]))
+    offset = Parameter("bushings[0].offset", "m", 0.0, -1e-4, 1e-4, 1e-5)
+    likeliest = Estimates.of([gap, offset], np.array([3e-4, 1e-5]), np.diag([1e-4, 1e-12]))
+    found = likeliest.with_rivals([(0.2, {gap.name: 3.75e-4, "bushings[1].gap": 1.0})])
+    assert found.covariance == pytest.approx(np.diag([1e-4 + 0.2 * np.log(1.25) ** 2, 1e-12]), rel=1e-9, abs=1e-20)
+    assert found.value.tolist() == likeliest.value.tolist()

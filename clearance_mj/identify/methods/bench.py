@@ -29,7 +29,7 @@ from ..structure.faults.of_records import require_one_rig
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 
-__all__ = ["BenchFit", "between_families", "fit_bench"]
+__all__ = ["BenchFit", "fit_bench"]
 
 WIDE_OFFSET = 0.1  # of a gap: standard deviation of an offset above which it is said to be hardly known
 
@@ -156,32 +156,11 @@ def _together(update: RigUpdate, families: Sequence[Sequence[FamilyFit]], wideni
     The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already. Gaps, offsets
     and lengths, which all families have, vary with the family, too.
     """
-    fits = [of_one[0].fit for of_one in families]
-    own = [
-        dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
-        for j, f in enumerate(fits)
-        for p in f.estimates.parameters
-    ]
-    parts = [update.estimates, *(f.estimates.widened(widening) for f in fits)]
-    blocks = [e.covariance + between_families(of_one) for of_one, e in zip(families, parts[1:])]
-    covariance = scipy.linalg.block_diag(parts[0].covariance, *blocks)
+    parts, own = [update.estimates], []
+    for j, (likeliest, *rivals) in enumerate(families):
+        known = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
+        parts.append(likeliest.fit.estimates.widened(widening).with_rivals(known))
+        own += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
+                for p in parts[-1].parameters]  # fmt: skip
+    covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
     return Estimates.of([*update.estimates.parameters, *own], np.concatenate([e.value for e in parts]), covariance)
-
-
-def between_families(families: Sequence[FamilyFit]) -> np.ndarray:
-    """Return the covariance (n, n) of a clearance's numbers about those of the likeliest family, by weight.
-
-    Parameters
-    ----------
-    families : sequence of FamilyFit
-        Of one clearance, the likeliest first.
-    """
-    best = families[0].fit.estimates
-    shared = {p.name: (i, p) for i, p in enumerate(best.parameters) if p.name.startswith("bushings[")}
-    found = np.zeros(2 * (len(best.parameters),))
-    for family in families[1:]:
-        values, apart = family.fit.values, np.zeros(len(best.parameters))
-        for name, (i, p) in shared.items():
-            apart[i] = p.to_varied(values[name]) - p.to_varied(best.value[i])
-        found += family.weight * np.outer(apart, apart)
-    return found

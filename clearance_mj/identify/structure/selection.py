@@ -18,7 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ...core.errors import ClearanceError
-from ...estimate import Stop, log_evidence, solve
+from ...estimate import Stop, log_evidence, rival_weights, solve
 from ...estimate.solver import Solution
 from ...rig import Rig
 from ..records.prepared import PreparedRecord
@@ -84,6 +84,7 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
     """
     drawn, found = update, FoundStructure(as_drawn=update.misfit, parameters=update.estimates.names)
     candidates: list[Candidate] = []
+    optima: list[tuple[float, Mapping[str, float]]] = []
     while len(found.accepted) < MOST:
         round_ = _Round(update, progress)
         found = dataclasses.replace(found, rounds=(*found.rounds, round_.tried))
@@ -91,7 +92,8 @@ def with_found_structure(update: RigUpdate, progress: bool = False) -> RigUpdate
             break
         trial, one = accepted
         new = RigFit(trial.rig, drawn.records).run(trial.values, drawn.start)
-        new = dataclasses.replace(new, structure=found)
+        optima += round_.optima(trial, set(new.estimates.names) - set(update.estimates.names))
+        new = dataclasses.replace(new, structure=found, estimates=new.estimates.with_rivals(optima))
         if Assessment(new).cost > Assessment(update).cost - MIN_GAIN:
             break
         update = new
@@ -208,6 +210,16 @@ class _Round:
                 one = trial.candidate
                 return trial, Accepted(one.name, trial.words, gain, confirmed, self._rivals(trial), one.apart)
         return None
+
+    def optima(self, accepted: _Trial, names: set[str]) -> list[tuple[float, dict[str, float]]]:
+        """Return the probability of every fit of the same hypothesis that explains the records about as well.
+
+        With the values where it ended, of parameters with these names: a place along a shaft has several optima.
+        """
+        alike = [t for t in self.trials if t.candidate.name == accepted.candidate.name]
+        near = [accepted, *(t for t in alike if t is not accepted and abs(accepted.evidence - t.evidence) < RIVAL)]
+        weights = rival_weights([t.evidence for t in near]).tolist()
+        return [(w, {n: t.values[n] for n in names & set(t.values)}) for w, t in zip(weights[1:], near[1:])]
 
     def _cost_of_rest(self, rig: Rig, values: Mapping[str, float]) -> float:
         return float(self.rest.problem.loss.cost(self.rest.residuals_of(rig, values)))
