@@ -20,6 +20,8 @@ SHARED = 4.0  # standard deviations by which a sample of another channel does so
 ONE_IMPACT = 0.05  # s, within which they feel it
 PARTS = 4  # of a record: the quietest shows the zero, the first and the last a drift
 DRIFT = 0.3  # of the gap, and of the motion: of a probe in another unit that is much larger
+LOUDER = 3.0
+"""Factor between the levels of two parts: after a louder one, grease holds the shaft away from where it rests."""
 OFFSET = 0.01, 0.2
 """Of the gap, and of the motion in the quietest part, both: sound records have up to 0.05 of the motion."""
 
@@ -73,6 +75,8 @@ def zero_error(displacement: ArrayLike, gap: float) -> str:
     drift, offset = rests[-1] - rests[0], rests[quietest]
     if abs(drift) > DRIFT * max(gap, levels[0], levels[-1]):
         return f"drifts by {1e3 * drift:.3g} mm"
-    if abs(offset) > max(OFFSET[0] * gap, OFFSET[1] * levels[quietest]):
+    if max(levels[: quietest + 1]) < LOUDER * levels[quietest] and abs(offset) > max(
+        OFFSET[0] * gap, OFFSET[1] * levels[quietest]
+    ):
         return f"has an offset of {1e3 * offset:.3g} mm"
     return ""
