@@ -7,7 +7,7 @@ import pytest
 
 from clearance_mj.rig import Spin
 from experiments.benches.space.bench import ProbePair, Station, make_bench
-from experiments.benches.space.hidden import CLASSES, Spring, Structure
+from experiments.benches.space.hidden import CLASSES, Bend, Coupling, Spring, Structure
 from experiments.benches.space.holes import Hole
 from experiments.benches.space.make import find_bench, main
 from experiments.benches.space.records import FS, simulate
@@ -24,6 +24,11 @@ GREASE = (2e4, 20.0)  # N/m, N s/m
 HOUSING = Oscillator(0.15, 100.0, 0.03)
 EXTRA, SPRING = Disc(0.5, 0.3), Spring(0.5, 3e4, 15.0)
 GRAVITY = 9.81
+PARTS = {"housing": "housings", "mass": "masses", "spring": "springs", "bend": "bends", "coupling": "couplings",
+         "creep": "creep", "whirl": "friction"}  # fmt: skip
+JEFFCOTT = Rotor(
+    1.0, 0.01, 2e11, 20.0, (Disc(0.5, 2.0),), (Support(0.0, np.inf), Support(1.0, np.inf)), (0.05,)
+)  # almost without mass of its own
 SECONDS, DECAY, LINES = 1.0, 10.0, slice(5, 220)  # 1/s, of a window at whose end little is left; Hz
 
 
@@ -117,6 +122,47 @@ def test_frequencies_of_a_pinned_shaft_with_a_mass_and_a_spring():
         np.testing.assert_allclose(structure.shaft(pinned).frequencies(3), exact, rtol=1e-3)
 
 
+def turned(structure, share, times):
+    """Amplitudes (forward, backward) of y + i z of a turning Jeffcott rotor's disc at a multiple of its turns."""
+    plain = make_bench(1, "rotor", ())
+    probe = ProbePair(0.5, 0.0, (1.0, 1.0), ())
+    bench = dataclasses.replace(
+        plain, rig=plain.rig.replace(gravity=None), rotor=JEFFCOTT, holes=(), stations=(), probes=(probe,),
+        unbalances=(), structure=structure,
+    )  # fmt: skip
+    speed = share * JEFFCOTT.modes().omega[0]
+    ((y, z),) = simulate(bench, spin=Spin(speed), size=round(3 * FS)).displacement
+    time = np.arange(y.size) / FS
+    late, waves = time > 1.5, np.exp(1j * times * speed * np.outer(time, (1, -1)))
+    return np.linalg.lstsq(waves[late], (y + 1j * z)[late], rcond=None)[0]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8, 1.6])
+def test_a_bent_jeffcott_rotor(share):
+    """b/(1 - r² + 2iζr) (Nicholas, Gunter & Allaire, J. Eng. Power 98, 1976), a bow of any shape by its size there."""
+    bend = Bend(0.5, 0.2, 2e-5, 0.7)
+    known = 2e-5 * np.exp(0.7j) / (1 - share**2 + 2j * 0.05 * share)
+    forward, backward = turned(Structure(bends=(bend,)), share, 1)
+    assert abs(forward - known) < 0.01 * abs(known) and abs(backward) < 0.01 * abs(known)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.45, 0.9])
+def test_a_coupling_on_a_jeffcott_rotor(share):
+    """A moment M on the end bends the middle by M L²/(16 E I); it turns with ±2 Ω."""
+    moments = 0.02 * np.exp(0.4j), 0.005 * np.exp(-1j)
+    still = 1 / (16 * JEFFCOTT.bending_stiffness)
+    known = [m * still / (1 - 4 * share**2 + way * 4j * 0.05 * share) for m, way in zip(moments, (1, -1))]
+    found = turned(Structure(couplings=(Coupling(*moments),)), share, 2)
+    np.testing.assert_allclose(found, known, rtol=0.01)
+
+
+def test_a_speed_creeps_where_it_is_said_to_be_steady():
+    creeping = Structure(creep=-0.016).spin(Spin(100.0), 20.0)
+    assert creeping.speed_at(np.array([0.0, 10.0, 20.0])) == pytest.approx([100.8, 100.0, 99.2])
+    ramp = Spin(10.0, 5.0, 100.0)
+    assert Structure(creep=-0.016).spin(ramp, 20.0) is ramp
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["mass", "spring"])
 def test_drawn_masses_and_springs_are_seen(kind, name):
@@ -139,8 +185,9 @@ def test_all_else_is_drawn_as_without_a_structure(kind, name):
     assert dataclasses.replace(found, structure=Structure(), name=plain.name) == plain
     assert "structure" not in plain.truth()
     [(part, hidden)] = found.truth()["structure"].items()
-    assert part == {"housing": "housings", "mass": "masses", "spring": "springs"}[name]
-    assert len(hidden) == (len(plain.holes) if name == "housing" else 1)
+    assert part == PARTS[name]
+    if isinstance(hidden, list):
+        assert len(hidden) == (len(plain.holes) if name == "housing" else 1)
     assert found.structure == make_bench(3, kind, (), structure=[name]).structure != make_bench(4, kind).structure
 
 

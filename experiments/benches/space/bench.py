@@ -86,7 +86,8 @@ class Bench:
         y, z = (self.rig.gravity or (0.0, 0.0, 0.0))[1:]
         unbalances = tuple((u.position, cmath.rect(u.moment, u.phase)) for u in self.unbalances)
         at = self.rig.shaker.position
-        return motion.Load((y, z), at if isinstance(at, float) else 0.0, unbalances)
+        hidden = self.structure.bends, self.structure.couplings
+        return motion.Load((y, z), at if isinstance(at, float) else 0.0, unbalances, *hidden)
 
     def scheme(self, step: float, least_damping: float = 0.0) -> motion.Scheme:
         """Return the shaft prepared for a step, s, with at least a damping ratio of every mode."""
@@ -103,7 +104,8 @@ class Bench:
     @property
     def forces(self) -> tuple[Hole, ...]:
         """The bushings, then dashpots: holes so wide that nothing ever touches."""
-        return (*self.holes, *(dashpot(s.position, s.damping) for s in self.structure.springs))
+        mu, dashpots = self.structure.friction, (dashpot(s.position, s.damping) for s in self.structure.springs)
+        return (*(dataclasses.replace(h, friction=mu or h.friction) for h in self.holes), *dashpots)
 
     @property
     def ends(self) -> np.ndarray:
@@ -123,6 +125,7 @@ class Bench:
         sag = self.shaft.sag([h.position for h in self.holes]).tolist()
         for bushing, down in zip(lists["bushings"], sag):
             bushing["sag_without_bushings"] = down
+            bushing["friction"] = self.structure.friction or bushing["friction"]
         hidden = {"structure": found} if (found := self.structure.truth()) else {}
         return {"name": self.name, "kind": self.kind, "seed": self.seed, "shaft": shaft, **hidden, **lists}
 

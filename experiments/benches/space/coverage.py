@@ -165,7 +165,8 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
             rest = np.array([hole["offset_y"], hole["offset_z"] - hole["sag_without_bushings"]])
             pair = truth["probes"][j]
             true = _onset(test.orbits(j), pair["angle"], pair["gains"], rest, gap, oval)
-            own, hole_of_fit = fit.bushing, np.array(fit.case.out_of_round)
+            own, wall = fit.bushing, fit.case.bushing.wall or {}
+            hole_of_fit = np.array([wall.get(name, 0.0) for name in ("wide", "across")])
             value = _onset(model.motion.orbits(j), own.probe_angle, (1.0, 1.0), model.rest[j], own.gap, hole_of_fit)
             if not math.isnan(true):
                 yield {"what": "onset", "where": record.name, "value": value, "truth": true}

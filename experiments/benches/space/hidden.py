@@ -1,17 +1,22 @@
 """What a bench in space has and its rig file does not draw: classes, each with sizes drawn from a seed.
 
 Alike along y and z. A housing is an oscillator that a bushing's forces drive; a mass and a spring belong to the shaft,
-whose modes they change; a spring's dashpot is a force at a point of the shaft.
+whose modes they change; a spring's dashpot is a force at a point of the shaft. A bent shaft's elements are relaxed
+where it is bent, K (q - b e^(iφ)), so that K b turns with it (Nicholas, Gunter & Allaire, J. Eng. Power 98, 1976). A
+misaligned coupling is a moment of twice the shaft's angle on its end, not alike along y and z.
 """
 
 from __future__ import annotations
 
+import cmath
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from clearance_mj.rig import Spin
 
 from ..structure import Oscillator, between
 from .shaft import Disc, Modes, Rotor, Support
@@ -29,12 +34,60 @@ class Spring:
 
 
 @dataclass(frozen=True)
+class Bend:
+    """A part of the shaft that is curved alike over a width, m, without load."""
+
+    position: float
+    width: float
+    size: float  #: m, largest distance of the shaft from the straight line through its supports
+    phase: float  #: rad from the mark
+
+    def line(self, rotor: Rotor) -> np.ndarray:
+        """Return deflections and slopes (2 n_nodes,) of the bent shaft that nothing loads."""
+        x, _, _, free = rotor.matrices()
+        start, end = self.position - self.width / 2, self.position + self.width / 2
+        slope = np.clip(x, start, end) - start
+        line = np.where(x < end, slope**2 / 2, self.width**2 / 2 + self.width * (x - end))
+        if free[1]:  # it is not clamped at x = 0
+            slope, line = slope - line[-1] / x[-1], line - line[-1] * x / x[-1]
+        return np.column_stack((line, slope)).ravel() * self.size / line[np.argmax(np.abs(line))]
+
+    def forces(self, rotor: Rotor) -> np.ndarray:
+        """Return the modal forces (n,) that hold a straight shaft in this line."""
+        return rotor.modes().shape.T @ rotor.replace(supports=()).matrices()[2] @ self.line(rotor)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A coupling that bends the shaft's end twice per turn: moments, N m, that turn with 2 φ and -2 φ."""
+
+    forward: complex
+    backward: complex
+
+    def slopes(self, rotor: Rotor) -> np.ndarray:
+        """Return the slopes of the modes (n,) at the driven end."""
+        shape = rotor.modes().shape
+        return shape[1] if shape[1].any() else shape[-1]
+
+
+@dataclass(frozen=True)
 class Structure:
     """What stands there beside the drawing; nothing by default."""
 
     housings: tuple[Oscillator, ...] = ()  #: of every bushing
     masses: tuple[Disc, ...] = ()  #: points
     springs: tuple[Spring, ...] = ()
+    bends: tuple[Bend, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    creep: float = 0.0  #: share by which a speed that is said to be steady grows from the start of a record to its end
+    friction: float = 0.0  #: in all bushings, instead of theirs; 0: theirs
+
+    def spin(self, said: Spin, seconds: float) -> Spin:
+        """Return how the shaft turns where a record of a length, s, says how it does."""
+        if said.rate or not self.creep * said.speed:
+            return said
+        first, last = ((1 + by * self.creep / 2) * said.speed for by in (-1, 1))
+        return Spin(first, (last - first) / seconds)
 
     def shaft(self, rotor: Rotor) -> Rotor:
         """Return the shaft with masses and springs."""
@@ -49,6 +102,12 @@ class Structure:
             ],
             "masses": [{"position": m.position, "mass": m.mass} for m in self.masses],
             "springs": [dataclasses.asdict(s) for s in self.springs],
+            "bends": [dataclasses.asdict(b) for b in self.bends],
+            "couplings": [
+                {name: [abs(m), cmath.phase(m)] for name, m in dataclasses.asdict(c).items()} for c in self.couplings
+            ],
+            "creep": self.creep,
+            "friction": self.friction,
         }
         return {name: items for name, items in found.items() if items}
 
@@ -86,7 +145,36 @@ def spring(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
     return Structure(springs=(Spring(place, stiffness, between(rng, 1e-4, 1e-3) * stiffness),))
 
 
-CLASSES: dict[str, Draw] = {"housing": housing, "mass": mass, "spring": spring}
+def bend(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
+    """A bend of 6 to 24 µm, over a twentieth to a third of the length."""
+    place, width = rng.uniform(0.3, 0.7) * shaft.length, rng.uniform(0.05, 0.33) * shaft.length
+    return Structure(bends=(Bend(place, width, between(rng, 6e-6, 2.4e-5), rng.uniform(0, 2 * math.pi)),))
+
+
+def coupling(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
+    """A moment that at rest would bend the shaft by 2 to 8 µm, up to half as large a one turns backwards."""
+    modes, driven = shaft.modes(), Coupling(1.0, 0.0).slopes(shaft)
+    bent = modes.shape[::2] @ (driven / modes.omega**2)
+    forward = between(rng, 2e-6, 8e-6) / np.abs(bent).max()
+    phases = rng.uniform(0, 2 * math.pi, 2)
+    ahead, back = cmath.rect(forward, phases[0]), cmath.rect(forward * rng.uniform(0, 0.5), phases[1])
+    return Structure(couplings=(Coupling(ahead, back),))
+
+
+def creep(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
+    """A speed that changes by 1 to 1.8 % within a record, up or down."""
+    return Structure(creep=float(rng.choice((-1, 1)) * between(rng, 0.01, 0.018)))
+
+
+def dry_whirl(rng: np.random.Generator, shaft: Rotor, bushings: int) -> Structure:
+    """Walls so rough that the shaft may roll in them backwards."""
+    return Structure(friction=between(rng, 0.3, 0.6))
+
+
+CLASSES: dict[str, Draw] = {
+    "housing": housing, "mass": mass, "spring": spring, "bend": bend, "coupling": coupling, "creep": creep,
+    "whirl": dry_whirl,
+}  # fmt: skip
 """What draws a structure of each class"""
 
 

@@ -6,6 +6,7 @@ slopes; those at both ends of each bushing from Newton's method, to convergence.
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,16 +18,18 @@ from clearance_mj.core.jit import jit
 from ..motion import exact_step
 from ..structure import Oscillator
 from . import physics
-from .hidden import with_housings
+from .hidden import Bend, Coupling, with_housings
 from .physics import Bushings
-from .shaft import Rotor
+from .shaft import Modes, Rotor
 
 ITERATIONS = 60
 TOLERANCE = 1e-12  # m, of the bushings' points, before Newton's last correction
 EXACT = 1e-15  # m, that needs none
 GYROSCOPIC_ITERATIONS = 5  # each gains a factor of Ω h, 0.01 at 3000 rev/min
 BASE_Y, BASE_Z, FORCE_Y, FORCE_Z, SPIN, WHIRL_Y, WHIRL_Z = range(7)
-"""Columns of the inputs: base accelerations, force of a hammer, spin, and force of a unit unbalance"""
+"""Columns of the inputs: base accelerations, force of a hammer, spin, and force of a unit unbalance; behind them
+cos φ, sin φ, cos 2φ and sin 2φ of the shaft's angle φ, which may be left out"""
+INPUTS = 11
 
 
 class Scheme(NamedTuple):
@@ -40,7 +43,7 @@ class Scheme(NamedTuple):
     drive: np.ndarray  # (n,) modal force per acceleration of the base
     weight: np.ndarray  # (2, n) modal force of gravity
     hit: np.ndarray  # (n,) of the hammer's point
-    unbalance: np.ndarray  # (2, n) along the mark at angle 0, and across it
+    turning: np.ndarray  # (6, 2, n) of what turns with the shaft, by columns of the inputs from WHIRL_Y on
     slopes: np.ndarray  # (r, n) of gyroscopic moments
     mobility_of_slopes: np.ndarray  # (r, r)
     points: np.ndarray  # (2 n_bushings, n) both ends of each bushing, relative to its housing
@@ -73,6 +76,8 @@ class Load:
     gravity: tuple[float, float] = (0.0, 0.0)  #: m/s², along y and z
     hammer: float = 0.0  #: m, where it hits
     unbalances: tuple[tuple[float, complex], ...] = ()  #: (m, kg m as a vector from the mark)
+    bends: tuple[Bend, ...] = ()  #: of the shaft itself
+    couplings: tuple[Coupling, ...] = ()
 
 
 def scheme(
@@ -91,13 +96,26 @@ def scheme(
     points, watched = modes.at(ends.ravel()), modes.at(probes)
     points[: 2 * len(moved)] -= np.repeat(moved, 2, axis=0)
     watched[: len(moved)] -= moved
-    heavy = sum((moment * modes.at([x])[0] for x, moment in load.unbalances), np.zeros(modes.omega.size, complex))
     return Scheme(
         step, state, forced, modes.omega**2, 2 * ratios * modes.omega, -modes.participation,
-        np.outer(load.gravity, modes.participation), modes.at([load.hammer])[0], np.array([heavy.real, heavy.imag]),
+        np.outer(load.gravity, modes.participation), modes.at([load.hammer])[0], _turning(rotor, modes, load),
         modes.slopes, modes.slopes * forced[3] @ modes.slopes.T, points, points * forced[1] @ points.T,
         points * forced[3] @ points.T, modes.at(stations), watched,
     )  # fmt: skip
+
+
+def _turning(rotor: Rotor, modes: Modes, load: Load) -> np.ndarray:
+    """Forces (6, 2, n) along y and z per column of the inputs from WHIRL_Y on."""
+    nothing, own = np.zeros(modes.omega.size, complex), slice(len(rotor.modes().omega))
+    heavy = sum((moment * modes.at([x])[0] for x, moment in load.unbalances), nothing)
+    bent, ahead, back = nothing.copy(), nothing.copy(), nothing.copy()
+    for bend in load.bends:
+        bent[own] += cmath.rect(1.0, bend.phase) * bend.forces(rotor)
+    for coupling in load.couplings:
+        ahead[own] += coupling.forward * coupling.slopes(rotor)
+        back[own] += coupling.backward * coupling.slopes(rotor)
+    columns = heavy, 1j * heavy, bent, 1j * bent, ahead + back, 1j * (ahead - back)
+    return np.array([[column.real, column.imag] for column in columns])
 
 
 def unloaded(on: Scheme, bushings: Bushings) -> State:
@@ -119,7 +137,7 @@ def whirl(angle: np.ndarray, spin: np.ndarray, rate: np.ndarray) -> tuple[np.nda
 
 @jit(fastmath={"contract", "reassoc", "nsz"})
 def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, out: np.ndarray) -> int:
-    """Advance over inputs (n_steps, 7).
+    """Advance over inputs (n_steps, 7 to 11).
 
     Returns the number of steps done, fewer if one fails. Fills ``out`` (n_steps, 2 n_stations + 2 n_bushings): absolute
     accelerations along y, z of each station, displacements along y, z of each bushing's probe.
@@ -129,7 +147,7 @@ def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, 
     step, m, b, square, damping, drive, hit = (
         scheme.step, scheme.state, scheme.forced, scheme.square, scheme.damping, scheme.drive, scheme.hit,
     )  # fmt: skip
-    weight, unbalance, slopes, between = scheme.weight, scheme.unbalance, scheme.slopes, scheme.mobility_of_slopes
+    weight, turned, slopes, between = scheme.weight, scheme.turning, scheme.slopes, scheme.mobility_of_slopes
     points, stations, probes = scheme.points, scheme.accelerometers, scheme.probes
     compliance, mobility, place, pull, earlier = (
         scheme.compliance, scheme.mobility, state.place, state.pull, state.earlier,
@@ -147,18 +165,18 @@ def march(scheme: Scheme, state: State, bushings: Bushings, inputs: np.ndarray, 
     work = np.empty((n_points + 1, 10))
     for i in range(inputs.shape[0]):
         spin, base_y, base_z = inputs[i, SPIN], inputs[i, BASE_Y], inputs[i, BASE_Z]
-        force_y, force_z, whirl_y, whirl_z = (
-            inputs[i, FORCE_Y], inputs[i, FORCE_Z], inputs[i, WHIRL_Y], inputs[i, WHIRL_Z],
-        )  # fmt: skip
+        force_y, force_z = inputs[i, FORCE_Y], inputs[i, FORCE_Z]
         for k in range(n):
             end = weight[0, k] + drive[k] * base_y + hit[k] * force_y
-            end += unbalance[0, k] * whirl_y - unbalance[1, k] * whirl_z
+            for t in range(inputs.shape[1] - WHIRL_Y):
+                end += turned[t, 0, k] * inputs[i, WHIRL_Y + t]
             moved = m[0, k] * qy[k] + m[1, k] * vy[k] + b[0, k] * fy[k] + b[1, k] * end
             vy[k] = m[2, k] * qy[k] + m[3, k] * vy[k] + b[2, k] * fy[k] + b[3, k] * end
             qy[k] = moved
             fy[k] = end
             end = weight[1, k] + drive[k] * base_z + hit[k] * force_z
-            end += unbalance[0, k] * whirl_z + unbalance[1, k] * whirl_y
+            for t in range(inputs.shape[1] - WHIRL_Y):
+                end += turned[t, 1, k] * inputs[i, WHIRL_Y + t]
             moved = m[0, k] * qz[k] + m[1, k] * vz[k] + b[0, k] * fz[k] + b[1, k] * end
             vz[k] = m[2, k] * qz[k] + m[3, k] * vz[k] + b[2, k] * fz[k] + b[3, k] * end
             qz[k] = moved

@@ -93,7 +93,7 @@ def _inputs(
                 late = np.concatenate((np.zeros(lead), part[axis], np.zeros(ahead)))
                 fast[first + axis] = sampling.interpolate(late, factor)
     for start in range(0, total * factor, BLOCK * factor):
-        inputs = np.zeros((min(BLOCK * factor, total * factor - start), 7))
+        inputs = np.zeros((min(BLOCK * factor, total * factor - start), motion.INPUTS))
         time = (start + np.arange(len(inputs))) / (fs * factor) - lead / fs
         speed, angle = spin.speed_at(np.maximum(time, 0.0)), turned(spin, time)
         rate = np.where((time >= 0) & (time < spin.ramp_end), spin.rate, 0.0)
@@ -102,7 +102,9 @@ def _inputs(
         inputs[:, :4] = fast[:, start : start + len(inputs)].T
         inputs[:, motion.SPIN] = speed
         y, z = motion.whirl(angle, speed, rate)
-        inputs[:, motion.WHIRL_Y], inputs[:, motion.WHIRL_Z] = smooth * y, smooth * z
+        both = np.outer(angle, (1, 2))
+        turning = y, z, *(wave(times) for times in both.T for wave in (np.cos, np.sin))
+        inputs[:, motion.WHIRL_Y :] = smooth[:, None] * np.column_stack(turning)
         yield time[0], inputs
 
 
@@ -122,9 +124,8 @@ def measure_channels(bench: Bench, plan: Plan, rng: np.random.Generator) -> list
     """What the converter writes of a record: gains, cross-axis sensitivity, turned probes, run-out, noise, 24 bits."""
     driven = None if plan.excitation is None else np.outer(plan.direction[1:], plan.excitation.value)
     is_base = plan.kind == "base"
-    moved = simulate(
-        bench, driven if is_base else None, driven if plan.kind == "force" else None, plan.spin, plan.size
-    )  # fmt: skip
+    spin = bench.structure.spin(plan.spin or Spin(0.0), plan.size / FS)
+    moved = simulate(bench, driven if is_base else None, driven if plan.kind == "force" else None, spin, plan.size)
     signals = []
     if plan.excitation is not None:
         node = BASE_NODE if is_base else SHAKER_NODE
@@ -132,7 +133,7 @@ def measure_channels(bench: Bench, plan: Plan, rng: np.random.Generator) -> list
         signals.append((name, node, f"+{plan.axis}", quantity, plan.excitation.value))
     if plan.accelerometers:
         signals += _accelerometers(bench, moved)
-    angle = turned(plan.spin or Spin(0.0), np.arange(plan.size) / FS)
+    angle = turned(spin, np.arange(plan.size) / FS)
     signals += probe_signals(bench, moved, angle if plan.spin else None)
     if plan.spin:
         signals.append(("keyphasor", KEYPHASOR_NODE, "S", "unknown", keyphasor(angle)))
