@@ -199,14 +199,14 @@ def _driving(
             drive[periods : periods * levels.size + 1 : periods] = np.outer(levels, model.input(kind))
         return drive, unbalance, 0.0
     rig = model.rig
-    orders = [each.order for each in rig.orders] + [1.0] * bool(rig.unbalances)
+    orders = [abs(each.order) for each in rig.orders] + [1.0] * bool(rig.unbalances)
     if isinstance(law, TimeLaw) and law.period and rig.spin:  # such as once for each tooth
         orders.append(2 * np.pi / (law.period * abs(rig.spin.speed)))
     first = _common(orders)
     forces = order_forces(rig.orders, model.directed, model.size).reshape(-1, 2, model.size)
     for each, (cosine, sine) in zip(rig.orders, forces):
-        if (h := round(each.order / first) * periods) <= harmonics:
-            drive[h] += levels[0] * (cosine - 1j * sine)
+        if (h := round(abs(each.order) / first) * periods) <= harmonics:
+            drive[h] += levels[0] * (cosine - 1j * math.copysign(1.0, each.order) * sine)
     if rig.unbalances:
         unbalance[round(1 / first) * periods] = levels[0] * (model.unbalance[0] - 1j * model.unbalance[1])
     return drive, unbalance, first

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from ..core.errors import RigError
-from ..core.validation import Number, Positive, Text, checked, seldom
+from ..core.validation import Number, Text, checked, seldom
 from ..structure import Point
 from ..structure.base import AXES, is_rotation, parse_direction, parse_dof, parse_place
 from .instruments import Direction, Shaker
@@ -73,8 +73,9 @@ class Order:
 
     position: Point
     """m along the shaft, or a degree of freedom across it such as "12:+Z" """
-    order: Positive
-    """k, times in each turn: 2 of a joint or a misaligned coupling, the number of teeth or blades, or a fraction"""
+    order: Number
+    """k, times in each turn: 2 of a joint or a misaligned coupling, the number of teeth or blades, or a fraction; 1 of
+    a bent shaft, the force that would bend a straight one like it; < 0 of a force that turns against the shaft"""
     force: Annotated[Number, Field(gt=0)] | None = None
     """N"""
     torque: Annotated[Number, Field(gt=0)] | None = None
@@ -84,6 +85,8 @@ class Order:
 
     def __post_init__(self) -> None:
         _check_one(self.force, self.torque)
+        if not self.order:
+            raise ValueError("order 0 does not turn; give a constant force as one of loads")
 
     @property
     def points(self) -> tuple[float | str, ...]:

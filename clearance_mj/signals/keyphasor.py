@@ -14,6 +14,8 @@ from .arrays import ArrayData
 
 __all__ = ["ShaftTurning", "turning_of_pulses"]
 
+MIN_TREND = 8  # turns, of which it is known whether their speed changes
+CREEP = 1e-3  # share of a steady speed, below which its change is none
 MIN_TURNS = 2  # whole ones, from which the speed is known at both ends of a record
 HIGH, LOW = 0.6, 0.4  # of the pulses' height: a pulse begins above one and ends below the other
 ANOTHER = 1.4  # times as many pulses as stated, from which on a turn has another number of them
@@ -38,6 +40,22 @@ class ShaftTurning(ArrayData):
         """Mean from the first mark to the last, rad/s."""
         turns = 2 * np.pi * (self.marks.size - 1) / (self.marks[-1] - self.marks[0])
         return float(np.sign(self.speed[0]) * turns)
+
+    @property
+    def drift(self) -> float:
+        """Change of the speed from the first mark to the last over its mean, along a straight line."""
+        middle = (self.marks[1:] + self.marks[:-1]) / 2
+        if middle.size < MIN_TREND:
+            return 0.0
+        slope = np.polyfit(middle - middle.mean(), self.of_turns, 1)[0]
+        return float(slope * (self.marks[-1] - self.marks[0]) / self.of_turns.mean())
+
+    @property
+    def steady_or_creeping(self) -> tuple[float, float]:
+        """Speed at time 0, rad/s, and its rate, rad/s², which is 0 unless the speed creeps by more than 0.1 %."""
+        mean, drift, (first, last) = self.mean_speed, self.drift, self.marks[[0, -1]]
+        rate = mean * drift / (last - first) if abs(drift) > CREEP else 0.0
+        return mean - rate * float(first + last) / 2, float(rate)
 
     def part(self, samples: slice) -> ShaftTurning:
         """Return the turning in a part of the record; the marks stay those of the whole.

@@ -138,7 +138,8 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
     def compute() -> dict[str, np.ndarray]:
         quiet = Excitation(np.zeros(lead + record.size), record.fs, "base", None, {"generator": "rest"})
         simulation = Simulation(rig, quiet, tested.law, used)
-        still = used.start(rig.replace(spin=None, unbalances=()), tested.law, "base", simulation.step).before()
+        standing = rig.replace(spin=None, unbalances=(), orders=())
+        still = used.start(standing, tested.law, "base", simulation.step).before()
         rest = np.zeros(len(rig.sensors) + 2 * n) if still is None else still
         response = simulation.whole()
         assert response.displacement is not None and response.spin is not None

@@ -205,12 +205,13 @@ def jeffcott(**changes):
     return Rig("jeffcott", None, (bushing,), (Sensor(1, 0.5),), structure=shaft, **given)
 
 
+@pytest.mark.parametrize("way", [1, -1])
 @pytest.mark.parametrize("side_by_side", [False, True])
-def test_an_order_turns_a_rotor_at_a_multiple_of_its_spin(side_by_side):
-    """A force F that turns at 2 Ω: r = F/m / |ω² - (2Ω)² + 2iΩ η|, with damping η M."""
-    rig, spin, force = jeffcott(orders=(Order(0.5, 2.0, 0.3, phase=0.4),)), 60.0, 0.3
+def test_an_order_turns_a_rotor_at_a_multiple_of_its_spin(side_by_side, way):
+    """A force F that turns at ±2 Ω: r = F/m / |ω² - (2Ω)² ± 2iΩ η|, with damping η M."""
+    rig, spin, force = jeffcott(orders=(Order(0.5, 2.0 * way, 0.3, phase=0.4),)), 60.0, 0.3
     square = 48 * 2.1e11 * np.pi * 0.02**4 / 64 / 3.0
-    gain = 1 / (3.0 * (square - 4 * spin**2 + 2j * spin * 20.0))
+    gain = 1 / (3.0 * (square - 4 * spin**2 + 2j * way * spin * 20.0))
     still = cm.excitation.still(1.5, 2048.0, "force")
     law = cm.clearance.nominal_law(rig)
     found = (
@@ -218,8 +219,16 @@ def test_an_order_turns_a_rotor_at_a_multiple_of_its_spin(side_by_side):
     )
     late = found.time > 1.0
     r = found.displacement[0] + 1j * found.displacement[1]
-    expected = force * gain * np.exp(1j * (2 * spin * found.time + 0.4))
+    expected = force * gain * np.exp(1j * (2 * way * spin * found.time + 0.4))
     assert_allclose(r[late], expected[late], rtol=0, atol=2e-3 * force * abs(gain))
+
+
+def test_harmonic_balance_turns_an_order_against_the_spin():
+    """What is along z has the other sign, and along y none, where nothing touches."""
+    rigs = [jeffcott(orders=(Order(0.5, order, 0.3, phase=0.2 * order),)) for order in (2.0, -2.0)]
+    found = [cm.periodic.follow_unbalance(cm.Model(r, cm.clearance.nominal_law(r)), (50.0, 60.0), 15) for r in rigs]
+    with_spin, against = (each.clearance_displacement[-1] for each in found)
+    assert_allclose(against, with_spin * [[1.0], [-1.0]], rtol=0, atol=1e-6 * np.abs(with_spin).max())
 
 
 def test_an_order_of_one_is_an_unbalance_of_a_steady_spin():

@@ -14,7 +14,7 @@ from clearance_mj.clearance.record import clearance_records
 from clearance_mj.estimate import Estimates, Parameter
 from clearance_mj.identify import update_rig
 from clearance_mj.identify.forces.restoring import RestoringForce, restoring_force
-from clearance_mj.identify.forces.unbalance import with_slow_roll, with_unbalance
+from clearance_mj.identify.forces.turning_loads import find_turning_loads
 from clearance_mj.identify.laws.case import HOLE, Case, hole_of, nominal_of, open_parameters, placed
 from clearance_mj.identify.laws.case import forces_along as round_forces_along
 from clearance_mj.identify.laws.comparison import along_valley
@@ -124,7 +124,7 @@ def test_run_out(turning):
 def test_unbalance(turning):
     """An unbalance of 1e-4 kg m at 0 rad, found from a prior of another moment and phase."""
     start = RIG.replace(unbalances=(dataclasses.replace(RIG.unbalances[0], moment=3e-4, phase=1.0),))
-    (found,) = with_unbalance(start, prepare_turning(turning), {}).unbalances
+    (found,) = find_turning_loads(start, prepare_turning(turning), {}).rig.unbalances
     assert found.moment == pytest.approx(1e-4, rel=0.02) and found.phase == pytest.approx(0.0, abs=0.02)
 
 
@@ -138,13 +138,13 @@ def test_what_the_unbalance_moves_in_the_slow_roll_is_not_lost():
         turning_record("fast", "identify", Spin(140.0), "z", 1.0),
     )
     _, less = prepare_turning(Dataset(RIG, (slow, fast)))
-    found = with_unbalance(RIG, (less,), {})
-    assert found.unbalances[0].moment == pytest.approx(1e-4, rel=0.01)
+    found = find_turning_loads(RIG, (less,), {})
+    assert found.rig.unbalances[0].moment == pytest.approx(1e-4, rel=0.01)
     whole = prepared(fast)
     angle = whole.turning.angle
     moved = whole.displacement - RUN_OUT * np.array([np.cos(angle), np.sin(angle)])
     lost = np.std(less.displacement - moved)
-    assert np.std(with_slow_roll(less, found, {}).displacement - moved) < 0.1 * lost
+    assert np.std(found.given_back(less, {}).displacement - moved) < 0.1 * lost
 
 
 def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
@@ -194,7 +194,8 @@ def test_a_gap_may_be_drawn_smaller_than_the_offset_was():
 def test_an_unbalance_beside_a_known_one(turning):
     """Of 1e-4 kg m at one place, of which the rig file knows 4e-5, 6e-5 are left."""
     known = dataclasses.replace(RIG.unbalances[0], moment=4e-5)
-    found, kept = with_unbalance(RIG.replace(unbalances=(known, known)), prepare_turning(turning), {}).unbalances
+    start = RIG.replace(unbalances=(known, known))
+    found, kept = find_turning_loads(start, prepare_turning(turning), {}).rig.unbalances
     assert kept == known
     assert found.moment == pytest.approx(6e-5, rel=0.03) and found.phase == pytest.approx(0.0, abs=0.03)
 

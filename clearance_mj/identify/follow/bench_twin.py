@@ -28,7 +28,7 @@ from ..laws.measured_motion import FORCE_ERROR
 from ..records.checks import warn_of_dropouts
 from ..records.prepared import PreparedRecord, prepared
 from ..structure.faults.contradictions import contradictions_of_rig, contradictions_of_update
-from ..structure.priors import priors, rig_with
+from ..structure.priors import priors
 from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_from
 from .history import Twin
@@ -36,7 +36,6 @@ from .tracker import BLOCK, ClearanceTracker
 
 __all__ = ["twin"]
 
-DRAWN_RIGS = 8  # by which it is found how wrong the law of a clearance is where the rig is wrong
 MIN_PERIODS = 4  # of the lowest mode, in the shortest window
 
 
@@ -128,10 +127,7 @@ def _warning(tracker: ClearanceTracker) -> str:
 
 def _drawn(update: RigUpdate | None) -> list[tuple[Rig, dict[str, float]]]:
     """Rigs, and gains and places of probes, drawn from what is known of them."""
-    if update is None:
-        return []
-    values = [dict(zip(update.estimates.names, row)) for row in update.estimates.draw(DRAWN_RIGS).tolist()]
-    return [(rig_with(update.start, each), each) for each in values]
+    return update.drawn if update else []
 
 
 def _gap_priors(rig: Rig, number: int) -> list[Parameter]:

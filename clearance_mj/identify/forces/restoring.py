@@ -26,7 +26,7 @@ from ...io.dataset import Dataset, Record
 from ...linear import linear_model
 from ...rig import Rig
 from ..records.prepared import PreparedRecord, prepare, prepared
-from .unbalance import spun_spectra
+from .turning import turning_inputs
 
 __all__ = ["RestoringForce", "possible_forces", "restoring_force", "restoring_forces"]
 
@@ -143,12 +143,12 @@ def restoring_force(
     rows = model.at_probes(probes or {}) if record.probes else np.zeros((0, model.size))
     seen = np.compress(present, model.channel_gains(rows, record.kind, omega, spin=spin), axis=1)
     moved = model.displacement_gains(model.at_points, record.kind, omega, spin=spin)
-    whirl: np.ndarray | float = 0.0  # of the points, under unbalance alone
-    if record.turning is not None and rig.unbalances:
-        turned = spun_spectra(record.turning, flanks(n, fs), size)[inside]
-        shown = model.channel_gains(rows, record.kind, omega, -model.unbalance, spin)[:, present, :-1]
-        spectrum = spectrum - np.einsum("fcu,fu->fc", shown, turned)
-        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, model.unbalance.T, omega, spin), turned)
+    whirl: np.ndarray | float = 0.0  # of the points, under what turns alone
+    if record.turning is not None and (rig.unbalances or rig.orders):
+        loads, turned = turning_inputs(model, record.turning, flanks(n, fs), size)
+        shown = model.channel_gains(rows, record.kind, omega, -loads, spin)[:, present, :-1]
+        spectrum = spectrum - np.einsum("fcu,fu->fc", shown, turned[inside])
+        whirl = np.einsum("fru,fu->fr", model.responses(model.at_points, loads.T, omega, spin), turned[inside])
     try:
         sigma, theta, covariance = _solve(seen, spectrum, np.sqrt(np.mean(measured**2, axis=0)), n)
     except np.linalg.LinAlgError:

@@ -23,7 +23,6 @@ from ...rig import Rig
 from ...structure.base import is_rotation, parse_place
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
 from ..records.prepared import PreparedRecord
-from ..structure.priors import rig_with
 from ..structure.rig_update import RigUpdate
 from .case import HOLE, OFFSETS, RESTS, nominal_of, open_parameters
 from .force_fit import ForceFit, ForceProblem, fit_force, steps_on
@@ -42,7 +41,6 @@ MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
 MIN_SECONDS = 4.0  # of each of them
 MIN_RATE, MIN_RATIO = 2048.0, 8.0  # samples per second, also over the highest excited frequency
 MOST_FITS = 10  # about, of one clearance
-DRAWS = 8  # rigs from the posterior, on which laws are moved by a step
 GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
 VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
@@ -111,7 +109,7 @@ def compare_families(
     update : RigUpdate
         The rig, and the priors of gaps and offsets.
     rig : Rig, optional
-        The updated rig with the unbalance that was found.
+        The updated rig with what was found to turn with it.
     progress : bool
         Show progress bars.
 
@@ -145,16 +143,14 @@ def compare_families(
     fits = [of_one[0].fit for of_one in families]
     if slow:
         fits = fit_with_slow_motion(slow, fits, SLOW_REFITS)
-    names = update.estimates.names
-    drawn = [dict(zip(names, row)) for row in update.estimates.draw(DRAWS, 0).tolist()]
-    rigs = [rig_with(update.start, values).replace(unbalances=rig.unbalances) for values in drawn]
-    others = [
-        [force_on(_ends_apart(r), update, record, values) for record in records] for r, values in zip(rigs, drawn)
-    ]
+    turning = {"unbalances": rig.unbalances, "orders": rig.orders}
+    drawn = [(other.replace(**turning), values) for other, values in update.drawn]
+    rigs = [other for other, _ in drawn]
+    others = [[force_on(_ends_apart(r), update, record, values) for record in records] for r, values in drawn]
     for j, (motion, fit) in enumerate(zip(motions, fits)):
         problem = ForceProblem(motion, fit.contact, fit.filling)
         steps = steps_on(fit, problem, [motion.on(each, r) for each, r in zip(others, rigs)]) * problem.unit
-        fits[j] = fit.widened_by(steps.T @ steps / DRAWS)
+        fits[j] = fit.widened_by(steps.T @ steps / len(drawn))
     best = with_offsets(fits, rig, rigs)
     found = []
     for j, (fit, (likeliest, *others_of)) in enumerate(zip(best, families)):

@@ -18,7 +18,7 @@ from ...model import Model
 from ...rig import Rig
 from ..channels.check import check_places
 from ..forces.restoring import SETTLE, possible_forces
-from ..forces.unbalance import with_slow_roll, with_unbalance
+from ..forces.turning_loads import TurningLoads, find_turning_loads
 from ..laws.comparison import FamilyFit, compare_families, force_on, law_of
 from ..laws.law_misfit import LawMisfit, law_misfit
 from ..records.needs import more_sensors_than_clearances
@@ -101,16 +101,16 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         check_places(records)
     require_one_rig(dataset.rig, records)
     update, diagnosis = examine(dataset.rig, records, progress)
-    rig, moved = update.rig, records
+    rig, turning, moved = update.rig, None, records
     if rig.moves_across:
-        rig = with_unbalance(rig, prepare_turning(dataset), update.values)
-        moved = tuple(with_slow_roll(record, rig, update.values) for record in records)
+        turning = find_turning_loads(rig, prepare_turning(dataset), update.values, update.drawn)
+        rig, moved = turning.rig, tuple(turning.given_back(record, update.values) for record in records)
     families = compare_families(moved, update, rig, progress)
     likeliest = [of_one[0].fit for of_one in families]
     found = rig.replace(bushings=tuple(fit.bushing for fit in likeliest))
-    model = Model(found, law_of([fit.law for fit in likeliest]), partial(_drawn, update, families))
+    model = Model(found, law_of([fit.law for fit in likeliest]), partial(_drawn, rig, update, families))
     misfit = law_misfit(update.records, model, progress)
-    estimates = _together(update, families, misfit.widening)
+    estimates = _together(update, turning, families, misfit.widening)
     of_law = [name for name in estimates.only_prior if name not in update.estimates.names]
     held: tuple[str, ...] = (unsaid_words(of_law, "of the rig file, or usual of its family"),) if of_law else ()
     held += _unknown_offsets(model.rig, update, estimates)
@@ -119,7 +119,8 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
         pages["forces"] = partial(possible_forces, records, partial(force_on, model.rig, update))
     return BenchFit(
         model=model, estimates=estimates, update=update, families=families, misfit=misfit,
-        warnings=(*diagnosis.words, *update.warnings, *held, *misfit.warnings), pages=pages,
+        warnings=(*diagnosis.words, *update.warnings, *(turning.warnings if turning else ()), *held, *misfit.warnings),
+        pages=pages,
     )  # fmt: skip
 
 
@@ -134,7 +135,7 @@ def _unknown_offsets(rig: Rig, update: RigUpdate, estimates: Estimates) -> tuple
     return (words,) if wide else ()
 
 
-def _drawn(update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, seed: int) -> list[Model]:
+def _drawn(rig: Rig, update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, seed: int) -> list[Model]:
     """Draw models: of each clearance a family by its weight, numbers from the covariances of the fits.
 
     These are not widened by what rig and law miss: of FRFs, `LawMisfit.spread` says that.
@@ -142,25 +143,31 @@ def _drawn(update: RigUpdate, families: Sequence[Sequence[FamilyFit]], n: int, s
     rng = np.random.default_rng(seed)
     chosen = [rng.choice(len(of_one), size=n, p=[family.weight for family in of_one]) for of_one in families]
     drawn = []
-    for rig, *each in zip(update.draw(n, seed), *chosen):
+    for other, *each in zip(update.draw(n, seed), *chosen):
         fits = [of_one[i].fit for of_one, i in zip(families, each)]
         base = int(rng.integers(2**31))
-        own = [fit.drawn(bushing, base + j) for j, (fit, bushing) in enumerate(zip(fits, rig.bushings))]
-        drawn.append(Model(rig.replace(bushings=tuple(b for b, _ in own)), law_of([law for _, law in own])))
+        own = [fit.drawn(bushing, base + j) for j, (fit, bushing) in enumerate(zip(fits, other.bushings))]
+        turned = other.replace(
+            bushings=tuple(b for b, _ in own), unbalances=rig.unbalances, orders=rig.orders
+        )  # fmt: skip
+        drawn.append(Model(turned, law_of([law for _, law in own])))
     return drawn
 
 
-def _together(update: RigUpdate, families: Sequence[Sequence[FamilyFit]], widening: float) -> Estimates:
-    """Of the rig and of all bushings, which do not depend on each other; what was found with the law is widened.
+def _together(
+    update: RigUpdate, turning: TurningLoads | None, families: Sequence[Sequence[FamilyFit]], widening: float
+) -> Estimates:
+    """Of the rig, what turns and all bushings, which hardly depend on each other; what came with the law is widened.
 
     The rig's fit finds its noise in what it leaves, so what the rig misses is in its covariance already. Gaps, offsets
     and lengths, which all families have, vary with the family, too.
     """
-    parts, own = [update.estimates], []
+    parts = [update.estimates, *([turning.estimates] if turning else ())]
+    own = [p for e in parts for p in e.parameters]
     for j, (likeliest, *rivals) in enumerate(families):
         known = [(f.weight, {n: v for n, v in f.fit.values.items() if n.startswith("bushings[")}) for f in rivals]
         parts.append(likeliest.fit.estimates.widened(widening).with_rivals(known))
         own += [dataclasses.replace(p, name=p.name if p.name.startswith("bushings[") else f"{p.name}, bushings[{j}]")
                 for p in parts[-1].parameters]  # fmt: skip
     covariance = scipy.linalg.block_diag(*(e.covariance for e in parts))
-    return Estimates.of([*update.estimates.parameters, *own], np.concatenate([e.value for e in parts]), covariance)
+    return Estimates.of(own, np.concatenate([e.value for e in parts]), covariance)

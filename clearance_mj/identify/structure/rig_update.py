@@ -18,6 +18,7 @@ from .priors import CRITICAL, rig_with, unsaid_words
 __all__ = ["RigUpdate"]
 
 SUSPECT_MISFIT = 0.1  # of a channel's level: a larger misfit is said
+DRAWN_RIGS = 8  # by which it is found how wrong what follows is where the rig is wrong
 NEARLY_CRITICAL = 0.9  # of critical damping, from which on a shaft's mode is not believed
 
 
@@ -91,8 +92,16 @@ class RigUpdate:
         seed : int
             Seed of the random numbers.
         """
-        names = self.estimates.names
-        return [rig_with(self.start, dict(zip(names, row))) for row in self.estimates.draw(n, seed).tolist()]
+        return [rig for rig, _ in self._drawn(n, seed)]
+
+    @property
+    def drawn(self) -> list[tuple[Rig, dict[str, float]]]:
+        """Eight rigs as of `draw`, and their values by name, among which are those of the probes."""
+        return self._drawn(DRAWN_RIGS, 0)
+
+    def _drawn(self, n: int, seed: int) -> list[tuple[Rig, dict[str, float]]]:
+        values = [dict(zip(self.estimates.names, row)) for row in self.estimates.draw(n, seed).tolist()]
+        return [(rig_with(self.start, each), each) for each in values]
 
     def to_dict(self) -> dict[str, Any]:
         """Return parameters, covariance, misfit and warnings as plain data."""

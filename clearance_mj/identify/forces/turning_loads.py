@@ -1,0 +1,239 @@
+"""What turns with a shaft and its rig file does not say: its unbalance, a bend, a coupling that pulls twice per turn.
+
+A probe shows a bend in slow turning as it does run-out, but at speed the bend is amplified, with its shape b along the
+shaft: M q̈ + C q̇ + K (q - b e^(iφ)) = 0 (Nicholas, Gunter & Allaire, J. Eng. Power 98, 1976). K b is forces of order 1,
+which do not depend on the speed as those of an unbalance do. Evidence says whether they are there.
+"""
+
+from __future__ import annotations
+
+import cmath
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from ...estimate import Estimates, Parameter
+from ...linear import LinearModel, linear_model
+from ...rig import Order, Rig
+from ..records.dry_whirl import whirls_dry
+from ..records.prepared import PreparedRecord
+from ..structure.hypotheses.candidate import place_words, places_along
+from .turning import MODES, TIMES, Lines, TurningFit, TurningLoad, fit_loads, in_slow_roll, lines_of, times_of
+
+__all__ = ["TurningLoads", "find_turning_loads"]
+
+BENT = np.array([0.2, 0.4, 0.6, 0.8])  # of a shaft's length: forces that bend it like a bent one
+ENDS = np.array([0.02, 0.98])  # the same, of couplings: a moment on an end is a force beside it
+ALONG = np.linspace(0.02, 0.98, 49)  # where it is looked for how far the shaft is bent
+SIZE = 0.1  # of the narrowest gap: 1 σ of what each of these forces bends the shaft by
+LARGEST = 10.0  # times the rig file's: 1 σ of an unbalance
+ACCEPTED = 5.0  # log evidence, from which on they are there
+CERTAIN = 3.0  # standard deviations of their size, too
+DRIFT = 0.003  # share of a steady speed, from which on it is said to creep
+
+Values: TypeAlias = Mapping[str, float]
+
+
+class Hypothesis(NamedTuple):
+    """Loads that may be there together, the names of what they bend the shaft by, and words for that."""
+
+    loads: tuple[Order, ...]
+    named: tuple[tuple[str, str], ...]
+
+
+BEND = (("bend of the shaft", "the shaft is bent: what probes show of that in slow turning is no run-out"),)
+COUPLING = tuple(
+    (f"bend twice per turn, {way} the spin", f"a load twice per turn, as of a misaligned coupling, {way} the spin")
+    for way in ("with", "against")
+)
+
+
+@dataclass(frozen=True, eq=False)
+class TurningLoads:
+    """What turns with a shaft."""
+
+    rig: Rig
+    """with it"""
+    remainders: Mapping[float, np.ndarray]
+    """(2, n_probes) what clearances moved in the slow turning, m, by multiples of the turns"""
+    estimates: Estimates
+    """of the unbalance, and of how far what else was found bends the shaft"""
+    warnings: tuple[str, ...]
+
+    def given_back(self, record: PreparedRecord, probes: Values) -> PreparedRecord:
+        """Return a record whose probes show again what moved in the slow turning that stands for their run-out.
+
+        Parameters
+        ----------
+        record : PreparedRecord
+            Without run-out.
+        probes : mapping of str to float
+            Gains and places of the probes.
+        """
+        if record.turning is None or not record.slow_roll:
+            return record
+        model, signals = linear_model(self.rig, MODES), record.signals.copy()
+        rows = model.at_probes(probes)
+        for times, remainder in self.remainders.items():
+            phase = times * record.turning.angle
+            moved = in_slow_roll(model, rows, record.slow_roll, times) - remainder
+            signals[:, -1 - len(rows) : -1] += np.column_stack((np.cos(phase), np.sin(phase))) @ moved
+        return dataclasses.replace(record, signals=signals, slow_roll=0.0)
+
+
+def find_turning_loads(
+    rig: Rig, records: Sequence[PreparedRecord], probes: Values, drawn: Sequence[tuple[Rig, Values]] = ()
+) -> TurningLoads:
+    """Return what turns with the shaft of records, at one speed or in a ramp, whatever clearances do in them.
+
+    Further unbalances are believed as the rig file has them, and its orders.
+
+    Parameters
+    ----------
+    rig : Rig
+        As updated; without an unbalance none is looked for, as no place of one is known.
+    records : sequence of PreparedRecord
+        Of it, such as `prepare_turning` returns them.
+    probes : mapping of str to float
+        Gains and places of the probes.
+    drawn : sequence of tuple of Rig and mapping of str to float
+        The same of rigs from the posterior, by which intervals are widened.
+    """
+    whirling, words = [r for r in records if whirls_dry(r)], _creeping(records)
+    words += [
+        f'record "{r.name}": the shaft whirls dry, backwards round the wall of a clearance; what turns with it is '
+        "found without this record"
+        for r in whirling
+    ]
+    used = [r for r in records if r not in whirling and _speed(r) > 1.01 * r.slow_roll]
+    if not used:
+        return TurningLoads(rig, {}, Estimates.of([], [], np.zeros((0, 0))), tuple(words))
+    known: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
+    lines, *drawn_lines = (
+        [lines_of(each, record, values, known) for record in used] for each, values in ((rig, probes), *drawn)
+    )
+    found = _Search(rig, lines, drawn_lines).find()
+    return dataclasses.replace(found, warnings=(*words, *found.warnings))
+
+
+def _creeping(records: Sequence[PreparedRecord]) -> list[str]:
+    """Say in words which speeds creep, where records say that they are steady."""
+    steady = [r for r in records if not (r.tested.spin and r.tested.spin.rate)]
+    return [
+        f'record "{r.name}": its speed creeps by {100 * r.turning.drift:+.2g} % and its file says that it is steady; '
+        "its keyphasor's angle is taken"
+        for r in steady
+        if r.turning and abs(r.turning.drift) > DRIFT
+    ]
+
+
+def _speed(record: PreparedRecord) -> float:
+    """Fastest spin of a record, rad/s."""
+    return 0.0 if record.turning is None else float(np.abs(record.turning.speed).max())
+
+
+class _Search(NamedTuple):
+    """What turns, looked for in lines of records on the updated rig, and on others from its posterior."""
+
+    rig: Rig
+    lines: Sequence[Lines]
+    drawn: Sequence[Sequence[Lines]]
+
+    def find(self) -> TurningLoads:
+        """Return the unbalance, and those hypotheses that evidence accepts, the likeliest first."""
+        accepted: tuple[Hypothesis, ...] = ()
+        found = self.measured(accepted)
+        rivals = _hypotheses(self.rig) if self.lines[0].model.omega.all() else []
+        while rivals:
+            gains = [self.gain(accepted, rival) for rival in rivals]
+            best = rivals[int(np.argmax(gains))]
+            other = self.measured((*accepted, best)) if max(gains) > ACCEPTED else found
+            if len(other.warnings) == len(found.warnings):
+                break
+            accepted, found = (*accepted, best), other
+            rivals = [rival for rival in rivals if rival.named != best.named]
+        return found
+
+    def gain(self, accepted: Sequence[Hypothesis], rival: Hypothesis) -> float:
+        """By how much log evidence grows with another hypothesis, errors being as large as that leaves them."""
+        wide = math.sqrt(max(self.fit(self.lines, (*accepted, rival)).excess, 1.0))
+        more, fewer = (self.fit(self.lines, each, wide).evidence for each in ((*accepted, rival), accepted))
+        return more - fewer
+
+    def fit(self, lines: Sequence[Lines], accepted: Sequence[Hypothesis], widening: float = 1.0) -> TurningFit:
+        gap = min((b.gap for b in self.rig.bushings), default=1.0)
+        orders, always = _orders(accepted), self.rig.unbalances[:1]
+        largest = [LARGEST * load.moment for load in always]
+        largest += [SIZE * gap / float(np.abs(row).max()) for row in _bent(self.lines[0].model, orders)[1].T]
+        return fit_loads(lines, (*always, *orders), largest, widening)
+
+    def measured(self, accepted: Sequence[Hypothesis]) -> TurningLoads:
+        """Return a rig with loads, and their sizes with intervals: but for the unbalance, of what is certain."""
+        fit, orders, always = self.fit(self.lines, accepted), _orders(accepted), self.rig.unbalances[:1]
+        first, n = len(always), 2 * (len(always) + len(orders))
+        moved = np.array([self.fit(lines, accepted).value[:n] for lines in self.drawn]).reshape(len(self.drawn), n)
+        covariance = fit.covariance[:n, :n] + (np.cov(moved.T).reshape(n, n) if len(moved) > 1 else 0.0)
+        value, points, bent = fit.value[:n:2] + 1j * fit.value[1:n:2], *_bent(self.lines[0].model, orders)
+        sizes = [("unbalances[0].moment", "unbalances[0].phase", "", row) for row in np.eye(len(value))[:first]]
+        for name, words, share in _shares(accepted):
+            at = int(np.argmax(np.abs(bent @ (share * value[first:]))))
+            row = np.concatenate((np.zeros(first), share * bent[at]))
+            sizes.append((name, f"phase of the {name}", f"{words}, at {place_words(points[at])}", row))
+        parameters, numbers, slopes, said = [], list[float](), [np.zeros((0, n))], []
+        for name, angle, words, row in sizes:
+            total = complex(row @ value)
+            by = (row[:, None] * [1, 1j] / total).ravel()  # of the logarithm and, imaginary, of the phase
+            size, phase, slope = abs(total), cmath.phase(total), np.array([by.real, by.imag])
+            share, turned = np.sqrt(np.diag(slope @ covariance @ slope.T))
+            if words and share * CERTAIN > 1:
+                continue
+            parameters += [
+                Parameter(name, "m" if words else "kg m", size, 1e-6 * size, 1e6 * size),
+                Parameter(angle, "rad", phase, phase - math.pi, phase + math.pi, transform="linear"),
+            ]
+            numbers, slopes = [*numbers, size, phase], [*slopes, slope]
+            if words:
+                said.append(
+                    f"{words}: {1e6 * size:.3g} ± {1e6 * share * size:.2g} µm at {math.degrees(phase):.0f} ± "
+                    f"{math.degrees(turned):.1g}° from the keyphasor's mark; the rig has orders for it"
+                )
+        by_load = np.concatenate(slopes)
+        heavy = [dataclasses.replace(u, moment=abs(z), phase=cmath.phase(z)) for u, z in zip(always, value)]
+        turning = [dataclasses.replace(o, force=abs(z), phase=cmath.phase(z)) for o, z in zip(orders, value[first:])]
+        rig = self.rig.replace(
+            unbalances=(*heavy, *self.rig.unbalances[1:]), orders=(*self.rig.orders, *turning)
+        )  # fmt: skip
+        left = fit.value[n:].reshape(len(TIMES), -1, 2).swapaxes(1, 2)
+        estimates = Estimates.of(parameters, numbers, by_load @ covariance @ by_load.T)
+        return TurningLoads(rig, dict(zip(TIMES, left)), estimates, tuple(said))
+
+
+def _orders(accepted: Sequence[Hypothesis]) -> tuple[Order, ...]:
+    return tuple(load for hypothesis in accepted for load in hypothesis.loads)
+
+
+def _hypotheses(rig: Rig) -> list[Hypothesis]:
+    ends = [Hypothesis((Order(x, 2.0, 1.0), Order(x, -2.0, 1.0)), COUPLING) for _, x in places_along(rig, ENDS)]
+    return [Hypothesis(tuple(Order(x, 1.0, 1.0) for _, x in places_along(rig, BENT)), BEND), *ends]
+
+
+def _shares(accepted: Sequence[Hypothesis]) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Yield names and words of sizes with which orders they count, (n_orders,): all of a hypothesis or one of them."""
+    first, count = 0, sum(len(hypothesis.loads) for hypothesis in accepted)
+    for hypothesis in accepted:
+        own = np.eye(count)[first : first + len(hypothesis.loads)]
+        rows = own if len(hypothesis.named) == len(own) else [own.sum(axis=0)]
+        yield from ((*named, row) for named, row in zip(hypothesis.named, rows))
+        first += len(own)
+
+
+def _bent(model: LinearModel, loads: Sequence[Order]) -> tuple[list[float | str], np.ndarray]:
+    """Points along the shafts, and their deflections (n_points, n_loads) at rest per N, m."""
+    points = [x for _, x in places_along(model.rig, ALONG)]
+    if not loads:
+        return points, np.zeros((len(points), 0))
+    return points, model.static_deflection(points, model.shapes([load.position for load in loads]))
