@@ -11,6 +11,7 @@ remainder over the shaft's angle among p.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -104,14 +105,25 @@ class Lines:
         loads : sequence of Unbalance or Order
             Of once or twice the turns.
         """
-        found = [self.shown(load, forces) for load in loads for forces in _per_unit(self.model, load)]
-        first = self.noise.shape[1] - 1 - len(self.probes)
-        for turned in self.turned.values():
-            for i in range(len(self.probes)):
-                for wave in turned.T:
-                    found.append(np.zeros(self.noise.shape, dtype=complex))
-                    found[-1][:, first + i] = wave
-        return self.left(np.stack(found, axis=2) if found else np.zeros((*self.noise.shape, 0)))
+        for load in loads:
+            if load not in self._of_load:
+                both = [self.shown(load, forces) for forces in _per_unit(self.model, load)]
+                self._of_load[load] = self.left(np.stack(both, axis=2))
+        return np.concatenate([*(self._of_load[load] for load in loads), self._remainders], axis=2)
+
+    @functools.cached_property
+    def _of_load(self) -> dict[TurningLoad, np.ndarray]:
+        """Columns (n_f, n_channels, 2) of loads that were asked for."""
+        return {}
+
+    @functools.cached_property
+    def _remainders(self) -> np.ndarray:
+        """(n_f, n_channels, 4 n_probes) of each probe's, by multiples of the turns."""
+        n_probes = len(self.probes)
+        found = np.zeros((*self.noise.shape, len(TIMES), n_probes, 2), dtype=complex)
+        for i in range(n_probes):
+            found[:, i - n_probes - 1, :, i] = np.stack([*self.turned.values()], axis=1)
+        return self.left(found.reshape(*self.noise.shape, -1))
 
     def shown(self, load: TurningLoad, forces: np.ndarray) -> np.ndarray:
         """Return what channels show (n_f, n_channels) of a load.

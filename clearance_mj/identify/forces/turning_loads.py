@@ -19,7 +19,7 @@ import numpy as np
 from ...estimate import Estimates, Parameter
 from ...linear import LinearModel, linear_model
 from ...rig import Order, Rig
-from ..records.dry_whirl import whirls_dry
+from ..records.dry_whirl import without_dry_whirl
 from ..records.prepared import PreparedRecord
 from ..structure.hypotheses.candidate import place_words, places_along
 from .turning import MODES, TIMES, Lines, TurningFit, TurningLoad, fit_loads, in_slow_roll, lines_of, times_of
@@ -27,7 +27,7 @@ from .turning import MODES, TIMES, Lines, TurningFit, TurningLoad, fit_loads, in
 __all__ = ["TurningLoads", "find_turning_loads"]
 
 BENT = np.array([0.2, 0.4, 0.6, 0.8])  # of a shaft's length: forces that bend it like a bent one
-ENDS = np.array([0.02, 0.98])  # the same, of couplings: a moment on an end is a force beside it
+ENDS = np.array([0.05, 0.3]), np.array([0.95, 0.7])  # the same, of couplings: a moment on an end that may give
 ALONG = np.linspace(0.02, 0.98, 49)  # where it is looked for how far the shaft is bent
 SIZE = 0.1  # of the narrowest gap: 1 σ of what each of these forces bends the shaft by
 LARGEST = 10.0  # times the rig file's: 1 σ of an unbalance
@@ -103,18 +103,20 @@ def find_turning_loads(
     drawn : sequence of tuple of Rig and mapping of str to float
         The same of rigs from the posterior, by which intervals are widened.
     """
-    whirling, words = [r for r in records if whirls_dry(r)], _creeping(records)
-    words += [
-        f'record "{r.name}": the shaft whirls dry, backwards round the wall of a clearance; what turns with it is '
-        "found without this record"
-        for r in whirling
-    ]
-    used = [r for r in records if r not in whirling and _speed(r) > 1.01 * r.slow_roll]
-    if not used:
+    calm, words = {record.name: without_dry_whirl(record) for record in records}, _creeping(records)
+    for record in records:
+        if (left := calm[record.name]) is not record:
+            used = f"{left.duration:.3g} s without that tell" if left else "it does not tell"
+            words.append(
+                f'record "{record.name}": the shaft whirls dry, backwards round the wall of a clearance; {used} what '
+                "turns with it"
+            )
+    used_records = [r for r in calm.values() if r and _speed(r) > 1.01 * r.slow_roll]
+    if not used_records:
         return TurningLoads(rig, {}, Estimates.of([], [], np.zeros((0, 0))), tuple(words))
     known: list[TurningLoad] = [*rig.unbalances[1:], *(order for order in rig.orders if times_of(order) in TIMES)]
     lines, *drawn_lines = (
-        [lines_of(each, record, values, known) for record in used] for each, values in ((rig, probes), *drawn)
+        [lines_of(each, record, values, known) for record in used_records] for each, values in ((rig, probes), *drawn)
     )
     found = _Search(rig, lines, drawn_lines).find()
     return dataclasses.replace(found, warnings=(*words, *found.warnings))
@@ -217,16 +219,18 @@ def _orders(accepted: Sequence[Hypothesis]) -> tuple[Order, ...]:
 
 
 def _hypotheses(rig: Rig) -> list[Hypothesis]:
-    ends = [Hypothesis((Order(x, 2.0, 1.0), Order(x, -2.0, 1.0)), COUPLING) for _, x in places_along(rig, ENDS)]
-    return [Hypothesis(tuple(Order(x, 1.0, 1.0) for _, x in places_along(rig, BENT)), BEND), *ends]
+    def loads(shares: np.ndarray, *orders: float) -> tuple[Order, ...]:
+        return tuple(Order(x, order, 1.0) for order in orders for _, x in places_along(rig, shares))
+
+    return [Hypothesis(loads(BENT, 1.0), BEND), *(Hypothesis(loads(end, 2.0, -2.0), COUPLING) for end in ENDS)]
 
 
 def _shares(accepted: Sequence[Hypothesis]) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Yield names and words of sizes with which orders they count, (n_orders,): all of a hypothesis or one of them."""
+    """Yield names and words of sizes, with the orders that they count, (n_orders,): each as many of a hypothesis."""
     first, count = 0, sum(len(hypothesis.loads) for hypothesis in accepted)
     for hypothesis in accepted:
         own = np.eye(count)[first : first + len(hypothesis.loads)]
-        rows = own if len(hypothesis.named) == len(own) else [own.sum(axis=0)]
+        rows = own.reshape(len(hypothesis.named), -1, count).sum(axis=1)
         yield from ((*named, row) for named, row in zip(hypothesis.named, rows))
         first += len(own)
 

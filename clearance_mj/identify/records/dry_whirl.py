@@ -6,26 +6,33 @@ import numpy as np
 
 from .prepared import PreparedRecord
 
-__all__ = ["whirls_dry"]
+__all__ = ["without_dry_whirl"]
 
 SECONDS = 0.4  # of a part of a record
 BACKWARD = 0.9  # share of the motion's energy
 CIRCULAR = 0.5  # of the median: a radius that 95 % of a part's samples pass
 ALONG_WALL = 0.6  # of the gap: least median radius
+LEAST = 4.0  # s, of the longest stretch without it, if it is to be used
 
 
-def whirls_dry(record: PreparedRecord) -> bool:
-    """Return whether a shaft anywhere in a record runs backwards round the wall of a clearance.
+def without_dry_whirl(record: PreparedRecord) -> PreparedRecord | None:
+    """Return a record, or the longest stretch of it, in which no shaft runs backwards round the wall of a clearance.
 
     Parameters
     ----------
     record : PreparedRecord
-        With two displacement probes in each clearance; of others that is not known.
+        With two displacement probes in each clearance; of others it is not known.
+
+    Returns
+    -------
+    PreparedRecord or None
+        The record itself where there is no dry whirl; None where nothing is left that is long enough.
     """
     size = round(SECONDS * record.fs)
     if record.displacement is None or not record.rig.moves_across or record.displacement.shape[1] < size:
-        return False
+        return record
     count = record.displacement.shape[1] // size
+    whirling = np.zeros(count, dtype=bool)
     for (y, z), bushing in zip(record.displacement.reshape(len(record.rig.bushings), 2, -1), record.rig.bushings):
         moved = (y + 1j * z)[: count * size].reshape(count, size)
         moved = moved - moved.mean(axis=1, keepdims=True)
@@ -33,6 +40,11 @@ def whirls_dry(record: PreparedRecord) -> bool:
         median = np.median(radius, axis=1)
         round_ = np.quantile(radius, 0.05, axis=1) > CIRCULAR * median
         backward = power[:, size // 2 + 1 :].sum(axis=1) > BACKWARD * power.sum(axis=1)
-        if np.any(backward & round_ & (median > ALONG_WALL * bushing.gap)):
-            return True
-    return False
+        whirling |= backward & round_ & (median > ALONG_WALL * bushing.gap)
+    if not whirling.any():
+        return record
+    beside = np.convolve(whirling, np.ones(3), "same") > 0  # it begins and ends between
+    stops = np.flatnonzero(np.concatenate(([True], beside, [True])))
+    longest = int(np.argmax(np.diff(stops)))
+    part = slice(stops[longest] * size, (stops[longest + 1] - 1) * size)
+    return record.part(part) if part.stop - part.start >= LEAST * record.fs else None
