@@ -74,8 +74,6 @@ def judge(folder: Path) -> pd.DataFrame:
 
 def _parameters(found: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Of gaps, offsets, friction, viscosity and unbalance."""
-    known = {p.name: (p, value, std) for p, value, std in
-             zip(found.estimates.parameters, found.estimates.value, found.estimates.varied_std)}  # fmt: skip
     for j, bushing in enumerate(truth["bushings"]):
         own, rig = f"bushings[{j}]", found.rig.bushings[j]
         pairs = {"gap": (rig.gap, bushing["gap"], f"{own}.gap")}
@@ -86,18 +84,23 @@ def _parameters(found: BenchFit, truth: dict[str, Any]) -> Iterator[dict[str, An
         if rig.film:
             pairs["viscosity"] = rig.film.viscosity, bushing["viscosity"], f"grease viscosity, {own}"
         for what, (value, true, name) in pairs.items():
-            row = {"what": what, "where": j, "value": value, "truth": true}
-            if name in known:
-                p, _, std = known[name]
-                z = (p.to_varied(value) - p.to_varied(true)) / std
-                prior = p.name in found.estimates.only_prior
-                row |= {"z": z, "std": std, "held": float(abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2)),
-                        "only_prior": prior}  # fmt: skip
-            yield row
-    for unbalance, true in zip(found.rig.unbalances, truth["unbalances"]):
-        yield {"what": "unbalance", "value": unbalance.moment, "truth": true["moment"]}
+            yield {"what": what, "where": j, "value": value, "truth": true} | _held(found, name, value, true)
+    for i, (unbalance, true) in enumerate(zip(found.rig.unbalances, truth["unbalances"])):
         turned = math.remainder(unbalance.phase - true["phase"], 2 * math.pi)
-        yield {"what": "unbalance phase", "value": turned, "truth": 0.0}
+        for what, value, known in (("moment", unbalance.moment, true["moment"]), ("phase", turned, 0.0)):
+            row = {"what": "unbalance" + " phase" * (what == "phase"), "value": value, "truth": known}
+            yield row | _held(found, f"unbalances[{i}].{what}", value, known)
+
+
+def _held(found: BenchFit, name: str, value: float, true: float) -> dict[str, Any]:
+    """How far off an estimate is in its standard deviations, and whether its interval holds the truth."""
+    if name not in found.estimates.names:
+        return {}
+    at = found.estimates.names.index(name)
+    p, std = found.estimates.parameters[at], float(found.estimates.varied_std[at])
+    z = (p.to_varied(value) - p.to_varied(true)) / std
+    held = float(abs(z) < scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2))
+    return {"z": z, "std": std, "held": held, "only_prior": name in found.estimates.only_prior}
 
 
 def _pairs(dataset: Dataset, kind: str) -> Iterator[tuple[PreparedRecord, PreparedRecord]]:
