@@ -54,7 +54,7 @@ def end_gains(
     """Return what a record adds to its channels that begins and ends in motion, (n_f, n_channels, n_modes).
 
     A mode q̈ + 2ζω q̇ + ω² q = p in a window f is moved by f p + 2 ḟ q̇ + f̈ q: near a low mode a sine that ends there
-    leaves nothing else. How large it is at most, the channels say.
+    leaves nothing else. How large it is, the channels say.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def end_gains(
     moved = own.displacement_gains(modes, lines.kind, lines.omega, modes, spin)
     gains = gains[:, :-1, :-1]
     shown = gains / np.einsum("fii->fi", moved[:, :, :-1])[:, None]  # of each mode's own motion
-    size = np.linalg.norm(in_flanks[:, :-1], axis=1)[:, None] / np.linalg.norm(shown, axis=1)
+    size = np.einsum("fci,fc->fi", shown.conj(), in_flanks[:, :-1]) / np.sum(np.abs(shown) ** 2, axis=1)
     return np.pad(gains * size[:, None], ((0, 0), (0, 1), (0, 0)))
 
 

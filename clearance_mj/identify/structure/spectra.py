@@ -53,7 +53,9 @@ class ChannelSpectra:
         """(n_f,) Hz; (n_f, n_channels) accelerometers, probes, excitation"""
         self.omega = complex_frequency(self.frequency, self.duration)
         self.in_flanks = flank_spectra(record.signals, fs, self.frequency)
-        """(n_f, n_channels) 2 ḟ ẏ + f̈ y of each channel y in the window f, see `end_gains`"""
+        """(n_f, n_channels) 2 ḟ ẏ + f̈ y of each channel y in the window f, else 0 where lines hold much more"""
+        moved, lasting = (np.linalg.norm(part[:, :-1], axis=1) for part in (self.in_flanks, self.measured))
+        self.in_flanks[moved < 2 / FADE * np.abs(self.omega) * lasting] = 0.0
         self.force_bandwidth = 1 + int(FORCE_BANDWIDTH * self.frequency.size / np.ptp(self.frequency))
         """`FORCE_BANDWIDTH` in lines"""
         self.correlated_lines = max(
