@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from tqdm import tqdm
@@ -30,6 +30,7 @@ from .measured_motion import MeasuredMotion
 from .rest import rests_of, with_offsets
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
+Values: TypeAlias = Mapping[str, float]
 __all__ = ["FamilyFit", "compare_families", "fit_families", "force_on", "law_of", "weighted"]
 
 WORKERS = 2  # threads
@@ -209,22 +210,21 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
     first, contacts, fillings = CONTACT_FAMILIES[FIRST_CONTACT], list(CONTACT_FAMILIES.values()), _fillings(motion)
     found: dict[tuple[str, str], ForceFit] = {}
 
-    def fit(contact: ContactFamily, filling: FillingFamily) -> None:
+    def fit(contact: ContactFamily, filling: FillingFamily, others: Sequence[Values] = ()) -> None:
         if (contact.name, filling.name) not in found:
-            found[contact.name, filling.name] = fit_force(
-                motion, contact, filling, _starts(motion, contact, filling, found)
-            )
+            starts = [*others, *_starts(motion, contact, filling, found)]
+            found[contact.name, filling.name] = fit_force(motion, contact, filling, starts)
             done()
 
     def leading() -> ForceFit:
         return weighted(motion, list(found.values()))[0].fit
 
-    begun = [filling for filling in fillings if filling.begins_from not in [each.name for each in fillings]]
+    begun, grid = fillings[: motion.size], grid_of_starts(motion)  # beside a film of two coordinates, what has none
     for filling in begun:
-        fit(first, filling)
+        fit(first, filling, grid)
     lead = leading()
     if (valley := along_valley(lead, motion)) is not lead:
-        found = {(first.name, valley.filling.name): valley}
+        lead, found = valley, {(first.name, valley.filling.name): valley}
         for filling in begun:
             fit(first, filling)
     if not motion.touches(leading().case):
@@ -269,9 +269,7 @@ def _starts(
     motion: MeasuredMotion, contact: ContactFamily, filling: FillingFamily, found: Mapping[tuple[str, str], ForceFit]
 ) -> list[dict[str, float]]:
     """Where the fit of a family begins: at what those that it begins from, and the best one, bring along."""
-    if not found:
-        return grid_of_starts(motion)
-    lead = min(found.values(), key=lambda f: f.misfit)
+    lead = min(found.values(), key=lambda f: f.misfit, default=None)
     before = found.get((str(contact.begins_from), filling.name)), found.get((contact.name, str(filling.begins_from)))
     starts = []
     for fit in dict.fromkeys(f for f in (*before, lead) if f):

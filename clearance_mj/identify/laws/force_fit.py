@@ -163,7 +163,7 @@ class ForceProblem(Problem):
         self.motion, self.contact, self.filling = motion, contact, filling
         own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
         loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
-        super().__init__([*motion.parameters, *own], self._over_errors, loss=loss)
+        super().__init__([*motion.parameters, *own], self._over_errors, loss=loss, lanes=motion.size == 1)
 
     def case(self, at: np.ndarray) -> Case:
         """Return the clearance and its law at coordinates (n,)."""

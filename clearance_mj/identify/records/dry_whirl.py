@@ -33,7 +33,10 @@ def without_dry_whirl(record: PreparedRecord) -> PreparedRecord | None:
         return record
     count = record.displacement.shape[1] // size
     whirling = np.zeros(count, dtype=bool)
-    for (y, z), bushing in zip(record.displacement.reshape(len(record.rig.bushings), 2, -1), record.rig.bushings):
+    for rows, bushing in zip(record.rig.clearance_rows, record.rig.bushings):
+        if not bushing.is_round:
+            continue
+        y, z = record.displacement[rows]
         moved = (y + 1j * z)[: count * size].reshape(count, size)
         moved = moved - moved.mean(axis=1, keepdims=True)
         power, radius = np.abs(np.fft.fft(moved * np.hanning(size), axis=1)) ** 2, np.abs(moved)
