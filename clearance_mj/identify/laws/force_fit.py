@@ -163,7 +163,8 @@ class ForceProblem(Problem):
         self.motion, self.contact, self.filling = motion, contact, filling
         own = [*contact.parameters(motion.nominal), *filling.parameters(motion.nominal)]
         loss = UnknownScale(motion.blocks, MAX_CORRELATION_LENGTH)
-        super().__init__([*motion.parameters, *own], self._over_errors, loss=loss, lanes=motion.size == 1)
+        # All dampings at once, also where laws are followed one by one: along valleys the best of them goes farther.
+        super().__init__([*motion.parameters, *own], self._over_errors, loss=loss)
 
     def case(self, at: np.ndarray) -> Case:
         """Return the clearance and its law at coordinates (n,)."""

@@ -36,7 +36,7 @@ BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
 WIDE = 1e3  # gaps, of a hole whose wall is never met
-REPEATED = 0.2  # s: so much of a round motion counts as one observation in intervals, at least
+REPEATED = 0.2  # s: so much of a motion counts as one observation in intervals, at least, where errors repeat
 SLOW_ROUNDS = 1  # in which the slow motion follows a law, from where it was found last
 
 
@@ -95,8 +95,10 @@ class MeasuredMotion:
         self._counted = self.weight**2 * fitted
         self.blocks = np.flatnonzero(np.diff(block[self.fitted], prepend=-1))
         """(n_blocks,) where blocks begin among the fitted values"""
-        # What a law misses at a place of a round wall, it misses whenever the shaft comes by: blocks do not show that.
-        self.shortest_correlation = self.size * REPEATED * self.rate if self.size > 1 else 0.0
+        # What a law misses at a place of a wall, it misses whenever the shaft comes by: blocks do not show that where
+        # walls are all round, nor where the motion on average follows from the law itself.
+        repeats = self.size > 1 or bool(self.unknown_lines)
+        self.shortest_correlation = self.size * REPEATED * self.rate if repeats else 0.0
         """values that count as one observation in intervals, at least"""
         self.slow: list[OwnSlowMotion] = []
         """of each record, where its slow motion is not measured but follows from laws (`SlowMotion`)"""

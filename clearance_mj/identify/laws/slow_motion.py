@@ -35,6 +35,7 @@ BLOCK = 2.0  # s, over which a stiffness is a mean: it converges if none is twic
 SETTLED = 5e-7  # m: offsets that move less stay
 MAX_OFFSET = 0.9  # of the gap
 LEAST_STIFFNESS = 1.0  # N/m, of what is between shaft and base
+TELLING = 0.1  # of the walls' mean force in all records
 STATIC_STIFFNESS_ERROR = 0.5  # of a filling's mean stiffness, which records show above their band alone
 
 
@@ -98,8 +99,9 @@ class SlowMotion:
         """Return the standard deviations (n_bushings,), m, of where laws say the shaft is on average.
 
         Each wall's mean force is wrong by `FORCE_ERROR` of its own, the filling's mean stiffness by
-        `STATIC_STIFFNESS_ERROR`, and what is left of both displaces the shaft against structure and filling. Records
-        count by the force of their walls.
+        `STATIC_STIFFNESS_ERROR`, and what is left of both displaces the shaft against structure and filling. What has
+        slid in a filling while the motion was larger before holds the shaft there by as large a share of its stiffness.
+        Of the records that hold at least `TELLING` of the walls' force it is the largest: these errors repeat.
         """
         free = [c._replace(bushing=dataclasses.replace(c.bushing, gap=WIDE * c.bushing.gap)) for c in cases]
         walls = [
@@ -107,18 +109,22 @@ class SlowMotion:
             - motion.all_forces([filling], [x[:, j : j + 1] for x in self.found])[:, 0]
             for j, (motion, case, filling) in enumerate(zip(self.motions, cases, free))
         ]
-        variance, weight = np.zeros(len(cases)), 0.0
+        errors, forces = [], []
         for i, stiffness in enumerate(self._stiffness(free)):
             part, _ = self.motions[0].unknown_lines[i]
             force = np.array([each[part] for each in walls])
             upper, lower = (np.maximum(side, 0.0).mean(axis=1) for side in (force, -force))
             mean = np.abs(self.found[i][0]) / (part.stop - part.start)
-            error = np.hypot(FORCE_ERROR * np.hypot(upper, lower), STATIC_STIFFNESS_ERROR * stiffness * mean)
+            fell = np.array(
+                [_fallen(motion.paths[i].x[:: motion.factor, 0, 0], motion.rate) for motion in self.motions]
+            )
+            of_filling = STATIC_STIFFNESS_ERROR * stiffness * np.hypot(mean, fell)
+            error = np.hypot(FORCE_ERROR * np.hypot(upper, lower), of_filling)
             compliance = np.abs(_softened(self.lines[i], stiffness).compliance[0])
-            counts = float(np.sum(upper + lower))
-            variance += counts * (compliance**2 @ error**2)
-            weight += counts
-        return np.sqrt(variance / weight) if weight else variance
+            errors.append(np.sqrt(compliance**2 @ error**2))
+            forces.append(float(np.sum(np.abs(force).mean(axis=1))))
+        telling = np.array(forces) >= TELLING * max(sum(forces), 1e-300)
+        return np.max(np.array(errors)[telling], axis=0, initial=0.0)
 
     def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Spectra (n_f, n_bushings) of the forces of each record in the slow motion found last."""
@@ -222,6 +228,13 @@ def _offset_std(fit: ForceFit) -> float:
 def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
     scale = np.array([factor if n.endswith(".offset") else 1.0 for n in fit.estimates.names])
     return fit.widened_by(fit.estimates.covariance * (np.outer(scale, scale) - 1))
+
+
+def _fallen(x: np.ndarray, rate: float) -> float:
+    """By how much, m, a motion's RMS over `BLOCK` is below the largest before, mean of all blocks."""
+    size = min(round(BLOCK * rate), x.size)
+    rms = np.sqrt(np.mean(x[: x.size // size * size].reshape(-1, size) ** 2, axis=1))
+    return float(np.mean(np.maximum.accumulate(rms) - rms))
 
 
 def _size(spectra: Sequence[np.ndarray]) -> float:

@@ -25,7 +25,6 @@ from ..records.needs import more_sensors_than_clearances
 from ..records.prepared import prepare, prepare_turning
 from ..registry import Identified, register
 from ..structure.examination import examine
-from ..structure.faults.of_records import require_one_rig
 from ..structure.priors import unsaid_words
 from ..structure.rig_update import RigUpdate
 
@@ -99,7 +98,6 @@ def fit_bench(dataset: Dataset, progress: bool = False) -> BenchFit:
     records = prepare(dataset)
     if not dataset.rig.moves_across:
         check_places(records)
-    require_one_rig(dataset.rig, records)
     update, diagnosis = examine(dataset.rig, records, progress)
     rig, turning, moved = update.rig, None, records
     if rig.moves_across:

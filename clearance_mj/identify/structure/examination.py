@@ -14,6 +14,7 @@ from ...rig import Rig
 from ..records.prepared import PreparedRecord, prepare
 from .faults.assessment import Assessment
 from .faults.diagnosis import Diagnosis, diagnose, misfit_alone
+from .faults.of_records import require_one_rig
 from .rig_update import RigUpdate
 from .selection import with_found_structure
 from .updating import update_from
@@ -42,7 +43,7 @@ def update_rig(dataset: Dataset, as_drawn: bool = False, progress: bool = False)
     Raises
     ------
     RecordError
-        If there are no more sensors than clearances, or a channel cannot be used.
+        If there are no more sensors than clearances, a channel cannot be used, or records are of several rigs.
     """
     records = prepare(dataset)
     return update_from(dataset.rig, records) if as_drawn else examine(dataset.rig, records, progress)[0]
@@ -72,6 +73,7 @@ def examine(rig: Rig, records: Sequence[PreparedRecord], progress: bool = False)
     RecordError
         As `update_rig`.
     """
+    require_one_rig(rig, records)
     drawn = update_from(rig, records)
     found = with_found_structure(drawn, progress)
     before, after = Assessment(drawn), Assessment(found)
