@@ -24,11 +24,11 @@ SLOW, MIDDLE = Spin(20.0), Spin(90.0)
 RUN_UP = Spin(90.0, 15.0, 180.0)
 
 
-def rotor(gap=GAP, unbalance=1e-4):
+def rotor(gap=GAP, unbalance=1e-4, offset=0.0):
     """A disc of 3 kg on a shaft of 20 mm, in an empty bushing; its critical speed is at 125 rad/s."""
     pins = Support(0.0, "pinned"), Support(1.0, "pinned")
     shaft = Shaft((Section(1.0, (0.02, 0.02)),), pins, (Disc(0.35, 3.0, 0.01),), STEEL, (12.0, 0.0))
-    bushing = Bushing(0.6, gap, 0.0, Grease(0.0, 1.0), Contact(CONTACT, 50.0), shape="round")
+    bushing = Bushing(0.6, gap, 0.0, Grease(0.0, 1.0), Contact(CONTACT, 50.0), offset=offset, shape="round")
     return Rig("rotor", None, (bushing,), (Sensor(1, 0.35),), structure=shaft, spin=MIDDLE,
                unbalances=(Unbalance(0.35, unbalance, 0.5),))  # fmt: skip
 
@@ -83,6 +83,20 @@ def test_a_gap_that_is_met_is_found_with_an_interval_that_holds(found):
     assert low < GAP < high < 1.2 * low
     assert found.rig.bushings[0].gap == clearance.gap
     np.testing.assert_allclose(clearance.rest, 0.0, atol=1e-5)
+
+
+def test_a_wall_of_which_one_side_is_met_tells_the_gap_and_the_middle():
+    """Of a wall met along n alone, only the gap less the middle's distance along n is told: a long valley."""
+    real, drawn = rotor(unbalance=6e-5, offset=-0.75 * GAP), rotor(1.15 * GAP, 6e-5, -0.6 * GAP)
+    records = [recorded(*which, nominal=drawn) for which in (("slow", real, SLOW, 3.5), ("run_up", real, RUN_UP, 6.5))]
+    (clearance,) = cm.identify.orbits(records).clearances
+    low, high = clearance.interval
+    assert low < GAP < high
+    assert clearance.gap == pytest.approx(GAP, rel=0.02)
+    np.testing.assert_allclose(clearance.rest, (0.0, -0.75 * GAP), atol=4e-6)
+    assert clearance.gap - np.hypot(*clearance.rest) == pytest.approx(0.25 * GAP, rel=0.02)
+    assert clearance.arc < np.pi
+    assert "hardly tells the gap and its middle apart" in clearance.words
 
 
 def test_a_found_unbalance_is_the_one_that_acts(found):

@@ -47,6 +47,8 @@ class ClearanceInOperation:
     """m"""
     at_least: float
     """m, radius of the smallest circle about the shaft's motion: no gap is narrower"""
+    arc: float = 0.0
+    """rad of the wall that the shaft touches; from one side alone, gap and middle are hardly told apart"""
     law: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """contact, friction and filling by name, SI, each with the standard deviation of its logarithm"""
     path: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
@@ -68,6 +70,8 @@ class ClearanceInOperation:
             return f"{self.name}: gap not seen, {why}; it is at least {MICRO * self.at_least:.4g} µm"
         low, high = (MICRO * end for end in self.interval)
         by = "contact" if self.touches else "the oil film alone"
+        if self.touches and self.arc < math.pi:
+            by += f" with {math.degrees(self.arc):.0f}° of the wall, which hardly tells the gap and its middle apart"
         return f"{self.name}: gap {MICRO * self.gap:.4g} µm (95 %: {low:.4g} to {high:.4g} µm), by {by}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -76,7 +80,7 @@ class ClearanceInOperation:
         return {
             "bushing": self.name, "seen": self.seen, "touches": self.touches, "odds": self.odds,
             "gap": self.gap if self.seen else None, "low": low, "high": high if math.isfinite(high) else None,
-            "at_least": self.at_least, "rest": list(self.rest), "rest_std": list(self.rest_std),
+            "at_least": self.at_least, "arc": self.arc, "rest": list(self.rest), "rest_std": list(self.rest_std),
             "law": {name: {"value": v, "relative_std": s} for name, (v, s) in self.law.items()},
         }  # fmt: skip
 

@@ -34,6 +34,7 @@ KNOWN = 0.08  # standard deviation of the gap's logarithm up to which it counts 
 REPEATED = 2.0  # factor on a film's part of it: what the rig file gets wrong is the same in all windows of a record
 SHAPE = 0.15  # of the deepest penetration: error of a gap by a contact law of another shape
 WEIGHT = 50.0  # N, of the size of a force at rest where the rig file tells no mass
+STEP_AROUND = math.radians(10)  # in which what is touched of a wall is counted
 COMMON_GAIN = 0.01  # 1 σ of the gain of a pair of probes, which scales all that they show
 
 
@@ -183,9 +184,15 @@ def _clearance(
     own = f"bushings[{place.number}]"
     ends, _ = problem.points(values)[place.number]
     rest = np.array([values[f"{own}.rest_{axis}"] for axis in "yz"])
-    reach, gap = float(np.hypot(*(ends[:, 1:] + rest).reshape(-1, 2).T).max()), values[f"{own}.gap"]
-    touches = odds > LIKELY and reach > gap
-    depth = max(reach - gap, 0.0) / gap if touches else 0.0
+    away, gap = (ends[:, 1:] + rest).reshape(-1, 2), values[f"{own}.gap"]
+    far = np.hypot(*away.T)
+    touches = odds > LIKELY and bool(far.max() > gap)
+    depth = float(far.max()) / gap - 1 if touches else 0.0
+    towards = (away / far[:, None])[far > gap] if touches else np.empty((0, 2))
+    arc = np.unique(np.arctan2(*towards.T) // STEP_AROUND).size * STEP_AROUND
+    # A contact of another shape moves the middle as far as one side is touched more than the other.
+    moved = SHAPE * depth * gap * float(np.hypot(*towards.sum(axis=0))) / max(len(towards), 1)
+    rest_std = [math.hypot(std[f"{own}.rest_{axis}"], moved) for axis in "yz"]
     repeated = 1.0 if touches else REPEATED
     gap_std = math.sqrt((repeated * std[f"{own}.gap"]) ** 2 + COMMON_GAIN**2 / 2 + (SHAPE * depth) ** 2)
     seen = gap_std < KNOWN and (touches or place.filling.round_only)
@@ -193,8 +200,8 @@ def _clearance(
     law = {n.partition("].")[2]: (v, std[n]) for n, v in values.items() if n.startswith(own) and _is_law(n)}
     return ClearanceInOperation(
         rig.clearance_labels[place.number], seen, touches, odds, gap if seen else rig.bushings[place.number].gap,
-        gap_std, (float(rest[0]), float(rest[1])), (std[f"{own}.rest_y"], std[f"{own}.rest_z"]),
-        radius / (1 + 2 * COMMON_GAIN), law, ends[:, 0],
+        gap_std, (float(rest[0]), float(rest[1])), (rest_std[0], rest_std[1]),
+        radius / (1 + 2 * COMMON_GAIN), arc, law, ends[:, 0],
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from .windows import Window
 __all__ = ["LawProblem", "Place", "acts_without_contact", "law_parameters", "places_of"]
 
 KEPT_MOTIONS = 4  # of probes' gains and turns
-STEP = 1e-3  # coordinates, of differences
+STEP = 1e-8  # coordinates, of differences: so small that no sample enters or leaves a wall, where forces jump
 FAINT = 1e-3  # N/m, of a contact that is never met
 MAX_RESIDUAL = 1e6  # of the expected error: a law that misses more diverges
 LARGEST_CORRELATION = 30.0  # residuals that count as one observation on the way
