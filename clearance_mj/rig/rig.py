@@ -175,11 +175,6 @@ class Rig(ClearanceRows, Shown):
         return self.moves_across or bool(self.gravity or self.loads)
 
     @property
-    def n_coordinates(self) -> int:
-        """Rows of each clearance, for what knows clearances of one kind alone."""
-        return 2 if self.moves_across else 1
-
-    @property
     def clearance_points(self) -> tuple[tuple[float | str, ...], ...]:
         """The points whose relative motion each clearance limits; the second is left out where it is the base.
 

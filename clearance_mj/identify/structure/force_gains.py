@@ -75,7 +75,9 @@ def end_gains(
     moved = own.displacement_gains(modes, lines.kind, lines.omega, modes, spin)
     gains = gains[:, :-1, :-1]
     shown = gains / np.einsum("fii->fi", moved[:, :, :-1])[:, None]  # of each mode's own motion
-    size = np.einsum("fci,fc->fi", shown.conj(), in_flanks[:, :-1]) / np.sum(np.abs(shown) ** 2, axis=1)
+    shown = shown * np.any(in_flanks[:, :-1], axis=0).reshape(-1, 1)  # a channel that was left out shows nothing
+    power = np.maximum(np.sum(np.abs(shown) ** 2, axis=1), 1e-300)
+    size = np.einsum("fci,fc->fi", shown.conj(), in_flanks[:, :-1]) / power
     return np.pad(gains * size[:, None], ((0, 0), (0, 1), (0, 0)))
 
 

@@ -40,7 +40,7 @@ class ChannelSpectra:
         self.tested, self.present = record.tested, record.present
         low, high = record.band or (0.0, UNKNOWN_BAND * fs / BAND_EXTENSION)
         band = max(low, MIN_PERIODS / self.duration), min(BAND_EXTENSION * high, 0.4 * fs)
-        found = complex_spectra(record.signals, fs, band, MAX_LINES // record.rig.n_coordinates)
+        found = complex_spectra(record.signals, fs, band, MAX_LINES // (2 if record.rig.moves_across else 1))
         beyond, sensed = found[0] > high, self.present[:-1]
         if record.band and beyond.any() and not beyond.all():
             outside, within = (rms(found[1][part, :-1][:, sensed]) for part in (beyond, ~beyond))
