@@ -1,8 +1,9 @@
 """What a family is: contacts, or fillings, of one form, of which identification finds the free numbers.
 
 A contact or filling that brings a family in its own file is tried by method "bench" of `identify` and by its twin, and
-is drawn from for bands of FRFs: all families of contact are fitted with all families of filling, and their evidence
-says how likely each is. A model without a family is simulated only. One model may bring several families.
+is drawn from for bands of FRFs: at each clearance contacts are fitted with the likeliest filling and fillings with the
+likeliest contact, and their evidence says how likely each is. A model without a family is simulated only. One model may
+bring several families.
 """
 
 from __future__ import annotations

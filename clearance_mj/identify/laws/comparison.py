@@ -46,7 +46,6 @@ GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, 
 VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
 LOWER = 1e-3  # of the misfit, that a step must gain
-FIRST_CONTACT = "linear + cubic"  # of which the others are special cases, or near
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +133,7 @@ def compare_families(
     motions = [MeasuredMotion(forces, rig, j, own) for j, own in enumerate(opened)]
     slow = None if update.probes else SlowMotion(motions, records, rig)
     if slow:  # No probe shows the slow part of the motion: it follows from the laws.
-        first = [fit_force(m, CONTACT_FAMILIES[FIRST_CONTACT], _fillings(m)[0]) for m in motions]
+        first = [fit_force(m, _first_contact(), _fillings(m)[0]) for m in motions]
         fit_with_slow_motion(slow, first, SLOW_FITS)
     with (
         tqdm(desc="families", total=MOST_FITS * len(motions), unit="fit", disable=not progress) as bar,
@@ -156,8 +155,8 @@ def compare_families(
     found = []
     for j, (fit, (likeliest, *others_of)) in enumerate(zip(best, families)):
         unloaded = [with_offsets([*fits[:j], other.fit, *fits[j + 1 :]], rig)[j] for other in others_of]
-        rest = (dataclasses.replace(other, fit=each) for other, each in zip(others_of, unloaded))
-        found.append(tuple(dataclasses.replace(f, bushing=j) for f in (dataclasses.replace(likeliest, fit=fit), *rest)))
+        fitted = zip((likeliest, *others_of), (fit, *unloaded))
+        found.append(tuple(dataclasses.replace(family, fit=each) for family, each in fitted))
     return tuple(found)
 
 
@@ -168,6 +167,8 @@ def loudest(record: PreparedRecord, share: float) -> PreparedRecord:
     if size >= n:
         return record
     signals = record.signals[:, :-1].T if record.displacement is None else record.displacement
+    if record.displacement is None:  # of several quantities
+        signals = signals / np.maximum(np.sqrt(np.mean(signals**2, axis=1, keepdims=True)), 1e-300)
     power = np.concatenate(([0.0], np.cumsum(np.sum(signals**2, axis=0))))
     first = int(np.argmax(power[size:] - power[:-size]))
     return record.part(slice(first, first + size))
@@ -207,7 +208,7 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
     done : callable
         Called after each fit.
     """
-    first, contacts, fillings = CONTACT_FAMILIES[FIRST_CONTACT], list(CONTACT_FAMILIES.values()), _fillings(motion)
+    first, contacts, fillings = _first_contact(), list(CONTACT_FAMILIES.values()), _fillings(motion)
     found: dict[tuple[str, str], ForceFit] = {}
 
     def fit(contact: ContactFamily, filling: FillingFamily, others: Sequence[Values] = ()) -> None:
@@ -241,6 +242,11 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
         rival = min((f for other, f in found.items() if other[1] == pair[1]), key=lambda f: f.misfit)
         found[pair] = fit_from_rival(motion, old, rival)
     return weighted(motion, list(found.values()))
+
+
+def _first_contact() -> ContactFamily:
+    """The contact that begins from no other, of which the others are special cases, or near."""
+    return next(family for family in CONTACT_FAMILIES.values() if family.begins_from is None)
 
 
 def _fillings(motion: MeasuredMotion) -> list[FillingFamily]:

@@ -37,7 +37,6 @@ RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two rec
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
 WIDE = 1e3  # gaps, of a hole whose wall is never met
 REPEATED = 0.2  # s: so much of a motion counts as one observation in intervals, at least, where errors repeat
-SLOW_ROUNDS = 1  # in which the slow motion follows a law, from where it was found last
 
 
 class OwnSlowMotion(NamedTuple):
@@ -118,17 +117,15 @@ class MeasuredMotion:
         other.force = np.concatenate([_samples_of(f, rows, i)[0] for i, f in enumerate(forces)])
         return other
 
-    def forces(self, cases: Sequence[Case], rounds: int = SLOW_ROUNDS) -> np.ndarray:
-        """Return the forces (n, n_cases) of laws, N, in the band in which that of the records is known."""
-        x, last = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow], np.full(len(cases), np.inf)
-        for _ in range(rounds if self.slow else 0):
-            forces = self.slow_forces(cases, x)
-            new = [own.free[:, None] - own.compliance[:, None] * (f - own.stiffness * each)
-                   for own, f, each in zip(self.slow, forces, x)]  # fmt: skip
-            change = sum(np.sum(np.abs(n - each) ** 2, axis=0) for n, each in zip(new, x))
-            nearer = change < last  # laws that are too stiff for it stay where they were
-            x = [np.where(nearer, n, each) for n, each in zip(new, x)]
-            last = np.where(nearer, change, 0.0)
+    def forces(self, cases: Sequence[Case], follow: bool = True) -> np.ndarray:
+        """Return the forces (n, n_cases) of laws, N, in the band in which that of the records is known.
+
+        The slow motion follows each law by one step from where it was found last, or stays there.
+        """
+        x = [np.repeat(own.x[:, None], len(cases), axis=1) for own in self.slow]
+        if self.slow and follow:
+            x = [own.free[:, None] - own.compliance[:, None] * (force - own.stiffness * each)
+                 for own, force, each in zip(self.slow, self.slow_forces(cases, x), x)]  # fmt: skip
         found = self.all_forces(cases, x)
         for part, unknown in self.unknown_lines:
             spectrum = scipy.fft.rfft(found[part], axis=0)
@@ -193,7 +190,7 @@ class MeasuredMotion:
         if rest is None:
             touching = (self.depth(Case(bushing, ContactLaw(KelvinVoigt(1.0))), kept=True) > 0).any(axis=1)
             inside = inside[~np.repeat(touching, self.size)[inside]]
-        columns = self.forces([Case(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings], rounds=0)
+        columns = self.forces([Case(free, ContactLaw(KelvinVoigt(1.0), each), rest) for each in fillings], follow=False)
         return columns[inside] * self.weight[inside, None], self.force[inside] * self.weight[inside]
 
     def with_reach(self, parameter: Parameter, case: Case) -> Parameter:
@@ -208,7 +205,7 @@ class MeasuredMotion:
         """
         if self.rest_is_open or not parameter.name.endswith(".gap") or self.touches(case):
             return parameter
-        way = max(float(np.ptp(path.at_ends(case.bushing.length))) for path in self.paths)
+        way = float(np.ptp(np.concatenate([path.at_ends(case.bushing.length) for path in self.paths])))
         return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * way))
 
 

@@ -145,9 +145,7 @@ def _drawn(rig: Rig, update: RigUpdate, families: Sequence[Sequence[FamilyFit]],
         fits = [of_one[i].fit for of_one, i in zip(families, each)]
         base = int(rng.integers(2**31))
         own = [fit.drawn(bushing, base + j) for j, (fit, bushing) in enumerate(zip(fits, other.bushings))]
-        turned = other.replace(
-            bushings=tuple(b for b, _ in own), unbalances=rig.unbalances, orders=rig.orders
-        )  # fmt: skip
+        turned = other.replace(bushings=tuple(b for b, _ in own), unbalances=rig.unbalances, orders=rig.orders)
         drawn.append(Model(turned, law_of([law for _, law in own])))
     return drawn
 

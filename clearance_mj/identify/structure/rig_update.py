@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -94,7 +95,7 @@ class RigUpdate:
         """
         return [rig for rig, _ in self._drawn(n, seed)]
 
-    @property
+    @cached_property
     def drawn(self) -> list[tuple[Rig, dict[str, float]]]:
         """Eight rigs as of `draw`, and their values by name, among which are those of the probes."""
         return self._drawn(DRAWN_RIGS, 0)
