@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..io.dataset import Dataset
     from ..model import Model
     from ..report.style import Drawing
+    from ..report.twin import draw
 
     given = Model.load(options.rig).rig if options.rig else None
     dataset = Dataset.load(options.records)
@@ -50,9 +52,9 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         print(words)
     followed = [follow_orbits(record, found) for record in later]
     for twin in followed:
-        caption = f"Clearances along record “{twin.record}”, each value from what was measured by then."
-        name = f"followed_{twin.record}"
-        write_results(options, name, twin.to_dict(), None, Drawing(name, twin.plot(), caption, caption))
+        name, drawing = f"followed_{twin.record}", draw(twin)
+        told = {"record": twin.record, "windows": twin.rows(), "alarms": [a.to_dict() for a in twin.alarms]}
+        write_results(options, name, told, None, dataclasses.replace(drawing, name=name))
         for said in twin.alarms or ("no alarm",):
             print(f"{twin.record}: {said}")
     print(f"results: {options.out}")

@@ -13,7 +13,7 @@ from .follow.bench_twin import twin
 from .follow.history import Twin
 from .in_operation.found import OrbitFit
 from .in_operation.orbits import orbits
-from .in_operation.twin import OrbitAlarm, OrbitTwin, follow_orbits
+from .in_operation.twin import follow_orbits
 from .laws.comparison import FamilyFit
 from .laws.oscillator import sdof
 from .methods.bench import BenchFit, fit_bench
@@ -25,7 +25,7 @@ from .structure.rig_update import RigUpdate
 
 __all__ = [
     "METHODS", "Alarm", "BenchFit", "Diagnosis", "DriveFit", "FamilyFit", "ForcedCurve", "Identified",
-    "JointedStructure", "MotorSideFit", "OrbitAlarm", "OrbitFit", "OrbitTwin", "RigUpdate", "Twin", "bouc_wen",
+    "JointedStructure", "MotorSideFit", "OrbitFit", "RigUpdate", "Twin", "bouc_wen",
     "decay", "diagnose", "fit_bench", "fit_drive", "fit_jointed_mode", "fit_jointed_structure", "fit_motor_side",
     "fitted_model", "follow_orbits", "get_method", "identify", "law", "map_channels", "methods", "orbits", "priors",
     "register", "require", "ridge", "ridges", "sdof", "twin", "update_rig",

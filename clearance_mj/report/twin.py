@@ -7,63 +7,27 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-
 from ..clearance.law import Law
-from ..core.drawing import ALARM
 from ..core.files import replacing, to_json, write_text
 from ..identify import Twin
 from ..io.dataset import Record
 from ..version import __version__
 from . import html
-from .style import COLOURS, FONT, Drawing, canvas, tidy
+from .style import Drawing
 from .tables import Column, Table, write_csv
 from .writer import ReportWriter
 
 __all__ = ["draw", "write_twin"]
 
-SHOWN = {"gap": (1e3, "Gap (mm)"), "stiffness": (1e-3, "Stiffness (N/mm)"), "damping": (1.0, "Damping (N s/m)")}
-"""factor to the unit on the axis, and its label"""
-
 
 def draw(found: Twin) -> Drawing:
-    """Draw gap, stiffness and damping over time with their 95 % bands and the alarms, a column for each clearance."""
-    n = found.depth.size
-    figure = canvas(6.2)
-    axes = figure.subplots(len(SHOWN), n, sharex=True, sharey="row", squeeze=False)
-    for row, (quantity, (factor, label)) in zip(axes, SHOWN.items()):
-        for j, ax in enumerate(row):
-            _panel(ax, found, quantity, j, factor)
-            title = f"bushing {j + 1}" if quantity == "gap" else ""
-            tidy(ax, title, label if j == 0 else "", "Time (s)" if quantity == "damping" else "")
-    handles = [
-        Line2D([], [], color=COLOURS[0], lw=1.2, label="most likely"),
-        Patch(facecolor=COLOURS[0], alpha=0.25, lw=0, label="95 % band"),
-    ]
-    if found.alarms:
-        handles.append(Line2D([], [], color=ALARM, lw=1.0, label="alarm"))
-        handles.append(Line2D([], [], color=ALARM, lw=1.0, ls=":", label="alarm of another quantity"))
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=FONT - 0.5, frameon=False)
+    """Draw what is tracked over time with its 95 % bands and the alarms, a column for each clearance."""
+    what = f"{', '.join(found.quantities[:-1])} and {found.quantities[-1]}".capitalize()
     caption = (
-        f"Gap, contact stiffness and contact damping of the clearances of rig “{found.rig.name}” along record "
-        f"“{found.record}”, each value from what was measured by then, with 95 % bands; vertical lines: alarms."
+        f"{what} of the clearances of rig “{found.rig.name}” along record “{found.record}”, each value from what was "
+        "measured by then, with 95 % bands, above what laws miss of the force; vertical lines: alarms."
     )
-    return Drawing("twin", figure, caption, "Gap, stiffness and damping over time with bands and alarms.")
-
-
-def _panel(ax: Axes, found: Twin, quantity: str, bushing: int, factor: float) -> None:
-    value, (low, high) = (factor * part for part in (found.value(quantity), found.band(quantity)))
-    ax.fill_between(found.time, low[:, bushing], high[:, bushing], color=COLOURS[0], alpha=0.25, lw=0)
-    ax.plot(found.time, value[:, bushing], color=COLOURS[0], lw=1.2)
-    known = value[np.isfinite(value)]
-    if known.size:  # bands of a clearance that hardly touches would hide all others
-        ax.set_ylim(0.8 * known.min(), 1.2 * known.max())
-    for alarm in found.alarms:
-        if alarm.bushing == bushing:
-            ax.axvline(alarm.time, color=ALARM, lw=1.0, ls="-" if alarm.quantity == quantity else ":")
+    return Drawing("twin", found.plot(), caption, f"{what} over time with bands and alarms.")
 
 
 def write_twin(

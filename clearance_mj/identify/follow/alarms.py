@@ -6,14 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
+__all__ = ["QUANTITIES", "RUB", "TRACKED", "Alarm", "Tracked", "shown_as"]
 
-from .changes import Change, Changes
-
-__all__ = ["QUANTITIES", "TESTED", "TRACKED", "Alarm", "Tracked", "significant_change"]
-
-SIGNIFICANCE = 4.0  # standard deviations beyond its threshold from which on a change counts
-MIN_WINDOWS = 2  # that show a change before it counts, so that its kind is known
+RUB = "rub"  # a force that neither laws nor the shaft explain
 
 
 @dataclass(frozen=True)
@@ -37,11 +32,22 @@ TRACKED = {
     "exponent": Tracked("1", 1e-3, 0.02, 0.1),
     "grease stiffness": Tracked("N/m", 1e-3, 0.02, 0.3, threshold=0.1),
     "grease damping": Tracked("Ns/m", 5e-3, 0.05, 0.5, threshold=0.3),
+    "viscosity": Tracked("Pas", 5e-3, 0.05, 0.5, threshold=0.1),
 }  # By name; `FamilyParameter.tracked_as` says of which one a family's parameter is a part
-TESTED = {name: tracked.threshold for name, tracked in TRACKED.items() if tracked.threshold is not None}
-"""Thresholds of those that are tested for changes, by name"""
 QUANTITIES = ("gap", "stiffness", "damping")
-"""Those whose histories a twin gives, in this order"""
+"""Those whose histories a bench's twin gives, in this order"""
+SHOWN = {"gap": (1e3, "mm"), "viscosity": (1e3, "mPa s"), "damping": (1.0, "N s/m"), "grease damping": (1.0, "N s/m")}
+
+
+def shown_as(quantity: str) -> tuple[float, str]:
+    """Return the number of the unit in which a quantity is shown in an SI unit, and its label.
+
+    Parameters
+    ----------
+    quantity : str
+        One of `TRACKED`.
+    """
+    return SHOWN.get(quantity, (1.0, TRACKED[quantity].unit))
 
 
 @dataclass(frozen=True)
@@ -55,41 +61,22 @@ class Alarm:
     bushing: int
     """number"""
     quantity: str
-    """ "gap", "stiffness", "grease stiffness" or "grease damping" """
+    """ "gap", "stiffness", "grease stiffness", "grease damping", "viscosity" or `RUB`"""
     before: float
-    """value, SI unit"""
+    """value, SI unit; of a rub 0"""
     after: float
-    """value since then, SI unit"""
+    """value since then, SI unit; of a rub the largest force, N, that nothing explains"""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the alarm as plain data, SI units."""
         return dataclasses.asdict(self)
 
-    @property
-    def shown_in(self) -> tuple[float, str]:
-        """Number of the unit in which the quantity is shown in an SI unit, and its label."""
-        return (1e3, "mm") if self.quantity == "gap" else (1.0, TRACKED[self.quantity].unit)
-
     def __str__(self) -> str:
-        scale, unit = self.shown_in
+        if self.quantity == RUB:
+            return f"{self.time:.4g} s: bushings[{self.bushing}] rubs since {self.since:.4g} s, with {self.after:.3g} N"
+        scale, unit = shown_as(self.quantity)
         return (
             f"{self.time:.4g} s: {self.quantity} of bushings[{self.bushing}] changed by "
             f"{100 * (self.after / self.before - 1):+.1f} % since {self.since:.4g} s, "
             f"{scale * self.before:.4g} to {scale * self.after:.4g} {unit}"
         )
-
-
-def significant_change(changes: Changes, directions: np.ndarray) -> tuple[str, Change] | None:
-    """Return what changed, by its name in `TESTED`, and the change; None if no change is significant.
-
-    Parameters
-    ----------
-    changes : Changes
-        With the observations so far.
-    directions : ndarray
-        (n_tested, n) of the parameters' changes, one for each of `TESTED`, of a relative change of 1.
-    """
-    found = changes.likeliest(directions, np.log1p(list(TESTED.values())))
-    if found is None or found[1] < SIGNIFICANCE or found[0].windows < MIN_WINDOWS:
-        return None
-    return list(TESTED)[found[0].kind], found[0]

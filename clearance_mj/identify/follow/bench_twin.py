@@ -29,7 +29,6 @@ from ..records.checks import warn_of_dropouts
 from ..records.prepared import PreparedRecord, prepared
 from ..structure.faults.contradictions import contradictions_of_rig, contradictions_of_update
 from ..structure.priors import priors
-from ..structure.rig_update import RigUpdate
 from ..structure.updating import update_from
 from .history import Twin
 from .tracker import BLOCK, ClearanceTracker
@@ -82,7 +81,7 @@ def twin(
     linear, probes = (update.rig, update.values) if update else (whole.rig, {})
     noise = restoring_force(first, rig=linear, probes=probes).noise
     windows = WindowForces(whole, linear, probes, noise, window)
-    drawn = [windows.on(*each) for each in _drawn(update)]
+    drawn = [windows.on(*each) for each in (update.drawn if update else ())]
     given = families_of(model.law, whole.rig) if model else [None] * len(linear.bushings)
     fitted = max(2, round(learn / windows.seconds))
     trackers = [
@@ -123,11 +122,6 @@ def _warning(tracker: ClearanceTracker) -> str:
         f"force that it was fitted to, over {100 * FORCE_ERROR:g} %: gap and contact may be wrong by much more than "
         "the bands say"
     )
-
-
-def _drawn(update: RigUpdate | None) -> list[tuple[Rig, dict[str, float]]]:
-    """Rigs, and gains and places of probes, drawn from what is known of them."""
-    return update.drawn if update else []
 
 
 def _gap_priors(rig: Rig, number: int) -> list[Parameter]:

@@ -1,21 +1,25 @@
-"""What a twin returns: histories of gaps, contact stiffness and contact damping with their bands, and alarms."""
+"""What a twin returns: histories of gaps, contacts and oil with their bands, and alarms."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...rig import Rig
-from .alarms import QUANTITIES, TRACKED, Alarm
+from .alarms import QUANTITIES, RUB, TRACKED, Alarm, shown_as
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["Twin"]
 
 NORMAL95 = 1.959963984540054  # standard deviations, half of a 95 % interval
+MISFIT = "Force missed (relative)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,29 +38,33 @@ class Twin:
     window: float
     """s"""
     depth: np.ndarray
-    """(n_bushings,) penetration, m, RMS of the part that the law was fitted to; nan if it never touched"""
+    """(n_bushings,) penetration, m, RMS of the part that the law was fitted to; nan if it never touched, and where no
+    contact is tracked"""
     mean: np.ndarray
-    """(3, n, n_bushings) logarithms of gap, stiffness and damping; nan while the gap is not known"""
+    """(n_quantities, n, n_bushings) logarithms of `quantities`; nan while or where they are not known"""
     std: np.ndarray
-    """(3, n, n_bushings) their standard deviations"""
+    """(n_quantities, n, n_bushings) their standard deviations"""
     contact: np.ndarray
-    """(n, n_bushings) share of the time in contact"""
+    """(n, n_bushings) share of the time in contact, as the law has it"""
     misfit: np.ndarray
-    """(n, n_bushings) RMS of what the law misses of the force, over its misfit when it was fitted"""
+    """(n, n_bushings) RMS of what the law misses of the force, over its misfit when it was fitted; of a machine in
+    operation over its expected error"""
     alarms: tuple[Alarm, ...]
     """in the order of time"""
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
     """plain words on what not to rely on"""
+    quantities: tuple[str, ...] = QUANTITIES
+    """what is tracked: of a bench "gap", "stiffness" and "damping", of a machine in operation "gap" and "viscosity" """
 
     def value(self, quantity: str) -> np.ndarray:
-        """Return the most likely values (n, n_bushings) of "gap", m, "stiffness", N/m, or "damping", N s/m.
+        """Return the most likely values (n, n_bushings) of a quantity: m, N/m, N s/m or Pa s.
 
         Parameters
         ----------
         quantity : str
-            Name of the quantity.
+            One of `quantities`.
         """
-        return np.exp(self.mean[QUANTITIES.index(quantity)])
+        return np.exp(self.mean[self.quantities.index(quantity)])
 
     def band(self, quantity: str) -> np.ndarray:
         """Return the limits (2, n, n_bushings) within which a quantity lies with a probability of 95 %.
@@ -66,37 +74,38 @@ class Twin:
         quantity : str
             Name of the quantity, as in `value`.
         """
-        number = QUANTITIES.index(quantity)
+        number = self.quantities.index(quantity)
         half = NORMAL95 * self.std[number]
         return np.exp(self.mean[number] + np.array([-half, half]))
 
     def words(self) -> list[str]:
         """Say in a line for each clearance what is known of it at the end."""
         found = []
-        for j in range(self.depth.size):
-            known = np.flatnonzero(np.isfinite(self.mean[0, :, j]))
+        for j, depth in enumerate(self.depth.tolist()):
+            known = np.flatnonzero(np.isfinite(self.mean[:, :, j]).any(axis=0))
             if known.size:
-                i, half = known[-1], NORMAL95 * self.std[:, known[-1], j]
-                gap, k, c = np.exp(self.mean[:, i, j])
-                found.append(
-                    f"bushings[{j}] at {self.time[i]:.4g} s: gap {1e3 * gap:.4g} mm ± {100 * half[0]:.2g} %, stiffness "
-                    f"{k:.4g} N/m ± {100 * half[1]:.2g} %, damping {c:.3g} N s/m ± {100 * half[2]:.2g} % "
-                    f"(95 %, {1e3 * self.depth[j]:.3g} mm beyond the gap)"
-                )
+                i, at = known[-1], f", {1e3 * depth:.3g} mm beyond the gap" if math.isfinite(depth) else ""
+                values = [
+                    _words(q, mean, std)
+                    for q, mean, std in zip(self.quantities, self.mean[:, i, j], self.std[:, i, j])
+                    if math.isfinite(mean)
+                ]
+                found.append(f"bushings[{j}] at {self.time[i]:.4g} s: {', '.join(values)} (95 %{at})")
         return found
 
     def rows(self) -> list[dict[str, float]]:
         """Return a row of plain data for each window and clearance that is known: values with 95 % limits, SI units."""
-        shown = {q: (self.value(q), *self.band(q)) for q in QUANTITIES}
+        shown = {q: (self.value(q), *self.band(q)) for q in self.quantities}
         return [
             {"time_s": float(self.time[i]), "bushing": int(j)}
             | {
                 f"{q}{end}_{TRACKED[q].unit}": float(values[i, j])
                 for q, parts in shown.items()
                 for end, values in zip(("", "_low", "_high"), parts)
+                if math.isfinite(values[i, j])
             }
             | {"contact": float(self.contact[i, j]), "misfit": float(self.misfit[i, j])}
-            for i, j in zip(*np.nonzero(np.isfinite(self.mean[0])))
+            for i, j in zip(*np.nonzero(np.isfinite(self.misfit)))
         ]
 
     def to_xarray(self) -> xr.Dataset:
@@ -105,9 +114,65 @@ class Twin:
 
         data: dict[str, Any] = {
             q: (("limit", "time", "bushing"), np.stack((self.value(q), *self.band(q))), {"units": TRACKED[q].unit})
-            for q in QUANTITIES
+            for q in self.quantities
         }
         data |= {name: (("time", "bushing"), getattr(self, name), {"units": "1"}) for name in ("contact", "misfit")}
         coordinates: dict[str, Any] = {"limit": ["value", "low", "high"], "time": ("time", self.time, {"units": "s"})}
         coordinates |= {"bushing": np.arange(self.depth.size)}
         return xr.Dataset(data, coordinates, {"record": self.record, "rig": self.rig.name})
+
+    def plot(self) -> Figure:
+        """Draw quantities over time with their 95 % bands above what laws miss, a column for each clearance.
+
+        Vertical lines are alarms, dotted ones those of another quantity.
+        """
+        from matplotlib.lines import Line2D
+        from matplotlib.patches import Patch
+
+        from ...core.drawing import ALARM, COLOURS, FONT, canvas, tidy
+
+        rows = (*self.quantities, MISFIT)
+        figure = canvas(0.8 + 1.8 * len(rows))
+        axes = figure.subplots(len(rows), self.depth.size, sharex=True, sharey="row", squeeze=False)
+        for row, quantity in zip(axes, rows):
+            for j, ax in enumerate(row):
+                label = self._panel(ax, quantity, j)
+                ends = f"bushing {j + 1}" if quantity == rows[0] else "", "Time (s)" if quantity == rows[-1] else ""
+                tidy(ax, ends[0], "" if j else label, ends[1])
+        handles: list[Any] = [
+            Line2D([], [], color=COLOURS[0], lw=1.2, label="most likely"),
+            Patch(facecolor=COLOURS[0], alpha=0.25, lw=0, label="95 % band"),
+        ]
+        if self.alarms:
+            handles.append(Line2D([], [], color=ALARM, lw=1.0, label="alarm"))
+            handles.append(Line2D([], [], color=ALARM, lw=1.0, ls=":", label="alarm of another quantity"))
+        figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=FONT - 0.5, frameon=False)
+        return figure
+
+    def _panel(self, ax: Axes, quantity: str, bushing: int) -> str:
+        """Draw a quantity of a clearance; return the label of its axis."""
+        from ...core.drawing import ALARM, COLOURS
+
+        label, factor = MISFIT, 1.0
+        if quantity == MISFIT:
+            value = self.misfit
+        else:
+            factor, unit = shown_as(quantity)
+            label = f"{quantity.capitalize()} ({unit})"
+            value, (low, high) = (factor * part for part in (self.value(quantity), self.band(quantity)))
+            ax.fill_between(self.time, low[:, bushing], high[:, bushing], color=COLOURS[0], alpha=0.25, lw=0)
+        ax.plot(self.time, value[:, bushing], color=COLOURS[0], lw=1.2)
+        known = value[np.isfinite(value)]
+        if known.size:  # bands of a clearance that hardly touches would hide all others
+            ax.set_ylim(0.8 * known.min(), 1.2 * known.max())
+        for alarm in self.alarms:
+            own = (MISFIT if alarm.quantity == RUB else alarm.quantity) == quantity
+            if alarm.bushing == bushing:
+                ax.axvline(alarm.time, color=ALARM, lw=1.0, ls="-" if own else ":")
+        return label
+
+
+def _words(quantity: str, mean: float, std: float) -> str:
+    """Say a value and its 95 % interval; mean and standard deviation are those of its logarithm."""
+    factor, unit = shown_as(quantity)
+    return f"{quantity} {factor * math.exp(mean):.4g} {unit} ± {100 * NORMAL95 * std:.2g} %"

@@ -19,8 +19,8 @@ from ..laws.case import Case
 from ..laws.families import FamilyValues
 from ..laws.force_fit import ForceFit, ForceProblem
 from ..laws.measured_motion import MeasuredMotion
-from .alarms import QUANTITIES, TESTED, TRACKED, Alarm, significant_change
-from .changes import Changes, fused, refined
+from .alarms import QUANTITIES, TRACKED, Alarm
+from .follower import Follower, Label
 from .initial_fit import between_family_variance, covariance_of_fixed, covariance_of_rig, fit_law
 
 __all__ = ["BLOCK", "ClearanceTracker"]
@@ -42,25 +42,18 @@ class TrackedLaw:
         Problem of the same families.
     depth : float
         m, penetration at which a contact's stiffness and damping are taken.
-    seconds : float
-        Length of a window, s.
     """
 
-    def __init__(self, fit: ForceFit, problem: ForceProblem, depth: float, seconds: float) -> None:
+    def __init__(self, fit: ForceFit, problem: ForceProblem, depth: float) -> None:
         self.fit, self.problem, self.depth = fit, problem, depth
         names = [_tracked_as(p) for p in problem.parameters]
         self.free = np.array([i for i, name in enumerate(names) if name in TRACKED])
         """(n,) numbers of the tracked ones among all parameters"""
         self.names = [str(names[i]) for i in self.free]
         """(n,) what each is a part of, by the names of `TRACKED`"""
-        # A relative change of 1, in prior standard deviations; of an offset it is a gap.
         linear = np.array([problem.parameters[i].transform == "linear" for i in self.free])
-        unit = np.where(linear, fit.nominal.gap, 1.0) / problem.unit[self.free]
-        tracked = [TRACKED[name] for name in self.names]
-        self.walk = unit * np.array([t.walk for t in tracked]) * math.sqrt(seconds)
-        self.window_std = unit * np.array([t.window_std for t in tracked])
-        self.change_std = unit * np.array([t.change_std for t in tracked])
-        self.directions = unit * np.array([[name == tested for name in self.names] for tested in TESTED])
+        self.unit = np.where(linear, fit.nominal.gap, 1.0) / problem.unit[self.free]
+        """(n,) a relative change of 1, of an offset one by a gap, in prior standard deviations"""
 
     def case(self, x: np.ndarray) -> Case:
         """Return the clearance and its law at x."""
@@ -72,8 +65,9 @@ class TrackedLaw:
         """Return logarithms (n_points, 3) of `QUANTITIES` at points (n_points, n)."""
         return np.array([log_quantities(self.case(x), self.depth) for x in points])
 
-    def value(self, name: str, x: np.ndarray) -> float:
+    def value(self, label: Label, x: np.ndarray) -> float:
         """Return the value of one of `TRACKED` at x, SI: of the filling's, that of the parameter tracked as it."""
+        name = label[1]
         if name in QUANTITIES:
             return float(np.exp(self.log_quantities(x[None])[0, QUANTITIES.index(name)]))
         point = np.zeros_like(self.problem.origin)
@@ -99,7 +93,6 @@ BLOCK = 0.25  # s, longer than errors of a law are correlated within a window
 MAX_GAP_STD = 0.1  # standard deviation of the gap's logarithm, up to which it is known well enough to be tracked
 MIN_CONTACT = 0.005  # share of the time in contact from which on a law can be fitted
 REACH_RATIO = 1.3  # of the shaft's way to that in the fit, from which on the law is fitted again
-MAX_MOVE = 2.0  # of a window's standard deviation: one that ends farther off is refined again from a wider belief
 OUTLYING = 4.0  # of the fit's misfit: larger residuals count less
 MAX_RESIDUAL = 1e3  # of the fit's misfit: none counts as more
 
@@ -189,15 +182,16 @@ class ClearanceTracker:
             quantities = [log_quantities(f.case, self.depth) for f in (found, *rivals)]
             self.family_variance = between_family_variance(np.array(quantities))
         problem = ForceProblem(motion, found.contact, found.filling)
-        self.law = TrackedLaw(found, problem, self.depth, self.seconds)
+        self.law = TrackedLaw(found, problem, self.depth)
         free = self.law.free
-        self.belief = Belief(found.point[free], found.covariance[np.ix_(free, free)])
+        belief = Belief(found.point[free], found.covariance[np.ix_(free, free)])
+        labels = [(self.number, name) for name in self.law.names]
+        self.follower = Follower(belief, labels, self.law.unit, self.law.value, self.seconds, self.seconds)
         drawn = [[each.window(i) for i in range(index + 1 - len(self.recent), index + 1)] for each in self.drawn]
         self.constant_covariance = covariance_of_fixed(found, free)
         """of errors that are the same in all windows"""
         if drawn:
             self.constant_covariance += covariance_of_rig(found, problem, drawn, free)
-        self.changes = Changes(self.belief, self.law.change_std)
 
     def _refined(self, force: RestoringForce, time: float) -> WindowEstimate:
         """Refine the belief by a window's forces."""
@@ -210,27 +204,11 @@ class ClearanceTracker:
             found = np.clip(np.nan_to_num(found, nan=MAX_RESIDUAL), -MAX_RESIDUAL, MAX_RESIDUAL)
             return found / (1 + (found / OUTLYING) ** 2) ** 0.25  # squares grow as the size of what is far off
 
-        block, believed = round(BLOCK * motion.rate), self.belief.drifted(law.walk)
-        found, observation = refined(self.belief, residuals, block, law.window_std, law.change_std, MAX_MOVE)
-        self.belief = fused(believed, observation, self.changes.add(believed, observation))
-        alarm = self._alarm(time)
-        covariance = self.belief.covariance + self.constant_covariance
-        known = Belief(self.belief.mean, covariance).through(law.log_quantities)
-        walls = law.case(self.belief.mean).bushing.walls
+        found, alarm = self.follower.take(residuals, round(BLOCK * motion.rate), time)
+        belief = self.follower.belief
+        known = Belief(belief.mean, belief.covariance + self.constant_covariance).through(law.log_quantities)
+        walls = law.case(belief.mean).bushing.walls
         touching = penetration(force.ends[self.number][:, force.valid], *walls).any(axis=0)
         misfit = float(np.sqrt(np.mean(found.residuals**2)))
         std = np.sqrt(known.std**2 + self.family_variance)
         return WindowEstimate(known.mean, std, float(touching.mean()), misfit, alarm)
-
-    def _alarm(self, time: float) -> Alarm | None:
-        """Begin anew with what followed a significant change, if the windows show one; return its alarm."""
-        if (found := significant_change(self.changes, self.law.directions)) is None:
-            return None
-        quantity, change = found
-        self.belief = change.after.drifted(self.law.window_std)  # the window in which it happened holds both
-        self.changes = Changes(self.belief, self.law.change_std)
-        if not TRACKED[quantity].alarm:
-            return None
-        before = self.law.value(quantity, change.before)
-        since = time - change.windows * self.seconds
-        return Alarm(time, since, self.number, quantity, before, before * math.exp(change.size))

@@ -184,7 +184,7 @@ def _clearance(
     own = f"bushings[{place.number}]"
     ends, _ = problem.points(values)[place.number]
     rest = np.array([values[f"{own}.rest_{axis}"] for axis in "yz"])
-    away, gap = (ends[:, 1:] + rest).reshape(-1, 2), values[f"{own}.gap"]
+    away, gap = problem.away(place, values).reshape(-1, 2), values[f"{own}.gap"]
     far = np.hypot(*away.T)
     touches = odds > LIKELY and bool(far.max() > gap)
     depth = float(far.max()) / gap - 1 if touches else 0.0

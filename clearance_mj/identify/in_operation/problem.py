@@ -151,6 +151,26 @@ class LawProblem(Problem):
             found.append(points)
         return found[0], found[1]
 
+    def away(self, place: Place, known: Mapping[str, float]) -> np.ndarray:
+        """Return where both ends of a clearance's shaft are from its middle (n_t, 2, 2), m, along y and z.
+
+        Parameters
+        ----------
+        place : Place
+            The clearance.
+        known : mapping of str to float
+            Values of parameters.
+        """
+        rest = [known.get(f"bushings[{place.number}].rest_{axis}", 0.0) for axis in "yz"]
+        return np.asarray(self.points(known)[place.number][0][:, 1:] + rest)
+
+    def contact(self, values: np.ndarray) -> np.ndarray:
+        """Return the share of the time in contact (n_bushings,) at parameters (n,)."""
+        known = dict(zip(self.names, values.tolist()))
+        far = [np.linalg.norm(self.away(place, known), axis=2).max(axis=1) for place in self.places]
+        gaps = [known.get(f"bushings[{p.number}].gap", p.nominal.gap) for p in self.places]
+        return np.array([np.mean(r > gap) if self.touching else 0.0 for r, gap in zip(far, gaps)])
+
     def misses(self, values: np.ndarray) -> np.ndarray:
         """Return what laws miss of what probes show (n_windows, n_f, m), over its expected error."""
         change = values[: self.n_linear] - self.forces.at

@@ -86,10 +86,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         took = time.process_time() - start
         print(f"{kind}-{seed} at {rpm} rev/min, {words} at {options.seconds / 2:g} s: {factors or ''}")
         middle = np.searchsorted(twin.time, options.seconds / 2)
-        for name, std in zip(twin.names, twin.std[-1]):
-            value = twin.value(name)
-            print(f"  {name}: {value[middle - 1]:.4g} before, {value[-1]:.4g} at the end ± {100 * std:.1f} %")
-        print(f"  missed {np.median(twin.missed[:middle]):.2f}", *(f"  {a}" for a in twin.alarms), sep="\n")
+        for quantity, std in zip(twin.quantities, twin.std[:, -1]):
+            for j, (before, end) in enumerate(zip(twin.value(quantity)[middle - 1], twin.value(quantity)[-1])):
+                print(f"  bushings[{j}].{quantity}: {before:.4g} before, {end:.4g} at the end ± {100 * std[j]:.1f} %")
+        print(f"  missed {np.median(twin.misfit[:middle]):.2f}", *(f"  {a}" for a in twin.alarms), sep="\n")
         print(f"  {options.seconds / took:.0f} times real time, on one core", flush=True)
 
 
