@@ -12,7 +12,11 @@ from .estimates import Estimates
 from .loss import Loss
 from .problem import Linearised, Problem
 
-__all__ = ["Solution", "Stop", "solve"]
+__all__ = ["NoModelError", "Solution", "Stop", "solve"]
+
+
+class NoModelError(RecordError):
+    """A search has nowhere to begin: the model diverges at all of its starts."""
 
 DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)  # shares of the precision's diagonal (Levenberg, Marquardt)
 RETRIES = 6  # damping is increased at most so often, tenfold each time, before a step is given up
@@ -143,7 +147,7 @@ def solve(
 
     Raises
     ------
-    RecordError
+    NoModelError
         If the residuals are finite at none of the starts.
     """
     points = problem.inside(np.atleast_2d(np.zeros(problem.size) if starts is None else np.asarray(starts)))
@@ -155,7 +159,7 @@ def solve(
         costs = problem.cost(points, found)
         if not np.isfinite(costs).any():
             names = ", ".join(p.name for p in problem.parameters)
-            raise RecordError(f"there is no model where the search for {names} begins")
+            raise NoModelError(f"there is no model where the search for {names} begins")
         order = np.argsort(costs, kind="stable")[:n_best]
         order = order[np.isfinite(costs[order])]
     compared, ends = problem.evaluations - begun, []

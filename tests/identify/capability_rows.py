@@ -23,6 +23,8 @@ from clearance_mj.structure.base import is_rotation
 FS, SECONDS = 2048.0, 10.0
 WIDER, STIFFER = 1.12, 1.3
 LEVELS = 6.0, 15.0  # N RMS, of teeth N m over 30
+LIFTING = 4.0  # times these, where a weight presses a shaft deep into a soft wall: one that stays there tells no gap
+NOT_KNOWN = 0.1  # of a gap: a standard deviation from which on the method says that records do not tell it
 
 
 def measured(rig):
@@ -46,6 +48,8 @@ def recorded(rig):
         b.contact, stiffness=STIFFER * b.contact.stiffness)) for b in rig.bushings]  # fmt: skip
     true, records = rig.replace(bushings=tuple(wider)), []
     of_torque = 30.0 if is_rotation(rig.bushings[0].position) else 1.0
+    if any(np.linalg.norm(rest) > 2 * b.gap for b, rest in zip(rig.bushings, rests_of(rig))):
+        of_torque /= LIFTING
     for seed, level in enumerate(LEVELS, 1):
         push = cm.excitation.random(SECONDS, FS, band=(10, 150), rms=level / of_torque, seed=seed, kind="force")
         response = cm.simulate(true, push, engine="modal")
@@ -76,7 +80,8 @@ def identified(rig):
     for j, (b, rest, of_one) in enumerate(zip(true.bushings, rests_of(true), found.families)):
         case = of_one[0].fit.case
         if b.is_round:
-            assert case.bushing.gap == pytest.approx(b.gap, rel=0.03)
+            known = std[f"bushings[{j}].gap"] / b.gap
+            assert case.bushing.gap == pytest.approx(b.gap, rel=0.03 if known < NOT_KNOWN else 2 * known)
         else:
             walls = [wall + b.offset - rest[0] for wall in b.walls]
             shown = [wall + case.bushing.offset - case.middle[0] for wall in case.bushing.walls]
@@ -86,5 +91,5 @@ def identified(rig):
             assert abs(value[offset] - getattr(b, name)) < 3 * std[offset]
 
 
-ROWS = {"identification, method `bench`": (identified, "walls of the rig that was simulated, 3 % of the gap")}
+ROWS = {"identification, method `bench`": (identified, "walls of the rig that was simulated, 3 % of the gap, or two standard deviations that are above 10 %")}
 SLOW = tuple(ROWS)

@@ -10,6 +10,7 @@ import scipy.fft
 from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
 from clearance_mj.identify.laws.case import Case
+from clearance_mj.identify.laws.comparison import telling
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
 from clearance_mj.identify.laws.slow_motion import SlowMotion, next_offsets
 from clearance_mj.identify.methods.bench import fit_bench
@@ -64,11 +65,12 @@ def test_slow_motion_of_a_linear_clearance_is_that_of_springs_and_dampers():
 def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
     """Of springs: a wall's mean force by 5 %, a filling's stiffness by half, on the static compliance of both.
 
-    What the motion was larger before counts as the mean does: fillings may have slid.
+    Where the motion falls, what it was larger before counts as the mean does: fillings may have slid.
     """
     k, wall = np.array([300.0, 500.0]), 9e3
     rig = TABLE1.replace(bushings=tuple(dataclasses.replace(b, gap=1e6, offset=0.0) for b in TABLE1.bushings))
     record = recorded(rig)
+    record = dataclasses.replace(record, signals=record.signals * np.geomspace(1.0, 0.02, 8192)[:, None])
     force = restoring_force(record, low=NO_PROBES_BAND, rig=rig)
     motions = [MeasuredMotion([force], rig, j, []) for j in range(2)]
     slow = SlowMotion(motions, [record], rig)
@@ -93,6 +95,20 @@ def test_what_walls_and_fillings_leave_open_of_the_mean_motion():
     compliance = np.linalg.inv(np.linalg.inv(free) + np.diag(k))
     known = np.sqrt(compliance**2 @ np.hypot(0.05 * walls, 0.5 * k * np.hypot(means, fallen)) ** 2)
     np.testing.assert_allclose(slow.mean_error(cases), known, rtol=5e-3)
+
+
+def test_laws_are_fitted_to_records_that_fall_only_where_the_others_do_not_go():
+    """Of bushing 0 the steady record goes 0.6 times as far as the one that falls, of bushing 1 0.3 times."""
+    whole = restoring_force(recorded(TABLE1), low=NO_PROBES_BAND, rig=TABLE1)
+    x = whole.displacement / np.abs(whole.displacement[:, whole.valid]).max(axis=1, keepdims=True)
+    falling = dataclasses.replace(whole, displacement=x * np.where(whole.time < whole.time[-1] / 2, 1.0, 0.1))
+    steady = dataclasses.replace(whole, displacement=x * np.array([[0.6], [0.3]]) * np.abs(falling.displacement).max())
+    assert telling([steady, falling]).tolist() == [[True, False], [True, True]]
+    assert telling([falling]).tolist() == [[True], [True]]
+    used = MeasuredMotion([steady, falling], TABLE1, 0, [], (True, False))
+    assert 0 < used.fitted.size == MeasuredMotion([steady], TABLE1, 0, []).fitted.size
+    correlated = [MeasuredMotion([each], TABLE1, 0, []).shortest_correlation for each in (steady, falling)]
+    assert correlated == pytest.approx([0.2 * 256.0, 2.0 * 256.0])
 
 
 def test_acceleration_finds_where_offsets_stay():

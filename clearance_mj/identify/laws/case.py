@@ -28,7 +28,7 @@ OUT_OF_ROUND = 0.05  # of a gap, 1 σ of both of these
 FARTHEST_OUT = 0.9  # of a gap, at most
 FARTHEST_OFFSET = 0.999  # of the gap: the unloaded shaft touches no wall
 CHI_SQUARE = 5.99  # square of both over their covariance from which on a hole is not round: 95 % of χ² of two
-REST = 0.5  # of a gap, 1 σ of where the shaft is when its probes read zero
+REST = 0.5  # of a gap, or of how far that is, 1 σ of where the shaft is when its probes read zero
 FRICTION = 0.1, math.log(2.0)  # coefficient and its 1 σ, as a logarithm, where the rig file gives none
 
 
@@ -119,8 +119,9 @@ def open_parameters(
     if rest and nominal.stops != "both":
         fields.remove("gap")  # one wall alone: where the shaft rests says where it is
     found = [known[name] for field in fields if (name := f"{own}.{field}") in known]
+    reach = max(wide, float(np.linalg.norm(rest or 0.0)))  # a weight may press the shaft deep into a soft wall
     for name, start in zip(RESTS[-len(rest) :], rest) if rest else ():
-        found.append(Parameter(f"{own}.{name}", "m", start, -3 * wide, 3 * wide, REST * wide, "linear"))
+        found.append(Parameter(f"{own}.{name}", "m", start, -3 * reach, 3 * reach, REST * reach, "linear"))
     numbers = nominal.wall or {}
     for name, field in zip(HOLE, ("wide", "across") if nominal.shape in ("round", "oval") else ()):
         start, most = float(numbers.get(field, 0.0)), 5 * OUT_OF_ROUND * wide

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +20,7 @@ from ...clearance.greases.long_film import LongFilmed
 from ...clearance.greases.oil_film import OilFilled
 from ...core.errors import LawError
 from ...estimate import rival_weights
+from ...estimate.solver import NoModelError
 from ...rig import Rig
 from ...structure.base import is_rotation, parse_place
 from ..forces.restoring import NO_PROBES_BAND, RestoringForce, restoring_force
@@ -26,7 +28,7 @@ from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .case import HOLE, OFFSETS, RESTS, nominal_of, open_parameters
 from .force_fit import ForceFit, ForceProblem, fit_force, steps_on
-from .measured_motion import MeasuredMotion
+from .measured_motion import MeasuredMotion, falls
 from .rest import rests_of, with_offsets
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
@@ -45,6 +47,7 @@ MOST_FITS = 10  # about, of one clearance
 GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
 VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
+NEARLY = 0.5  # of the farthest motion
 LOWER = 1e-3  # of the misfit, that a step must gain
 
 
@@ -120,17 +123,21 @@ def compare_families(
         estimates vary with the rig, too.
     """
     rig = rig or update.rig
+    apart, used = _ends_apart(rig), np.ones((len(rig.bushings), len(records)), dtype=bool)
+    if not update.probes and not rig.moves_across:
+        used = telling([force_on(apart, update, record) for record in records])
+        kept = np.flatnonzero(used.any(axis=0)).tolist()
+        records, used = [records[i] for i in kept], used[:, kept]
     seconds = sum(record.duration for record in records)
     highest = max((record.band[1] for record in records if record.band), default=0.0)
     records = [loudest(r, MAX_SECONDS / seconds).slowed(max(MIN_RATE, MIN_RATIO * highest)) for r in records]
-    apart = _ends_apart(rig)
     forces = [force_on(apart, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
     turns = any(force.spin is not None for force in forces)
     rests = rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)
     opened = [
         open_parameters(j, nominal_of(rig, j), update.clearance_priors, rest, turns) for j, rest in enumerate(rests)
     ]
-    motions = [MeasuredMotion(forces, rig, j, own) for j, own in enumerate(opened)]
+    motions = [MeasuredMotion(forces, rig, j, own, used[j]) for j, own in enumerate(opened)]
     slow = None if update.probes else SlowMotion(motions, records, rig)
     if slow:  # No probe shows the slow part of the motion: it follows from the laws.
         first = [fit_force(m, _first_contact(), _fillings(m)[0]) for m in motions]
@@ -158,6 +165,27 @@ def compare_families(
         fitted = zip((likeliest, *others_of), (fit, *unloaded))
         found.append(tuple(dataclasses.replace(family, fit=each) for family, each in fitted))
     return tuple(found)
+
+
+def telling(forces: Sequence[RestoringForce]) -> np.ndarray:
+    """Return which records without probes (n_clearances, n_records) laws are fitted to: those that never fall by much.
+
+    What has slid in a filling while the motion was large holds the shaft aside after it, where no accelerometer shows
+    it: sweeps and hits mislead. They are taken where the others do not go nearly as far.
+
+    Parameters
+    ----------
+    forces : sequence of RestoringForce
+        Of each record.
+    """
+    farthest, steady = [], []
+    for force in forces:
+        x = force.displacement[:, force.valid]
+        farthest.append(np.abs(x).max(axis=1))
+        steady.append(not any(falls(each, force.fs) for each in x))
+    far, kept = np.array(farthest), np.array(steady)
+    enough = far[kept].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
+    return np.asarray(kept | ~enough[:, None])
 
 
 def loudest(record: PreparedRecord, share: float) -> PreparedRecord:
@@ -214,7 +242,8 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
     def fit(contact: ContactFamily, filling: FillingFamily, others: Sequence[Values] = ()) -> None:
         if (contact.name, filling.name) not in found:
             starts = [*others, *_starts(motion, contact, filling, found)]
-            found[contact.name, filling.name] = fit_force(motion, contact, filling, starts)
+            with contextlib.suppress(NoModelError) if found else contextlib.nullcontext():  # one that diverges is none
+                found[contact.name, filling.name] = fit_force(motion, contact, filling, starts)
             done()
 
     def leading() -> ForceFit:

@@ -25,7 +25,7 @@ from ..forces.restoring import RestoringForce
 from .case import Case, nominal_of
 from .forces_in_lanes import Path, decimated, law_forces
 
-__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "low_pass"]
+__all__ = ["DECIMATION", "FORCE_ERROR", "MeasuredMotion", "OwnSlowMotion", "falls", "low_pass", "rms_of_blocks"]
 
 INTERPOLATION = 2  # factor by which motions are interpolated: contact begins and ends between samples
 DECIMATION = 2  # factor by which forces are decimated: beyond the pass band there is nothing to compare
@@ -36,6 +36,7 @@ BLOCK = 2.0  # s, longer than errors of a law are correlated
 RECORD_BLOCKS = 1e9  # more blocks than a record has, so that none spans two records
 HELD_OUT = (0.72, 0.86)  # from where to where of a record's duration no fit sees it
 WIDE = 1e3  # gaps, of a hole whose wall is never met
+QUIET = 0.2  # of the loudest block's RMS: a motion that becomes as quiet falls
 REPEATED = 0.2  # s: so much of a motion counts as one observation in intervals, at least, where errors repeat
 
 
@@ -67,11 +68,14 @@ class MeasuredMotion:
         Index of the clearance.
     parameters : sequence of Parameter
         What is open of it beside contact and filling, see `open_parameters`.
+    used : sequence of bool, optional
+        Whether fits see each record; by default all.
     """
 
     def __init__(
-        self, forces: Sequence[RestoringForce], rig: Rig, number: int, parameters: Sequence[Parameter] = ()
-    ) -> None:
+        self, forces: Sequence[RestoringForce], rig: Rig, number: int, parameters: Sequence[Parameter] = (),
+        used: Sequence[bool] | None = None,
+    ) -> None:  # fmt: skip
         self.number, self.nominal, self.parameters = number, nominal_of(rig, number), tuple(parameters)
         self.rest_is_open = any(p.name.rpartition(".")[2].startswith("rest_") for p in parameters)
         rows = rig.clearance_rows[number]
@@ -81,10 +85,13 @@ class MeasuredMotion:
         self.factor = INTERPOLATION * DECIMATION
         self.rate = forces[0].fs / DECIMATION
         """samples compared per second"""
+        self.used = tuple(used) if used is not None else (True,) * len(forces)
         pieces = [_samples_of(f, rows, i) for i, f in enumerate(forces)]
         ends = np.cumsum([0, *(len(piece[0]) for piece in pieces)]).tolist()
         self._records = [slice(*part) for part in itertools.pairwise(ends)]
         self.force, level, noise, block, fitted, held_out = (np.concatenate(arrays) for arrays in zip(*pieces))
+        seen = np.repeat(self.used, np.diff(ends))
+        fitted, held_out = fitted & seen, held_out & seen
         self.unknown_lines = _unknown_lines(forces, self._records)
         self.fitted, self.held_out = np.flatnonzero(fitted), np.flatnonzero(held_out)
         """numbers of the values that fits see, and of those that they do not"""
@@ -96,8 +103,12 @@ class MeasuredMotion:
         """(n_blocks,) where blocks begin among the fitted values"""
         # What a law misses at a place of a wall, it misses whenever the shaft comes by: blocks do not show that where
         # walls are all round, nor where the motion on average follows from the law itself.
+        # After it has fallen, the motion on average is where something slid: the same until it slides again.
         repeats = self.size > 1 or bool(self.unknown_lines)
-        self.shortest_correlation = self.size * REPEATED * self.rate if repeats else 0.0
+        fallen = self.size == 1 and any(
+            use and falls(path.x[:: self.factor, 0, 0], self.rate) for use, path in zip(self.used, self.paths)
+        )
+        self.shortest_correlation = self.size * (BLOCK if fallen else REPEATED) * self.rate if repeats else 0.0
         """values that count as one observation in intervals, at least"""
         self.slow: list[OwnSlowMotion] = []
         """of each record, where its slow motion is not measured but follows from laws (`SlowMotion`)"""
@@ -207,6 +218,26 @@ class MeasuredMotion:
             return parameter
         way = float(np.ptp(np.concatenate([path.at_ends(case.bushing.length) for path in self.paths])))
         return dataclasses.replace(parameter, low=max(parameter.low, 0.5 * way))
+
+
+def falls(x: np.ndarray, rate: float) -> bool:
+    """Return whether a motion becomes quiet after it was loud, or before.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        m.
+    rate : float
+        Samples per second.
+    """
+    rms = rms_of_blocks(x, rate)
+    return bool(rms.min() < QUIET * rms.max())
+
+
+def rms_of_blocks(x: np.ndarray, rate: float) -> np.ndarray:
+    """Return the RMS of a motion (n,) over each `BLOCK`, m; of one that is shorter, of all of it."""
+    size = min(round(BLOCK * rate), x.size)
+    return np.asarray(np.sqrt(np.mean(x[: x.size // size * size].reshape(-1, size) ** 2, axis=1)))
 
 
 def _path_of(f: RestoringForce, rows: slice, length: float) -> Path:

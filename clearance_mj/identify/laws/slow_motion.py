@@ -24,7 +24,7 @@ from ..forces.restoring import MODES, flanks
 from ..records.prepared import PreparedRecord
 from .case import Case
 from .force_fit import ForceFit, fit_force
-from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion
+from .measured_motion import DECIMATION, FORCE_ERROR, WIDE, MeasuredMotion, OwnSlowMotion, falls, rms_of_blocks
 
 __all__ = ["SlowMotion", "fit_with_slow_motion", "next_offsets"]
 
@@ -101,7 +101,8 @@ class SlowMotion:
         Each wall's mean force is wrong by `FORCE_ERROR` of its own, the filling's mean stiffness by
         `STATIC_STIFFNESS_ERROR`, and what is left of both displaces the shaft against structure and filling. What has
         slid in a filling while the motion was larger before holds the shaft there by as large a share of its stiffness.
-        Of the records that hold at least `TELLING` of the walls' force it is the largest: these errors repeat.
+        Of the records that fits see and that hold at least `TELLING` of their walls' force it is the largest: these
+        errors repeat.
         """
         free = [c._replace(bushing=dataclasses.replace(c.bushing, gap=WIDE * c.bushing.gap)) for c in cases]
         walls = [
@@ -122,9 +123,10 @@ class SlowMotion:
             error = np.hypot(FORCE_ERROR * np.hypot(upper, lower), of_filling)
             compliance = np.abs(_softened(self.lines[i], stiffness).compliance[0])
             errors.append(np.sqrt(compliance**2 @ error**2))
-            forces.append(float(np.sum(np.abs(force).mean(axis=1))))
-        telling = np.array(forces) >= TELLING * max(sum(forces), 1e-300)
-        return np.max(np.array(errors)[telling], axis=0, initial=0.0)
+            forces.append(np.sum(np.abs(force).mean(axis=1)))
+        seen = np.array([motion.used for motion in self.motions]).T * np.array(forces)[:, None]
+        telling = seen >= TELLING * np.maximum(seen.sum(axis=0), 1e-300)
+        return np.max(np.where(telling, errors, 0.0), axis=0)
 
     def _forces(self, cases: Sequence[Case]) -> list[np.ndarray]:
         """Spectra (n_f, n_bushings) of the forces of each record in the slow motion found last."""
@@ -231,9 +233,10 @@ def _with_offset_std(fit: ForceFit, factor: float) -> ForceFit:
 
 
 def _fallen(x: np.ndarray, rate: float) -> float:
-    """By how much, m, a motion's RMS over `BLOCK` is below the largest before, mean of all blocks."""
-    size = min(round(BLOCK * rate), x.size)
-    rms = np.sqrt(np.mean(x[: x.size // size * size].reshape(-1, size) ** 2, axis=1))
+    """By how much, m, the RMS of a motion that falls is below the largest before, mean of all blocks."""
+    if not falls(x, rate):
+        return 0.0
+    rms = rms_of_blocks(x, rate)
     return float(np.mean(np.maximum.accumulate(rms) - rms))
 
 
