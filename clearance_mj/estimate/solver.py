@@ -18,6 +18,7 @@ __all__ = ["NoModelError", "Solution", "Stop", "solve"]
 class NoModelError(RecordError):
     """A search has nowhere to begin: the model diverges at all of its starts."""
 
+
 DAMPINGS = (0.0, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 50.0)  # shares of the precision's diagonal (Levenberg, Marquardt)
 RETRIES = 6  # damping is increased at most so often, tenfold each time, before a step is given up
 RANK = 1e-14  # of the largest eigenvalue of the scaled precision: directions with less are not moved along

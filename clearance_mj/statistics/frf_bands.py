@@ -49,6 +49,21 @@ class Band(ArrayData):
     missed: np.ndarray | None = None
     """(n_outputs, n_inputs, n_f) relative standard deviation of a test's magnitude about that of the law, beside that
     of the drawn laws; None: not known"""
+    contact: np.ndarray | None = None
+    """(1 + n_laws, n_bushings) share of the time in contact, of the fitted law and of those drawn; None: not known"""
+
+    @property
+    def contact_limits(self) -> np.ndarray:
+        """(2, n_bushings) lower and upper limit of the share of contact of another drawn law; nan where none is known.
+
+        As `limits`, of arcsin √share, whose variance hardly depends on it (Anscombe, Biometrika 35, 1948).
+        """
+        if self.contact is None:
+            return np.full((2, 0), np.nan)
+        angle = np.arcsin(np.sqrt(np.clip(self.contact[1:], 0.0, 1.0)))
+        half = self._quantile(len(angle)) * angle.std(axis=0, ddof=1)
+        ends = np.array((angle.mean(axis=0) - half, angle.mean(axis=0) + half))
+        return np.asarray(np.sin(np.clip(ends, 0.0, np.pi / 2)) ** 2)
 
     @functools.cached_property
     def limits(self) -> np.ndarray:
@@ -82,12 +97,14 @@ class Band(ArrayData):
 
     @functools.cached_property
     def _half_width(self) -> np.ndarray:
-        n = len(self.drawn)
-        quantile = scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1)
-        drawn = quantile * np.sqrt(1 + 1 / n) * np.log(self.drawn).std(axis=0, ddof=1)
+        drawn = self._quantile(len(self.drawn)) * np.log(self.drawn).std(axis=0, ddof=1)
         if self.missed is None:
             return np.asarray(drawn)
         return np.hypot(drawn, scipy.stats.norm.ppf(0.5 + self.confidence / 2) * self.missed)
+
+    def _quantile(self, n: int) -> float:
+        """Half the width of the prediction interval of a normal variable over the standard deviation of n samples."""
+        return float(scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1) * np.sqrt(1 + 1 / n))
 
     def _about(self, half_width: np.ndarray) -> np.ndarray:
         middle = np.log(self.drawn).mean(axis=0)
@@ -156,10 +173,15 @@ def frf_band(
         What the model missed of the records that it was found from, which widens the band of FRFs measured under
         this excitation.
     """
-    frf = functools.partial(estimate_frf, resolution=resolution)
-    first, *others = simulate_and_keep([(m.rig, m.law) for m in (model, *drawn)], excitation, frf, engine, forces=False)
+
+    def keep(response: Response) -> tuple[FRF, np.ndarray | None]:
+        return estimate_frf(response, resolution=resolution), response.contact_share
+
+    found = simulate_and_keep([(m.rig, m.law) for m in (model, *drawn)], excitation, keep, engine)
+    (first, *others), shares = zip(*found)
     missed = None
     if misfit is not None:
         duration, level = excitation.value.size / excitation.fs, float(np.std(excitation.value))
         missed = misfit.spread(first.frequency, level, duration, resolution)[:, None]
-    return Band(first, np.abs([found.value for found in others]), missed=missed)
+    contact = None if any(share is None for share in shares) else np.array(shares)
+    return Band(first, np.abs([other.value for other in others]), missed=missed, contact=contact)

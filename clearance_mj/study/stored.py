@@ -86,12 +86,15 @@ def band(
         kept = {"drawn": (("draw", *lines), found[0].drawn), "error": (lines, found[1])}
         if found[0].missed is not None:
             kept["missed"] = lines, found[0].missed
+        if found[0].contact is not None:
+            kept["contact"] = ("law", "clearance"), found[0].contact
         _to_netcdf(with_parts(found[0].fitted.to_xarray()).assign(kept), path)
 
     def load(path: Path) -> tuple[Band, np.ndarray]:
         with xr.open_dataset(path, engine="scipy") as data:
-            missed = data["missed"].values if "missed" in data else None
-            band = Band(FRF.from_xarray(without_parts(data.load())), data["drawn"].values, missed=missed)
+            missed, contact = (data[name].values if name in data else None for name in ("missed", "contact"))
+            fitted = FRF.from_xarray(without_parts(data.load()))
+            band = Band(fitted, data["drawn"].values, missed=missed, contact=contact)
             return band, data["error"].values
 
     return compute() if cache is None else cache.get(name, inputs, compute, save, load)

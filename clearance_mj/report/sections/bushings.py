@@ -8,7 +8,7 @@ import numpy as np
 
 from ...study import Study
 from .. import figures, frames
-from ..html import render
+from ..html import render, table
 from ..tables import REPEAT, Column, Table
 from ..writer import ReportWriter
 from . import section
@@ -41,6 +41,8 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         "held_out": Column("of what no fit saw", "", ".2f"),
     })  # fmt: skip
     bands = [writer.figure(drawing) for drawing in figures.study_bands(study.main_part)]
+    if study.main_part.bands:
+        bands.append(table(contact_limits(study.main_part)))
 
     def motion(part: Study) -> str:
         contact, over_level = (writer.figure(draw(part)) for draw in (figures.contact, figures.modes))
@@ -48,6 +50,21 @@ def bushings(study: Study, writer: ReportWriter) -> str:
 
     found = render("bushings.html.j2", parameters=shown, families=compared, bands=bands)
     return found + by_part(study, motion)
+
+
+def contact_limits(study: Study) -> Table:
+    """Return the share of contact of each bushing in the main record, with what the records leave open of it."""
+    body = [
+        (law, str(j + 1), *(100 * x for x in (band.contact[0, j], *band.contact_limits[:, j])))
+        for law, (band, _) in study.bands.items() if band.contact is not None
+        for j in range(band.contact.shape[1])
+    ]  # fmt: skip
+    columns = (
+        Column("Law"), Column("Bushing"), Column("Contact", "% time", ".2f"), Column("at least", "%", ".2f"),
+        Column("at most", "%", ".2f"),
+    )  # fmt: skip
+    caption = f"Share of the time in contact in record {study.main_record.name}, with 95 % limits of drawn laws."
+    return Table("contact_limits", caption, columns, tuple(body))
 
 
 def contact_table(study: Study) -> Table:
