@@ -12,6 +12,7 @@ solved by x <- (1 + C K)⁻¹ (H u - C (F - K x)) with the mean stiffness K of t
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -189,8 +190,11 @@ def fit_with_slow_motion(slow: SlowMotion, fits: Sequence[ForceFit], rounds: int
             break
         best = next_offsets(places, moves, [MAX_OFFSET * f.bushing.gap for f in fits]).tolist()
     std = np.array([_offset_std(f) for f in fits])
-    wrong = np.hypot(_amplified(places, moves, std) * std, slow.mean_error([f.case for f in fits]))
-    return [_with_offset_std(f, factor) for f, factor in zip(fits, wrong / np.where(std > 0, std, 1.0))]
+    # What laws miss wherever the shaft comes by again is in the walls' forces: it does not count twice.
+    alone = [math.sqrt(f.correlation_length / max(f.correlation_length, m.shortest_correlation))
+             for m, f in zip(slow.motions, fits)]  # fmt: skip
+    wrong = np.hypot(_amplified(places, moves, std * alone) * std * alone, slow.mean_error([f.case for f in fits]))
+    return [_with_offset_std(f, max(factor, 1.0)) for f, factor in zip(fits, wrong / np.where(std > 0, std, 1.0))]
 
 
 def next_offsets(places: Sequence[np.ndarray], moves: Sequence[np.ndarray], largest: Sequence[float]) -> np.ndarray:
