@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-import scipy.stats
 
 from ...core.errors import ModelError, RecordError
-from ...estimate import Combination, Estimates, Parameter, Solution, Stop, jackknife, principal_deviations, solve
+from ...estimate import Combination, Estimates, Parameter, Solution, Stop, principal_deviations, solve
+from ...estimate.covariance import jackknife, student
 from ...estimate.estimates import COUNTS, UNIDENTIFIED
 from .comparison import Comparison, Prediction, Stage
 from .quantities import open_parameters, written_into
@@ -206,8 +206,8 @@ def _covariance(found: Solution, jumps: Sequence[np.ndarray]) -> np.ndarray:
     points do, √2 times what the mean of two does.
     """
     sizes = [part.size for part in np.array_split(found.residuals, BLOCKS)]
-    wide = scipy.stats.t.ppf(0.975, BLOCKS - 1) / scipy.stats.norm.ppf(0.975)
-    covariance = wide**2 * jackknife(found.rows, found.scores, np.repeat(np.arange(BLOCKS), sizes), found.prior)
+    covariance = jackknife(found.rows, found.scores, np.repeat(np.arange(BLOCKS), sizes), found.prior)
+    covariance *= student(BLOCKS) ** 2
     for each in jumps:
         covariance += 2 * np.cov(np.linalg.solve(found.information + found.prior, each.T))
     return np.asarray(covariance)
