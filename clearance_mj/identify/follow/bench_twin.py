@@ -151,7 +151,8 @@ def _checked(record: Record, window: float, learn: float) -> PreparedRecord:
             f"{where}: lasts {record.duration:.4g} s; {needed:.4g} s are needed to learn from {learn:g} s "
             f"and to follow two windows of {window:g} s"
         )
-    if missing := _without_probe(record):
+    missing = [f"bushings[{j}] (node {label.partition(':')[0]})" for j, label in record.missing_probes]
+    if missing and record.response().displacement is None:
         raise RecordError(
             f"{where}: has no displacement probe at {', '.join(missing)}; each clearance needs one, or its gap is not "
             'known (in a table, column "disp:NODE")'
@@ -160,12 +161,3 @@ def _checked(record: Record, window: float, learn: float) -> PreparedRecord:
     whole.require_usable()
     warn_of_dropouts(whole)
     return whole
-
-
-def _without_probe(record: Record) -> list[str]:
-    """Bushings without a probe, and its node."""
-    if record.response().displacement is not None:
-        return []
-    nodes = [label.partition(":")[0] for label in record.rig.probe_labels]
-    seen = {str(c.node) for c in record.channels if c.quantity == "displacement"}
-    return [f"bushings[{j}] (node {node})" for j, node in enumerate(nodes) if node not in seen]
