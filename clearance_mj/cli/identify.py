@@ -39,6 +39,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.output_folder import output_folder
+    from ..study.laws import stored_law
 
     if options.rig_exact and options.method not in (None, RIG_EXACT):
         raise ClearanceError(f"--rig-exact is --method {RIG_EXACT}, and not --method {options.method}; give one")
@@ -46,8 +47,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     dataset, out = _dataset(options), options.out
     with output_folder(out, "identify", inputs(options)) as folder:
         folder.refuse_others("rig.toml", "law.json", "posterior.json", "identified.json", "index.html")
-        found = _found(options, dataset)
+        name = options.method or (RIG_EXACT if options.rig_exact else DEFAULT)
+        found = _found(options, dataset, name)
         failure = _written(found, dataset, folder.new, options)
+        if not failure:  # a study does not find it again
+            stored_law(folder.cache, name, dataset, lambda: found)
+            folder.cache.drop_unused()
     _print(found, out)
     if failure:
         raise ClearanceError(f"{out}: what was found is kept, and drawing it failed: {failure}") from failure
@@ -87,11 +92,10 @@ def _check_folder(options: argparse.Namespace) -> None:
         raise ClearanceError(f"--out {options.out}: rig.toml would replace the records' own; give another folder")
 
 
-def _found(options: argparse.Namespace, dataset: Dataset) -> Identified:
+def _found(options: argparse.Namespace, dataset: Dataset, name: str) -> Identified:
     """What the method finds; what it warns of is printed, also where it then fails."""
     from ..identify import identify
 
-    name = options.method or (RIG_EXACT if options.rig_exact else DEFAULT)
     said: list[str] = []
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: said.append(str(message))

@@ -18,6 +18,8 @@ def _options(parser: argparse.ArgumentParser) -> None:
     usual = "(default: those of nominal,constant,amplitude,bench that the records allow)"
     parser.add_argument("--methods", help=f"comma-separated, of {', '.join(LAWS)} {usual}")
     add_plugin(parser, "a method, an engine, a contact, a grease or a section of the report")
+    words = "folder of identify: what it found in the same records is not found again (default: %(default)s)"
+    parser.add_argument("--identified", type=Path, default=Path("results/identified"), help=words)
     parser.add_argument("--workers", type=int, help="threads (default: one for each processor)")
 
 
@@ -29,6 +31,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..report import report_study
 
     engines, methods = (None if names is None else names.split(",") for names in (options.engines, options.methods))
-    study = report_study(options.dataset, options.out, engines, methods, options.workers, not options.quiet)
+    study = report_study(
+        options.dataset, options.out, engines, methods, options.workers, not options.quiet, options.identified
+    )
     print(f"report: {options.out / 'report.html'}")
     return {"out": str(options.out), "left_out": study.left_out, "results": study.rows()}

@@ -12,7 +12,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -66,10 +66,18 @@ def library_version(name: str) -> str:
 
 
 class ResultCache:
-    """Files of results in a folder, by name and the digest of their inputs; it is made when the first is written."""
+    """Files of results in a folder, by name and the digest of their inputs; it is made when the first is written.
 
-    def __init__(self, folder: Path):
-        self.folder = folder
+    Parameters
+    ----------
+    folder : Path
+        Where results are kept.
+    others : sequence of Path
+        Folders of other commands, in which results are looked for, too.
+    """
+
+    def __init__(self, folder: Path, others: Sequence[Path] = ()):
+        self.folder, self.others = folder, tuple(others)
         self._used: set[str] = set()
 
     def get(
@@ -81,9 +89,10 @@ class ResultCache:
         ``inputs`` is everything that the result depends on beside the package's code, as plain data; ``save`` writes a
         result to a path and ``load`` reads it from there.
         """
-        path = self._path(name, inputs, suffix)
-        if is_sealed(path):  # else it is damaged, or was not finished: it is computed anew
-            return load(path)
+        file = self._path(name, inputs, suffix).name
+        for path in (folder / file for folder in (self.folder, *self.others)):
+            if is_sealed(path):  # else it is damaged, or was not finished: it is computed anew
+                return load(path)
         return self.keep(name, inputs, compute(), save, suffix)
 
     def find(self, name: str, inputs: object, load: Callable[[Path], T], suffix: str = ".nc") -> T | None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..core.output_folder import output_folder
+from ..core.provenance import WORK
 from ..io.dataset import Dataset
 from ..study import Study, write_results
 from . import html
@@ -22,6 +23,7 @@ def report_study(
     methods: Sequence[str] | None = None,
     workers: int | None = None,
     progress: bool = False,
+    identified: str | Path | None = None,
 ) -> Study:
     """Run the study of a dataset, and write its results and report into a folder.
 
@@ -38,6 +40,8 @@ def report_study(
         Threads; default: one for each core.
     progress : bool
         Show progress bars.
+    identified : str or Path, optional
+        Folder of the command `identify`: what it has found in the same records by the same code is taken over.
 
     Raises
     ------
@@ -50,6 +54,8 @@ def report_study(
     with output_folder(out, "study", [Path(path)]) as folder:
         folder.refuse_others("report.html", "summary.json", "results.nc")
         study.cache = folder.cache
+        if identified is not None:
+            folder.cache.others = (Path(identified) / WORK / "cache",)
         write_results(study, folder.new)
         write_report(study, folder.new, progress)
         folder.cache.drop_unused()

@@ -10,12 +10,13 @@ from ..core.cache import ResultCache, code_outside
 from ..core.errors import RecordError
 from ..identify import get_method, require
 from ..identify.records.checks import IdentifiabilityWarning
+from ..identify.registry import Identified
 from ..io.dataset import Dataset
 from ..linear.refusals import refuse_loaded
 from . import stored
 from .identified import IdentifiedModel
 
-__all__ = ["METHODS", "StudiedLaws"]
+__all__ = ["METHODS", "StudiedLaws", "stored_law"]
 
 METHODS = ("nominal", "constant", "amplitude", "bench")
 """tried where none are named: rig file alone, constants, a law with the rig taken for exact, rig and law; of a rig in
@@ -89,16 +90,34 @@ class StudiedLaws:
             The method.
         """
         if name not in self.known:
-            method = get_method(name)
-            inputs = [name, self.dataset.rig.content(), *map(stored.record_digest, self.dataset.identify)]
-            inputs += code_outside(method.find)
 
-            def compute() -> IdentifiedModel:
+            def find() -> Identified:
                 with warnings.catch_warnings():  # all are raised below, those of stored results too
                     warnings.simplefilter("ignore", IdentifiabilityWarning)
-                    return IdentifiedModel.of(name, method.find(self.dataset, self._progress))
+                    return get_method(name).find(self.dataset, self._progress)
 
-            found = self.known[name] = stored.law(self.cache, name, inputs, self.dataset.rig, compute)
+            found = self.known[name] = stored_law(self.cache, name, self.dataset, find)
             for text in found.warnings:
                 warnings.warn(text, IdentifiabilityWarning, stacklevel=3)
         return self.known[name]
+
+
+def stored_law(
+    cache: ResultCache | None, name: str, dataset: Dataset, find: Callable[[], Identified]
+) -> IdentifiedModel:
+    """Return what a method finds in a dataset from the cache, or find it; the command `identify` keeps it there.
+
+    Parameters
+    ----------
+    cache : ResultCache or None
+        Where it is kept.
+    name : str
+        The method's.
+    dataset : Dataset
+        Rig and records.
+    find : callable
+        Finds it.
+    """
+    inputs = [name, dataset.rig.content(), *map(stored.record_digest, dataset.identify)]
+    inputs += code_outside(get_method(name).find)
+    return stored.law(cache, name, inputs, dataset.rig, lambda: IdentifiedModel.of(name, find()))

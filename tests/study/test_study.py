@@ -10,6 +10,7 @@ import xarray as xr
 
 from clearance_mj import report
 from clearance_mj.clearance import ConstantLaw, nominal_law
+from clearance_mj.cli import main
 from clearance_mj.core import cache
 from clearance_mj.core.errors import ClearanceError, RecordError
 from clearance_mj.core.output_folder import WORK
@@ -327,6 +328,17 @@ def test_a_law_is_simulated_on_the_rig_that_was_identified_with_it(bench, findin
     assert max(error["bench", engine] for engine in engines) < 0.15
     assert min(error["told", engine] for engine in engines) > 1.0
     assert study.best_law == "bench", "though it is not the last"
+
+
+def test_what_identify_found_is_taken_over(brief, tmp_path, monkeypatch, quick, answer):
+    """By content: in the same records, and by the method of that name; from another file it is found anew."""
+    answer("identify", brief, "--method", "constant", "--no-figures", "--quiet", "--out", tmp_path / "identified")
+    monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", not_again))
+    given = ("study", brief, "--methods", "constant", "--engines", "modal", "--quiet", "--out", tmp_path / "out")
+    answer(*given, "--identified", tmp_path / "identified")
+    assert (tmp_path / "out" / "report.html").exists()
+    with pytest.raises(AssertionError, match="identified again"):
+        main([*map(str, given), "--identified", str(tmp_path / "none"), "--out", str(tmp_path / "other")])
 
 
 def test_rig_and_drawn_laws_come_out_of_the_cache(bench, finding, tmp_path, monkeypatch):
