@@ -10,8 +10,8 @@ import scipy.fft
 from clearance_mj.clearance import ContactLaw, KelvinVoigt
 from clearance_mj.identify.forces.restoring import MODES, NO_PROBES_BAND, flanks, restoring_force
 from clearance_mj.identify.laws.case import Case
-from clearance_mj.identify.laws.comparison import telling
 from clearance_mj.identify.laws.measured_motion import MeasuredMotion
+from clearance_mj.identify.laws.records_to_fit import telling
 from clearance_mj.identify.laws.slow_motion import SlowMotion, next_offsets
 from clearance_mj.identify.methods.bench import fit_bench
 from clearance_mj.identify.records.prepared import PreparedRecord

@@ -28,7 +28,8 @@ from ..records.prepared import PreparedRecord
 from ..structure.rig_update import RigUpdate
 from .case import HOLE, OFFSETS, RESTS, nominal_of, open_parameters
 from .force_fit import ForceFit, ForceProblem, fit_force, steps_on
-from .measured_motion import MeasuredMotion, falls
+from .measured_motion import MeasuredMotion
+from .records_to_fit import shortened, telling
 from .rest import rests_of, with_offsets
 from .slow_motion import SlowMotion, fit_with_slow_motion
 
@@ -40,14 +41,10 @@ RESAMPLED = 1000  # bootstraps of the records' blocks
 SLOW_FITS, SLOW_REFITS = 6, 4  # in turn with the slow motion: of the first family, of the likeliest
 LEVER = 0.01  # of a shaft's length: where a point bushing's slope is taken
 SHORTEST_CORRELATION = 0.03  # s, a cycle in the middle of 5 to 220 Hz: rig and sensors are a little wrong, too
-MAX_SECONDS = 40.0  # of all records together, to which laws are fitted
-MIN_SECONDS = 4.0  # of each of them
-MIN_RATE, MIN_RATIO = 2048.0, 8.0  # samples per second, also over the highest excited frequency
 MOST_FITS = 10  # about, of one clearance
 GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, where searches begin
 VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
-NEARLY = 0.5  # of the farthest motion
 LOWER = 1e-3  # of the misfit, that a step must gain
 
 
@@ -128,9 +125,7 @@ def compare_families(
         used = telling([force_on(apart, update, record) for record in records])
         kept = np.flatnonzero(used.any(axis=0)).tolist()
         records, used = [records[i] for i in kept], used[:, kept]
-    seconds = sum(record.duration for record in records)
-    highest = max((record.band[1] for record in records if record.band), default=0.0)
-    records = [loudest(r, MAX_SECONDS / seconds).slowed(max(MIN_RATE, MIN_RATIO * highest)) for r in records]
+    records = shortened(records)
     forces = [force_on(apart, update, record) for record in tqdm(records, desc="forces", disable=not progress)]
     turns = any(force.spin is not None for force in forces)
     rests = rests_of(rig) if rig.is_loaded else [None] * len(rig.bushings)
@@ -165,41 +160,6 @@ def compare_families(
         fitted = zip((likeliest, *others_of), (fit, *unloaded))
         found.append(tuple(dataclasses.replace(family, fit=each) for family, each in fitted))
     return tuple(found)
-
-
-def telling(forces: Sequence[RestoringForce]) -> np.ndarray:
-    """Return which records without probes (n_clearances, n_records) laws are fitted to: those that never fall by much.
-
-    What has slid in a filling while the motion was large holds the shaft aside after it, where no accelerometer shows
-    it: sweeps and hits mislead. They are taken where the others do not go nearly as far.
-
-    Parameters
-    ----------
-    forces : sequence of RestoringForce
-        Of each record.
-    """
-    farthest, steady = [], []
-    for force in forces:
-        x = force.displacement[:, force.valid]
-        farthest.append(np.abs(x).max(axis=1))
-        steady.append(not any(falls(each, force.fs) for each in x))
-    far, kept = np.array(farthest), np.array(steady)
-    enough = far[kept].max(axis=0, initial=0.0) >= NEARLY * far.max(axis=0)
-    return np.asarray(kept | ~enough[:, None])
-
-
-def loudest(record: PreparedRecord, share: float) -> PreparedRecord:
-    """Return the part of a record, a share of it, in which most moves; all of one that is short anyway."""
-    n = len(record.signals)
-    size = max(int(share * n), int(MIN_SECONDS * record.fs))
-    if size >= n:
-        return record
-    signals = record.signals[:, :-1].T if record.displacement is None else record.displacement
-    if record.displacement is None:  # of several quantities
-        signals = signals / np.maximum(np.sqrt(np.mean(signals**2, axis=1, keepdims=True)), 1e-300)
-    power = np.concatenate(([0.0], np.cumsum(np.sum(signals**2, axis=0))))
-    first = int(np.argmax(power[size:] - power[:-size]))
-    return record.part(slice(first, first + size))
 
 
 def _ends_apart(rig: Rig) -> Rig:
