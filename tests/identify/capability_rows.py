@@ -23,8 +23,6 @@ from clearance_mj.structure.base import is_rotation
 FS, SECONDS = 2048.0, 10.0
 WIDER, STIFFER = 1.12, 1.3
 LEVELS = 6.0, 15.0  # N RMS, of teeth N m over 30
-LIFTING = 4.0  # times these, where a weight presses a shaft deep into a soft wall: one that stays there tells no gap
-NOT_KNOWN = 0.1  # of a gap: a standard deviation from which on the method says that records do not tell it
 
 
 def measured(rig):
@@ -48,8 +46,6 @@ def recorded(rig):
         b.contact, stiffness=STIFFER * b.contact.stiffness)) for b in rig.bushings]  # fmt: skip
     true, records = rig.replace(bushings=tuple(wider)), []
     of_torque = 30.0 if is_rotation(rig.bushings[0].position) else 1.0
-    if any(np.linalg.norm(rest) > 2 * b.gap for b, rest in zip(rig.bushings, rests_of(rig))):
-        of_torque /= LIFTING
     for seed, level in enumerate(LEVELS, 1):
         push = cm.excitation.random(SECONDS, FS, band=(10, 150), rms=level / of_torque, seed=seed, kind="force")
         response = cm.simulate(true, push, engine="modal")
@@ -80,8 +76,7 @@ def identified(rig):
     for j, (b, rest, of_one) in enumerate(zip(true.bushings, rests_of(true), found.families)):
         case = of_one[0].fit.case
         if b.is_round:
-            known = std[f"bushings[{j}].gap"] / b.gap
-            assert case.bushing.gap == pytest.approx(b.gap, rel=0.03 if known < NOT_KNOWN else 2 * known)
+            assert case.bushing.gap == pytest.approx(b.gap, rel=0.03)
         else:
             walls = [wall + b.offset - rest[0] for wall in b.walls]
             shown = [wall + case.bushing.offset - case.middle[0] for wall in case.bushing.walls]
@@ -91,6 +86,5 @@ def identified(rig):
             assert abs(value[offset] - getattr(b, name)) < 3 * std[offset]
 
 
-HELD_TO = "walls of the rig that was simulated, 3 % of the gap, or two standard deviations that are above 10 %"
-ROWS = {"identification, method `bench`": (identified, HELD_TO)}
+ROWS = {"identification, method `bench`": (identified, "walls of the rig that was simulated, 3 % of the gap")}
 SLOW = tuple(ROWS)

@@ -46,6 +46,8 @@ GAPS, STIFFNESSES = (0.5, 0.7, 1.0, 1.4), (0.5, 1.0, 2.0)  # of the rig file's, 
 VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which a fit begins anew, until none is better
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
 LOWER = 1e-3  # of the misfit, that a step must gain
+PRESSED = 0.95  # of the time in contact, from which on a shaft hardly leaves its wall
+SAME_MISFIT = 0.02  # of it: as much more is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +215,7 @@ def fit_families(motion: MeasuredMotion, done: Callable[[], object] = lambda: No
     for filling in begun:
         fit(first, filling, grid)
     lead = leading()
-    if (valley := along_valley(lead, motion)) is not lead:
+    if (valley := with_filling_of_file(along_valley(lead, motion), motion)) is not lead:
         lead, found = valley, {(first.name, valley.filling.name): valley}
         for filling in begun:
             fit(first, filling)
@@ -319,6 +321,29 @@ def along_valley(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
                 break
             fit = best
     return fit
+
+
+def with_filling_of_file(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
+    """Return the fit of a round clearance that begins with the rig file's filling, if the shaft hardly leaves its wall.
+
+    There records tell the stiffness of contact and filling together, and that of the contact times the gap, but neither
+    alone: the filling is what the rig file says as long as that misses no more.
+
+    Parameters
+    ----------
+    fit : ForceFit
+        Where the search ended.
+    motion : MeasuredMotion
+        What was fitted.
+    """
+    values, names = fit.values, (f"bushings[{motion.number}].gap", "contact stiffness", "grease stiffness")
+    if motion.size == 1 or not set(names) <= values.keys() or np.mean(motion.depth(fit.case) > 0) < PRESSED:
+        return fit
+    gap, contact, filling = (values[name] for name in names)
+    stiffer = contact + filling - motion.nominal.grease.stiffness
+    start = dict(zip(names, (gap * contact / stiffer, stiffer, motion.nominal.grease.stiffness)))
+    found = fit_force(motion, fit.contact, fit.filling, [values | start])
+    return found if found.misfit < (1 + SAME_MISFIT) * fit.misfit else fit
 
 
 def _beside(fit: ForceFit, motion: MeasuredMotion, step: float) -> ForceFit | None:
