@@ -53,11 +53,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     followed = [follow_orbits(record, found) for record in later]
     for twin in followed:
         name, drawing = f"followed_{twin.record}", draw(twin)
-        told = {"record": twin.record, "windows": twin.rows(), "alarms": [a.to_dict() for a in twin.alarms]}
+        alarms = [alarm.to_dict() | {"words": str(alarm)} for alarm in twin.alarms]
+        told = {"record": twin.record, "windows": twin.rows(), "alarms": alarms}
         write_results(options, name, told, None, dataclasses.replace(drawing, name=name))
         for said in twin.alarms or ("no alarm",):
             print(f"{twin.record}: {said}")
     print(f"results: {options.out}")
     print(f"next: {spelled('unbalance', options.out)}: critical speeds under the unbalance that was found")
-    alarms = {twin.record: [str(alarm) for alarm in twin.alarms] for twin in followed}
-    return {"clearances": found.rows(), "alarms": alarms, "out": str(options.out)}
+    said_of = {twin.record: [str(alarm) for alarm in twin.alarms] for twin in followed}
+    return {"clearances": found.rows(), "alarms": said_of, "out": str(options.out)}

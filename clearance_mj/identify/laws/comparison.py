@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -47,7 +48,6 @@ VALLEY = (1.15, 0.87), (1.05, 0.95), (1.02, 0.98)  # factors of a gap from which
 OFF_CENTRE = 0.2  # of a gap, from which on a shaft at rest is nearer to one side
 LOWER = 1e-3  # of the misfit, that a step must gain
 PRESSED = 0.95  # of the time in contact, from which on a shaft hardly leaves its wall
-SAME_MISFIT = 0.02  # of it: as much more is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,7 +327,7 @@ def with_filling_of_file(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
     """Return the fit of a round clearance that begins with the rig file's filling, if the shaft hardly leaves its wall.
 
     There records tell the stiffness of contact and filling together, and that of the contact times the gap, but neither
-    alone: the filling is what the rig file says as long as that misses no more.
+    alone: what the rig file says of the filling counts beside them.
 
     Parameters
     ----------
@@ -340,10 +340,16 @@ def with_filling_of_file(fit: ForceFit, motion: MeasuredMotion) -> ForceFit:
     if motion.size == 1 or not set(names) <= values.keys() or np.mean(motion.depth(fit.case) > 0) < PRESSED:
         return fit
     gap, contact, filling = (values[name] for name in names)
-    stiffer = contact + filling - motion.nominal.grease.stiffness
+    if (stiffer := contact + filling - motion.nominal.grease.stiffness) <= 0:
+        return fit
     start = dict(zip(names, (gap * contact / stiffer, stiffer, motion.nominal.grease.stiffness)))
     found = fit_force(motion, fit.contact, fit.filling, [values | start])
-    return found if found.misfit < (1 + SAME_MISFIT) * fit.misfit else fit
+
+    def cost(each: ForceFit) -> float:  # twice the negative logarithm of the posterior, as intervals count values
+        count = each.size / max(each.correlation_length, motion.shortest_correlation)
+        return 2 * count * math.log(each.misfit) + float(each.point @ each.point)
+
+    return min(fit, found, key=cost)
 
 
 def _beside(fit: ForceFit, motion: MeasuredMotion, step: float) -> ForceFit | None:

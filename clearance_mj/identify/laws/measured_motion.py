@@ -104,11 +104,12 @@ class MeasuredMotion:
         # What a law misses at a place of a wall, it misses whenever the shaft comes by: blocks do not show that where
         # walls are all round, nor where the motion on average follows from the law itself.
         # After it has fallen, the motion on average is where something slid: the same until it slides again.
-        repeats = self.size > 1 or bool(self.unknown_lines)
-        fallen = self.size == 1 and any(
+        seconds = REPEATED if self.size > 1 or self.unknown_lines else 0.0
+        if self.unknown_lines and any(
             use and falls(path.x[:: self.factor, 0, 0], self.rate) for use, path in zip(self.used, self.paths)
-        )
-        self.shortest_correlation = self.size * (BLOCK if fallen else REPEATED) * self.rate if repeats else 0.0
+        ):
+            seconds = BLOCK
+        self.shortest_correlation = self.size * seconds * self.rate
         """values that count as one observation in intervals, at least"""
         self.slow: list[OwnSlowMotion] = []
         """of each record, where its slow motion is not measured but follows from laws (`SlowMotion`)"""
