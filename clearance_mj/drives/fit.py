@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from ..core.errors import RecordError
 from ..estimate import Estimates, Parameter, Problem, Solution, Stop, UnknownScale, log_evidence, solve
-from ..estimate.covariance import jackknife, student
+from ..estimate.covariance import jackknife, student_widening
 from .drive import Drive, PreslidingFriction, Strand
 from .record import DriveRecord
 
@@ -162,7 +162,7 @@ def fit_drive(
     search.rescale(found)
     found = search.fitted(kept, search.named(found))
     covariance = jackknife(found.rows, found.scores, search.pieces, found.prior)
-    covariance *= student(np.unique(search.pieces).size) ** 2
+    covariance *= student_widening(np.unique(search.pieces).size) ** 2
     largest = max(float(np.abs(record.load_torque).max()) for record in records)  # type: ignore[arg-type]
     return DriveFit(
         made(search.named(found)), found.estimates(covariance), tuple(kept), tuple(gains),

@@ -1,7 +1,7 @@
 """Estimation that knows nothing of rigs: parameters, problems and their solution, estimates, evidence, beliefs."""
 
 from .beliefs import Belief, Refinement, refine
-from .covariance import coloured, correlated_observations, correlation_time, jackknife, sandwich, student
+from .covariance import coloured, correlated_observations, correlation_time, jackknife, sandwich
 from .estimates import Combination, Estimates, principal_deviations, unidentified_combinations
 from .evidence import log_evidence, rival_weights
 from .loss import GroupedHuber, Loss, SoftL1, Squares, UnknownScale
@@ -13,5 +13,5 @@ __all__ = [
     "Belief", "Combination", "Estimates", "GroupedHuber", "Linearised", "Loss", "Parameter", "Problem", "Refinement",
     "SoftL1", "Solution", "Squares", "Stop", "UnknownScale", "coloured", "correlated_observations",
     "correlation_time", "jackknife", "log_evidence", "one_by_one", "principal_deviations", "refine", "rival_weights",
-    "sandwich", "solve", "student", "unidentified_combinations",
+    "sandwich", "solve", "unidentified_combinations",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ import scipy.stats
 
 from .estimates import principal_deviations
 
-__all__ = ["coloured", "correlated_observations", "correlation_time", "jackknife", "sandwich", "student"]
+__all__ = ["coloured", "correlated_observations", "correlation_time", "jackknife", "sandwich", "student_widening"]
 
 UNCORRELATED = 0.05  # autocorrelation from which on residuals count as independent
 INFORMED = 1e-6  # of the largest information: directions with less say nothing of the correlation
@@ -46,7 +46,7 @@ def jackknife(rows: np.ndarray, scores: np.ndarray, block: np.ndarray, prior: np
     return (len(groups) - 1) * np.cov(moved.T, bias=True) + inverse @ prior @ inverse
 
 
-def student(blocks: int) -> float:
+def student_widening(blocks: int) -> float:
     """Return by how much Student's 95 % interval of a mean of a few blocks is wider than the normal one.
 
     Parameters

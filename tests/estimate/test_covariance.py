@@ -14,8 +14,8 @@ from clearance_mj.estimate import (
     jackknife,
     sandwich,
     solve,
-    student,
 )
+from clearance_mj.estimate.covariance import student_widening
 
 BLOCKS, EACH = 40, 5
 
@@ -35,7 +35,7 @@ def test_of_a_mean_both_are_the_variance_of_the_blocks():
 
 def test_few_blocks_widen_as_students_table_says():
     """Student's 97.5 % quantiles: 12.706 of one degree of freedom, 3.182 of three, 1.960 of a normal variable."""
-    assert [1.95996 * student(n) for n in (2, 4, 10**7)] == pytest.approx([12.706, 3.182, 1.960], rel=1e-3)
+    assert [1.95996 * student_widening(n) for n in (2, 4, 10**7)] == pytest.approx([12.706, 3.182, 1.960], rel=1e-3)
 
 
 def test_what_nothing_depends_on_is_infinite():

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import ModelError, RecordError
 from ...estimate import Combination, Estimates, Parameter, Solution, Stop, principal_deviations, solve
-from ...estimate.covariance import jackknife, student
+from ...estimate.covariance import jackknife, student_widening
 from ...estimate.estimates import COUNTS, UNIDENTIFIED
 from .comparison import Comparison, Prediction, Stage
 from .quantities import open_parameters, written_into
@@ -207,7 +207,7 @@ def _covariance(found: Solution, jumps: Sequence[np.ndarray]) -> np.ndarray:
     """
     sizes = [part.size for part in np.array_split(found.residuals, BLOCKS)]
     covariance = jackknife(found.rows, found.scores, np.repeat(np.arange(BLOCKS), sizes), found.prior)
-    covariance *= student(BLOCKS) ** 2
+    covariance *= student_widening(BLOCKS) ** 2
     for each in jumps:
         covariance += 2 * np.cov(np.linalg.solve(found.information + found.prior, each.T))
     return np.asarray(covariance)
