@@ -33,7 +33,7 @@ RUN_IN = 1.5  # s, for which a model turns at the record's speed before the reco
 
 @dataclass(frozen=True, eq=False)
 class PlacedWhirl:
-    """The motion of a model's shaft from where it rests, and where that is."""
+    """The motion of a model's shaft from where it rests, and where that is, both along the axes of the probes."""
 
     motion: Whirl
     """from where the shaft rests"""
@@ -152,6 +152,7 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
     found = stored.arrays(cache, f"{name}_{engine}_{record.name}", inputs, compute)
     position = (found["displacement"] - found["rest"][:, None]).reshape(n, 2, -1)
     time = np.arange(record.size) / record.fs
-    offset = np.array([[b.offset_y, b.offset] for b in rig.bushings])
+    offset = np.array([(b.offset_y + 1j * b.offset) * np.exp(-1j * b.probe_angle) for b in rig.bushings])
+    rest = found["rest"].reshape(n, 2) + np.column_stack((offset.real, offset.imag))
     motion = Whirl(rig, record.fs, time, position, found["spin"], spin.angle_at(time))
-    return PlacedWhirl(motion, found["rest"].reshape(n, 2) + offset, tuple(found["share"].tolist()))
+    return PlacedWhirl(motion, rest, tuple(found["share"].tolist()))

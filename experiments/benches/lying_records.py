@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import scipy.interpolate
 import scipy.signal
 from tqdm import tqdm
 
@@ -146,6 +147,16 @@ def drift(by: float) -> Change:
     return lambda x, fs: x + by * np.linspace(0, 1, x.size)
 
 
+def other_clock(factor: float) -> Change:
+    """Sampled by a clock that is too fast by a factor, as of another logger that began at the same instant."""
+
+    def resample(x: np.ndarray, fs: float) -> np.ndarray:
+        at = np.arange(x.size)
+        return np.asarray(scipy.interpolate.CubicSpline(at, x)(at / factor))
+
+    return resample
+
+
 def times(factor: float) -> Change:
     """A wrong gain, unit or sign."""
     return lambda x, fs: factor * x
@@ -224,6 +235,13 @@ LIES: dict[str, Lie] = {
     "accelerometer: offset of 5 m/s²": changed(ACCELEROMETER, by=offset(5.0)),
     "accelerometer drifts by 5 m/s²": changed(ACCELEROMETER, by=drift(5.0)),
     "accelerometer: mains hum of 20 %": changed(ACCELEROMETER, by=hum),
+    "accelerometer: clock 0.1 % fast": changed(ACCELEROMETER, by=other_clock(1.001)),
+    "accelerometer: clock 0.01 % fast": changed(ACCELEROMETER, by=other_clock(1.0001)),
+    "both probes: clock 0.1 % fast": changed(PROBE, OTHER_PROBE, by=other_clock(1.001)),
+    "excitation: clock 0.1 % fast": changed(EXCITATION, by=other_clock(1.001)),
+    "all channels: rate told 0.1 % too low": with_channels(
+        lambda channels: [dataclasses.replace(c, fs=c.fs / 1.001) for c in channels]
+    ),
     "accelerometer of 8 bits": changed(ACCELEROMETER, by=quantised),
     "excitation reversed": changed(EXCITATION, by=times(-1.0)),
     "excitation 5 ms late": changed(EXCITATION, by=delayed(5e-3)),

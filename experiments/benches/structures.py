@@ -147,7 +147,7 @@ def _held(rows: Sequence[dict]) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Judge benches that are not judged yet, write structures.json and the table of a page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[201, 202, 203, 204, 205], help="of each class")
+    parser.add_argument("--seeds", type=int, nargs="*", default=[201, 202, 203, 204, 205], help="of each class")
     parser.add_argument("--unnamed", type=int, nargs="*", default=[211, 212, 213, 214, 215], help="of strips")
     parser.add_argument("--sound", type=int, default=40, help="number of sound benches")
     parser.add_argument("--pairs", type=int, default=10, help="number of pairs of classes")

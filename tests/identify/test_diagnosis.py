@@ -230,9 +230,16 @@ def rounded(value):
     return np.convolve(np.clip(value, -value.std(), value.std()), np.ones(5) / 5, "same")
 
 
+def fast(value):
+    """Sampled by another logger, whose clock is 0.1 % too fast and began at the same instant."""
+    at = np.arange(value.size)
+    return CubicSpline(at, value)(at / 1.001)
+
+
 @pytest.mark.parametrize(
     ("damage", "words"),
     [
+        (fast, "accelerometer 3:+Z has a clock of its own, 0.1 % too fast"),
         (late, "accelerometer 3:+Z is late by 3.9 ms"),  # two samples
         pytest.param(
             lambda value: value[::-1].copy(),

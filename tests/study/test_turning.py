@@ -1,13 +1,17 @@
 """Studies of a rig in space: FRFs, directional FRFs and orbits whose agreement is known."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from clearance_mj.core.errors import ClearanceError, RecordError
+from clearance_mj.engines.equilibrium import static_equilibrium
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.linear import linear_model
+from clearance_mj.model import Model
+from clearance_mj.rig import Spin
 from clearance_mj.report.sections import directions, turning
 from clearance_mj.report.writer import ReportWriter
 from clearance_mj.signals.directional import directional_frfs
@@ -17,8 +21,9 @@ from clearance_mj.study import Study
 from clearance_mj.study.matrices import matrices_of, matrix_rows
 from clearance_mj.study.orbit_measures import compare_orbits, compare_run_ups, onset_of_contact
 from clearance_mj.study.turning import Turning
+from clearance_mj.study.whirl_in_test import simulated_whirl
 
-from .turning_rig import RIG, turning_dataset
+from .turning_rig import RIG, turning_dataset, turning_record
 
 SHIPPED = Path(__file__).parents[2] / "data" / "turning_rig"
 LABELS = ("1:+Y", "1:+Z")
@@ -43,6 +48,19 @@ def test_a_model_under_its_own_records_has_no_error(study):
     assert [(row["direction"], round(row["spin_rpm"])) for row in rows] == [("y", 573), ("z", 573)]
     assert max(row["rmse_db"] for row in rows) < 0.01  # dB: the keyphasor tells the speed to 1e-5
     assert all(row["rmse_db"] < 0.01 for row in matrix_rows(study) if row["law"] == "nominal")
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_a_shaft_rests_where_it_does_however_its_probes_are_turned(angle):
+    """Offset and sag are along y and z, what probes read is along their own axes."""
+    bushing = dataclasses.replace(RIG.bushings[0], offset_y=1e-3, offset=-5e-4, probe_angle=angle)
+    rig = RIG.replace(bushings=(bushing,), gravity=(0.0, 0.0, -9.81))
+    record = dataclasses.replace(turning_record("orbit", "validate", Spin(60.0), duration=1.0), rig=rig)
+    placed = simulated_whirl("nominal", Model(rig), record, "modal", None)
+    sag = static_equilibrium(rig.replace(spin=None, unbalances=())).displacement
+    (y, z), (cos, sin) = (1e-3, -5e-4) + sag, (np.cos(angle), np.sin(angle))
+    assert placed.rest[0] == pytest.approx([cos * y + sin * z, cos * z - sin * y], rel=1e-6)
+    assert -sag[1] > 1e-5
 
 
 def test_frfs_are_those_of_the_modes(study):

@@ -161,6 +161,7 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
             continue
         test = without_run_out(measured_whirl(record), _true_run_out(truth["probes"]))
         model = simulated_whirl("found", found.model, record, "modal", None)
+        model_rest = _along_y_and_z(model.rest, [bushing.probe_angle for bushing in found.rig.bushings])
         for j, (hole, fit) in enumerate(zip(truth["bushings"], (of_one[0].fit for of_one in found.families))):
             gap, twice = hole["gap"], 2 * hole["axis"]
             oval = gap * hole["oval"] * np.array([math.cos(twice), math.sin(twice)])
@@ -169,9 +170,15 @@ def _onsets(found: BenchFit, dataset: Dataset, truth: dict[str, Any]) -> Iterato
             true = _onset(test.orbits(j), pair["angle"], pair["gains"], rest, gap, oval)
             own, wall = fit.bushing, fit.case.bushing.wall or {}
             hole_of_fit = np.array([wall.get(name, 0.0) for name in ("wide", "across")])
-            value = _onset(model.motion.orbits(j), own.probe_angle, (1.0, 1.0), model.rest[j], own.gap, hole_of_fit)
+            value = _onset(model.motion.orbits(j), own.probe_angle, (1.0, 1.0), model_rest[j], own.gap, hole_of_fit)
             if not math.isnan(true):
                 yield {"what": "onset", "where": record.name, "value": value, "truth": true}
+
+
+def _along_y_and_z(rest: np.ndarray, angles: Sequence[float]) -> np.ndarray:
+    """Places (n_bushings, 2) along the axes of probes that are turned by angles, rad."""
+    turned = (rest[:, 0] + 1j * rest[:, 1]) * np.exp(1j * np.array(angles))
+    return np.column_stack((turned.real, turned.imag))
 
 
 def _true_run_out(probes: Sequence[dict[str, Any]]) -> np.ndarray:
@@ -204,11 +211,11 @@ def _onset(
 
 
 def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:
-    """(2 n_bushings, n_t) displacement of the identified rig that turns as in a record, m."""
+    """(2 n_bushings, n_t) what the probes read, with their gains, of the identified rig that turns as in a record, m."""
     model = in_test(found.model, record.tested, record.turning)
     moved = cm.simulate(model, record.excitation(), engine="modal").displacement
     assert moved is not None
-    return moved
+    return moved * np.array([[found.update.values.get(f"probes[{i}].gain", 1.0)] for i in range(len(moved))])
 
 
 def _mean_orbits(record: PreparedRecord, displacement: np.ndarray, run: np.ndarray) -> list[np.ndarray]:

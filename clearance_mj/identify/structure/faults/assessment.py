@@ -65,9 +65,14 @@ class Assessment:
         return [m.measured.T[:: self._step] for m in self._whole]
 
     @property
+    def lines(self) -> list[tuple[str, np.ndarray]]:
+        """Of each of these records its name and (n_f,) Hz of these lines."""
+        return [(m.record, m.frequency[:: self._step]) for m in self._whole]
+
+    @property
     def frequency(self) -> np.ndarray:
         """(n,) Hz, of these lines."""
-        return np.concatenate([m.frequency[:: self._step] for m in self._whole])
+        return np.concatenate([frequency for _, frequency in self.lines])
 
     @property
     def _step(self) -> int:

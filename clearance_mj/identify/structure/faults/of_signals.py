@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.interpolate
 
 from ...records.dropouts import describe_dropouts
+from ..spectra import complex_spectra
 from .assessment import Assessment, distance, predicted_spectra
 
 __all__ = ["describe_signal_fault"]
@@ -19,6 +21,7 @@ DELAY_GAIN = 0.02  # least gain of likeness by a delay
 PARTLY_DELAYED, PARTLY_DELAYED_GAIN = 0.5, 0.1
 """Likeness and its gain by a delay, from which on that explains a channel whose prediction is less certain."""
 WHOLE = 0.95  # likeness from which on a channel is whole
+MAX_CLOCK_ERROR = 2e-3  # of a channel's sampling rate, that is tried
 
 
 def describe_signal_fault(assessment: Assessment) -> str:
@@ -51,11 +54,13 @@ def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) ->
     frequency = assessment.frequency[known]
     delays = np.linspace(-MAX_DELAY, MAX_DELAY, DELAYS)
     # Of each line alike: else the few at resonances would tell all.
-    product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
-    likeness = (np.exp(2j * np.pi * np.outer(delays, frequency)) @ product).real / product.size
+    shifts = np.exp(2j * np.pi * np.outer(delays, frequency))
+    likeness = _likeness(measured, expected, shifts)
     best, now = float(likeness.max()), float(likeness[DELAYS // 2])
     if -now > DELAYED or (-now > PARTLY_DELAYED and -now > best + PARTLY_DELAYED_GAIN):
         return f"has the wrong sign (likeness {now:.2f}): turn it round in the dataset, as -Z for +Z"
+    if best < WHOLE and (words := _clock(assessment, channel, expected, known, shifts, best)):
+        return words
     if (best > DELAYED and best > now + DELAY_GAIN) or (best > PARTLY_DELAYED and best > now + PARTLY_DELAYED_GAIN):
         late = 1e3 * float(delays[np.argmax(likeness)])
         return f"is {'late' if late > 0 else 'early'} by {abs(late):.3g} ms, as of another filter or converter"
@@ -64,6 +69,42 @@ def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) ->
     if best > WHOLE:
         return f"follows the others (likeness {best:.2f}) but for what is added to it, as an offset, a drift or hum"
     return f"follows the others in part only (likeness {best:.2f}): clipped, overloaded, filtered, or hum is added"
+
+
+def _likeness(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """(n_shifts,) of lines (n_f,) to what the other channels say of them, over delays; 1: the same."""
+    product = measured * expected.conj() / np.maximum(np.abs(measured), np.abs(expected)) ** 2
+    return np.asarray((shifts @ product).real / product.size)
+
+
+def _clock(
+    assessment: Assessment, channel: int, expected: np.ndarray, known: np.ndarray, shifts: np.ndarray, best: float
+) -> str:
+    """By how much the channel's sampling rate is off, in words; "" where that does not make it like ``expected``."""
+    records = {record.name: record for record in assessment.records}
+    lines = [(records[name], frequency) for name, frequency in assessment.lines]
+    splines = [scipy.interpolate.CubicSpline(np.arange(len(r.signals)), r.signals[:, channel]) for r, _ in lines]
+    # A quarter of a period at the record's end, of the highest line, is the most that lies between two that are tried.
+    step = 0.25 / max(record.duration * frequency[-1] for record, frequency in lines)
+    count = int(MAX_CLOCK_ERROR / step)
+
+    def corrected(error: float) -> np.ndarray:
+        found = []
+        for (record, frequency), spline in zip(lines, splines):
+            at = np.minimum((1 + error) * np.arange(len(record.signals)), len(record.signals) - 1.0)
+            band = (frequency[0], frequency[-1])
+            all_lines, spectrum = complex_spectra(spline(at)[:, None], record.fs, band, len(at))
+            found.append(spectrum[np.searchsorted(all_lines, frequency), 0])
+        return np.concatenate(found)[known]
+
+    alike = {error: _likeness(corrected(error), expected, shifts).max() for error in step * np.arange(-count, count + 1)}
+    error = max(alike, key=alike.__getitem__)
+    if alike[error] < max(DELAYED, best + PARTLY_DELAYED_GAIN):
+        return ""
+    return (
+        f"has a clock of its own, {100 * abs(error):.2g} % too {'fast' if error > 0 else 'slow'} (likeness "
+        f"{best:.2f}, {alike[error]:.2f} without): sample all channels by one clock, or resample this one"
+    )
 
 
 def _uncertainty(gains: list[np.ndarray], weights: np.ndarray, channel: int) -> np.ndarray:
