@@ -181,8 +181,9 @@ class _Watch:
 
 
 def _depth(bushing: Bushing, moved: np.ndarray) -> np.ndarray:
-    """Penetration (n,), m, of relative displacements (n, 1), or (n, 2) along y and z; negative in the gap."""
+    """Penetration (n,), m, of relative displacements (n, 1), or (n, 2) as probes read them; negative in the gap."""
     if moved.shape[1] == 2:
-        return np.hypot(moved[:, 0] + bushing.offset_y, moved[:, 1] + bushing.offset) - bushing.gap
+        along = (moved[:, 0] + 1j * moved[:, 1]) * np.exp(1j * bushing.probe_angle)
+        return np.abs(along + bushing.offset_y + 1j * bushing.offset) - bushing.gap
     lower, upper = bushing.walls
     return np.maximum(moved[:, 0] - upper, lower - moved[:, 0])

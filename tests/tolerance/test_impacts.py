@@ -10,6 +10,8 @@ import clearance_mj as cm
 from clearance_mj.clearance.modelled import rig_and_law
 from clearance_mj.tolerance.impacts import impact_rate, lanes_of, march
 
+from ..study.turning_rig import RIG as TURNING
+
 RIG = cm.Rig.load("models/table1_rig.toml")
 
 
@@ -34,6 +36,17 @@ def test_what_is_kept_is_the_largest_of_the_response():
     outside = np.pad(moved > 0, ((0, 0), (1, 0)))
     assert impacts.sum(axis=1).tolist() == (np.diff(outside.astype(int), axis=1) == 1).sum(axis=1).tolist()
     assert impacts.sum(axis=1).min() > 10
+
+
+def test_depth_does_not_depend_on_how_probes_are_turned():
+    noise = cm.excitation.random(0.5, 4096.0, rms=20.0, seed=2)
+    found = []
+    for angle in (0.0, 0.4):
+        bushing = dataclasses.replace(TURNING.bushings[0], gap=3e-4, offset_y=1e-4, offset=-5e-5, probe_angle=angle)
+        ((depth, *_),) = whole([rig_and_law(TURNING.replace(bushings=(bushing,)))], [noise])
+        found.append(depth)
+    assert found[1] == pytest.approx(found[0], abs=1e-12)
+    assert found[0].max() > 0
 
 
 def test_pieces_and_settling_change_nothing_of_what_is_left():
