@@ -26,9 +26,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 @command(
     "orbit-gaps", "find the clearances of a machine in operation from orbits alone: probes and keyphasor", _options,
-    out=Path("results/orbit_gaps"), out_help="folder for rig.toml, orbits.json, orbits.png and, of each record that is "
-    "followed, followed_RECORD.json and .png (default: %(default)s)",
-    writes=("rig.toml", "orbits.json", "orbits.png"),
+    out=Path("results/orbit_gaps"), out_help="folder for rig.toml, law.json, orbits.json, orbits.png and, of each "
+    "record that is followed, followed_RECORD.json and .png (default: %(default)s)",
+    writes=("rig.toml", "law.json", "orbits.json", "orbits.png"),
 )  # fmt: skip
 def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..core.errors import RecordError
@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     later = [records.pop(name) for name in dict.fromkeys(options.follow)]
     found = orbits(list(records.values()), given or dataset.rig)
     caption = f"Orbits in the bushings of rig “{found.rig.name}”, about the middle of the wall that they tell."
-    found.rig.save(options.new / "rig.toml")
+    found.model.save(options.new)
     write_results(options, "orbits", found.to_dict(), None, Drawing("orbits", found.plot(), caption, caption))
     for words in (*found.words(), *(f"warning: {each}" for each in found.warnings)):
         print(words)

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from clearance_mj.beam import natural_frequencies
 from clearance_mj.clearance.law import ConstantLaw

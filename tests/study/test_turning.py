@@ -11,9 +11,9 @@ from clearance_mj.engines.equilibrium import static_equilibrium
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.linear import linear_model
 from clearance_mj.model import Model
-from clearance_mj.rig import Spin
 from clearance_mj.report.sections import directions, turning
 from clearance_mj.report.writer import ReportWriter
+from clearance_mj.rig import Spin
 from clearance_mj.signals.directional import directional_frfs
 from clearance_mj.signals.frf import FRF
 from clearance_mj.signals.orbits import Orbits, orbits_by_turn
@@ -58,7 +58,7 @@ def test_a_shaft_rests_where_it_does_however_its_probes_are_turned(angle):
     record = dataclasses.replace(turning_record("orbit", "validate", Spin(60.0), duration=1.0), rig=rig)
     placed = simulated_whirl("nominal", Model(rig), record, "modal", None)
     sag = static_equilibrium(rig.replace(spin=None, unbalances=())).displacement
-    (y, z), (cos, sin) = (1e-3, -5e-4) + sag, (np.cos(angle), np.sin(angle))
+    (y, z), (cos, sin) = sag + np.array([1e-3, -5e-4]), (np.cos(angle), np.sin(angle))
     assert placed.rest[0] == pytest.approx([cos * y + sin * z, cos * z - sin * y], rel=1e-6)
     assert -sag[1] > 1e-5
 

@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...clearance.contact import ContactModel
+from ...clearance.contacts.kelvin_voigt import Linear
 from ...core.files import to_json, write_text
 from ...estimate.estimates import Estimates
+from ...model import Model
 from ...rig import Rig
 from .windows import Bands
 
@@ -53,6 +56,12 @@ class ClearanceInOperation:
     """contact, friction and filling by name, SI, each with the standard deviation of its logarithm"""
     path: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
     """(n, 2) motion along y and z from where the shaft rests, m"""
+    contact: str = Linear.name
+    """name of the likeliest family of contact"""
+    contact_model: ContactModel | None = None
+    """the contact that was found; None where the shaft does not touch"""
+    deepest: float = 0.0
+    """m, how far the shaft goes into its wall"""
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -81,6 +90,7 @@ class ClearanceInOperation:
             "bushing": self.name, "seen": self.seen, "touches": self.touches, "odds": self.odds,
             "gap": self.gap if self.seen else None, "low": low, "high": high if math.isfinite(high) else None,
             "at_least": self.at_least, "arc": self.arc, "rest": list(self.rest), "rest_std": list(self.rest_std),
+            "contact": self.contact, "deepest": self.deepest,
             "law": {name: {"value": v, "relative_std": s} for name, (v, s) in self.law.items()},
         }  # fmt: skip
 
@@ -89,7 +99,7 @@ class ClearanceInOperation:
 class OrbitFit:
     """What the orbits of a machine in operation tell of its clearances. Made by `orbits`."""
 
-    rig: Rig
+    model: Model
     """with what was found: linear rig, unbalances and, where a gap is seen, it, place, contact, friction and filling"""
     clearances: tuple[ClearanceInOperation, ...]
     """of each bushing"""
@@ -105,6 +115,11 @@ class OrbitFit:
     """the rig that was fitted, as it was drawn"""
     warnings: tuple[str, ...] = ()
     """plain words on what not to rely on"""
+
+    @property
+    def rig(self) -> Rig:
+        """That of the model, whose contacts are linear ones as stiff as those at the deepest penetration."""
+        return self.model.rig
 
     def words(self) -> list[str]:
         """Say in a line for each clearance what is known of it."""
@@ -122,14 +137,14 @@ class OrbitFit:
         }  # fmt: skip
 
     def save(self, folder: str | Path) -> None:
-        """Write ``rig.toml`` and ``orbits.json``.
+        """Write ``rig.toml``, ``law.json`` and ``orbits.json``.
 
         Parameters
         ----------
         folder : str or Path
             Folder that is written to.
         """
-        self.rig.save(Path(folder) / "rig.toml")
+        self.model.save(folder)
         write_text(Path(folder) / "orbits.json", to_json(self.to_dict()))
 
     def plot(self) -> Figure:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...clearance import ContactLaw, KelvinVoigt
 from ...core.errors import RecordError
 from ...core.kinds import checks_kinds
 from ...estimate import Parameter, Solution, solve
@@ -21,6 +22,7 @@ from ..laws.measured_motion import smallest_circle
 from ..laws.rest import rests_of
 from ..records.prepared import PreparedRecord, prepared, require_one_mark
 from ..structure.priors import priors, rig_with
+from .contacts import with_likeliest_contacts
 from .found import ClearanceInOperation, OrbitFit
 from .gains import places_of_unbalance
 from .problem import LawProblem, Place, law_parameters, places_of
@@ -72,14 +74,16 @@ def orbits(records: Dataset | Sequence[Record], rig: Rig | None = None, model: M
     places, rests, weight = places_of(rig), rests_of(rig), 9.81 * (rig.total_mass or WEIGHT / 9.81)
     varied = uncertain(rig, known)
 
-    def own(touching: bool) -> list[Parameter]:
+    def own(places: Sequence[Place], touching: bool = True) -> list[Parameter]:
         return [
             p for place in places for p in law_parameters(place, usual, rests[place.number], True, weight, touching)
         ]
 
-    begin = free(rig, windows, bands, places, varied, own(False))
-    found = fitted(rig, windows, bands, places, varied, own(True), begin)
-    return _result(rig, chosen, bands, places, found, _odds(found, own(False)))
+    begin = free(rig, windows, bands, places, varied, own(places, False))
+    found = fitted(rig, windows, bands, places, varied, own(places), begin)
+    odds = _odds(found, own(places, False))
+    found = with_likeliest_contacts(found, (odds > LIKELY).tolist(), own)
+    return _result(rig, chosen, bands, found, odds)
 
 
 def _chosen(records: Dataset | Sequence[Record], rig: Rig | None) -> tuple[list[PreparedRecord], Rig]:
@@ -121,10 +125,7 @@ def _odds(found: Solution, own: Sequence[Parameter]) -> np.ndarray:
     return np.full(len(problem.places), 0.5 * n * math.log(scales[0] / scales[1]))
 
 
-def _result(
-    rig: Rig, records: Sequence[PreparedRecord], bands: Bands, places: Sequence[Place], found: Solution,
-    odds: np.ndarray,
-) -> OrbitFit:  # fmt: skip
+def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, found: Solution, odds: np.ndarray) -> OrbitFit:
     problem = found.problem
     assert isinstance(problem, LawProblem) and isinstance(found.loss, UnknownScale)
     correlated = max(found.loss.correlated, 1.0)
@@ -133,32 +134,37 @@ def _result(
     std = dict(zip(estimates.names, estimates.varied_std.tolist()))
     linear = {n: values[n] for n in problem.names[: problem.n_linear] if "unbalance" not in n and "run-out" not in n}
     base, known = rig_with(rig, linear), [n for n in estimates.names if n not in estimates.only_prior]
-    clearances, bushings = [], []
-    for place, bushing in zip(places, base.bushings):
+    clearances, bushings, contacts = [], [], []
+    for place, bushing in zip(problem.places, base.bushings):
         clearance = _clearance(rig, problem, place, values, std, float(odds[place.number]))
         clearances.append(clearance)
         if clearance.seen:
             sag = np.array(rests_of(base)[place.number]) - (bushing.offset_y, bushing.offset)
-            filled = _filled(bushing, place, values, clearance.touches)
+            filled = _filled(bushing, place, values, clearance)
             hole = hole_of(bushing, clearance.gap, estimates, f"bushings[{place.number}].")
             bushing = placed(filled, np.array(clearance.rest) - sag, gap=clearance.gap, **hole)
         else:
             known = [name for name in known if not name.startswith(f"bushings[{place.number}].")]
         bushings.append(bushing)
+        datasheet = KelvinVoigt(bushing.contact.stiffness, bushing.contact.damping)
+        contacts.append(clearance.contact_model if clearance.seen and clearance.contact_model else datasheet)
     misfit = float(found.loss.scale(found.residuals)) ** 0.5
     names, left = tuple(r.name for r in records), unknown_examples(rig.examples, known)
     words = (f"of the rig file, {example_words(left)}",) if left else ()
     spin = rig.spin or max((r.tested.spin for r in records if r.tested.spin), key=lambda spin: spin.fastest)
     base = base.replace(bushings=tuple(bushings), unbalances=_unbalances(rig, values), examples=left, spin=spin)
     warnings = _warnings(records, misfit) + words
-    return OrbitFit(base, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
+    model = Model(base, ContactLaw(contacts))
+    return OrbitFit(model, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
 
 
-def _filled(bushing: Bushing, place: Place, values: dict[str, float], touches: bool) -> Bushing:
-    """Return a bushing with the filling that was found and, if the shaft touches, contact and friction."""
+def _filled(
+    bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation
+) -> Bushing:  # fmt: skip
+    """Return a bushing with the filling that was found and, if the shaft touches, friction and the contact's size."""
     own, nominal = f"bushings[{place.number}]", place.nominal
-    if touches:
-        k, c, mu = (values[f"{own}.{name}"] for name in ("contact stiffness", "contact damping", "friction"))
+    if clearance.contact_model:
+        mu, (k, c) = values[f"{own}.friction"], clearance.contact_model.largest(clearance.deepest)
         contact = dataclasses.replace(bushing.contact, stiffness=k, damping=c)
         friction = dataclasses.replace(bushing.friction or Friction(mu), coefficient=mu)
         bushing = dataclasses.replace(bushing, contact=contact, friction=friction)
@@ -201,7 +207,8 @@ def _clearance(
     return ClearanceInOperation(
         rig.clearance_labels[place.number], seen, touches, odds, gap if seen else rig.bushings[place.number].gap,
         gap_std, (float(rest[0]), float(rest[1])), (rest_std[0], rest_std[1]),
-        radius / (1 + 2 * COMMON_GAIN), arc, law, ends[:, 0],
+        radius / (1 + 2 * COMMON_GAIN), arc, law, ends[:, 0], place.contact.name,
+        problem.case(place, values).law.contact[0] if touches else None, depth * gap,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...clearance.contacts.kelvin_voigt import Linear
-from ...clearance.family import ContactFamily, FillingFamily
+from ...clearance.family import CONTACT_FAMILIES, ContactFamily, FillingFamily
 from ...clearance.greases.bouc_wen import LinearWithFilm
 from ...clearance.greases.oil_film import OilFilled
 from ...estimate import Parameter, Problem, UnknownScale
@@ -38,12 +38,21 @@ class Place(NamedTuple):
     filling: FillingFamily
 
 
-def places_of(rig: Rig) -> list[Place]:
-    """Return a rig's clearances: linear contacts; oil where the rig file has it, else springs and a squeeze film."""
-    found = []
-    for j, bushing in enumerate(rig.bushings):
-        found.append(Place(j, nominal_of(rig, j), Linear(), OilFilled() if bushing.film else LinearWithFilm()))
-    return found
+def places_of(rig: Rig, contacts: Sequence[str] = ()) -> list[Place]:
+    """Return a rig's clearances: oil where the rig file has it, else springs and a squeeze film.
+
+    Parameters
+    ----------
+    rig : Rig
+        As its file has it.
+    contacts : sequence of str
+        Names of the families of their contacts; all are linear by default.
+    """
+    names = contacts or (Linear.name,) * len(rig.bushings)
+    return [
+        Place(j, nominal_of(rig, j), CONTACT_FAMILIES[name], OilFilled() if bushing.film else LinearWithFilm())
+        for j, (name, bushing) in enumerate(zip(names, rig.bushings))
+    ]
 
 
 def law_parameters(
@@ -121,7 +130,7 @@ class LawProblem(Problem):
         out = np.empty(slow.x.shape)
         for place, (x, v) in zip(self.places, self.points(known)):
             own = slice(2 * place.number, 2 * place.number + 2)
-            out[:, own] = forces_along(self._case(place, known), x, v, slow.spin, 1 / slow.rate)
+            out[:, own] = forces_along(self.case(place, known), x, v, slow.spin, 1 / slow.rate)
         return out
 
     def points(self, known: Mapping[str, float]) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -244,7 +253,16 @@ class LawProblem(Problem):
         found = real(self.misses(values))
         return np.where(np.abs(found) < MAX_RESIDUAL, found, np.inf)
 
-    def _case(self, place: Place, known: Mapping[str, float]) -> Case:
+    def case(self, place: Place, known: Mapping[str, float]) -> Case:
+        """Return a clearance and its law.
+
+        Parameters
+        ----------
+        place : Place
+            The clearance.
+        known : mapping of str to float
+            Values of parameters.
+        """
         own, fields = f"bushings[{place.number}].", {"contact stiffness": FAINT, "rest_y": 0.0, "rest_z": 0.0}
         fields |= {name.removeprefix(own): value for name, value in known.items() if name.startswith(own)}
         case = case_of(fields, place.nominal, place.contact, place.filling)

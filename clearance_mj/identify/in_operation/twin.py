@@ -76,7 +76,7 @@ class _OrbitFollower:
     """The twin's state, fed window by window."""
 
     def __init__(self, found: OrbitFit) -> None:
-        self.found, self.places = found, places_of(found.drawn)
+        self.found, self.places = found, places_of(found.drawn, [c.contact for c in found.clearances])
         self.values = dict(zip(found.estimates.names, found.estimates.value.tolist()))
         own = {p.name: p for p in found.estimates.parameters}
         split = list(own).index(f"bushings[{self.places[0].number}].gap")

@@ -211,7 +211,7 @@ def _onset(
 
 
 def _predicted(found: BenchFit, record: PreparedRecord) -> np.ndarray:
-    """(2 n_bushings, n_t) what the probes read, with their gains, of the identified rig that turns as in a record, m."""
+    """(2 n_bushings, n_t) m that the probes read, with their gains, of the identified rig that turns as in a record."""
     model = in_test(found.model, record.tested, record.turning)
     moved = cm.simulate(model, record.excitation(), engine="modal").displacement
     assert moved is not None

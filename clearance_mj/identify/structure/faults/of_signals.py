@@ -22,6 +22,7 @@ PARTLY_DELAYED, PARTLY_DELAYED_GAIN = 0.5, 0.1
 """Likeness and its gain by a delay, from which on that explains a channel whose prediction is less certain."""
 WHOLE = 0.95  # likeness from which on a channel is whole
 MAX_CLOCK_ERROR = 2e-3  # of a channel's sampling rate, that is tried
+FINER = 8  # steps into which the step between those is divided about the best
 
 
 def describe_signal_fault(assessment: Assessment) -> str:
@@ -97,8 +98,10 @@ def _clock(
             found.append(spectrum[np.searchsorted(all_lines, frequency), 0])
         return np.concatenate(found)[known]
 
-    alike = {error: _likeness(corrected(error), expected, shifts).max() for error in step * np.arange(-count, count + 1)}
-    error = max(alike, key=alike.__getitem__)
+    error = 0.0
+    for errors in (step * np.arange(-count, count + 1), step / FINER * np.arange(1 - FINER, FINER)):
+        alike = {error + e: _likeness(corrected(error + e), expected, shifts).max() for e in errors.tolist()}
+        error = max(alike, key=alike.__getitem__)
     if alike[error] < max(DELAYED, best + PARTLY_DELAYED_GAIN):
         return ""
     return (
