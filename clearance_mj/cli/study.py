@@ -34,5 +34,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     study = report_study(
         options.dataset, options.out, engines, methods, options.workers, not options.quiet, options.identified
     )
+    taken_over = list(study.cache.taken_over) if study.cache else []
+    if taken_over:
+        print(f"taken over from {options.identified}: {', '.join(taken_over)}")
     print(f"report: {options.out / 'report.html'}")
-    return {"out": str(options.out), "left_out": study.left_out, "results": study.rows()}
+    return {"out": str(options.out), "left_out": study.left_out, "taken_over": taken_over, "results": study.rows()}

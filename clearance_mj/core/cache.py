@@ -78,6 +78,8 @@ class ResultCache:
 
     def __init__(self, folder: Path, others: Sequence[Path] = ()):
         self.folder, self.others = folder, tuple(others)
+        self.taken_over: dict[str, Path] = {}
+        """folders of other commands by the names of the results that were found there"""
         self._used: set[str] = set()
 
     def get(
@@ -90,9 +92,11 @@ class ResultCache:
         result to a path and ``load`` reads it from there.
         """
         file = self._path(name, inputs, suffix).name
-        for path in (folder / file for folder in (self.folder, *self.others)):
-            if is_sealed(path):  # else it is damaged, or was not finished: it is computed anew
-                return load(path)
+        for folder in (self.folder, *self.others):
+            if is_sealed(folder / file):  # else it is damaged, or was not finished: it is computed anew
+                if folder != self.folder:
+                    self.taken_over[name] = folder
+                return load(folder / file)
         return self.keep(name, inputs, compute(), save, suffix)
 
     def find(self, name: str, inputs: object, load: Callable[[Path], T], suffix: str = ".nc") -> T | None:

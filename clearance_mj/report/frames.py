@@ -23,7 +23,7 @@ from ..study.conditions import condition_of
 from .tables import MEASURES, REPEAT
 
 __all__ = [
-    "contact", "engines", "families", "improvements", "interval", "laws", "modes", "parameters", "records", "seeds",
+    "contact", "contact_limits", "engines", "families", "improvements", "interval", "laws", "modes", "parameters", "records", "seeds",
     "sensor_means", "sensors",
 ]  # fmt: skip
 
@@ -194,6 +194,15 @@ def laws(study: Study) -> pd.DataFrame:
     return pd.DataFrame(
         [{"law": k.name, "given": k.prior_information, "simulated_on": k.simulated_on} for k in study.laws]
     )
+
+
+def contact_limits(study: Study) -> pd.DataFrame:
+    """Return the share of contact in the main record, %, and what records leave open of it: a row per law, bushing."""
+    return pd.DataFrame([
+        {"law": law, "bushing": j + 1} | dict(zip(("contact_pct", "low_pct", "high_pct"), (100 * shares).tolist()))
+        for law, (band, _) in study.bands.items() if band.contact is not None
+        for j, shares in enumerate(np.vstack((band.contact[:1], band.contact_limits)).T)
+    ])  # fmt: skip
 
 
 def families(study: Study) -> pd.DataFrame:

@@ -335,7 +335,7 @@ def test_what_identify_found_is_taken_over(brief, tmp_path, monkeypatch, quick, 
     answer("identify", brief, "--method", "constant", "--no-figures", "--quiet", "--out", tmp_path / "identified")
     monkeypatch.setitem(METHODS_BY_NAME, "constant", Method("all", not_again))
     given = ("study", brief, "--methods", "constant", "--engines", "modal", "--quiet", "--out", tmp_path / "out")
-    answer(*given, "--identified", tmp_path / "identified")
+    assert answer(*given, "--identified", tmp_path / "identified")["taken_over"] == ["constant"]
     assert (tmp_path / "out" / "report.html").exists()
     with pytest.raises(AssertionError, match="identified again"):
         main([*map(str, given), "--identified", str(tmp_path / "none"), "--out", str(tmp_path / "other")])

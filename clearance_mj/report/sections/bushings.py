@@ -23,7 +23,7 @@ FAMILIES = (
 
 @section("bushings", "Parameters, contact and modes", 60)
 def bushings(study: Study, writer: ReportWriter) -> str:
-    """Return parameters, contact and modes; writes parameters.csv, families.csv (if there are any) and contact.csv."""
+    """Return parameters, contact and modes; writes their CSV, those of families and contact_limits if there are any."""
     parameters, families = frames.parameters(study), frames.families(study)
     writer.csv("parameters", parameters)
     if len(families):
@@ -41,8 +41,13 @@ def bushings(study: Study, writer: ReportWriter) -> str:
         "held_out": Column("of what no fit saw", "", ".2f"),
     })  # fmt: skip
     bands = [writer.figure(drawing) for drawing in figures.study_bands(study.main_part)]
-    if study.main_part.bands:
-        bands.append(table(contact_limits(study.main_part)))
+    if len(limits := frames.contact_limits(study.main_part)):
+        writer.csv("contact_limits", limits)
+        caption = f"Share of the time in contact in record {study.main_record.name}, with 95 % limits of drawn laws."
+        bands.append(table(Table.of("contact_limits", caption, limits, {
+            "law": Column("Law"), "bushing": Column("Bushing"), "contact_pct": Column("Contact", "% time", ".2f"),
+            "low_pct": Column("at least", "%", ".2f"), "high_pct": Column("at most", "%", ".2f"),
+        })))  # fmt: skip
 
     def motion(part: Study) -> str:
         contact, over_level = (writer.figure(draw(part)) for draw in (figures.contact, figures.modes))
@@ -50,21 +55,6 @@ def bushings(study: Study, writer: ReportWriter) -> str:
 
     found = render("bushings.html.j2", parameters=shown, families=compared, bands=bands)
     return found + by_part(study, motion)
-
-
-def contact_limits(study: Study) -> Table:
-    """Return the share of contact of each bushing in the main record, with what the records leave open of it."""
-    body = [
-        (law, str(j + 1), *(100 * x for x in (band.contact[0, j], *band.contact_limits[:, j])))
-        for law, (band, _) in study.bands.items() if band.contact is not None
-        for j in range(band.contact.shape[1])
-    ]  # fmt: skip
-    columns = (
-        Column("Law"), Column("Bushing"), Column("Contact", "% time", ".2f"), Column("at least", "%", ".2f"),
-        Column("at most", "%", ".2f"),
-    )  # fmt: skip
-    caption = f"Share of the time in contact in record {study.main_record.name}, with 95 % limits of drawn laws."
-    return Table("contact_limits", caption, columns, tuple(body))
 
 
 def contact_table(study: Study) -> Table:
