@@ -158,7 +158,7 @@ def make_bench(
 
     ``ignorance``: some of `IGNORANCES`. ``rig``: the designer's; default: that of the article's Table 1. ``contact``
     and ``grease``: families of `CONTACTS` and `GREASES`; default: foreign ones. What is drawn for one ignorance does
-    not depend on the others. ``structure``: classes of `structure.CLASSES` and `UNNAMED` that no rig file draws.
+    not depend on the others. ``structure``: classes of `structure.CLASSES` and `HARD` that no rig file draws.
     ``bushing_length``: m, of the bushings as they are, whatever the rig file says. ``filtered``: of the sampling rate,
     where an anti-alias filter of all channels begins.
     """

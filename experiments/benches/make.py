@@ -15,7 +15,7 @@ from pathlib import Path
 
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, find_bench, make_bench
 from experiments.benches.records import SINES, write_bench
-from experiments.benches.structure import CLASSES, UNNAMED
+from experiments.benches.structure import CLASSES, HARD
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--ignorance", nargs="*", choices=IGNORANCES, help="of a bench drawn from a seed; default: all")
     parser.add_argument("--short", action="store_true", help="two levels, and half of the time")
     parser.add_argument(
-        "--structure", action="append", choices=sorted(CLASSES | UNNAMED), default=[],
+        "--structure", action="append", choices=sorted(CLASSES | HARD), default=[],
         help="what the rig file of a bench drawn from a seed does not draw; may be given again",
     )  # fmt: skip
     parser.add_argument("--no-probes", action="store_true", help="of a bench drawn from a seed: no displacement probes")

@@ -104,8 +104,8 @@ class Structure:
 Draw = Callable[[np.random.Generator, Rig], Structure]
 CLASSES: dict[str, Draw] = {}
 """What draws a structure of each class that a rig file can name"""
-UNNAMED: dict[str, Draw] = {}
-"""The same of what it cannot"""
+HARD: dict[str, Draw] = {}
+"""The same of what it cannot, and of what records hardly tell"""
 
 
 def structure_class(draw: Draw) -> Draw:
@@ -190,12 +190,19 @@ def strip(rng: np.random.Generator, rig: Rig) -> Structure:
     return Structure(strips=(strip,))
 
 
-UNNAMED["strip"] = strip
+def near_spring(rng: np.random.Generator, rig: Rig) -> Structure:
+    """A cable 3 to 5 cm from a bushing, whose unknown force does nearly the same."""
+    bushing = rig.bushings[int(rng.integers(len(rig.bushings)))]
+    place = float(bushing.position) + float(rng.choice([-1, 1])) * rng.uniform(0.03, 0.05)
+    return Structure(springs=((place, between(rng, 300, 3000), rng.uniform(0.2, 3)),))
+
+
+HARD |= {"strip": strip, "near_spring": near_spring}
 
 
 def draw_structure(names: Sequence[str], seed: int, rig: Rig) -> Structure:
     """Draw the structure of all classes named; a ValueError for an unknown one."""
-    found, known = Structure(), CLASSES | UNNAMED
+    found, known = Structure(), CLASSES | HARD
     for name in names:
         if name not in known:
             raise ValueError(f"structure {name} is unknown; known: {', '.join(known)}")

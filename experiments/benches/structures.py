@@ -38,9 +38,10 @@ from experiments.testrig.records import FS
 from .bench import make_bench
 from .coverage import CONFIDENCE, RESOLUTION, exact
 from .records import write_bench
-from .structure import CLASSES, UNNAMED, written
+from .structure import CLASSES, HARD, written
 
-HYPOTHESIS = {name: name for name in CLASSES} | {"time": "delay", "plane": "planes", "strip": "oscillator"}
+HYPOTHESIS = {name: name for name in CLASSES} | {"time": "delay", "plane": "planes"}
+HYPOTHESIS |= {"strip": "oscillator", "near_spring": "spring"}
 """What identification calls each class"""
 LENGTHS, FILTERED = (0.0, 0.02), 0.4
 """m, of the bushings of benches without probes; of the sampling rate, where their anti-alias filter begins"""
@@ -73,7 +74,8 @@ def judge(names: tuple[str, ...], seed: int, probes: bool = True) -> dict:
 
 
 def _name(names: tuple[str, ...], seed: int, probes: bool) -> str:
-    return f"{'+'.join(names) or ('sound' if probes else 'no probes')} {seed}"
+    words = "+".join(names) or ("sound" if probes else "")
+    return " ".join(filter(None, (words, "" if probes else "no probes", str(seed))))
 
 
 def _frfs(found: BenchFit, dataset: Dataset) -> list[dict]:
@@ -103,7 +105,9 @@ def _parameters(found: BenchFit, truth: dict[str, float]) -> list[dict]:
 
 
 def _kind(row: dict) -> str:
-    return " + ".join(row["classes"]) or ("sound" if row.get("probes", True) else "sound, without probes")
+    found = " + ".join(row["classes"]) or "sound"
+    near = " near a bushing" if row["bench"].startswith("near") else ""
+    return found + near + ("" if row.get("probes", True) else ", without probes")
 
 
 def named_rightly(row: dict) -> bool:
@@ -148,10 +152,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Judge benches that are not judged yet, write structures.json and the table of a page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seeds", type=int, nargs="*", default=[201, 202, 203, 204, 205], help="of each class")
-    parser.add_argument("--unnamed", type=int, nargs="*", default=[211, 212, 213, 214, 215], help="of strips")
+    parser.add_argument("--hard", type=int, nargs="*", default=[211, 212, 213, 214, 215], help="of hard classes")
     parser.add_argument("--sound", type=int, default=40, help="number of sound benches")
     parser.add_argument("--pairs", type=int, default=10, help="number of pairs of classes")
     parser.add_argument("--no-probes", type=int, default=10, help="number of sound benches without probes")
+    parser.add_argument("--housings", type=int, default=5, help="number of housings without probes")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("results/structures"), help="folder")
     parser.add_argument("--page", type=Path, help="page whose table is written anew")
@@ -159,10 +164,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     couples = list(itertools.combinations(CLASSES, 2))
     chosen = np.random.default_rng(5).permutation(len(couples))[: options.pairs]
     wanted = [((name,), seed, True) for name in CLASSES for seed in options.seeds]
-    wanted += [((name,), seed, True) for name in UNNAMED for seed in options.unnamed]
+    wanted += [((name,), seed, True) for name in HARD for seed in options.hard]
     wanted += [(couples[k], 301 + i, True) for i, k in enumerate(chosen.tolist())]
     wanted += [((), 401 + i, True) for i in range(options.sound)]
     wanted += [((), 501 + i, False) for i in range(options.no_probes)]
+    wanted += [(("housing",), 521 + i, False) for i in range(options.housings)]
     path = options.out / "structures.json"
     known = {row["bench"]: row for row in json.loads(path.read_text(encoding="utf-8"))} if path.exists() else {}
     names = [_name(*each) for each in wanted]

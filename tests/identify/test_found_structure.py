@@ -23,20 +23,19 @@ from clearance_mj.structure.attached import FixtureMode, Oscillator
 from clearance_mj.structure.beam import Clamp
 from experiments.benches.bench import make_bench
 from experiments.benches.records import measure_channels, plans
-from experiments.benches.structure import CLASSES, UNNAMED
+from experiments.benches.structure import CLASSES, HARD
+from experiments.benches.structures import HYPOTHESIS
 from experiments.testrig.records import FS
 
 from ..conftest import TABLE1
 from .records import noisy
 
 BENCH = Bench(TABLE1, (5.0, 300.0), True, FS, (100.0,))
-CLASS_OF = {"time": "delay", "plane": "planes", "strip": "oscillator"}
-"""Names of hypotheses that benches call otherwise"""
 
 
 def test_every_class_of_the_benches_has_a_hypothesis():
     """But for a support, which is no class of benches: it is the rig file that says too much."""
-    assert {CLASS_OF.get(name, name) for name in (*CLASSES, *UNNAMED)} == set(HYPOTHESES) - {"support"}
+    assert {HYPOTHESIS[name] for name in (*CLASSES, *HARD)} == set(HYPOTHESES) - {"support"}
 
 
 @pytest.mark.parametrize("name", HYPOTHESES)
