@@ -19,8 +19,6 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..rig_update import RigUpdate
 from .assessment import Assessment, Fault, assess
 from .of_channels import ChannelCorrection, channel_corrections, correction_faults
@@ -104,7 +102,7 @@ def _next_fault(assessment: Assessment) -> Found:
     of_channels = _channel_fault(assessment) if assessment.unexplained else None
     if assessment.sound or (of_channels and not of_channels[1].unexplained):
         return of_channels
-    found = [one for one in (of_channels, _rig_fault(assessment), _foreign_record(assessment)) if one]
+    found = [one for one in (of_channels, _rig_fault(assessment)) if one]
     return min(found, key=lambda one: one[1].cost, default=None)
 
 
@@ -152,17 +150,3 @@ def _finer(before: Assessment, coarse: RigCorrection, after: Assessment) -> tupl
             break
         coarse, after = dataclasses.replace(coarse, rig=rig), finer
     return coarse, after
-
-
-def _foreign_record(before: Assessment) -> Found:
-    """A record that does not fit the rig of the others."""
-    misfits = before.update.misfit
-    if len(misfits) < 2:
-        return None
-    worst = max(misfits, key=lambda m: float(np.nanmean(m.share**2)))
-    after = assess(before.rig, [record for record in before.records if record.name != worst.record])
-    if after is None or after.unexplained:
-        return None
-    with_it, without = (float(np.sqrt(np.mean(a.misfit**2))) for a in (before, after))
-    words = f'record "{worst.record}" is not of the rig, the level or the set-up that the others are of'
-    return [Fault(words, f"without it, the misfit falls from {with_it:.1f} to {without:.1f} % of the level")], after
