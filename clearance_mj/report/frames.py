@@ -23,8 +23,8 @@ from ..study.conditions import condition_of
 from .tables import MEASURES, REPEAT
 
 __all__ = [
-    "contact", "contact_limits", "engines", "families", "improvements", "interval", "laws", "modes", "parameters", "records",
-    "seeds", "sensor_means", "sensors",
+    "contact", "contact_limits", "engines", "families", "improvements", "interval", "laws", "modes", "parameters",
+    "records", "seeds", "sensor_means", "sensors",
 ]  # fmt: skip
 
 IMPROVED = {
