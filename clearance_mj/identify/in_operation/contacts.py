@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from ...clearance.contact import ContactModel
 from ...clearance.family import CONTACT_FAMILIES
 from ...clearance.grease import GreaseModel
 from ...estimate import Parameter, Solution, Stop, UnknownScale, log_evidence, solve
+from ...estimate.solver import NoModelError
 from ...rig import Bushing, Grease
 from .problem import LawProblem, Place
 
@@ -66,9 +68,10 @@ def with_likeliest_contacts(
             rival = LawProblem(problem.forces, places, own(places))
             names = {p.name: f"bushings[{place.number}].{p.name}" for p in family.parameters(place.nominal)}
             start = {names[name]: value for name, value in family.start(begun, begun).items()}
-            other = solve(rival, [rival.at(known | start), rival.at(known)], n_best=1, stop=STOP)
-            if (evidence := _log_evidence(other, correlated)) > best:
-                found, best = other, evidence
+            with contextlib.suppress(NoModelError):
+                other = solve(rival, [rival.at(known | start), rival.at(known)], stop=STOP)
+                if (evidence := _log_evidence(other, correlated)) > best:
+                    found, best = other, evidence
     return found
 
 
