@@ -22,6 +22,7 @@ PARTLY_DELAYED, PARTLY_DELAYED_GAIN = 0.5, 0.1
 """Likeness and its gain by a delay, from which on that explains a channel whose prediction is less certain."""
 WHOLE = 0.95  # likeness from which on a channel is whole
 MAX_CLOCK_ERROR = 2e-3  # of a channel's sampling rate, that is tried
+CLOCK_GAIN = 0.2  # least gain of likeness by another sampling rate
 FINER = 8  # steps into which the step between those is divided about the best
 
 
@@ -46,22 +47,20 @@ def _dropouts(assessment: Assessment, channel: int) -> str:
 
 def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) -> str:
     """By how alike the channel's lines are to what the other channels say, over delays; 1: the same."""
-    weights, predicted = predicted_spectra(gains, assessment.measured, (channel,))
-    measured, expected = np.vstack(assessment.measured)[:, channel], predicted[:, channel]
-    known = _uncertainty(gains, weights, channel) < CERTAIN * np.abs(expected)
+    expected, known = _expected(assessment, gains, channel, (channel,))
     if np.sum(known) < MIN_LINES:
         return "contradicts the others"
-    measured, expected = measured[known], expected[known]
-    frequency = assessment.frequency[known]
+    measured, frequency = np.vstack(assessment.measured)[known, channel], assessment.frequency[known]
     delays = np.linspace(-MAX_DELAY, MAX_DELAY, DELAYS)
     # Of each line alike: else the few at resonances would tell all.
     shifts = np.exp(2j * np.pi * np.outer(delays, frequency))
-    likeness = _likeness(measured, expected, shifts)
+    likeness = _likeness(measured, expected[known], shifts)
     best, now = float(likeness.max()), float(likeness[DELAYS // 2])
     if -now > DELAYED or (-now > PARTLY_DELAYED and -now > best + PARTLY_DELAYED_GAIN):
         return f"has the wrong sign (likeness {now:.2f}): turn it round in the dataset, as -Z for +Z"
-    if best < WHOLE and (words := _clock(assessment, channel, expected, known, shifts, best)):
-        return words
+    for without in ((channel,), assessment.suspects) if best < WHOLE else ():
+        if words := _clock(assessment, channel, *_expected(assessment, gains, channel, without), delays, best):
+            return words
     if (best > DELAYED and best > now + DELAY_GAIN) or (best > PARTLY_DELAYED and best > now + PARTLY_DELAYED_GAIN):
         late = 1e3 * float(delays[np.argmax(likeness)])
         return f"is {'late' if late > 0 else 'early'} by {abs(late):.3g} ms, as of another filter or converter"
@@ -79,9 +78,12 @@ def _likeness(measured: np.ndarray, expected: np.ndarray, shifts: np.ndarray) ->
 
 
 def _clock(
-    assessment: Assessment, channel: int, expected: np.ndarray, known: np.ndarray, shifts: np.ndarray, best: float
+    assessment: Assessment, channel: int, expected: np.ndarray, known: np.ndarray, delays: np.ndarray, best: float
 ) -> str:
     """By how much the channel's sampling rate is off, in words; "" where that does not make it like ``expected``."""
+    if np.sum(known) < MIN_LINES:
+        return ""
+    shifts = np.exp(2j * np.pi * np.outer(delays, assessment.frequency[known]))
     records = {record.name: record for record in assessment.records}
     lines = [(records[name], frequency) for name, frequency in assessment.lines]
     splines = [scipy.interpolate.CubicSpline(np.arange(len(r.signals)), r.signals[:, channel]) for r, _ in lines]
@@ -100,9 +102,9 @@ def _clock(
 
     error = 0.0
     for errors in (step * np.arange(-count, count + 1), step / FINER * np.arange(1 - FINER, FINER)):
-        alike = {error + e: _likeness(corrected(error + e), expected, shifts).max() for e in errors.tolist()}
+        alike = {error + e: _likeness(corrected(error + e), expected[known], shifts).max() for e in errors.tolist()}
         error = max(alike, key=alike.__getitem__)
-    if alike[error] < max(DELAYED, best + PARTLY_DELAYED_GAIN):
+    if alike[error] < max(PARTLY_DELAYED, best + CLOCK_GAIN):
         return ""
     return (
         f"has a clock of its own, {100 * abs(error):.2g} % too {'fast' if error > 0 else 'slow'} (likeness "
@@ -110,10 +112,15 @@ def _clock(
     )
 
 
-def _uncertainty(gains: list[np.ndarray], weights: np.ndarray, channel: int) -> np.ndarray:
-    """(n_f,) standard deviation of what the other channels' noise, 1 over weights, leaves open of a channel."""
-    seen = np.vstack(gains)
-    kept = np.setdiff1d(np.arange(seen.shape[1]), channel)
+def _expected(
+    assessment: Assessment, gains: list[np.ndarray], channel: int, without: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n_f,) lines of a channel as all others but some say, and where their noise leaves little open of that."""
+    weights, predicted = predicted_spectra(gains, assessment.measured, without)
+    seen, expected = np.vstack(gains), predicted[:, channel]
+    kept = np.setdiff1d(np.arange(seen.shape[1]), without)
+    if len(kept) < seen.shape[2]:  # fewer channels than forces
+        return expected, np.zeros(len(expected), dtype=bool)
     _, upper = np.linalg.qr(seen[:, kept] * weights[:, kept, None])
     own = np.linalg.solve(upper.conj().transpose(0, 2, 1), seen[:, channel, :, None].conj())
-    return np.asarray(np.linalg.norm(own[:, :, 0], axis=1))
+    return expected, np.linalg.norm(own[:, :, 0], axis=1) < CERTAIN * np.abs(expected)
