@@ -132,6 +132,7 @@ def test_what_has_no_unbalance_is_refused(tmp_path, refused, rig, words):
         assert words in refused(*command, path, "--kind", "unbalance", "--quiet", "--out", tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_gears_over_mean_torque_and_ripple(tmp_path, capsys, answer):
     """The teeth part from 1.662 N m on, of the rig's orders of 3.5 N m, in proportion to the mean torques."""
     out = tmp_path / "out"

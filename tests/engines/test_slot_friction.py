@@ -141,6 +141,7 @@ def test_what_cannot_slide_is_named(change, words):
     assert words in str(error.value) and "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_harmonic_balance_with_dry_friction():
     """Den Hartog's largest displacement, of a branch over frequencies: 1.4 % off with 9 harmonics, 0.3 % with 25."""
     rig = MASSES.replace(sensors=(Sensor(1, "1:Y"),))

@@ -87,6 +87,7 @@ def test_a_gap_that_is_met_is_found_with_an_interval_that_holds(found):
     np.testing.assert_allclose(clearance.rest, 0.0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_wall_of_which_one_side_is_met_tells_the_gap_and_the_middle():
     """Of a wall met along n alone, only the gap less the middle's distance along n is told: a long valley."""
     real, drawn = rotor(unbalance=6e-5, offset=-0.75 * GAP), rotor(1.15 * GAP, 6e-5, -0.6 * GAP)
@@ -136,6 +137,7 @@ def test_the_rig_that_is_saved_predicts_with_what_was_found(found, tmp_path):
     assert rig.structure.supports[0].kind == "elastic"
 
 
+@pytest.mark.slow
 def test_a_rig_file_without_spin_and_unbalance_gets_both(rubbing):
     """An unbalance acts on a shaft that turns: of a file that says of no speed, that of the fastest record is taken."""
     plain = rotor(1.15 * GAP).replace(unbalances=(), spin=None)
@@ -223,7 +225,7 @@ def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path,
     assert told["clearances"][0]["gap"] == found.clearances[0].gap
     assert [words.split("since")[0] for words in told["alarms"]["on"] if "rubs" in words]
     written = sorted(p.name for p in (tmp_path / "out").glob("[!.]*"))
-    assert written == ["followed_on.json", "followed_on.png", "orbits.json", "orbits.png", "rig.toml"]
+    assert written == ["followed_on.json", "followed_on.png", "law.json", "orbits.json", "orbits.png", "rig.toml"]
     error = refused("orbit-gaps", tmp_path / "machine", "--follow", "off", "--out", tmp_path / "out")
     assert "--follow off" in error and "has no such record; it has slow, middle, run_up, on" in error
 

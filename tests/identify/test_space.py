@@ -165,7 +165,8 @@ def touching_below(bushing, rest, rig, seconds=8.0, fs=2048.0):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("share", [0.7, pytest.param(1.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.7, 1.3])
 def test_a_gap_that_is_touched_on_one_side_alone_is_found_along_its_valley(share):
     """From a rig file whose gap is wrong and whose wall below is right, a search ends 7 to 16 % from the gap."""
     gap, rest = 2e-4, np.array([3e-5, -1.2e-4])

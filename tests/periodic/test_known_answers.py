@@ -308,6 +308,7 @@ class TestOnALine:
         folds = [[p.level for p in each.special if p.kind == "fold"] for each in (round_, slot)]
         assert folds[1] and folds[0] == pytest.approx(folds[1], rel=1e-6)
 
+    @pytest.mark.slow
     def test_folds(self, name):
         curves = []
         for model in both(name):

@@ -156,6 +156,7 @@ def test_marches_in_space_come_to_the_orbits():
 GAP = oscillator(20.0, 0.5, 0.1)
 
 
+@pytest.mark.slow
 def test_a_branch_from_a_closed_part_says_what_it_leaves_out():
     """Superharmonic resonances: at 0.0159 Hz all ways lead to a part that turns back at 0.0184 Hz; 1 % below not."""
     branch = periodic.follow_response(Model(GAP), 1.0, (0.0159, 0.4774), n_harmonics=31, stability=False)

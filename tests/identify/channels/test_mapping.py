@@ -265,7 +265,14 @@ def dataset_of(rig, records):
     return cm.Dataset(rig, tuple(taken), None)
 
 
-@pytest.mark.parametrize("late", [{"3": 1.0}, {"3": -2.5}, {"100": 3.0}, {"1": 4.0, "2": 1.5}], ids=str)
+@pytest.mark.parametrize(
+    "late",
+    [
+        {"3": -2.5},
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ({"3": 1.0}, {"100": 3.0}, {"1": 4.0, "2": 1.5})),
+    ],
+    ids=str,
+)
 def test_late_channels_are_named(late):
     """Samples by which channels of a sound bench are moved: these come back, and every place and sign as without."""
     rig, records = bench()
