@@ -43,7 +43,7 @@ class Reader:
     inputs: int  #: how many a full run makes
     beside: Callable = dict  #: () -> names and bytes of files in the same folder
     memory: int = 500 * 2**20  #: bytes that reading may take beyond what the process has
-    patience: float = 20.0  #: s of the processor's time for one input; to identify a bench takes ten, all else milliseconds
+    patience: float = 20.0  #: s of the processor for one input; to identify a bench takes ten
     prepare: Callable = lambda inputs: None
     """takes inputs that come; compiles and imports what the processes of inputs, which are forked, shall have"""
 
