@@ -7,7 +7,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from .command import command, spelled, write_results
+from .command import command, provenance, spelled, write_results
 
 
 def _options(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     later = [records.pop(name) for name in dict.fromkeys(options.follow)]
     found = orbits(list(records.values()), given or dataset.rig)
     caption = f"Orbits in the bushings of rig “{found.rig.name}”, about the middle of the wall that they tell."
-    found.model.save(options.new)
+    found.model.save(options.new, provenance(options))
     write_results(options, "orbits", found.to_dict(), None, Drawing("orbits", found.plot(), caption, caption))
     for words in (*found.words(), *(f"warning: {each}" for each in found.warnings)):
         print(words)

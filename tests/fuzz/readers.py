@@ -43,7 +43,7 @@ class Reader:
     inputs: int  #: how many a full run makes
     beside: Callable = dict  #: () -> names and bytes of files in the same folder
     memory: int = 500 * 2**20  #: bytes that reading may take beyond what the process has
-    patience: float = 20.0  #: s of the processor for one input; to identify a bench takes ten
+    patience: float = 20.0  #: s of the processor's time for one input; they take milliseconds
     prepare: Callable = lambda inputs: None
     """takes inputs that come; compiles and imports what the processes of inputs, which are forked, shall have"""
 
@@ -355,7 +355,7 @@ def readers() -> dict[str, Reader]:
         *(Reader(name, file, functools.partial(make_text, whole=whole), plainly(read), 5_000)
           for name, (file, whole, read) in texts.items()),
         Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0, absurd.prepare),
-        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 60.0,
+        Reader("command line", "line.json", command_lines.make, command_lines.run, 20_000, dict, 2**30, 10.0,
                command_lines.prepare),
         Reader("rig at an edge", "edge.json", edges.make, edges.run, 2_000, dict, 2**30, 60.0, edges.prepare),
     ]  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -226,6 +227,7 @@ def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path,
     assert [words.split("since")[0] for words in told["alarms"]["on"] if "rubs" in words]
     written = sorted(p.name for p in (tmp_path / "out").glob("[!.]*"))
     assert written == ["followed_on.json", "followed_on.png", "law.json", "orbits.json", "orbits.png", "rig.toml"]
+    assert "provenance" in json.loads((tmp_path / "out" / "law.json").read_text())
     error = refused("orbit-gaps", tmp_path / "machine", "--follow", "off", "--out", tmp_path / "out")
     assert "--follow off" in error and "has no such record; it has slow, middle, run_up, on" in error
 

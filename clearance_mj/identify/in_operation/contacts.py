@@ -12,15 +12,15 @@ import numpy as np
 from ...clearance.contact import ContactModel
 from ...clearance.family import CONTACT_FAMILIES
 from ...clearance.grease import GreaseModel
-from ...estimate import Parameter, Solution, Stop, UnknownScale, log_evidence, solve
+from ...estimate import Parameter, Solution, UnknownScale, log_evidence, solve
 from ...estimate.solver import NoModelError
 from ...rig import Bushing, Grease
 from .problem import LawProblem, Place
+from .search import STOP
 
 __all__ = ["with_likeliest_contacts"]
 
 LIKELIER = 3.0  # logarithm of the odds from which on a contact of another family is believed
-STOP = Stop(steps=24, decrease=0.0, gain=0.2, move=0.0)
 
 
 class _Begun(NamedTuple):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...clearance.contact import ContactModel
-from ...clearance.contacts.kelvin_voigt import Linear
+from ...clearance.family import CONTACT_FAMILIES
 from ...core.files import to_json, write_text
 from ...estimate.estimates import Estimates
 from ...model import Model
@@ -56,12 +56,15 @@ class ClearanceInOperation:
     """contact, friction and filling by name, SI, each with the standard deviation of its logarithm"""
     path: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
     """(n, 2) motion along y and z from where the shaft rests, m"""
-    contact: str = Linear.name
-    """name of the likeliest family of contact"""
     contact_model: ContactModel | None = None
     """the contact that was found; None where the shaft does not touch"""
     deepest: float = 0.0
     """m, how far the shaft goes into its wall"""
+
+    @property
+    def contact(self) -> str | None:
+        """Name of the family of the contact that was found; None where the shaft does not touch."""
+        return next((f.name for f in CONTACT_FAMILIES.values() if f.holds(self.contact_model)), None)
 
     @property
     def interval(self) -> tuple[float, float]:

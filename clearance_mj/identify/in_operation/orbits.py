@@ -158,9 +158,7 @@ def _result(rig: Rig, records: Sequence[PreparedRecord], bands: Bands, found: So
     return OrbitFit(model, tuple(clearances), estimates, names, misfit, bands, rig, warnings)
 
 
-def _filled(
-    bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation
-) -> Bushing:  # fmt: skip
+def _filled(bushing: Bushing, place: Place, values: dict[str, float], clearance: ClearanceInOperation) -> Bushing:
     """Return a bushing with the filling that was found and, if the shaft touches, friction and the contact's size."""
     own, nominal = f"bushings[{place.number}]", place.nominal
     if clearance.contact_model:
@@ -207,7 +205,7 @@ def _clearance(
     return ClearanceInOperation(
         rig.clearance_labels[place.number], seen, touches, odds, gap if seen else rig.bushings[place.number].gap,
         gap_std, (float(rest[0]), float(rest[1])), (rest_std[0], rest_std[1]),
-        radius / (1 + 2 * COMMON_GAIN), arc, law, ends[:, 0], place.contact.name,
+        radius / (1 + 2 * COMMON_GAIN), arc, law, ends[:, 0],
         problem.case(place, values).law.contact[0] if touches else None, depth * gap,
     )  # fmt: skip
 

@@ -38,17 +38,17 @@ class Place(NamedTuple):
     filling: FillingFamily
 
 
-def places_of(rig: Rig, contacts: Sequence[str] = ()) -> list[Place]:
+def places_of(rig: Rig, contacts: Sequence[str | None] = ()) -> list[Place]:
     """Return a rig's clearances: oil where the rig file has it, else springs and a squeeze film.
 
     Parameters
     ----------
     rig : Rig
         As its file has it.
-    contacts : sequence of str
-        Names of the families of their contacts; all are linear by default.
+    contacts : sequence of str or None
+        Names of the families of their contacts; by default, and where None, they are linear.
     """
-    names = contacts or (Linear.name,) * len(rig.bushings)
+    names = [name or Linear.name for name in contacts or [None] * len(rig.bushings)]
     return [
         Place(j, nominal_of(rig, j), CONTACT_FAMILIES[name], OilFilled() if bushing.film else LinearWithFilm())
         for j, (name, bushing) in enumerate(zip(names, rig.bushings))

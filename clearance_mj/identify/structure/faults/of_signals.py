@@ -58,7 +58,7 @@ def _distorted(assessment: Assessment, gains: list[np.ndarray], channel: int) ->
     best, now = float(likeness.max()), float(likeness[DELAYS // 2])
     if -now > DELAYED or (-now > PARTLY_DELAYED and -now > best + PARTLY_DELAYED_GAIN):
         return f"has the wrong sign (likeness {now:.2f}): turn it round in the dataset, as -Z for +Z"
-    for without in ((channel,), assessment.suspects) if best < WHOLE else ():
+    for without in dict.fromkeys(((channel,), assessment.suspects)) if best < WHOLE else ():
         if words := _clock(assessment, channel, *_expected(assessment, gains, channel, without), delays, best):
             return words
     if (best > DELAYED and best > now + DELAY_GAIN) or (best > PARTLY_DELAYED and best > now + PARTLY_DELAYED_GAIN):
