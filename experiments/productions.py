@@ -81,7 +81,7 @@ def over_level(number: int) -> dict[str, np.ndarray]:
     for name in ("contact_force", "acceleration"):
         settings = settings_of(MODEL, LEVELS, FREQUENCIES, Limit(name, 1.0), None)
         cells = [branch.crossings(LEVELS) for branch in branches_of(settings, model)]
-        found[name] = np.array([values for _, _, (values,) in cells]).T
+        found[name] = np.array([values for _, _, (_, values) in cells]).T
         if name == "contact_force":
             found["vibrations"] = np.array([count for count, _, _ in cells]).T
             found["touches"] = np.array([depth > 0 for _, depth, _ in cells]).T

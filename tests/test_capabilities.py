@@ -38,6 +38,7 @@ from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 from tests.conftest import ROOT
 from tests.identify import capability_rows as identification_rows
 from tests.periodic import capability_rows
+from tests.tolerance import capability_rows as population_rows
 
 PAGE = ROOT / "docs" / "capabilities.md"
 LENGTH, DIAMETER, MASS, POLAR, FS = 0.8, 0.014, 0.5, 8e-4, 4096.0
@@ -288,6 +289,7 @@ ROWS = {
     "drawing and animation": (pictures, "lifts as recorded, 1e-3 of the gap"),
     **capability_rows.ROWS,
     **identification_rows.ROWS,
+    **population_rows.ROWS,
 }
 """Of each capability the check and the known answer or other method"""
 REASONS = {
@@ -295,12 +297,18 @@ REASONS = {
         "friction",
         "teeth with mean torque",
     ): "an angle alone: flanks slide along the line of action, and back beyond the pitch point",
+    (
+        "life under a sine",
+        "teeth with mean torque",
+    ): "an angle alone: flanks slide along the line of action, and back beyond the pitch point",
+    ("sound of a plate", "teeth with mean torque"): "a shaft that twists moves no plate",
     ("backbone", "round turning with film"): "oil that turns has no mode that swings: its free vibration is a whirl, "
     "`follow_whirl`",
 }
 """Cells that mean nothing, and why"""
 SLOW = {("level of first contact", "round turning with film"), ("periodic response over frequency", "slot")}
-SLOW |= {(row, column) for row in (*capability_rows.SLOW, *identification_rows.SLOW) for column in COLUMNS}
+SLOW_ROWS = *capability_rows.SLOW, *identification_rows.SLOW, *population_rows.SLOW
+SLOW |= {(row, column) for row in SLOW_ROWS for column in COLUMNS}
 CELLS = [
     pytest.param(*cell, marks=pytest.mark.slow if cell in SLOW else ())
     for row in ROWS for column in COLUMNS if (cell := (row, column)) not in REASONS

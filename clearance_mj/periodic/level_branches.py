@@ -23,10 +23,12 @@ from .in_gap import level_of_contact, linear_in_gap, without_contact
 from .solver import Solver
 from .stability import Located
 
-__all__ = ["LIMITED", "WAYS", "LevelBranch", "level_branches"]
+__all__ = ["IMPACT", "LIMITED", "WAYS", "LevelBranch", "level_branches"]
 
 LIMITED = ("contact_force", "penetration", "displacement", "acceleration")
 """Quantities that a branch can be read for, each the largest of a period, or half of the way from lowest to highest."""
+IMPACT = "impact"
+"""How deep an end is in its wall or, of one that rests against it, how far it leaves it; below 0 if not."""
 FORCES = ("contact_force", "penetration")  # that are there at rest where the weight presses against a wall
 WAYS = ("lift", "other wall")
 """How far an end that touches leaves its wall, and how deep an end is in both its walls in a period; below 0 if not."""
@@ -101,13 +103,19 @@ class LevelBranch:
         share = np.where(crossed.any(axis=0), share, np.nan)
         return np.moveaxis(values[..., ends] + share * (values[..., ends + 1] - values[..., ends]), -2, 0)
 
-    def level_from_rest(self) -> float:
-        """Return the level at which contact begins if the level is raised slowly from rest; infinite if it does not."""
-        if self.depth.max() <= 0:
+    def level_from_rest(self, values: np.ndarray) -> float:
+        """Return the level at which a quantity rises above 0 if the level is raised slowly from rest, or infinity.
+
+        Parameters
+        ----------
+        values : ndarray, shape (m,)
+            `depth`, or a row of `values`.
+        """
+        if values.max() <= 0:
             return np.inf
-        i = int(np.argmax(self.depth > 0))
+        i = int(np.argmax(values > 0))
         ends = slice(max(i - 1, 0), i + 1)
-        begins = float(np.interp(0.0, self.depth[ends], self.level[ends]))
+        begins = float(np.interp(0.0, values[ends], self.level[ends]))
         return max(begins, float(self.level[:i].max(initial=0.0)))  # a fold in the gap is passed before
 
     def first_level(self, values: np.ndarray, limit: float) -> float:
@@ -143,7 +151,7 @@ def level_branches(
     largest : float
         Level up to which the vibrations are wanted.
     quantities : sequence of str
-        Of `LIMITED` and `WAYS`.
+        Of `LIMITED` and `WAYS`, or `IMPACT`.
     rows : sequence of int or None
         Which clearance or sensor each quantity is of; None, or nothing given: the largest of all.
     """
@@ -208,14 +216,15 @@ def _read(
     """The branch of motions, and rest before them."""
     x, depth = moved(solver, Vibrations(np.zeros(motions.omega.size, dtype=int), motions.z, motions.y))
     deepest = depth.max(axis=(1, 2))
-    if 0 < contact <= FAR * largest:
-        deepest[0] = 0.0  # it just fills the gap, if not at any of the samples
     values = np.array([_values(solver, name, row, motions, omega, x, depth) for name, row in zip(quantities, rows)])
     values = values.reshape(len(quantities), motions.omega.size)
+    if 0 < contact <= FAR * largest:  # it just fills the gap, if not at any of the samples
+        deepest[0] = 0.0
+        values[[name == IMPACT for name in quantities], 0] = 0.0
     level, rows_of = _finer(motions, np.array([deepest, *values]))
     # At rest nothing moves, but a weight may press against a wall.
     pressed = [deepest[0] if contact == 0 else -solver.system.size]
-    there = (*WAYS, *FORCES) if deepest[0] > 0 else WAYS
+    there = (*WAYS, IMPACT, *FORCES) if deepest[0] > 0 else (*WAYS, IMPACT)
     pressed += [row[0] if name in there else 0.0 for name, row in zip(quantities, values)]
     deepest, *whole = np.column_stack((pressed, rows_of))
     found = np.array(whole).reshape(len(whole), level.size + 1)
@@ -259,6 +268,9 @@ def _values(
         of_rows = depth.max(axis=2)
     elif name == "lift":
         of_rows = -depth.min(axis=2)
+    elif name == IMPACT:
+        rests = depth[0].min(axis=1) > 0  # the first motion is that which just fills the gap, or next to rest
+        of_rows = np.where(rests, -depth.min(axis=2), depth.max(axis=2))
     elif name == "other wall":
         of_rows = _in_both_walls(solver, x)
     elif name == "contact_force":

@@ -29,8 +29,8 @@ def rows(found: HourPeaks) -> pd.DataFrame:
     unit = found.unit.replace("²", "2")
     impacts = [
         {"place": name, "what": "impacts per second", "unit": "1/s", "value": rate.value, "low": rate.low,
-         "high": rate.high, "probability_of_impact": touch}
-        for name, rate, touch in zip(found.clearances, found.impacts, found.impact_probability)
+         "high": rate.high, "probability_of_impact": touch, "rests": bool(rests)}
+        for name, rate, touch, rests in zip(found.clearances, found.impacts, found.impact_probability, found.rests)
     ]  # fmt: skip
     largest = [
         {"place": name, "what": f"largest {found.quantity}", "unit": unit, "value": fit.median, "low": fit.low,
@@ -44,8 +44,8 @@ def rows(found: HourPeaks) -> pd.DataFrame:
 def plain(found: HourPeaks) -> dict[str, Any]:
     """Return everything but the peaks and where they come from as plain data."""
     clearances = [
-        {"name": name, **asdict(rate), "probability": float(touch)}
-        for name, rate, touch in zip(found.clearances, found.impacts, found.impact_probability)
+        {"name": name, **asdict(rate), "probability": float(touch), "rests": bool(rests)}
+        for name, rate, touch, rests in zip(found.clearances, found.impacts, found.impact_probability, found.rests)
     ]
     largest = [
         {"name": name, "in_record": float(seen), **asdict(fit)}
@@ -58,8 +58,9 @@ def plain(found: HourPeaks) -> dict[str, Any]:
 def words(found: HourPeaks) -> list[str]:
     """Say in lines what was found: the table of `HourPeaks`, who touches, and how likely the limit is exceeded."""
     said = [str(found)]
-    for name, touch in zip(found.clearances, found.impact_probability):
-        said.append(f"{name} touches within {found.hours:g} h with a probability of {touch:.3g}")
+    for name, touch, rests in zip(found.clearances, found.impact_probability, found.rests):
+        does = "leaves the wall against which it rests" if rests else "touches"
+        said.append(f"{name} {does} within {found.hours:g} h with a probability of {touch:.3g}")
     if found.limit is not None:
         over = ", ".join(f"{name} {share:.3g}" for name, share in zip(found.rows, found.exceeded))
         said.append(f"probability of more than {found.limit:g} {found.unit} within {found.hours:g} h: {over}")

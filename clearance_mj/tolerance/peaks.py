@@ -54,7 +54,10 @@ class HourPeaks(Shown, ArrayData):
     impacts: tuple[ImpactRate, ...]
     """contacts that begin per second, of each bushing, with their interval"""
     impact_probability: np.ndarray
-    """(n_bushings,) probability that the bushing touches at all in the time"""
+    """(n_bushings,) probability that the shaft hits the bushing's wall at all in the time; what rests against the wall
+    hits it once it leaves it"""
+    rests: np.ndarray
+    """(n_bushings,) whether the shaft was in contact throughout the record, pressed by its weight or a load"""
     rows: tuple[str, ...]
     """name of each row of ``largest``"""
     largest: tuple[Largest, ...]
@@ -102,8 +105,8 @@ class HourPeaks(Shown, ArrayData):
     def _overview(self) -> Overview:
         scale, unit = (1e3, "mm") if self.quantity == "penetration" else (1.0, self.unit)
         touch = [
-            f"{name} {rate.value:.3g} ({rate.low:.3g} to {rate.high:.3g})"
-            for name, rate in zip(self.clearances, self.impacts)
+            f"{name} {rate.value:.3g} ({rate.low:.3g} to {rate.high:.3g})" + ", rests against its wall" * bool(rests)
+            for name, rate, rests in zip(self.clearances, self.impacts, self.rests)
         ]
         facts = {"impacts per second": ", ".join(touch)}
         head = ("", f"in the record ({unit})", f"largest in {self.hours:g} h ({unit})", "5 to 95 %", "peaks", "shape")
@@ -215,7 +218,9 @@ def peaks_of_record(
     lowest = float(natural_frequencies(rig_in_gap(rig, law), 1)[0])
     ratio, run = 3600.0 * hours / duration, round(noise.fs / max(lowest, LOWEST))
     rates = tuple(impact_rate(impacts, duration) for impacts in record.impacts)
-    touch = np.array([_touch(depth, rate, run, ratio, duration) for depth, rate in zip(record.depth, rates)])
+    rests = record.depth.min(axis=1) > 0
+    to_wall = np.where(rests[:, None], -record.depth, record.depth)
+    touch = np.array([_touch(near, rate, run, ratio, duration) for near, rate in zip(to_wall, rates)])
     values, least = {
         "contact_force": (record.contact_force, 0.0),
         "penetration": (record.depth, -np.inf),
@@ -227,18 +232,18 @@ def peaks_of_record(
         largest = tuple(map(_not_negative, largest))
     peaks = tuple(decluster(value, each.threshold, run) for value, each in zip(values, largest))
     return HourPeaks(
-        quantity, float(hours), duration, tuple(rig.clearance_labels), rates, touch,
+        quantity, float(hours), duration, tuple(rig.clearance_labels), rates, touch, rests,
         tuple(rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels), largest,
         np.maximum(values.max(axis=1), 0.0), limit, peaks,
         {"rig": rig.to_dict(), "law": law.to_dict(), "excitation": dict(noise.description)},
     )  # fmt: skip
 
 
-def _touch(depth: np.ndarray, rate: ImpactRate, run: int, ratio: float, duration: float) -> float:
-    """Probability of an impact: from the rate where there are some, else from how near to the wall the depth comes."""
+def _touch(near: np.ndarray, rate: ImpactRate, run: int, ratio: float, duration: float) -> float:
+    """Probability of an impact: from the rate where there are some, else from how near to one, at 0, it comes."""
     if rate.value:
         return float(1 - (1 + ratio) ** -(rate.value * duration / rate.dispersion + 0.5))
-    return largest_value(depth, run, ratio, limits=(0.0,)).exceeded[0]
+    return largest_value(near, run, ratio, limits=(0.0,)).exceeded[0] if np.ptp(near) > 0 else 0.0
 
 
 def _not_negative(largest: Largest) -> Largest:

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..model import Model
-from ..periodic.level_branches import LevelBranch, level_branches
+from ..periodic.level_branches import IMPACT, LevelBranch, level_branches
 from ..periodic.map_rows import solver_at
 from ..periodic.resolution import resolution
 from .designs import Designs
@@ -53,10 +53,10 @@ class Rattling(NamedTuple):
     """What designs do."""
 
     counts: np.ndarray
-    """(5, n_levels, n_frequencies) how many designs are known there; of these how many can touch a wall, do so if the
+    """(5, n_levels, n_frequencies) how many designs are known there; of these how many can hit a wall, do so if the
     level is raised from rest, exceed the limit, and have more than one vibration, so that they may jump"""
     of_designs: np.ndarray
-    """(4, n_designs) lowest level at any frequency that can touch, that touches if it is raised from rest, and that
+    """(4, n_designs) lowest level at any frequency that can hit, that hits if it is raised from rest, and that
     exceeds the limit, infinite if none does; the largest value of what is limited, up to the largest level, 0 without a
     limit: rows `CONTACT`, `FROM_REST`, `EXCEEDING` and `LARGEST`"""
 
@@ -91,15 +91,15 @@ def _of_one(settings: Settings, model: Model) -> Rattling:
     branches = branches_of(settings, model)
     read = [branch.crossings(levels) for branch in branches]
     vibrations = np.array([count for count, _, _ in read]).T
-    depth = np.array([deep for _, deep, _ in read]).T
-    values = np.array([each[0] for _, _, each in read]).T if limit else np.zeros_like(depth)
-    beyond = values > limit.value if limit else np.zeros_like(depth, dtype=bool)
-    touched = min(branch.first_level(branch.depth, 0.0) for branch in branches)
-    raised = np.array([branch.level_from_rest() for branch in branches])
+    impact, *limited = np.array([values for _, _, values in read]).transpose(1, 2, 0)
+    beyond = limited[0] > limit.value if limit else np.zeros_like(impact, dtype=bool)
+    touched = min(branch.first_level(branch.values[0], 0.0) for branch in branches)
+    raised = np.array([branch.level_from_rest(branch.values[0]) for branch in branches])
     from_rest = (vibrations > 0) & (levels[:, None] >= raised)
-    exceeded = min(branch.first_level(branch.values[0], limit.value) for branch in branches) if limit else np.inf
-    counts = np.array([vibrations > 0, depth > 0, from_rest, beyond, vibrations > 1], dtype=np.int64)
-    return Rattling(counts, np.array([[touched], [raised.min()], [exceeded], [values.max()]]))
+    exceeded = min(branch.first_level(branch.values[1], limit.value) for branch in branches) if limit else np.inf
+    counts = np.array([vibrations > 0, impact > 0, from_rest, beyond, vibrations > 1], dtype=np.int64)
+    largest = limited[0].max() if limit else 0.0
+    return Rattling(counts, np.array([[touched], [raised.min()], [exceeded], [largest]]))
 
 
 def branches_of(settings: Settings, model: Model) -> list[LevelBranch]:
@@ -146,5 +146,5 @@ def _branches(
 ) -> Iterator[LevelBranch]:  # fmt: skip
     limit, omega = settings.limit, 2 * np.pi * settings.frequencies
     solver = solver_at(model, settings.kind, 1.0, float(omega[-1]), harmonics, samples, settings.modes)
-    quantities, rows = ([limit.quantity], [limit.row(model.rig)]) if limit else ([], [])
+    quantities, rows = ((IMPACT, limit.quantity), (None, limit.row(model.rig))) if limit else ((IMPACT,), ())
     return level_branches(solver, solver.system.pace * omega[which], float(settings.levels[-1]), quantities, rows)

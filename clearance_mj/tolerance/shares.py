@@ -44,9 +44,10 @@ class Production(ArrayData):
     frequency: np.ndarray
     """(n_frequencies,) Hz"""
     contact: np.ndarray
-    """(n_levels, n_frequencies) share of the designs that can touch a wall: one of their coexisting vibrations does"""
+    """(n_levels, n_frequencies) share of the designs that can hit a wall: one of their coexisting vibrations does; what
+    rests against a wall, such as teeth under a mean torque, hits it from where it leaves it"""
     from_rest: np.ndarray
-    """(n_levels, n_frequencies) share of the designs that touch a wall if the level is raised slowly from rest"""
+    """(n_levels, n_frequencies) share of the designs that hit a wall if the level is raised slowly from rest"""
     exceeding: np.ndarray
     """(n_levels, n_frequencies) share of the designs that exceed the limit; 0 without one"""
     several: np.ndarray
@@ -54,10 +55,10 @@ class Production(ArrayData):
     unknown: np.ndarray
     """(n_levels, n_frequencies) share of the designs whose vibration was not found"""
     first_contact: np.ndarray
-    """(n_designs,) lowest level at which a design can touch at any of the frequencies; infinite if it is not found up
-    to somewhat above the largest level"""
+    """(n_designs,) lowest level at which a design can hit a wall at any of the frequencies; infinite if it is not found
+    up to somewhat above the largest level"""
     first_from_rest: np.ndarray
-    """(n_designs,) lowest level at which it touches if the level is raised slowly from rest"""
+    """(n_designs,) lowest level at which it hits a wall if the level is raised slowly from rest"""
     first_exceeding: np.ndarray
     """(n_designs,) lowest level at which it exceeds the limit"""
     largest: np.ndarray

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import clearance_mj as cm
+from clearance_mj.engines import static_equilibrium
+from clearance_mj.report.peaks import words
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
 
 RIG = cm.Rig.load("models/table1_rig.toml")
@@ -31,6 +33,33 @@ def test_without_contact_it_is_rices_largest_value():
     assert ratio[:7] == pytest.approx(np.ones(7), abs=0.1)
     assert ratio[7] == pytest.approx(1.0, abs=0.2)  # the tip, whose lowest mode has a damping ratio of 1.6 %
     assert not found[0].impacts_per_second.any() and found[0].impact_probability.max() < 1e-6
+
+
+def test_a_shaft_that_rests_leaves_its_wall_as_often_as_rice_says():
+    """On its wall the rig is linear: it lifts once the motion there, of moments as above, is its static penetration.
+
+    At the level at which that is as likely as not within an hour, at half and at twice of it.
+    """
+    bushing = dataclasses.replace(RIG.bushings[0], length=0.0, gap=1e-5, grease=cm.rig.Grease(0.0))
+    rig = RIG.replace(bushings=(bushing,), gravity=(0.0, 0.0, -9.81))
+    held = dataclasses.replace(
+        bushing, gap=0.1, grease=cm.rig.Grease(bushing.contact.stiffness, bushing.contact.damping)
+    )
+    sensor = cm.rig.Sensor(1, bushing.position)
+    frequency, step = np.arange(5.0, 220.0, 0.01), 0.01
+    of_wall = cm.beam.linear_frf(rig.replace(bushings=(held,), sensors=(sensor,)), frequency)[0]
+    psd = SHAPE.scaled(1.0)
+    density = np.abs(of_wall - 1) ** 2 * psd.at(frequency) / (2 * np.pi * frequency) ** 4
+    spread = np.sqrt(density.sum() * step)
+    rate = np.sqrt((density * frequency**2).sum() * step) / spread
+    pressed = -static_equilibrium(rig).displacement[0] - bushing.gap
+    level = pressed / (spread * np.sqrt(2 * np.log(rate * 3600 / np.log(2))))
+    halfway = [peaks_over_an_hour(rig, psd.scaled(level), seed=seed) for seed in range(5)]
+    assert np.mean([each.impact_probability for each in halfway]) == pytest.approx(0.5, abs=0.25)
+    quiet, loud = (peaks_over_an_hour(rig, psd.scaled(factor * level)) for factor in (0.5, 2.0))
+    assert quiet.rests.all() and not quiet.impacts_per_second.any() and quiet.impact_probability[0] < 0.1
+    assert "rests against its wall" in str(quiet) and "leaves the wall against which it rests" in words(quiet)[1]
+    assert not loud.rests.any() and loud.impacts_per_second[0] > 0.1 and loud.impact_probability[0] > 0.999
 
 
 def test_force_and_penetration_of_a_rattling_rig_fit_each_other():
