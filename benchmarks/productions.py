@@ -14,7 +14,7 @@ import numpy as np
 
 import clearance_mj as cm
 from clearance_mj.periodic import map_rattle
-from clearance_mj.tolerance import Scatter, production
+from clearance_mj.tolerance import Runner, Scatter, Sines, production
 
 from .case import row
 
@@ -53,7 +53,7 @@ def _seconds(n, frequencies, workers=None):
     watch.start()
     begun = time.perf_counter()
     try:
-        production(MODEL, SCATTER, LIMIT, LEVELS, frequencies, n, workers=workers)
+        production(MODEL, SCATTER, Sines(LEVELS, frequencies, LIMIT), n, runner=Runner(workers))
     finally:
         done.set()
         watch.join()

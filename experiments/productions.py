@@ -23,10 +23,10 @@ from clearance_mj.core.files import replacing
 from clearance_mj.core.plain_numbers import find_numbers, get_number
 from clearance_mj.core.tasks import run_tasks
 from clearance_mj.periodic import map_rattle
-from clearance_mj.tolerance.batches import settings_of
 from clearance_mj.tolerance.designs import Designs
 from clearance_mj.tolerance.limits import Limit
 from clearance_mj.tolerance.rattling import branches_of
+from clearance_mj.tolerance.sines import Sines, settings_of
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "results" / "productions"
@@ -79,7 +79,7 @@ def over_level(number: int) -> dict[str, np.ndarray]:
     """Return the same of a design by branches over the level, (n_levels, n_frequencies)."""
     model, found = designs().model(number), {}
     for name in ("contact_force", "acceleration"):
-        settings = settings_of(MODEL, LEVELS, FREQUENCIES, Limit(name, 1.0), None)
+        settings = settings_of(MODEL, Sines(LEVELS, FREQUENCIES, Limit(name, 1.0)))
         cells = [branch.crossings(LEVELS) for branch in branches_of(settings, model)]
         found[name] = np.array([values for _, _, (_, values) in cells]).T
         if name == "contact_force":

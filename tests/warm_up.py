@@ -68,8 +68,9 @@ def links():
 
 def branches_over_level():
     scatter = cm.tolerance.Scatter((cm.tolerance.Scattered("bushings.gap", std="8 %"),))
-    cm.tolerance.production(MODEL, scatter, "contact_force > 3 N", [1.0, 6.0], [11.0], 2, workers=1)
-    cm.tolerance.production(MODEL, scatter, None, [1.0, 6.0], [11.0], 2, workers=1)
+    for limit in (None, "contact_force > 3 N"):
+        sines = cm.tolerance.Sines([1.0, 6.0], [11.0], limit)
+        cm.tolerance.production(MODEL, scatter, sines, 2, runner=cm.tolerance.Runner(1))
 
 
 def periodic_in_space():

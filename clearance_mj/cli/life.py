@@ -73,6 +73,7 @@ def _operation(options: argparse.Namespace, model: Model) -> Operation:
 
 
 def _predicted(options: argparse.Namespace, model: Model, operation: Operation) -> Life | Lives | Remaining:
+    from ..core.runner import Runner
     from ..wear import GapHistory, predict_life, predict_lives, predict_remaining
 
     limit, progress = by_bushing(options.gap_limit, "--gap-limit"), not options.quiet
@@ -81,8 +82,5 @@ def _predicted(options: argparse.Namespace, model: Model, operation: Operation) 
         return predict_remaining(model, operation, history, limit, seed=options.seed, progress=progress)
     if not options.draws:
         return predict_life(model, operation, limit, options.hours, progress=progress)
-    kept = options.out / "draws"
-    return predict_lives(
-        model, operation, limit, options.draws, options.seed, options.hours, workers=options.workers, cache=kept,
-        progress=progress,
-    )  # fmt: skip
+    runner = Runner(options.workers, progress=progress, kept=options.out / "draws")
+    return predict_lives(model, operation, limit, options.draws, options.seed, options.hours, runner=runner)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +26,7 @@ from .options import (
 
 if TYPE_CHECKING:  # a command imports what it needs when it runs
     from ..report.random_production import Hours
-    from ..signals.psd import PSD
-    from ..tolerance import Designs, Limit, Tightening
+    from ..tolerance import Designs, Noise, Runner, Tightening
 
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
@@ -80,7 +79,18 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from ..periodic.excitation import excited_by
     from ..report.production import words, write_production
     from ..report.tightening import tightening_words
-    from ..tolerance import Limit, Scatter, draw_designs, production, random_tightening, rattle_sensitivity, tighten
+    from ..tolerance import (
+        Limit,
+        Noise,
+        Runner,
+        Scatter,
+        Sines,
+        draw_designs,
+        production,
+        random_tightening,
+        rattle_sensitivity,
+        tighten,
+    )
     from ..tolerance.peaks import QUANTITIES
 
     if options.sobol is not None and (options.sobol < 2 or options.sobol & (options.sobol - 1)):
@@ -101,42 +111,37 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         raise ClearanceError("--rms is of random excitation: give --psd FILE or --road CLASS")
     if noise and limit and (limit.quantity not in QUANTITIES or limit.at):
         raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
-    sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol", "up_to"))
+    of_sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol", "up_to"))
     scatter = None
     if not posterior:
         scatter = Scatter.load(options.scatter) if options.scatter else Scatter.of_rig(model.rig)
     designs = draw_designs(model, scatter or "posterior", options.designs, options.seed)
     kept = options.out / ".clearance-mj" / "designs"
-    shared: dict[str, Any] = {name: getattr(options, name) for name in ("seed", "kind", "workers", "scheduler")}
-    shared |= periodic_settings(options) | {"progress": not options.quiet}
+    runner = Runner(options.workers, options.scheduler, None, not options.quiet, kept)
     found = sensitivity = hours = None
     tightenings: dict[str, Tightening] = {}
-    largest, tighter = max(levels), (options.allowed, min(options.designs, MOST_LEARNT_FROM))
+    tighter = options.allowed, min(options.designs, MOST_LEARNT_FROM), options.seed, runner
     if noise:
-        how = options.workers, options.scheduler, not options.quiet, kept / "random"
+        asked = (limit.quantity, limit.value) if limit else ("contact_force", None)
         rms = options.rms(noise.kind) if options.rms else (noise.rms,)
-        time = (options.duration, options.seed)
-        hours = _hours(designs, limit, noise, rms, time, options.hours, how)
+        random = Noise(noise, rms, options.duration, options.hours, *asked)
+        hours = _hours(designs, random, options.seed, runner)
         if options.allowed:
-            tightenings["tightening_random"] = random_tightening(
-                model, scatter, noise, max(rms), limit, *tighter, *time, options.hours, *how
-            )
-    if sines:
-        asked = scatter or "posterior", limit, levels, frequencies, options.designs
-        found = production(model, *asked, kept=kept / "production", **shared)
+            tightenings["tightening_random"] = random_tightening(model, scatter, random, *tighter)
+    sines = Sines(levels, frequencies, limit, options.kind, **periodic_settings(options))
+    if of_sines:
+        found = production(model, scatter or "posterior", sines, options.designs, options.seed, runner)
     if options.sobol:
-        given = limit, largest, frequencies, options.sobol
-        sensitivity = rattle_sensitivity(model, scatter, *given, kept=kept / "sensitivities", **shared)
-    if sines and options.allowed:
-        largest = options.up_to(kind) if options.up_to else largest
-        tightenings["tightening"] = tighten(
-            model, scatter, limit, largest, frequencies, *tighter, kept=kept / "tightening", **shared
-        )
+        sensitivity = rattle_sensitivity(model, scatter, sines, options.sobol, options.seed, runner)
+    if of_sines and options.allowed:
+        up_to = replace(sines, levels=[options.up_to(kind)]) if options.up_to else sines
+        tightenings["tightening"] = tighten(model, scatter, up_to, *tighter)
+    runner.drop_unused()
     made_from = settings(model) | {
         "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
         "provenance": provenance(options),
     }  # fmt: skip
-    made_from |= {"frequency": frequencies.tolist()} if sines else {}
+    made_from |= {"frequency": frequencies.tolist()} if of_sines else {}
     result = write_production(designs, options.new, made_from, found, sensitivity, tightenings, hours)
     for name, tightening in tightenings.items():
         if tightening.cheapest:
@@ -151,17 +156,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     return result | {"out": str(options.out)}
 
 
-def _hours(
-    designs: Designs, limit: Limit | None, psd: PSD, rms: Sequence[float], time: tuple[float, int], hours: float,
-    how: tuple[Any, ...],
-) -> Hours:  # fmt: skip
+def _hours(designs: Designs, noise: Noise, seed: int, runner: Runner) -> Hours:
     """What hours of random excitation do."""
     from ..report.random_production import Hours
     from ..tolerance import random_production
 
-    quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
-    found = random_production(designs, psd, rms, *time, quantity, hours, value, *how)
-    rig = designs.nominal.rig
-    warn_of_depths(designs.nominal, found[-1].largest[:, 1], quantity)
-    places = rig.sensor_labels if quantity == "acceleration" else rig.clearance_labels
-    return Hours(tuple(found), quantity, value, hours, psd.kind, tuple(rig.clearance_labels), tuple(places))
+    found, rig = random_production(designs, noise, seed, runner), designs.nominal.rig
+    warn_of_depths(designs.nominal, found[-1].largest[:, 1], noise.quantity)
+    places = rig.sensor_labels if noise.quantity == "acceleration" else rig.clearance_labels
+    return Hours(tuple(found), noise, tuple(rig.clearance_labels), tuple(places))

@@ -40,6 +40,7 @@ QUEUED_PER_WORKER = 2  # tasks that wait at each worker, so that none idles
 MAX_LOSSES = 3  # times that a task may lose its worker
 PATIENCE = 10.0  # s to wait for a scheduler's answer
 DELAY = 1.0  # s until a bar shows: what is refused at once says so in one line
+TIMED = 5.0  # s for which samples are timed
 SMOOTHING = 0.1  # of the time left: a little more weight to the latest tasks, for a machine that gets busier
 
 
@@ -55,15 +56,20 @@ def workers_to_use(workers: int | None) -> int:
     return workers
 
 
-def print_duration(what: str, task: Callable[[], object], times: float, workers: int) -> None:
-    """Say how long so many times a task take on workers, from one that is timed after one that compiles its code."""
-    task()
-    start = time.perf_counter()
-    task()
-    alone = times * (time.perf_counter() - start)
+def print_duration(what: str, samples: Sequence[Callable[[], object]], times: float, workers: int) -> None:
+    """Say how long so many times the mean of samples take on workers; they are timed for some seconds.
+
+    The first one, which compiles its code, is called once more before.
+    """
+    samples[0]()
+    start, done = time.perf_counter(), 0
+    while done < len(samples) and time.perf_counter() - start < TIMED:
+        samples[done]()
+        done += 1
+    alone = times * (time.perf_counter() - start) / done
     least, most = (f"{s:.0f} s" if s < 100 else f"{s / 60:.0f} min" for s in (alone / workers, alone))
     shared = f"es (up to {most} where they share cores with each other or with other work)" if workers > 1 else ""
-    print(f"{what}: about {least} on {workers} process{shared}, by one timed here", file=sys.stderr)
+    print(f"{what}: about {least} on {workers} process{shared}, by {done} timed here", file=sys.stderr)
 
 
 def run_tasks(
@@ -93,10 +99,16 @@ def run_tasks(
         total=len(tasks) + done, initial=done, desc=progress, unit="run", smoothing=SMOOTHING, disable=not progress,
         delay=DELAY,
     )  # fmt: skip
+    shown = threading.Timer(DELAY, bar.refresh)  # else it would show with the first result
+    shown.daemon = True
     with bar, contextlib.closing(results):
-        for task, result in results:
-            yield task, result
-            bar.update()
+        shown.start()
+        try:
+            for task, result in results:
+                yield task, result
+                bar.update()
+        finally:
+            shown.cancel()
 
 
 def _on_threads(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> Results[Task, Result]:

@@ -38,7 +38,7 @@ SHARES = (1.0, 0.25)  # of these steps that are tried
 BACK = 1e-2  # of the first motion's level: below it a branch is lost
 BEYOND = 1.2  # of the largest level: a branch that rises above is left
 DEEP = 0.5  # of the gap: no branch is left before it went so deep
-FAR = 4.0  # times the largest level: where contact begins above that, no branch is looked at
+FAR = 4.0  # times the largest level: where contact begins above that, or does not up to there, no branch is looked at
 STEPS = 400  # of one branch
 PARTS = 8  # places between two motions at which a branch is read
 
@@ -206,7 +206,8 @@ def _followed(solver: Solver, start: Motion, largest: float) -> Motions:
 
 def _onwards(solver: Solver, start: Motion, largest: float) -> Motions:
     deep, step = DEEP * solver.system.size, FIRST_STEP if start.omega < largest else solver.longest
-    return solver.followed(start, STEPS, step, BACK * start.omega, BEYOND * largest, deep)
+    ends = BACK * start.omega, FAR * max(largest, start.omega)
+    return solver.followed(start, STEPS, step, ends, BEYOND * largest, deep)
 
 
 def _read(

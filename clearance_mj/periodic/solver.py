@@ -290,7 +290,7 @@ class Solver(Follower):
         yield from self.within(self.first(start), min(start, stop), max(start, stop), stop > start)
 
     def followed(
-        self, start: Motion, most: int, step: float, lowest: float, wanted: float, deep: float
+        self, start: Motion, most: int, step: float, ends: tuple[float, float], wanted: float, deep: float
     ) -> Motions:  # fmt: skip
         """Return a motion and those after it, until one beyond a wanted parameter rises and is deep in a wall.
 
@@ -302,8 +302,8 @@ class Solver(Follower):
             How many motions there are at most.
         step : float
             The first one, as a share of parameter and motion.
-        lowest : float
-            Parameter below which they end too.
+        ends : tuple of float
+            Parameters below and above which they end too.
         wanted : float
             The parameter.
         deep : float
@@ -311,7 +311,7 @@ class Solver(Follower):
         """
         found = [
             Motions.of([start]),
-            *(each for each, _ in self.pieces(start, lowest, math.inf, most, step, wanted, deep)),
+            *(each for each, _ in self.pieces(start, *ends, most, step, wanted, deep)),
         ]
         return Motions(*map(np.concatenate, zip(*found)))
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..periodic.axes import level_axis
-from ..tolerance import LevelPeaks
+from ..tolerance import LevelPeaks, Noise
 from ..tolerance.limits import KINDS, UNITS
 from .style import COLOURS, FONT, Drawing, canvas, tidy
 
@@ -21,14 +21,8 @@ class Hours:
 
     levels: tuple[LevelPeaks, ...]
     """in rising order"""
-    quantity: str
-    """whose largest value it is about"""
-    limit: float | None
-    """of it, N, m or m/s²"""
-    hours: float
-    """that are predicted"""
-    kind: str
-    """ "base" or "force" """
+    noise: Noise
+    """the excitation, and what was asked"""
     clearances: tuple[str, ...]
     """names of those that touch"""
     places: tuple[str, ...]
@@ -36,7 +30,7 @@ class Hours:
 
     @property
     def _unit(self) -> str:
-        return UNITS[KINDS[self.quantity]]
+        return UNITS[KINDS[self.noise.quantity]]
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row of plain data for each level and place; three numbers are a value with its 5 and 95 % ends."""
@@ -49,31 +43,32 @@ class Hours:
                 })  # fmt: skip
             for i, name in enumerate(self.places):
                 found.append({
-                    "level": each.level, "place": name, f"largest_{self.quantity}": each.largest[i].tolist(),
+                    "level": each.level, "place": name, f"largest_{self.noise.quantity}": each.largest[i].tolist(),
                     "too_few_peaks": float(each.too_few[i]),
-                } | ({"exceeds": each.exceeds[i].tolist()} if self.limit else {}))  # fmt: skip
+                } | ({"exceeds": each.exceeds[i].tolist()} if self.noise.limit else {}))  # fmt: skip
         return found
 
     def words(self) -> list[str]:
         """Say what happens at each level."""
         said = []
-        unit = level_axis(self.kind).unit
+        unit = level_axis(self.noise.psd.kind).unit
         for each in self.levels:
             most = int(each.touches[:, 0].argmax())
             share, low, high = 100 * each.touches[most]
             few, middle, many = each.impacts_per_second[most]
             words = (
-                f"at {each.level:.4g} {unit} RMS, in {self.hours:g} h: {self.clearances[most]} touches in {share:.3g} "
-                f"% of the designs ({low:.3g} to {high:.3g} %), {middle:.3g} times a second ({few:.2g} to {many:.2g})"
+                f"at {each.level:.4g} {unit} RMS, in {self.noise.hours:g} h: {self.clearances[most]} touches in "
+                f"{share:.3g} % of the designs ({low:.3g} to {high:.3g} %), {middle:.3g} times a second "
+                f"({few:.2g} to {many:.2g})"
             )
             largest = int(each.largest[:, 1].argmax())
             few, middle, many = each.largest[largest]
-            what = f"largest {self.quantity.replace('_', ' ')}"
+            what = f"largest {self.noise.quantity.replace('_', ' ')}"
             known = f"{what} at {self.places[largest]}: {middle:.4g} {self._unit} ({few:.3g} to {many:.3g})"
             words += f"; {known}" if middle else f"; too few peaks for the {what} of most designs"
-            if self.limit:
+            if self.noise.limit:
                 share, low, high = 100 * each.exceeds[largest]
-                words += f", over {self.limit:g} {self._unit} in {share:.3g} % ({low:.3g} to {high:.3g} %)"
+                words += f", over {self.noise.limit:g} {self._unit} in {share:.3g} % ({low:.3g} to {high:.3g} %)"
             said.append(words)
         return said
 
@@ -85,7 +80,7 @@ class Hours:
         panels = (
             ("touches", self.clearances, 100.0, "touch (%)"),
             ("impacts_per_second", self.clearances, 1.0, "impacts per second (1/s)"),
-            ("largest", self.places, 1.0, f"largest {self.quantity.replace('_', ' ')} ({self._unit})"),
+            ("largest", self.places, 1.0, f"largest {self.noise.quantity.replace('_', ' ')} ({self._unit})"),
         )
         for ax, (name, places, scale, title) in zip(axes, panels):
             for i, (place, colour) in enumerate(zip(places, COLOURS)):
@@ -93,11 +88,11 @@ class Hours:
                 low, middle, high = three if name != "touches" else three[[1, 0, 2]]
                 ax.plot(level, middle, "o-", color=colour, lw=1.2, ms=3, label=place)
                 ax.vlines(level, low, high, color=colour, lw=0.9)
-            tidy(ax, title, "", f"RMS ({level_axis(self.kind).unit})")
+            tidy(ax, title, "", f"RMS ({level_axis(self.noise.psd.kind).unit})")
         axes[0].set_ylim(-2, 102)
         axes[0].legend(fontsize=FONT - 1, frameon=False)
         caption = (
-            f"Random excitation for {self.hours:g} h: share of the designs that touch, with its 5 to 95 % interval; "
-            "impacts per second and the largest value: median of the designs, lines from 5 to 95 % of them."
+            f"Random excitation for {self.noise.hours:g} h: share of the designs that touch, with its 5 to 95 % "
+            "interval; impacts per second and the largest value: median of the designs, lines from 5 to 95 % of them."
         )
         return Drawing("production_random", figure, caption, "Shares, impact rates and largest values over level.")

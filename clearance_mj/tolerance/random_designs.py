@@ -7,41 +7,37 @@ independent, therefore: intervals come from the scatter between groups of eight.
 
 from __future__ import annotations
 
-import contextlib
-import itertools
-import json
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import scipy.special
 
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
-from ..core.cache import code, digest
 from ..core.errors import ClearanceError
-from ..core.tasks import print_duration, run_tasks, workers_to_use
+from ..core.runner import ALL_CORES, Runner
 from ..engines import Engine, get_engine
 from ..rig import Rig
 from ..signals.psd import PSD
+from ..statistics.shares import share_interval
 from .designs import Designs
 from .impacts import Block, lanes_of, march
 from .peaks import QUANTITIES, SETTLING, HourPeaks, noise_of, peaks_of_record
 
-__all__ = ["DesignPeaks", "LevelPeaks", "peaks_of_designs", "peaks_over_production", "random_production"]
+__all__ = ["DesignPeaks", "LevelPeaks", "Noise", "peaks_of_designs", "peaks_over_production", "random_production"]
 
 TOGETHER = 8  # consecutive designs that share a noise
 TIMED = 5.0  # s of excitation, from whose march it is said how long all take
 LEAST_GROUPS = 5  # from which on their scatter is used
 SPREAD = (0.05, 0.5, 0.95)
+OF_DESIGN = ("impacts_per_second", "impact_probability", "median", "low", "high", "exceeded")
 
 
 @dataclass(frozen=True)
 class DesignPeaks:
-    """What an hour does to one design at one level; plain numbers, so that whoever calls can keep them."""
+    """What an hour does to one design at one level."""
 
     design: int
     """its place among the models, from 0"""
@@ -59,10 +55,6 @@ class DesignPeaks:
     """its 95 % quantile"""
     exceeded: tuple[float, ...]
     """probability that the largest value exceeds the limit; nan without a limit or with too few peaks"""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return it as plain data; ``DesignPeaks(**data)`` makes it again."""
-        return {name: list(x) if isinstance(x, tuple) else x for name, x in asdict(self).items()}
 
 
 @dataclass(frozen=True)
@@ -91,98 +83,88 @@ class LevelPeaks:
     """what is known of each design, in their order"""
 
 
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Random excitation under which designs of a production are marched, and what is asked of it."""
+
+    psd: PSD
+    """shape of the excitation's spectrum"""
+    levels: Sequence[float]
+    """RMS to which it is scaled, m/s² or N"""
+    duration: float = 60.0
+    """s that are marched after settling"""
+    hours: float = 1.0
+    """time whose largest value is predicted, h"""
+    quantity: str = "contact_force"
+    """whose largest value it is: "contact_force", "penetration" or "acceleration" """
+    limit: float | None = None
+    """value of it whose probability of being exceeded is wanted"""
+    engine: str | Engine = "modal"
+    """that marches"""
+    settling: float = SETTLING
+    """s at the start that are left out"""
+
+
 class _Task(NamedTuple):
     """Designs that share a noise, at one level."""
 
     first: int
     level: float
     cases: tuple[tuple[Rig, Law], ...]
-    psd: PSD
+    noise: Noise
     seed: int
-    duration: float
-    settling: float
-    quantity: str
-    hours: float
-    limit: float | None
-    engine: Engine
 
 
 def peaks_of_designs(
-    models: Sequence[Rig | Modelled], psd: PSD, levels: Sequence[float], duration: float = 60.0, seed: int = 0,
-    quantity: str = "contact_force", hours: float = 1.0, limit: float | None = None, engine: str | Engine = "modal",
-    settling: float = SETTLING, known: Collection[tuple[int, float]] = (), workers: int | None = None,
-    scheduler: str | None = None, progress: bool = False,
-) -> Iterator[DesignPeaks]:  # fmt: skip
-    """March every design at every level; yield what `peaks_over_an_hour` says of each, as it is found.
+    models: Sequence[Rig | Modelled], noise: Noise, seed: int = 0, runner: Runner = ALL_CORES
+) -> list[DesignPeaks]:
+    """March every design at every level; return what `peaks_over_an_hour` says of each, level by level.
 
     Parameters
     ----------
     models : sequence of Model or Rig
         Designs of a production; their order decides which share a noise.
-    psd : PSD
-        Shape of the excitation's spectrum.
-    levels : sequence of float
-        RMS to which it is scaled, m/s² or N.
-    duration, quantity, hours, limit, engine, settling
-        As in `peaks_over_an_hour`.
+    noise : Noise
+        Under what they are marched.
     seed : int
         Seed of all noise.
-    known : collection of (int, float)
-        Designs and levels that are known from a run that was interrupted; they are left out, the rest is the same.
-    workers : int, optional
-        Processes. Default: one for each core.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose cluster then marches the designs.
-    progress : bool
-        Show a progress bar.
+    runner : Runner
+        On which workers, and where what is done is kept.
 
     Raises
     ------
     ClearanceError
         As `peaks_over_an_hour`; if there are no models or levels.
     """
-    if not len(models) or not len(levels):
+    if not len(models) or not len(noise.levels):
         raise ClearanceError("a production needs one model or more, and one level or more")
-    ClearanceError.require_known("quantity", quantity, QUANTITIES)
-    cases, done, chosen = [rig_and_law(model) for model in models], set(known), get_engine(engine)
-    tasks = []
-    for level, first in itertools.product(levels, range(0, len(cases), TOGETHER)):
-        group = tuple(cases[first : first + TOGETHER])
-        if not done.issuperset((first + i, level) for i in range(len(group))):
-            tasks.append(
-                _Task(first, float(level), group, psd.scaled(level), seed, duration, settling, quantity, hours, limit,
-                      chosen)
-            )  # fmt: skip
-    many = bool(scheduler) or (workers_to_use(workers) > 1 and len(tasks) > 1)  # a process takes seconds to start
-    said = "designs, eight at a time" if progress else ""
-    if tasks and progress and not scheduler:
-        part = partial(_marched, tasks[0]._replace(duration=TIMED, settling=0.0))
-        times, what = len(tasks) * (duration + settling) / TIMED, f"random excitation, {len(cases)} designs"
-        print_duration(what, part, times, min(workers_to_use(workers), len(tasks)))
-    run = run_tasks(_marched, tasks, workers if many else 1, processes=many, scheduler=scheduler, progress=said)
-    for _, found in run:
-        yield from (each for each in found if (each.design, each.level) not in done)
+    ClearanceError.require_known("quantity", noise.quantity, QUANTITIES)
+    get_engine(noise.engine)
+    cases = [rig_and_law(model) for model in models]
+    tasks = [
+        _Task(first, float(level), tuple(cases[first : first + TOGETHER]), noise, seed)
+        for level in noise.levels
+        for first in range(0, len(cases), TOGETHER)
+    ]
+    part = tasks[0]._replace(noise=replace(noise, duration=TIMED, settling=0.0))
+    times = len(tasks) * (noise.duration + noise.settling) / TIMED
+    found = runner.run("random excitation", _marched, tasks, _inputs, [partial(_marched, part)], times)
+    return [
+        DesignPeaks(task.first + i, task.level, *(tuple(arrays[name][i].tolist()) for name in OF_DESIGN))
+        for task, arrays in zip(tasks, found)
+        for i in range(len(task.cases))
+    ]
 
 
-def random_production(
-    designs: Designs, psd: PSD, levels: Sequence[float], duration: float = 60.0, seed: int = 0,
-    quantity: str = "contact_force", hours: float = 1.0, limit: float | None = None, workers: int | None = None,
-    scheduler: str | None = None, progress: bool = False, kept: Path | None = None,
-) -> list[LevelPeaks]:  # fmt: skip
+def random_production(designs: Designs, noise: Noise, seed: int = 0, runner: Runner = ALL_CORES) -> list[LevelPeaks]:
     """Find how many of a production touch, and exceed a limit, within a time of random excitation.
 
     Parameters
     ----------
     designs : Designs
         As `Scatter.draw` or `draw_posterior` draws them.
-    psd : PSD
-        Shape of the excitation's spectrum.
-    levels : sequence of float
-        RMS to which it is scaled, m/s² or N.
-    duration, seed, quantity, hours, limit, workers, scheduler, progress
+    noise, seed, runner
         As in `peaks_of_designs`.
-    kept : Path, optional
-        Folder for what is done, so that an interrupted call goes on where it stopped; it is made if it is not there.
 
     Returns
     -------
@@ -194,34 +176,7 @@ def random_production(
     ClearanceError
         As `peaks_of_designs`.
     """
-    models = [designs.model(i) for i in range(len(designs))]
-    shared = duration, seed, quantity, hours, limit
-    done: list[DesignPeaks] = []
-    path: Path | None = None
-    if kept:
-        kept.mkdir(parents=True, exist_ok=True)
-        path = kept / f"peaks_{digest(code(), [each.to_dict() for each in models], psd.to_dict(), shared)[:16]}.jsonl"
-        done = list(_known(path))
-    known = {(each.design, each.level) for each in done}
-    run = peaks_of_designs(
-        models, psd, levels, *shared, known=known, workers=workers, scheduler=scheduler, progress=progress
-    )
-    for each in run:
-        done.append(each)
-        if path:
-            with path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(each.to_dict()) + "\n")
-    wanted = {float(level) for level in levels}
-    return peaks_over_production(each for each in done if each.level in wanted)
-
-
-def _known(path: Path) -> Iterator[DesignPeaks]:
-    """What a run that was interrupted found; its last line may be torn."""
-    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
-        with contextlib.suppress(ValueError):
-            data: dict[str, Any] = json.loads(line)
-            values: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in data.items()}
-            yield DesignPeaks(**values)
+    return peaks_over_production(peaks_of_designs([designs.model(i) for i in range(len(designs))], noise, seed, runner))
 
 
 def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:
@@ -245,23 +200,26 @@ def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:
     return [_of_level(level, sorted(by_level[level], key=lambda x: x.design)) for level in sorted(by_level)]
 
 
-def _marched(task: _Task) -> list[DesignPeaks]:
-    """Peaks of the designs of a task."""
-    noise = noise_of(task.psd, task.duration + task.settling, [task.seed, task.first // TOGETHER])
-    found: dict[int, DesignPeaks] = {}
-    for together in lanes_of(task.cases, noise, task.engine):
-        blocks: list[list[Block]] = list(march([task.cases[i] for i in together], [noise], task.engine, task.settling))
+def _inputs(task: _Task) -> object:
+    """Everything that the peaks of a task's designs depend on, as plain data."""
+    engine, models = get_engine(task.noise.engine), [(rig.content(), law.to_dict()) for rig, law in task.cases]
+    asked = {name: value for name, value in vars(task.noise).items() if name not in ("psd", "levels", "engine")}
+    return models, task.first, task.level, task.noise.psd.to_dict(), task.seed, asked, engine.name, vars(engine)
+
+
+def _marched(task: _Task) -> dict[str, np.ndarray]:
+    """Peaks of the designs of a task, a row for each."""
+    asked, engine = task.noise, get_engine(task.noise.engine)
+    noise = noise_of(asked.psd.scaled(task.level), asked.duration + asked.settling, [task.seed, task.first // TOGETHER])
+    found: dict[int, HourPeaks] = {}
+    for together in lanes_of(task.cases, noise, engine):
+        blocks: list[list[Block]] = list(march([task.cases[i] for i in together], [noise], engine, asked.settling))
         for lane, i in enumerate(together):
-            rig, law = task.cases[i]
             own = [block[lane] for block in blocks]
-            peaks = peaks_of_record(rig, law, own, noise, task.quantity, task.hours, task.limit)
-            found[i] = _of_design(task.first + i, task.level, peaks)
-    return [found[i] for i in sorted(found)]
-
-
-def _of_design(design: int, level: float, peaks: HourPeaks) -> DesignPeaks:
-    rows = (peaks.impacts_per_second, peaks.impact_probability, peaks.median, *peaks.interval.T, peaks.exceeded)
-    return DesignPeaks(design, level, *(tuple(np.asarray(row).tolist()) for row in rows))
+            found[i] = peaks_of_record(*task.cases[i], own, noise, asked.quantity, asked.hours, asked.limit)
+    each = [found[i] for i in sorted(found)]
+    rows = [(one.impacts_per_second, one.impact_probability, one.median, *one.interval.T, one.exceeded) for one in each]
+    return dict(zip(OF_DESIGN, map(np.array, zip(*rows))))
 
 
 def _of_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
@@ -287,8 +245,8 @@ def _of_level(level: float, designs: list[DesignPeaks]) -> LevelPeaks:
 def _share(probability: np.ndarray, groups: np.ndarray) -> np.ndarray:
     """Mean probability of designs, (n, n_rows), with an interval: (n_rows, 3).
 
-    The interval is that of a share of independent designs with Jeffreys' prior; where the means of groups scatter more
-    than independent designs would, of as many fewer designs.
+    The interval is that of a share of independent designs; where the means of groups scatter more than independent
+    designs would, of as many fewer designs.
     """
     n, mean = len(probability), probability.mean(axis=0)
     number = np.full(mean.shape, float(n))
@@ -298,7 +256,4 @@ def _share(probability: np.ndarray, groups: np.ndarray) -> np.ndarray:
         variance = means.var(axis=0, ddof=1) / labels.size
         with np.errstate(divide="ignore", invalid="ignore"):
             number = np.where(variance > 0, np.minimum(mean * (1 - mean) / variance, n), n)
-    ends = [
-        scipy.special.betaincinv(number * mean + 0.5, number * (1 - mean) + 0.5, end) for end in (SPREAD[0], SPREAD[2])
-    ]
-    return np.column_stack((mean, np.minimum(ends[0], mean), np.maximum(ends[1], mean)))
+    return np.column_stack((mean, *share_interval(mean, number, SPREAD[2] - SPREAD[0])))

@@ -7,23 +7,22 @@ left if all others are fixed. Numbers that are correlated with each other have t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
+from ..core.runner import ALL_CORES, Runner
 from ..model import Model
 from ..periodic.axes import level_axis
 from ..sweep.design import saltelli_shares
 from ..sweep.sensitivity import Sensitivity, sobol_indices
-from .batches import settings_of, total_of
 from .limits import Limit
 from .rattling import CONTACT, EXCEEDING, LARGEST, Rattling
 from .scatter import Scatter
 from .scattered import Correlation
+from .sines import Sines, settings_of, total_of
 
 __all__ = ["rattle_sensitivity"]
 
@@ -32,11 +31,8 @@ FIRST = "level of first contact (dB)"
 
 @checks_kinds
 def rattle_sensitivity(
-    model: Model, scatter: Scatter | None, limit: Limit | str | None, level: float, frequencies: ArrayLike,
-    n_base: int = 128, seed: int = 0, kind: str | None = None, n_harmonics: int | None = None,
-    n_samples: int | None = None, n_modes: int = 8, workers: int | None = None, scheduler: str | None = None,
-    executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
-) -> Sensitivity:  # fmt: skip
+    model: Model, scatter: Scatter | None, sines: Sines, n_base: int = 128, seed: int = 0, runner: Runner = ALL_CORES
+) -> Sensitivity:
     """Find Sobol indices of the lowest level that touches, of that which exceeds a limit, and of what is limited.
 
     Parameters
@@ -45,22 +41,14 @@ def rattle_sensitivity(
         As `production` takes it.
     scatter : Scatter or None
         How the production scatters; None: by the rig file's own tolerances.
-    limit : Limit or str or None
-        What must not be exceeded, such as "contact_force > 20 N".
-    level : float
-        Largest amplitude of the excitation, m/s², N or a factor of the unbalances.
-    frequencies : array_like
-        (n,) Hz, increasing.
+    sines : Sines
+        Of the largest level, what must not be exceeded up to there, and frequencies.
     n_base : int
         A power of 2; so many times (numbers + 2) designs are computed.
     seed : int
         Of scrambled Sobol' points.
-    kind, n_harmonics, n_samples, n_modes, workers, scheduler, executor
-        As `production` takes them.
-    progress : bool
-        Show a progress bar.
-    kept : Path, optional
-        Folder, of this call alone, for what is done, so that an interrupted one goes on where it stopped.
+    runner : Runner
+        As `production` takes it.
 
     Returns
     -------
@@ -77,11 +65,11 @@ def rattle_sensitivity(
     scatter = scatter or Scatter.of_rig(model.rig)
     rule = scatter.rule(model)
     groups = _groups(rule.names, scatter.correlations)
-    settings = settings_of(model, [level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
-    words = "sensitivities" if progress else ""
+    settings = settings_of(model, sines)
+    settings = replace(settings, levels=settings.levels[-1:])
     designs = rule.designs(saltelli_shares(groups, n_base, seed))
-    found = total_of(settings, designs, workers, scheduler, executor, words, kept)
-    results = _results(found, settings.limit, f"{level:g} {level_axis(settings.kind).unit}")
+    found = total_of("sensitivities", settings, designs, runner)
+    results = _results(found, settings.limit, f"{settings.levels[0]:g} {level_axis(settings.kind).unit}")
     named = tuple(", ".join(rule.names[i] for i in group) for group in groups)
     indices = sobol_indices(np.stack(list(results.values()), axis=1), len(groups), seed)
     return Sensitivity(tuple(results), named, *indices)

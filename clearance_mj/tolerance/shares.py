@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import norm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
+from ..core.runner import ALL_CORES, Runner
 from ..model import Model
 from ..periodic.axes import level_axis
 from ..signals import labelled
 from ..signals.arrays import ArrayData
-from .batches import settings_of, total_of
+from ..statistics.shares import share_interval
 from .limits import Limit
 from .scatter import Scatter, draw_designs
+from .sines import Sines, settings_of, total_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Production", "production", "share_interval"]
+__all__ = ["Production", "production"]
 
 SHARES = ("contact", "from_rest", "exceeding", "several")
 
@@ -87,7 +86,7 @@ class Production(ArrayData):
         return np.searchsorted(first, self.level, side="right") / self.designs
 
     def interval(self, share: ArrayLike, confidence: float = 0.95) -> np.ndarray:
-        """Return the limits (2, ...) of shares of the designs, see `share_interval`.
+        """Return the limits (2, ...) of shares of the designs, see `statistics.share_interval`.
 
         Parameters
         ----------
@@ -128,33 +127,10 @@ class Production(ArrayData):
         return labelled.dataset("production", variables, coordinates, attributes)
 
 
-def share_interval(share: ArrayLike, n: int, confidence: float = 0.95) -> np.ndarray:
-    """Return the limits (2, ...) within which shares of a production lie of which n designs were drawn.
-
-    Wilson's interval (Journal of the American Statistical Association 22, 1927), for independent draws; Sobol' points
-    scatter less, so it holds more often than it says.
-
-    Parameters
-    ----------
-    share : array_like
-        Of the n designs.
-    n : int
-        Number of designs.
-    confidence : float
-        Probability that the production's share lies between the limits.
-    """
-    p, z = np.asarray(share, dtype=float), float(norm.ppf(0.5 + confidence / 2))
-    middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
-    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    return np.stack((np.where(p == 0, 0.0, middle - half), np.where(p == 1, 1.0, middle + half)))
-
-
 @checks_kinds
 def production(
-    model: Model, scatter: Scatter | str | None, limit: Limit | str | None, levels: ArrayLike, frequencies: ArrayLike,
-    n_designs: int = 1000, seed: int = 0, kind: str | None = None, n_harmonics: int | None = None,
-    n_samples: int | None = None, n_modes: int = 8, workers: int | None = None, scheduler: str | None = None,
-    executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+    model: Model, scatter: Scatter | str | None, sines: Sines, n_designs: int = 1000, seed: int = 0,
+    runner: Runner = ALL_CORES,
 ) -> Production:  # fmt: skip
     """Find how many of a production touch, exceed a limit or may jump, over level and frequency.
 
@@ -167,39 +143,14 @@ def production(
     scatter : Scatter or str or None
         How the production scatters about the model; "posterior": as the records that the model was identified from
         leave it open; None: by the rig file's own tolerances.
-    limit : Limit or str or None
-        What must not be exceeded, such as "contact_force > 20 N"; None: only contact counts.
-    levels : array_like
-        Amplitudes (n_levels,) of the excitation, m/s² or N, increasing; of kind "unbalance" what the rig's unbalances
-        are multiplied by.
-    frequencies : array_like
-        Frequencies (n_frequencies,) of the excitation, Hz, increasing.
+    sines : Sines
+        Levels, frequencies and what must not be exceeded.
     n_designs : int
         Number of designs that are drawn.
     seed : int
         Of the draws.
-    kind : str, optional
-        Kind of excitation, "base", "force" or, of a rig in space, "unbalance"; None: unbalance of a rig that has some,
-        else that of its shaker.
-    n_harmonics : int, optional
-        Number of harmonics of the motion, H; None: 9, 13 or 21, the fewest that reach 0.7 of the highest natural
-        frequency within the range of frequencies; 21 with a limit on an acceleration.
-    n_samples : int, optional
-        Number of samples of a period, at least 4 H + 1; None: the power of two from 12 H on, and four times as many
-        where vibrations end early with them.
-    n_modes : int
-        Number of modes in the Ritz basis, as in the modal engine.
-    workers : int, optional
-        Processes on this machine; default: one for each core. 1: none beside this one.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose cluster then computes the designs.
-    executor : concurrent.futures.Executor, optional
-        What computes the designs instead; it is left open.
-    progress : bool
-        Show a progress bar with the time left.
-    kept : Path, optional
-        Folder, of this call alone, for what is done, so that an interrupted one goes on where it stopped; it is made if
-        it is not there.
+    runner : Runner
+        On which workers designs are computed, and where what is done is kept.
 
     Returns
     -------
@@ -216,14 +167,10 @@ def production(
         For a law over time or amplitude, one that does not fit the rig, or a model without a posterior.
     RigError
         If the rig has no clearance, or in the gap moves without stiffness.
-
-    Notes
-    -----
-    Processes start by importing the calling script: start a production below ``if __name__ == "__main__"``.
     """
-    settings = settings_of(model, levels, frequencies, limit, kind, n_harmonics, n_samples, n_modes)
+    settings = settings_of(model, sines)
     designs = draw_designs(model, scatter, n_designs, seed)
-    total = total_of(settings, designs, workers, scheduler, executor, "production" if progress else "", kept)
+    total = total_of("production", settings, designs, runner)
     known, *counts = total.counts
     first_contact, first_from_rest, first_exceeding, largest = total.of_designs
     contact, from_rest, exceeding, several = counts / np.maximum(known, 1)

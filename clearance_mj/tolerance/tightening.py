@@ -15,29 +15,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize
 from scipy.stats import norm
 
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
+from ..core.runner import ALL_CORES, Runner
 from ..model import Model
 from ..periodic.axes import level_axis
-from ..signals.psd import PSD
-from .batches import settings_of, total_of
+from ..statistics.shares import share_interval
 from .designs import Designs
 from .learnt import Learnt, learn
 from .limits import Limit
-from .random_designs import DesignPeaks, random_production
+from .random_designs import DesignPeaks, Noise, random_production
 from .rattling import CONTACT, EXCEEDING
 from .scatter import Scatter
-from .shares import share_interval
+from .sines import Sines, settings_of, total_of
 
 __all__ = ["Tightening", "random_tightening", "tighten"]
 
@@ -49,8 +46,8 @@ GAPS, GAPS_TRIED = (0.5, 8.0), 4  # times the nominal gap, within which another 
 MARGIN = 0.03  # of the logarithm of the level, by which a gap should do
 IMPACTS = 200.0  # 1/s, more than there are at a bushing
 
-FirstLevels = Callable[[Designs, str], np.ndarray]
-"""Lowest levels (n,) at which designs do what they must not; the text tells calls apart"""
+FirstLevels = Callable[[Designs], np.ndarray]
+"""Lowest levels (n,) at which designs do what they must not"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +105,8 @@ class Tightening:
 
 @checks_kinds
 def tighten(
-    model: Model, scatter: Scatter | None, limit: Limit | str | None, level: float, frequencies: ArrayLike,
-    allowed: float = 0.01, n_designs: int = 500, seed: int = 0, kind: str | None = None,
-    n_harmonics: int | None = None, n_samples: int | None = None, n_modes: int = 8, workers: int | None = None,
-    scheduler: str | None = None, executor: Executor | None = None, progress: bool = False, kept: Path | None = None,
+    model: Model, scatter: Scatter | None, sines: Sines, allowed: float = 0.01, n_designs: int = 500, seed: int = 0,
+    runner: Runner = ALL_CORES,
 ) -> Tightening:  # fmt: skip
     """Find how far tolerances must be tightened so that at most a share of the designs touches, or exceeds a limit.
 
@@ -123,24 +118,16 @@ def tighten(
         How the production scatters; None: by the rig file's own tolerances. Numbers with a price take part in the
         cheapest set, each at its price times 1/width - 1 (the reciprocal cost of a tolerance, Chase and Greenwood,
         Manufacturing Review 1, 1988).
-    limit : Limit or str or None
-        What must not be exceeded; None: no contact at all.
-    level : float
-        Amplitude of the excitation, m/s², N or a factor of the unbalances, up to which they must not.
-    frequencies : array_like
-        (n,) Hz, increasing; at none of them.
+    sines : Sines
+        What must not be exceeded, or no contact at all, up to their largest level, at none of their frequencies.
     allowed : float
         Share of the designs that may.
     n_designs : int
         How many are computed, of the scatter as it stands and of the cheapest one each.
     seed : int
         Of the draws.
-    kind, n_harmonics, n_samples, n_modes, workers, scheduler, executor
-        As `production` takes them.
-    progress : bool
-        Show progress bars.
-    kept : Path, optional
-        Folder, of this call alone, for what is done, so that an interrupted one goes on where it stopped.
+    runner : Runner
+        As `production` takes it.
 
     Returns
     -------
@@ -151,41 +138,36 @@ def tighten(
     ClearanceError
         If the share is impossible, or there are too few designs to learn from.
     """
-    settings = settings_of(model, [LOOKED_AHEAD * level], frequencies, limit, kind, n_harmonics, n_samples, n_modes)
+    settings = settings_of(model, sines, LOOKED_AHEAD)
+    settings = replace(settings, levels=settings.levels[-1:])
     what = settings.limit.words if settings.limit else "contact"
 
-    def first_levels(designs: Designs, name: str) -> np.ndarray:
-        words = "tightening" if progress else ""
-        found = total_of(settings, designs, workers, scheduler, executor, words, kept and kept / name)
+    def first_levels(designs: Designs) -> np.ndarray:
+        found = total_of("tightening", settings, designs, runner)
         return found.of_designs[EXCEEDING if settings.limit else CONTACT]
 
-    unit = level_axis(settings.kind).unit
+    level, unit = float(settings.levels[0]) / LOOKED_AHEAD, level_axis(settings.kind).unit
     return _tightened(model, scatter, first_levels, level, unit, what, allowed, n_designs, seed)
 
 
 @checks_kinds
 def random_tightening(
-    model: Model, scatter: Scatter | None, psd: PSD, level: float, limit: Limit | str | None = None,
-    allowed: float = 0.01, n_designs: int = 500, duration: float = 60.0, seed: int = 0, hours: float = 1.0,
-    workers: int | None = None, scheduler: str | None = None, progress: bool = False, kept: Path | None = None,
+    model: Model, scatter: Scatter | None, noise: Noise, allowed: float = 0.01, n_designs: int = 500, seed: int = 0,
+    runner: Runner = ALL_CORES,
 ) -> Tightening:  # fmt: skip
-    """Find how far tolerances must be tightened so that at most a share of the designs touches under random excitation.
+    """Find how far tolerances must be tightened so that few enough designs touch under random excitation.
 
     A design counts if it touches, or exceeds the limit, as likely as not within the time.
 
     Parameters
     ----------
-    model, scatter, allowed, n_designs
-        As `tighten` takes them.
-    psd : PSD
-        Shape of the excitation's spectrum.
-    level : float
-        RMS to which it is scaled, m/s² or N.
-    limit : Limit or str or None
-        Contact force, penetration or acceleration that the largest value of the time must not exceed, of all bushings
-        or sensors; None: no contact at all.
-    duration, seed, hours, workers, scheduler, progress, kept
-        As `random_production` takes them.
+    model, scatter, allowed, n_designs, seed
+        As `tighten` takes them; the seed is that of the noise, too.
+    noise : Noise
+        Of the largest level, and the limit that the largest value of the time must not exceed, of all bushings or
+        sensors; without a limit no contact at all.
+    runner : Runner
+        As `production` takes it.
 
     Returns
     -------
@@ -196,16 +178,15 @@ def random_tightening(
     ClearanceError
         As `tighten` and `random_production`.
     """
-    limit = Limit.parse(limit) if isinstance(limit, str) else limit
-    quantity, value = (limit.quantity, limit.value) if limit else ("contact_force", None)
+    level, limit = float(max(noise.levels)), noise.limit
+    noise = replace(noise, levels=(level,))
 
-    def first_levels(designs: Designs, name: str) -> np.ndarray:
-        asked = designs, psd, (level,), duration, seed, quantity, hours, value
-        (found,) = random_production(*asked, workers, scheduler, progress, kept)
-        return level * _over_level(found.by_design, value, 3600 * hours)
+    def first_levels(designs: Designs) -> np.ndarray:
+        (found,) = random_production(designs, noise, seed, runner)
+        return level * _over_level(found.by_design, limit, 3600 * noise.hours)
 
-    what = f"{limit.words if limit else 'contact'} within {hours:g} h"
-    unit = f"{level_axis(psd.kind).unit} RMS"
+    what = f"{Limit(noise.quantity, limit).words if limit else 'contact'} within {noise.hours:g} h"
+    unit = f"{level_axis(noise.psd.kind).unit} RMS"
     return _tightened(model, scatter, first_levels, level, unit, what, allowed, n_designs, seed)
 
 
@@ -231,7 +212,7 @@ def _tightened(
     scatter = scatter or Scatter.of_rig(model.rig)
     rule = scatter.rule(model)
     drawn = rule.draw(n_designs, seed)
-    first, names = first_levels(drawn, ""), tuple(number.of for number in scatter.numbers)
+    first, names = first_levels(drawn), tuple(number.of for number in scatter.numbers)
     share, share_limits = _share(first, level)
     learnt = learn(rule.deviations(drawn), np.log(np.minimum(first, LOOKED_AHEAD * level)))
     dense = rule.deviations(rule.draw(POINTS, seed))
@@ -243,7 +224,7 @@ def _tightened(
     cost, new_share, limits = math.nan, math.nan, (math.nan, math.nan)
     if cheapest:
         cost = sum(prices[name] * (1 / width - 1) for name, width in cheapest.items())
-        new_share, limits = _share(first_levels(tightened.draw(model, n_designs, seed), "tightened"), level)
+        new_share, limits = _share(first_levels(tightened.draw(model, n_designs, seed)), level)
     found = Tightening(
         level, what, allowed, names, share, share_limits, np.array(widths), np.array(without), cheapest,
         cost, tightened, new_share, limits, 20 / math.log(10) * learnt.error, unit,
@@ -252,7 +233,7 @@ def _tightened(
         return found
 
     def with_gap(factor: float) -> np.ndarray:
-        return first_levels(scatter.draw(model.with_gap(f"x{factor!r}"), n_designs, seed), f"gap_{factor:.6g}")
+        return first_levels(scatter.draw(model.with_gap(f"x{factor!r}"), n_designs, seed))
 
     factor, again = _gap(with_gap, first, level, allowed)
     gaps, (gap_share, limits) = tuple(factor * bushing.gap for bushing in model.rig.bushings), _share(again, level)

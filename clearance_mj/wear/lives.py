@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.cache import ResultCache, load_arrays, save_arrays
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
-from ..core.tasks import run_tasks
+from ..core.runner import ALL_CORES, Runner
 from ..model import Model
 from ..signals.arrays import ArrayData
 from .coefficients import drawn_models
@@ -76,8 +74,7 @@ class Lives(ArrayData):
 @checks_kinds
 def predict_lives(
     model: Model, operation: Operation, limit: float | str | Mapping[str, float | str], n: int = 50, seed: int = 0,
-    hours: float = LONGEST, accuracy: float = ACCURACY, workers: int | None = None, cache: str | Path | None = None,
-    progress: bool = False,
+    hours: float = LONGEST, accuracy: float = ACCURACY, runner: Runner = ALL_CORES,
 ) -> Lives:  # fmt: skip
     """Predict the lives of machines that a model could stand for.
 
@@ -98,12 +95,8 @@ def predict_lives(
         Seed of the draws.
     hours, accuracy : float
         As for `predict_life`.
-    workers : int, optional
-        Number of processes; None: one for each core; 1: this one.
-    cache : str or Path, optional
-        Folder in which each life is kept once it is found, so that an interrupted prediction goes on.
-    progress : bool
-        Show a progress bar.
+    runner : Runner
+        On which workers, and where each life is kept once it is found, so that an interrupted prediction goes on.
 
     Returns
     -------
@@ -116,33 +109,26 @@ def predict_lives(
     """
     if not 2 <= n <= MAX_DRAWS:
         raise ClearanceError(f"n must be 2 to {MAX_DRAWS} draws, got {n!r}")
-    nominal = predict_life(model, operation, limit, hours, accuracy, progress)
-    limits, drawn = gap_limits(model, limit), drawn_models(model, n, seed)
-    one = partial(_drawn, models=drawn, operation=operation, limits=limits, hours=hours, accuracy=accuracy, cache=cache)
-    found = dict(run_tasks(one, range(n), workers, processes=workers != 1, progress="lives" if progress else ""))
-    ends = [float(found[i]["life"]) for i in range(n)]
+    nominal = predict_life(model, operation, limit, hours, accuracy, runner.progress)
+    asked = operation, gap_limits(model, limit), hours, accuracy
+    found = runner.run("lives", partial(_found, *asked), drawn_models(model, n, seed), partial(_inputs, *asked))
+    ends = [float(each["life"]) for each in found]
     grid = np.linspace(0.0, max([float(nominal.hours[-1]), *(end for end in ends if np.isfinite(end))]), GRID)
-    gaps = [np.transpose([np.interp(grid, found[i]["hours"], row) for row in found[i]["gap"].T]) for i in range(n)]
+    gaps = [np.transpose([np.interp(grid, each["hours"], row) for row in each["gap"].T]) for each in found]
     return Lives(nominal, np.array(ends), grid, np.array(gaps))
 
 
-def _drawn(
-    i: int, models: list[Model], operation: Operation, limits: np.ndarray, hours: float, accuracy: float,
-    cache: str | Path | None,
-) -> dict[str, Any]:  # fmt: skip
+def _inputs(operation: Operation, limits: np.ndarray, hours: float, accuracy: float, model: Model) -> object:
+    return model.rig.content(), model.law.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
+
+
+def _found(
+    operation: Operation, limits: np.ndarray, hours: float, accuracy: float, model: Model
+) -> dict[str, np.ndarray]:
     """Life, hours and gaps of one drawn machine."""
-    model = models[i]
-    compute = partial(_found, model, operation, limits, hours, accuracy)
-    if cache is None:
-        return compute()
-    inputs = model.rig.content(), model.law.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
-    return ResultCache(Path(cache)).get("life", inputs, compute, save_arrays, load_arrays, ".npz")
-
-
-def _found(model: Model, operation: Operation, limits: np.ndarray, hours: float, accuracy: float) -> dict[str, Any]:
     gaps = clearances_of(model.rig)[:, 0]
     if np.any(gaps >= limits):
-        return {"life": 0.0, "hours": np.zeros(1), "gap": gaps[None]}
+        return {"life": np.zeros(()), "hours": np.zeros(1), "gap": gaps[None]}
     wanted = {f"bushings[{j}]": float(limit) for j, limit in enumerate(limits) if np.isfinite(limit)}
     life = predict_life(model, operation, wanted, hours, accuracy)
-    return {"life": life.life, "hours": np.array(life.hours), "gap": np.array(life.gap)}
+    return {"life": np.array(life.life), "hours": np.array(life.hours), "gap": np.array(life.gap)}

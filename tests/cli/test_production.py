@@ -8,7 +8,7 @@ import pytest
 
 import clearance_mj as cm
 from clearance_mj.cli import main
-from clearance_mj.tolerance import Scatter, production
+from clearance_mj.tolerance import Runner, Scatter, Sines, production
 
 from ..conftest import ROOT
 
@@ -25,8 +25,8 @@ def test_files_hold_what_the_calls_find(tmp_path, answer):
     assert made_from <= stored.keys() and stored["scatter"] == Scatter.load(SCATTER).to_dict()
     assert printed == {key: value for key, value in stored.items() if key not in made_from} | {"out": str(out)}
     found = production(
-        cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER), "contact_force > 0.5 N", [1.4, 2.0], np.linspace(36, 44, 3),
-        24, workers=1,
+        cm.Model(cm.Rig.load(RIG)), Scatter.load(SCATTER),
+        Sines([1.4, 2.0], np.linspace(36, 44, 3), "contact_force > 0.5 N"), 24, runner=Runner(1),
     )  # fmt: skip
     assert stored["over_level"] == found.over_level("contact").tolist()
     assert stored["exceeding_over_level"] == found.over_level("exceeding").tolist()

@@ -19,7 +19,7 @@ def test_motions_are_those_that_are_followed_in_python(frequency, folds):
         solver = solver_at(cm.Model(TABLE1), "base", 1.0, omega, 13, 256, 8)
         solver.tolerance, solver.bent, solver.longest = 1e-10, 0.01, 0.1
         solver.loops = made or solver.loops
-        found.append(solver.followed(solver.growing(omega), most, 5e-3, 0.0, np.inf, np.inf))
+        found.append(solver.followed(solver.growing(omega), most, 5e-3, (0.0, np.inf), np.inf, np.inf))
     compiled, known = found
     assert compiled.omega.size == known.omega.size > most / 2
     assert bool(np.any(np.diff(known.omega) < 0)) is folds

@@ -11,8 +11,11 @@ from clearance_mj.rig import Plate, Sensor
 from clearance_mj.signals.excitation import Excitation
 from clearance_mj.sound import radiate
 from clearance_mj.tolerance import (
+    Noise,
+    Runner,
     Scatter,
     Scattered,
+    Sines,
     draw_designs,
     peaks_over_an_hour,
     production,
@@ -22,7 +25,7 @@ from clearance_mj.tolerance import (
 from clearance_mj.wear import Marched, Sine, predict_life
 from tests.periodic.capability_rows import excited, kind_of, weightless
 
-FS = 4096.0
+FS, ALONE = 4096.0, Runner(1)
 AT = {"teeth": (150.0, (0.2, 0.5, 0.8, 2.0)), "film": (40.0, (5.0, 10.0, 20.0, 40.0))}
 """Frequency, Hz, and levels, N or N m"""
 GAPS = Scatter((Scattered("bushings.gap", within="15 %"), Scattered("structure.material.young_modulus", within="4 %")))
@@ -64,7 +67,7 @@ def depths(bushing, moved):
 def shares(rig):
     """Each design is marched 4 % below and above the level from which on it hits a wall."""
     model, frequency, levels = case(rig)
-    found = production(model, GAPS, None, levels, [frequency], 3, workers=1)
+    found = production(model, GAPS, Sines(levels, [frequency]), 3, runner=ALONE)
     designs = draw_designs(model, GAPS, 3)
     assert found.unknown.max() == 0 and np.isfinite(found.first_from_rest).all()
     np.testing.assert_array_equal(found.from_rest[:, 0], found.over_level("from_rest"))
@@ -77,12 +80,12 @@ def tightened(rig):
     model, frequency, levels = case(rig)
     number = "bushings.contact.stiffness" if kind_of(rig) == "teeth" else "structure.material.young_modulus"
     scatter = Scatter((Scattered(number, within="15 %"),))
-    first = production(model, scatter, None, levels, [frequency], 32, workers=1).first_from_rest
+    first = production(model, scatter, Sines(levels, [frequency]), 32, runner=ALONE).first_from_rest
     level = float(np.quantile(first, 0.3))
-    found = tighten(model, scatter, None, level, [frequency], 0.1, 32, workers=1)
+    found = tighten(model, scatter, Sines([level], [frequency]), 0.1, 32, runner=ALONE)
     assert found.share == pytest.approx(0.3, abs=0.07) and 0 < found.width[0] < 1
     narrowed = scatter.narrowed({number: found.width[0]})
-    anew = production(model, narrowed, None, [level], [frequency], 64, seed=5, workers=1)
+    anew = production(model, narrowed, Sines([level], [frequency]), 64, seed=5, runner=ALONE)
     low, high = anew.interval(anew.over_level())[:, 0]
     assert low <= 0.1 <= high
 
@@ -102,7 +105,7 @@ def random_shares(rig):
     """Designs side by side are as each alone under the same noise."""
     model, psd = case(rig)[0], BAND.scaled(RMS.get(kind_of(rig), 15.0))
     designs = draw_designs(model, GAPS, 3)
-    (found,) = random_production(designs, psd, [psd.rms], 3.0, workers=1)
+    (found,) = random_production(designs, Noise(psd, [psd.rms], 3.0), runner=ALONE)
     for i, each in enumerate(found.by_design):
         alone = peaks_over_an_hour(designs.model(i), psd, 3.0, seed=[0, 0])
         np.testing.assert_allclose(each.impacts_per_second, alone.impacts_per_second, rtol=1e-6)

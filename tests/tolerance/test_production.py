@@ -17,16 +17,16 @@ from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Grease
 from clearance_mj.rig.tolerance import Tolerance
 from clearance_mj.signals.excitation import stepped_sine
-from clearance_mj.tolerance import Correlation, Limit, Scatter, Scattered, production, share_interval
-from clearance_mj.tolerance.batches import settings_of
+from clearance_mj.tolerance import Correlation, Limit, Runner, Scatter, Scattered, Sines, production
 from clearance_mj.tolerance.rattling import branches_of
+from clearance_mj.tolerance.sines import settings_of
 
 from ..conftest import ROOT, TABLE1
 from ..periodic.jeffcott import FREQUENCY, jeffcott, unbalanced
 from .oscillator import DAMPING, GAP, STIFFNESS, oscillator
 
 LOW = 5.0  # Hz, far below the resonance of 15.9 Hz
-SPREAD = 0.08
+SPREAD, ALONE = 0.08, Runner(1)
 
 
 def needed(frequency: float, gap: float = GAP) -> float:
@@ -39,7 +39,7 @@ def test_the_share_that_touches_is_that_of_the_gaps_that_a_force_fills():
     """Gaps lognormal: P = Φ(ln(F/F_needed)/σ), of 512 Sobol' points, whose share misses it by less than 1/512."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels = needed(LOW) * np.exp(np.array([-0.1, 0.0, 0.1]))
-    found = production(oscillator(), scatter, None, levels, [LOW], 512, workers=1)
+    found = production(oscillator(), scatter, Sines(levels, [LOW]), 512, runner=ALONE)
     known = norm.cdf(np.array([-0.1, 0.0, 0.1]) / np.log1p(SPREAD))
     assert_allclose(found.contact[:, 0], known, atol=2 / 512)
     assert_allclose(found.over_level("contact"), found.contact[:, 0])
@@ -51,7 +51,7 @@ def test_raised_from_rest_a_design_touches_where_the_free_vibration_fills_its_ga
     """Closed form, also above the resonance at 15.9 Hz, where a second vibration touches at lower levels."""
     scatter = Scatter((Scattered("bushings.gap", std="8 %", distribution="lognormal"),))
     levels, frequency = needed(18.0) * np.array([0.8, 0.95, 1.05]), 18.0
-    found = production(oscillator(), scatter, None, levels, [frequency], 32, workers=1)
+    found = production(oscillator(), scatter, Sines(levels, [frequency]), 32, runner=ALONE)
     fills = needed(frequency, found.values[:, 0])
     assert_allclose(found.first_from_rest, fills, rtol=1e-6)
     assert_allclose(found.from_rest[:, 0], [np.mean(fills <= level) for level in levels])
@@ -62,7 +62,7 @@ def test_shares_from_rest_are_those_of_marches_whose_level_is_raised_slowly():
     """Table 1's example at 45 Hz and 6 m/s²: both designs can touch, and one of them does from rest."""
     model, (frequency, level) = cm.Model(TABLE1), (45.0, 6.0)
     scatter = Scatter.load(ROOT / "models" / "scatter" / "table1.toml")
-    found = production(model, scatter, None, [level], [frequency], 3, workers=1)
+    found = production(model, scatter, Sines([level], [frequency]), 3, runner=ALONE)
     sine = stepped_sine(8.0, 8192.0, frequency, level, "base")
     slowly = dataclasses.replace(sine, value=sine.value * np.minimum(1, np.arange(sine.value.size) / 5 / sine.fs))
     designs = scatter.draw(model, 3)
@@ -102,7 +102,7 @@ def test_a_design_does_what_its_rattle_map_says(measured):
          Scattered("beam.young_modulus", std="2 %"))
     )  # fmt: skip
     model = cm.Model(TABLE1)
-    found = production(model, scatter, f"contact_force > {limit} N", levels, frequencies, 1, workers=1)
+    found = production(model, scatter, Sines(levels, frequencies, f"contact_force > {limit} N"), 1, runner=ALONE)
     of_map = periodic.map_rattle(scatter.draw(model, 1).model(0), levels, frequencies, workers=1)
     known = of_map.rattles[0], of_map.vibrations[0] > 1, of_map.contact_force.max(axis=(0, 1, -1)) > limit
     for name, share, cells in zip(
@@ -117,7 +117,7 @@ def test_a_shaft_in_space_touches_at_the_level_of_its_free_circle():
     model = cm.Model(unbalanced(jeffcott()))
     speeds = np.array([0.7, 0.9])
     scatter = Scatter((Scattered("bushings.gap", within="10 %", distribution="uniform"),))
-    found = production(model, scatter, None, [1.0, 4.0], speeds * FREQUENCY / (2 * np.pi), 2, workers=1)
+    found = production(model, scatter, Sines([1.0, 4.0], speeds * FREQUENCY / (2 * np.pi)), 2, runner=ALONE)
     free = 0.2 * speeds**2 / np.hypot(1 - speeds**2, 0.1 * speeds)
     gaps = found.values[:, 0] / 1e-4
     assert_allclose(found.first_contact, gaps / free.max(), rtol=1e-4)
@@ -138,7 +138,7 @@ def test_vibrations_that_begin_at_rest_are_those_of_the_rattle_map(model, levels
     """Where the way to the wall is not known in closed form, or rest is off the middle."""
     frequencies = np.linspace(7.0, 20.0, 14)
     of_map = periodic.map_rattle(model, levels, frequencies, n_harmonics=9, workers=1)
-    settings = settings_of(model, levels, frequencies, "penetration > 1 um", None, n_harmonics=9)
+    settings = settings_of(model, Sines(levels, frequencies, "penetration > 1 um", n_harmonics=9))
     cells = [branch.crossings(np.array(levels)) for branch in branches_of(settings, model)]
     count, depth = (np.array([each[i] for each in cells]).T for i in (0, 1))
     assert_array_equal(count > 1, of_map.vibrations[0] > 1)
@@ -150,7 +150,7 @@ def test_vibrations_that_begin_at_rest_are_those_of_the_rattle_map(model, levels
 def test_a_branch_that_long_steps_lose_is_followed_with_shorter_ones(monkeypatch):
     """Design 588 of the example's thousand: at 5 Hz steps of 0.15 leave the fold at 1.77 m/s² back towards rest."""
     levels, model = np.linspace(0.2, 10.0, 50), cm.Model(TABLE1)
-    settings = settings_of(model, levels, [5.0, 220.0], "contact_force > 3 N", None)
+    settings = settings_of(model, Sines(levels, [5.0, 220.0], "contact_force > 3 N"))
     design = Scatter.load(ROOT / "models" / "scatter" / "table1.toml").draw(model, 1000).model(588)
     found, _ = branches_of(settings, design)
     for name, value in {"SHARES": (1.0,), "BENT": 0.002, "LONGEST": 0.02}.items():
@@ -163,23 +163,23 @@ def test_a_branch_that_long_steps_lose_is_followed_with_shorter_ones(monkeypatch
 
 def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_path):
     scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    settings = (scatter, "contact_force > 5 N", [5.0, 9.0, 12.0], [LOW, 14.0])
-    alone = production(oscillator(), *settings, n_designs=20, workers=1, kept=tmp_path)
+    asked = scatter, Sines([5.0, 9.0, 12.0], [LOW, 14.0], "contact_force > 5 N")
+    alone = production(oscillator(), *asked, n_designs=20, runner=Runner(1, kept=tmp_path))
     with ThreadPoolExecutor(2) as pool:
-        assert production(oscillator(), *settings, n_designs=20, executor=pool) == alone
+        assert production(oscillator(), *asked, n_designs=20, runner=Runner(executor=pool)) == alone
     kept = sorted(tmp_path.glob("*.npz"))
-    assert len(kept) == 3  # batches of eight
+    assert len(kept) == 20  # one by one, as they are few
     kept[0].unlink()
     written = {path: path.stat().st_mtime_ns for path in kept[1:]}
-    assert production(oscillator(), *settings, n_designs=20, workers=1, kept=tmp_path) == alone
+    assert production(oscillator(), *asked, n_designs=20, runner=Runner(1, kept=tmp_path)) == alone
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
-    more = production(oscillator(), *settings, n_designs=24, workers=1)
+    more = production(oscillator(), *asked, n_designs=24, runner=ALONE)
     assert_array_equal(more.first_contact[:20], alone.first_contact)
 
 
 def test_scatter_is_by_default_the_rig_files_own():
     model = oscillator(tolerances=(Tolerance("bushings[0].gap", "3 %"), Tolerance("sensors.gain", "1 %")))
-    found = production(model, None, None, [9.0], [LOW], 64, workers=1)
+    found = production(model, None, Sines([9.0], [LOW]), 64, runner=ALONE)
     assert found.names == ("bushings[0].gap",)
     assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
 
@@ -187,16 +187,10 @@ def test_scatter_is_by_default_the_rig_files_own():
 def test_a_posterior_is_a_scatter_too():
     gaps = GAP * np.array([0.8, 0.9, 1.0, 1.1])
     model = dataclasses.replace(oscillator(), posterior=lambda n, seed: [oscillator().with_gap(g) for g in gaps[:n]])
-    found = production(model, "posterior", None, [needed(LOW, 0.95e-3)], [LOW], 4, workers=1)
+    found = production(model, "posterior", Sines([needed(LOW, 0.95e-3)], [LOW]), 4, runner=ALONE)
     assert found.contact[0, 0] == 0.5 and found.names == ()
     with pytest.raises(LawError, match="no posterior"):
-        production(oscillator(), "posterior", None, [9.0], [LOW], workers=1)
-
-
-def test_wilsons_interval_is_that_of_the_published_example():
-    """Of 15 and 148 (Newcombe, Statistics in Medicine 17, 1998, table I, method 3)."""
-    assert_allclose(share_interval(15 / 148, 148), [0.0624, 0.1605], atol=1e-4)
-    assert_allclose(share_interval(0 / 20, 20), [0.0, 0.1611], atol=1e-4)
+        production(oscillator(), "posterior", Sines([9.0], [LOW]), runner=ALONE)
 
 
 def test_what_cannot_be_is_one_line():
@@ -211,10 +205,10 @@ def test_what_cannot_be_is_one_line():
         (lambda: Scatter((gap, gap)).draw(model, 4), "scatters twice"),
         (lambda: Scatter((gap,), (Correlation(("bushings[0].gap", "bushings[1].gap"), 0.5),)).draw(model, 4),
          "does not"),
-        (lambda: production(model, Scatter((gap,)), "force > 3 N", [1.0], [LOW]), "unknown"),
-        (lambda: production(model, Scatter((gap,)), "acceleration@7:+Z > 3 g", [1.0], [LOW]), "the rig has"),
-        (lambda: production(model, Scatter((gap,)), None, [1.0], [LOW], 0), "designs must be"),
-        (lambda: production(model, None, None, [1.0], [LOW]), "nothing scatters"),
+        (lambda: production(model, Scatter((gap,)), Sines([1.0], [LOW], "force > 3 N")), "unknown"),
+        (lambda: production(model, Scatter((gap,)), Sines([1.0], [LOW], "acceleration@7:+Z > 3 g")), "the rig has"),
+        (lambda: production(model, Scatter((gap,)), Sines([1.0], [LOW]), 0), "designs must be"),
+        (lambda: production(model, None, Sines([1.0], [LOW])), "nothing scatters"),
         (lambda: Limit("penetration", -1.0), "must be > 0"),
     ):  # fmt: skip
         with pytest.raises((ClearanceError, RigError), match=words):
@@ -239,7 +233,7 @@ def test_drawn_numbers_have_the_correlation_that_was_asked():
 
 def test_a_limit_that_no_design_reaches_is_said():
     scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
-    found = production(oscillator(), scatter, "contact_force > 1 kN", [9.0, 12.0], [LOW], 8, workers=1)
+    found = production(oscillator(), scatter, Sines([9.0, 12.0], [LOW], "contact_force > 1 kN"), 8, runner=ALONE)
     assert len(found.notes) == 1 and re.search(
         r"no design reaches that up to 12 N; the largest is [\d.e-]+ N$", found.notes[0]
     )

@@ -2,21 +2,18 @@
 
 import numpy as np
 import pytest
-import scipy.stats
 
 import clearance_mj as cm
-from clearance_mj.tolerance import Scatter, Scattered, random_production
+from clearance_mj.statistics import share_interval
+from clearance_mj.tolerance import Noise, Runner, Scatter, Scattered, random_production
 from clearance_mj.tolerance.peaks import noise_of, peaks_over_an_hour
 from clearance_mj.tolerance.random_designs import DesignPeaks, peaks_of_designs, peaks_over_production
 
 RIG = cm.Rig.load("models/table1_rig.toml")
 PSD = cm.PSD([5.0, 20.0, 80.0, 220.0], [0.5, 1.0, 1.0, 0.2])
 DESIGNS = [RIG.with_gap(gap) for gap in np.linspace(2.5e-4, 3.5e-4, 10)]
-ASKED = {"duration": 3.0, "settling": 1.0, "seed": 7, "limit": 2.0}
-
-
-def in_order(found):
-    return sorted(found, key=lambda each: (each.level, each.design))
+NOISE = Noise(PSD, [2.0, 4.0], 3.0, limit=2.0, settling=1.0)
+ALONE = Runner(1)
 
 
 def design(number, level=1.0, touch=0.0, exceeded=0.0, median=1.0, rate=0.0):
@@ -24,7 +21,7 @@ def design(number, level=1.0, touch=0.0, exceeded=0.0, median=1.0, rate=0.0):
 
 
 def test_a_design_is_as_it_is_alone_under_the_noise_of_its_eight():
-    found = in_order(peaks_of_designs(DESIGNS, PSD, [2.0, 4.0], workers=1, **ASKED))
+    found = peaks_of_designs(DESIGNS, NOISE, 7, ALONE)
     assert [(each.level, each.design) for each in found] == [(level, i) for level in (2.0, 4.0) for i in range(10)]
     for i, eight in ((3, 0), (9, 1)):
         noise = noise_of(PSD.scaled(4.0), 4.0, [7, eight])
@@ -34,35 +31,23 @@ def test_a_design_is_as_it_is_alone_under_the_noise_of_its_eight():
         assert found[10 + i].impacts_per_second == tuple(alone.impacts_per_second)
 
 
-def test_goes_on_where_it_was_interrupted():
-    whole = in_order(peaks_of_designs(DESIGNS, PSD, [4.0], workers=1, **ASKED))
-    rest = list(peaks_of_designs(DESIGNS, PSD, [4.0], workers=1, known={(i, 4.0) for i in (*range(8), 9)}, **ASKED))
-    assert [each.design for each in rest] == [8]
-    assert repr(rest[0]) == repr(whole[8])
-    assert repr(DesignPeaks(**rest[0].to_dict()).to_dict()) == repr(rest[0].to_dict())
-
-
 @pytest.mark.slow
 def test_the_number_of_workers_changes_nothing():
-    one, two = (list(peaks_of_designs(DESIGNS, PSD, [4.0], workers=n, **ASKED)) for n in (1, 2))
-    assert repr(in_order(one)) == repr(in_order(two))
+    one, two = (peaks_of_designs(DESIGNS, NOISE, 7, Runner(n)) for n in (1, 2))
+    assert repr(one) == repr(two)
 
 
-def test_share_of_independent_designs_has_jeffreys_interval():
-    """Quantiles of Beta(np + 1/2, n(1 - p) + 1/2); one level of three groups, too few to see a scatter of groups."""
+def test_share_of_independent_designs_has_wilsons_interval():
+    """One level of three groups, too few to see a scatter of groups."""
     (found,) = peaks_over_production([design(i, touch=float(i < 6)) for i in range(24)])
-    law = scipy.stats.beta(6.5, 18.5)
-    assert found.touches[0] == pytest.approx([0.25, law.ppf(0.05), law.ppf(0.95)])
-    (none,) = peaks_over_production([design(i) for i in range(24)])
-    assert none.touches[0] == pytest.approx([0.0, 0.0, scipy.stats.beta(0.5, 24.5).ppf(0.95)])
+    assert found.touches[0] == pytest.approx([0.25, *share_interval(0.25, 24, 0.9)])
 
 
 def test_designs_that_share_their_fate_count_as_one():
     """Groups of eight that all touch or none does: as many designs as groups, less one for the mean."""
     groups = 10
     (found,) = peaks_over_production([design(i, touch=float(i // 8 < 4)) for i in range(8 * groups)])
-    law = scipy.stats.beta(0.4 * (groups - 1) + 0.5, 0.6 * (groups - 1) + 0.5)
-    assert found.touches[0] == pytest.approx([0.4, law.ppf(0.05), law.ppf(0.95)])
+    assert found.touches[0] == pytest.approx([0.4, *share_interval(0.4, groups - 1, 0.9)])
 
 
 def test_levels_and_quantiles_over_designs():
@@ -79,7 +64,7 @@ def test_designs_with_too_few_peaks_widen_the_interval():
     few = [design(i, touch=1.0, exceeded=np.nan, median=np.nan) for i in range(10, 20)]
     (found,) = peaks_over_production([design(i, touch=1.0, exceeded=1.0) for i in range(10)] + few)
     value, low, high = found.exceeds[0]
-    assert (value, low, high) == (0.5, pytest.approx(scipy.stats.beta(10.5, 10.5).ppf(0.05)), 1.0)
+    assert (value, low, high) == (0.5, pytest.approx(share_interval(0.5, 20, 0.9)[0]), 1.0)
     assert found.too_few.tolist() == [0.5]
     (no_limit,) = peaks_over_production([design(0, exceeded=np.nan)])
     assert np.isnan(no_limit.exceeds).all()
@@ -91,20 +76,19 @@ def test_designs_with_too_few_peaks_widen_the_interval():
 )
 def test_refuses(models, levels, words):
     with pytest.raises(cm.ClearanceError, match=words):
-        list(peaks_of_designs(models, PSD, levels))
+        peaks_of_designs(models, Noise(PSD, levels), runner=ALONE)
     with pytest.raises(cm.ClearanceError, match="no design"):
         peaks_over_production([])
 
 
 def test_a_production_goes_on_where_it_stopped(tmp_path):
-    """What is kept is not marched again; a torn last line is."""
+    """What is kept is not marched again, also where more levels are asked for; what is damaged is."""
     designs = Scatter((Scattered("bushings.gap", within="0.05 mm"),)).draw(cm.Model(RIG), 9)
-    settings = (designs, PSD, (1.0, 3.0), 6.0)
-    found = random_production(*settings, workers=1, kept=tmp_path)
-    (path,) = tmp_path.glob("peaks_*.jsonl")
-    lines = path.read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 18 and [each.designs for each in found] == [9, 9]
-    path.write_text("\n".join([*lines[:9], lines[9][:20]]) + "\n", encoding="utf-8")
-    again = random_production(*settings, workers=1, kept=tmp_path)
-    np.testing.assert_array_equal(again[1].touches, found[1].touches)
-    np.testing.assert_array_equal(again[0].largest, found[0].largest)
+    found = random_production(designs, Noise(PSD, [1.0, 3.0], 6.0), 0, Runner(1, kept=tmp_path))
+    kept = sorted(tmp_path.glob("random_excitation_*.npz"))
+    assert len(kept) == 4 and [each.designs for each in found] == [9, 9]
+    kept[0].write_bytes(kept[0].read_bytes()[:200])
+    written = {path: path.stat().st_mtime_ns for path in kept[1:]}
+    again = random_production(designs, Noise(PSD, [0.5, 1.0, 3.0], 6.0), 0, Runner(1, kept=tmp_path))
+    assert repr(again[1:]) == repr(found)
+    assert all(path.stat().st_mtime_ns == time for path, time in written.items())

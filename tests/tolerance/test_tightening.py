@@ -22,8 +22,11 @@ from clearance_mj.sweep.sensitivity import sobol_indices
 from clearance_mj.tolerance import (
     Correlation,
     DesignPeaks,
+    Noise,
+    Runner,
     Scatter,
     Scattered,
+    Sines,
     peaks_over_production,
     production,
     random_tightening,
@@ -33,7 +36,7 @@ from clearance_mj.tolerance import (
 
 from .oscillator import GAP, STIFFNESS, oscillator
 
-SLOW = 0.01  # Hz
+SLOW, ALONE = 0.01, Runner(1)  # Hz
 FORCE = GAP * STIFFNESS  # N
 SIZES = {"bushings[0].gap": 0.03, "bushings[0].grease.stiffness": 0.06}
 """Standard deviations of the logarithms"""
@@ -59,7 +62,7 @@ def scattered() -> Scatter:
 
 
 def test_sobol_indices_are_shares_of_the_variance(measured):
-    found = rattle_sensitivity(spring(), scattered(), None, 3 * FORCE, [SLOW], 128, workers=1)
+    found = rattle_sensitivity(spring(), scattered(), Sines([3 * FORCE], [SLOW]), 128, runner=ALONE)
     known = np.square(list(SIZES.values()))
     known /= known.sum()
     assert found.quantity == ("level of first contact (dB)",) and found.parameter == tuple(SIZES)
@@ -88,8 +91,8 @@ def test_correlated_numbers_have_one_index():
     pair = Correlation(tuple(SIZES), 0.5)
     scatter = dataclasses.replace(scattered(), correlations=(pair,))
     with pytest.raises(ClearanceError, match="power of 2"):
-        rattle_sensitivity(spring(), scatter, None, 3 * FORCE, [SLOW], 12)
-    found = rattle_sensitivity(spring(), scatter, None, 3 * FORCE, [SLOW], 64, workers=1)
+        rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 12)
+    found = rattle_sensitivity(spring(), scatter, Sines([3 * FORCE], [SLOW]), 64, runner=ALONE)
     assert found.parameter == (", ".join(SIZES),)
     assert_allclose(found.total, 1.0, atol=0.05)
 
@@ -101,7 +104,7 @@ def needed() -> float:
 
 @pytest.fixture(scope="module")
 def tightened():
-    return tighten(spring(), scattered(), None, FORCE * np.exp(-BELOW), [SLOW], ALLOWED, 512, workers=1)
+    return tighten(spring(), scattered(), Sines([FORCE * np.exp(-BELOW)], [SLOW]), ALLOWED, 512, runner=ALONE)
 
 
 def test_a_tolerance_alone_is_as_wide_as_the_share_allows(tightened, measured):
@@ -125,7 +128,7 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path
     best = minimize_scalar(cost, bounds=(0.05, min(1.0, needed() / s1)), method="bounded").fun
     measured.below("price of the cheapest set of two tolerances", abs(tightened.cost / best - 1), 0.05, "closed form")
     again = production(
-        spring(), tightened.scatter, None, [FORCE * np.exp(-BELOW)], [SLOW], 1024, seed=7, workers=1
+        spring(), tightened.scatter, Sines([FORCE * np.exp(-BELOW)], [SLOW]), 1024, seed=7, runner=ALONE
     ).contact[0, 0]
     measured.below(
         "share that touches of the tightened production, beside 5 %", abs(again - ALLOWED), 0.01, "brute force"
@@ -139,7 +142,7 @@ def test_the_cheapest_set_does_at_the_lowest_price(tightened, measured, tmp_path
 def test_where_no_tolerance_does_the_nominal_gap_is_named():
     """Above the level of the middle design none does; gaps f times as large do at f = level/FORCE exp(1.645 σ)."""
     level = 1.2 * FORCE
-    found = tighten(spring(), scattered(), None, level, [SLOW], ALLOWED, 128, workers=1)
+    found = tighten(spring(), scattered(), Sines([level], [SLOW]), ALLOWED, 128, runner=ALONE)
     known = level / FORCE * np.exp(norm.isf(ALLOWED) * np.hypot(*SIZES.values()))
     assert found.share > 0.95 and np.isnan(found.width).all() and not found.cheapest
     assert 0.98 * known < found.gap < 1.15 * known and found.gap_share <= ALLOWED
@@ -157,17 +160,19 @@ def test_under_random_excitation_the_answers_are_those_of_rices_formula(ratio, m
     model = oscillator().with_gap(float(ratio * filled))
     scatter = Scatter((Scattered("bushings.gap", std=f"{100 * np.expm1(SPREAD):.12f} %", distribution="lognormal"),))
 
-    def peaks(designs, psd, levels, *_):
+    noise = Noise(cm.PSD([5.0, 50.0], [0.1, 0.1], "force"), [2.0])
+
+    def peaks(designs, noise, *_):
         gaps = [designs.model(i).rig.bushings[0].gap for i in range(len(designs))]
         rates = [CYCLES * np.exp(-(gap**2) / (2 * SIGMA**2)) for gap in gaps]
         touch = [-np.expm1(-3600 * rate) for rate in rates]
         seen = [rate if 60 * rate > 1 else 0.0 for rate in rates]  # in the minute that is marched
         nothing = ((np.nan,),) * 4
         rows = enumerate(zip(seen, touch))
-        return peaks_over_production(DesignPeaks(i, *levels, (rate,), (p,), *nothing) for i, (rate, p) in rows)
+        return peaks_over_production(DesignPeaks(i, *noise.levels, (rate,), (p,), *nothing) for i, (rate, p) in rows)
 
     monkeypatch.setattr("clearance_mj.tolerance.tightening.random_production", peaks)
-    found = random_tightening(model, scatter, cm.PSD([5.0, 50.0], [0.1, 0.1], "force"), 2.0, None, ALLOWED, 128)
+    found = random_tightening(model, scatter, noise, ALLOWED, 128)
     share = norm.cdf(-np.log(ratio) / SPREAD)
     assert found.share == pytest.approx(share, abs=2 / 128)
     assert (found.level, found.unit) == (2.0, "N RMS") and found.what == "contact within 1 h"
@@ -194,15 +199,17 @@ def test_the_legend_lies_over_no_label(tightened):
 
 def test_what_cannot_be_tightened_is_one_line():
     with pytest.raises(ClearanceError, match="share between 0 and 1"):
-        tighten(spring(), scattered(), None, FORCE, [SLOW], 1.0)
+        tighten(spring(), scattered(), Sines([FORCE], [SLOW]), 1.0)
     with pytest.raises(ClearanceError, match="too few for 2 numbers"):
-        tighten(spring(), scattered(), None, FORCE, [SLOW], n_designs=8, workers=1)
+        tighten(spring(), scattered(), Sines([FORCE], [SLOW]), n_designs=8, runner=ALONE)
 
 
 def test_where_enough_designs_do_nothing_is_tightened():
-    found = tighten(spring(), scattered(), None, FORCE * np.exp(-0.5), [SLOW], ALLOWED, 64, workers=1)
+    found = tighten(spring(), scattered(), Sines([FORCE * np.exp(-0.5)], [SLOW]), ALLOWED, 64, runner=ALONE)
     assert found.share == 0 and np.all(found.width == 1) and not found.cheapest and np.isnan(found.cost)
-    far = tighten(spring(), scattered(), None, 0.01, [SLOW], ALLOWED, 64, workers=1)  # none touches at three times that
+    far = tighten(
+        spring(), scattered(), Sines([0.01], [SLOW]), ALLOWED, 64, runner=ALONE
+    )  # none touches at three times that
     assert far.share == 0 and np.all(far.width == 1) and not np.any(far.share_without)
     assert tightening_words(far)[1:] == tightening_words(found)[1:] == ["The tolerances do as they are."]
     draw_tightening(far)

@@ -11,6 +11,7 @@ import pytest
 from clearance_mj import ClearanceError, Model
 from clearance_mj.cli import main
 from clearance_mj.rig import Tolerance
+from clearance_mj.tolerance import Runner
 from clearance_mj.wear import Sine, predict_lives
 
 from ..conftest import TABLE1
@@ -28,10 +29,10 @@ def uncertain(**changes) -> Model:
 def test_lives_scatter_as_the_coefficient_does(tmp_path):
     """A life goes with 1/K, so the logarithms of lives have the spread of those of K; kept lives are not found anew."""
     folder = tmp_path / "draws"
-    found = predict_lives(uncertain(), SINE, "0.45 mm", n=4, workers=1, cache=folder, accuracy=0.02)
-    kept = sorted(path.stat().st_mtime_ns for path in folder.glob("life_*.npz"))
-    again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, workers=1, cache=folder, accuracy=0.02)
-    assert again == found and sorted(path.stat().st_mtime_ns for path in folder.glob("life_*.npz")) == kept
+    found = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
+    kept = sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz"))
+    again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
+    assert again == found and sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz")) == kept
     rng = np.random.default_rng(0).standard_normal((4, 2))[:, 1]
     np.testing.assert_allclose(found.life, found.nominal.life * np.exp(-math.log(1.3) * rng), rtol=2e-3)
     assert np.all(np.diff(found.gap, axis=1) >= 0)
@@ -40,7 +41,7 @@ def test_lives_scatter_as_the_coefficient_does(tmp_path):
 @pytest.mark.slow
 def test_a_wide_gap_drawn_has_no_life():
     rig = uncertain(tolerances=(Tolerance("bushings[1].gap", "30 %"),))
-    found = predict_lives(rig, SINE, "0.301 mm", n=4, workers=1, accuracy=0.05)
+    found = predict_lives(rig, SINE, "0.301 mm", n=4, accuracy=0.05, runner=Runner(1))
     assert np.any(found.life == 0.0) and np.any(found.life > 0.0)
 
 

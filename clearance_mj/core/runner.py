@@ -1,0 +1,115 @@
+"""Many results of one kind, such as those of a population: on many workers, with what is done kept on disk."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from .cache import ResultCache, load_arrays, save_arrays
+from .tasks import print_duration, run_tasks, workers_to_use
+
+__all__ = ["ALL_CORES", "Runner"]
+
+Task = TypeVar("Task")
+Arrays = Mapping[str, np.ndarray]
+SUFFIX = ".npz"
+
+
+@dataclass(frozen=True)
+class _Numbered(Generic[Task]):
+    """A task, which is known by its number wherever it is computed."""
+
+    number: int
+    task: Task = field(compare=False)
+
+    def __str__(self) -> str:
+        return str(self.number)
+
+
+@dataclass(frozen=True)
+class Runner:
+    """How the parts of a long computation run, and where what is done of it is kept.
+
+    An interrupted call goes on where it stopped if it is made again with the same folder; any number of workers finds
+    the same. Processes start by importing the calling script: start a call below ``if __name__ == "__main__"``.
+    """
+
+    workers: int | None = None
+    """processes on this machine; None: one for each core; 1: none beside this one"""
+    scheduler: str | None = None
+    """address of a Dask scheduler, whose cluster computes instead"""
+    executor: Executor | None = None
+    """what computes instead, of any library; it is left open"""
+    progress: bool = False
+    """whether to show a bar with the time left, and to say before how long it takes"""
+    kept: Path | None = None
+    """folder for what is done, which several calls may share; it is made if it is not there"""
+
+    @functools.cached_property
+    def _cache(self) -> ResultCache | None:
+        return ResultCache(self.kept) if self.kept else None
+
+    def run(
+        self, name: str, function: Callable[[Task], Arrays], tasks: Sequence[Task], inputs: Callable[[Task], object],
+        samples: Sequence[Callable[[], object]] = (), times: float = 0.0,
+    ) -> list[Arrays]:  # fmt: skip
+        """Return what a function makes of each task, in their order.
+
+        Parameters
+        ----------
+        name : str
+            Of the results, on bars and files.
+        function : callable
+            Of a task, to named arrays; like the tasks it can be pickled.
+        tasks : sequence
+            Parts of the computation.
+        inputs : callable
+            Of a task, to everything that its result depends on, as plain data.
+        samples : sequence of callable
+            What is timed to say how long all take.
+        times : float
+            How many of them all tasks are as long as.
+
+        Raises
+        ------
+        ClearanceError
+            As `tasks.run_tasks`.
+        """
+        found: dict[int, Arrays] = {}
+        files, cache = name.replace(" ", "_"), self._cache
+        if cache:
+            kept = {i: cache.find(files, inputs(task), load_arrays, SUFFIX) for i, task in enumerate(tasks)}
+            found |= {i: arrays for i, arrays in kept.items() if arrays is not None}
+        left = [_Numbered(i, task) for i, task in enumerate(tasks) if i not in found]
+        elsewhere, count = bool(self.scheduler or self.executor), workers_to_use(self.workers)
+        if self.progress and left and samples and not elsewhere:
+            print_duration(name, samples, times * len(left) / len(tasks), min(count, len(left)))
+        run = run_tasks(
+            functools.partial(_computed, function), left, 1 if len(left) == 1 else count,
+            processes=count > 1 and len(left) > 1, scheduler=self.scheduler, executor=self.executor,
+            progress=name if self.progress else "", done=len(found),
+        )  # fmt: skip
+        for each, arrays in run:
+            found[each.number] = arrays
+            if cache:
+                cache.keep(files, inputs(each.task), arrays, save_arrays, SUFFIX)
+        return [found[i] for i in range(len(tasks))]
+
+    def drop_unused(self) -> None:
+        """Remove what is kept of earlier calls, with other inputs, that no call of this runner took."""
+        if self._cache:
+            self._cache.drop_unused()
+
+
+def _computed(function: Callable[[Task], Arrays], each: _Numbered[Task]) -> Arrays:
+    return function(each.task)
+
+
+ALL_CORES = Runner()
+"""Processes on every core of this machine"""
