@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -14,6 +14,7 @@ from scipy.stats import norm
 from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.files import write_text
+from ..core.plain_numbers import Key, find_numbers, path_of
 from ..core.validation import from_plain, read_plain, to_plain
 from ..model import Model
 from ..rig import Rig
@@ -49,22 +50,35 @@ class Scatter:
             raise ClearanceError("nothing scatters: give [[scatter]] in a file, or [[tolerances]] in the rig file")
 
     @classmethod
-    def of_rig(cls, rig: Rig) -> Scatter:
+    def of_rig(cls, rig: Rig, fields: Collection[str] = ()) -> Scatter:
         """Return the scatter that a rig file's own tolerances say: normal, of their standard deviations.
 
-        Shares that would reach below zero within four of them are lognormal.
+        Shares that would reach below zero within four of them, and those of wear, are lognormal. Of several tolerances
+        of one number the last one counts.
 
         Parameters
         ----------
         rig : Rig
             With ``tolerances``; those of instruments, of wear and of the clamp's compliance, and exact numbers, are
             left out.
+        fields : collection of str
+            Such as "gap": tolerances of these alone.
         """
-        left = [t.of for t in rig.tolerances if t.of.rpartition(".")[2] in APART or t.of in CLAMP_COMPLIANCES]
-        kept = [t for t in rig.tolerances if t.of not in left and t.size > 0]
-        wide = [t.relative and t.size >= 1 / CUT and not t.of.rpartition(".")[2].startswith("offset") for t in kept]
-        forms: list[Literal["normal", "lognormal"]] = ["lognormal" if each else "normal" for each in wide]
-        return cls(tuple(Scattered(t.of, t.std, None, f) for t, f in zip(kept, forms)), (), tuple(left))
+        kept: list[Scattered] = []
+        left, known, data = [], set[Key](), rig.to_dict()
+        for tolerance in reversed(rig.tolerances):
+            of, field = tolerance.of, tolerance.of.rpartition(".")[2]
+            if field not in fields if fields else field in APART or of in CLAMP_COMPLIANCES:
+                left.append(of)
+                continue
+            keys = find_numbers(data, of)
+            new = [key for key in keys if key not in known]
+            known.update(keys)
+            wide = tolerance.relative and (tolerance.size >= 1 / CUT or field == "wear")
+            form: Literal["normal", "lognormal"] = "lognormal" if wide and not field.startswith("offset") else "normal"
+            for path in (of,) if len(new) == len(keys) else map(path_of, reversed(new)):
+                kept += [Scattered(path, tolerance.std, None, form)] if tolerance.size > 0 else []
+        return cls(tuple(kept[::-1]), (), tuple(left[::-1]))
 
     @classmethod
     def load(cls, path: str | Path) -> Scatter:

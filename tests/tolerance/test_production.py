@@ -17,7 +17,7 @@ from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Grease
 from clearance_mj.rig.tolerance import Tolerance
 from clearance_mj.signals.excitation import stepped_sine
-from clearance_mj.tolerance import Correlation, Limit, Runner, Scatter, Scattered, Sines, production
+from clearance_mj.tolerance import Correlation, Limit, Runner, Scatter, Scattered, Sines, draw_designs, production
 from clearance_mj.tolerance.rattling import branches_of
 from clearance_mj.tolerance.sines import settings_of
 
@@ -182,6 +182,21 @@ def test_scatter_is_by_default_the_rig_files_own():
     found = production(model, None, Sines([9.0], [LOW]), 64, runner=ALONE)
     assert found.names == ("bushings[0].gap",)
     assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
+
+
+def test_of_several_tolerances_of_a_number_the_last_one_counts():
+    given = (
+        Tolerance("bushings.gap", "5 %"),
+        Tolerance("bushings[1].gap", "2 %"),
+        Tolerance("bushings[1].offset", "1 um"),
+    )
+    found = Scatter.of_rig(TABLE1.replace(tolerances=given))
+    assert [(each.of, each.std) for each in found.numbers] == [
+        ("bushings[0].gap", "5 %"), ("bushings[1].gap", "2 %"), ("bushings[1].offset", "1 um"),
+    ]  # fmt: skip
+    assert draw_designs(cm.Model(TABLE1.replace(tolerances=given)), None, 4).values.shape == (4, 3)
+    exact = Scatter.of_rig(TABLE1.replace(tolerances=(given[0], Tolerance("bushings[1].gap", "0 %"))))
+    assert [each.of for each in exact.numbers] == ["bushings[0].gap"]
 
 
 def test_a_posterior_is_a_scatter_too():

@@ -7,12 +7,14 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import norm
 
 from clearance_mj import ClearanceError, Model
 from clearance_mj.cli import main
 from clearance_mj.rig import Tolerance
 from clearance_mj.tolerance import Runner
 from clearance_mj.wear import Sine, predict_lives
+from clearance_mj.wear.coefficients import drawn_models
 
 from ..conftest import TABLE1
 
@@ -33,8 +35,10 @@ def test_lives_scatter_as_the_coefficient_does(tmp_path):
     kept = sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz"))
     again = predict_lives(uncertain(), SINE, "0.45 mm", n=4, accuracy=0.02, runner=Runner(1, kept=folder))
     assert again == found and sorted(path.stat().st_mtime_ns for path in folder.glob("lives_*.npz")) == kept
-    rng = np.random.default_rng(0).standard_normal((4, 2))[:, 1]
-    np.testing.assert_allclose(found.life, found.nominal.life * np.exp(-math.log(1.3) * rng), rtol=2e-3)
+    drawn = np.array([each.rig.bushings[1].wear for each in drawn_models(uncertain(), 4, 0)])
+    np.testing.assert_allclose(found.life, found.nominal.life * 1e-12 / drawn, rtol=2e-3)
+    scores = np.sort(np.log(drawn / 1e-12) / math.log(1.3))
+    assert scores == pytest.approx(norm.ppf([0.125, 0.375, 0.625, 0.875]), abs=1)
     assert np.all(np.diff(found.gap, axis=1) >= 0)
 
 
