@@ -39,7 +39,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         found = update_from(dataset.rig, records)
         diagnosis = diagnose(found)
     else:
-        found, diagnosis = examine(dataset.rig, records, progress=True)
+        found, diagnosis = examine(dataset.rig, records, progress=not options.quiet)
     found.rig.copied(options.new / "structure").save(options.new / "rig.toml")
     stored = found.to_dict() | {"diagnosis": list(diagnosis.words)}
     _print(found, diagnosis, options.out)

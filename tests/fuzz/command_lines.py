@@ -38,7 +38,7 @@ LINES = {
     "convert": "convert record.uff copy.csv",
     "modes": "modes modal.uff --modes 2",
     "calibrate": "calibrate rig.toml frequencies.csv --free beam.length=0.9:1.1 --starts 1",
-    "update-rig": "update-rig bench",
+    "update-rig": "update-rig bench --as-drawn",
     "identify": "identify bench --method nominal --no-figures --out new",
     "identify a law": "identify bench --method constant --no-figures --out new",
     "identify a bench": "identify bench --no-figures",
