@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import ClearanceError
 from ..core.kinds import checks_kinds
 from ..core.runner import ALL_CORES, Runner
+from ..engines import static_equilibrium
 from ..model import Model
 from ..periodic.axes import level_axis
 from ..signals import labelled
@@ -99,8 +100,10 @@ class Production(ArrayData):
 
     @property
     def notes(self) -> list[str]:
-        """Plain words on what not to rely on."""
+        """Plain words on what the shares are of, and what not to rely on."""
         found = []
+        if pressed := _pressed_at_rest(self.nominal):
+            found.append(f"{', '.join(pressed)}: rests against its wall; it touches from where it leaves the wall")
         if self.limit and not self.exceeding.any():
             found.append(
                 f"{self.limit.words}: no design reaches that up to {self.level[-1]:g} {level_axis(self.kind).unit}; "
@@ -125,6 +128,18 @@ class Production(ArrayData):
         coordinates = {"level": self.level, "frequency": self.frequency, "number": list(self.names)}
         attributes = {"kind": self.kind, "limit": self.limit.words if self.limit else ""}
         return labelled.dataset("production", variables, coordinates, attributes)
+
+
+def _pressed_at_rest(model: Model) -> list[str]:
+    """Names of clearances against whose walls weight or loads press the shaft."""
+    rig = model.rig
+    if not (rig.gravity or rig.loads):
+        return []
+    try:
+        force = static_equilibrium(model).contact_force
+    except ClearanceError:  # such as gears whose torques are not in balance
+        return []
+    return [name for name, rows in zip(rig.clearance_labels, rig.clearance_rows) if force[rows].any()]
 
 
 @checks_kinds

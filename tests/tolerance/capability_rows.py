@@ -70,6 +70,7 @@ def shares(rig):
     found = production(model, GAPS, Sines(levels, [frequency]), 3, runner=ALONE)
     designs = draw_designs(model, GAPS, 3)
     assert found.unknown.max() == 0 and np.isfinite(found.first_from_rest).all()
+    assert any("rests against its wall" in note for note in found.notes) == (kind_of(rig) not in ("round", "film"))
     np.testing.assert_array_equal(found.from_rest[:, 0], found.over_level("from_rest"))
     for i, level in enumerate(found.first_from_rest):
         assert [hits(designs.model(i), frequency, factor * level) for factor in (0.96, 1.04)] == [False, True]
