@@ -10,14 +10,25 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import norm
 
 import clearance_mj as cm
-from clearance_mj import periodic
+from clearance_mj import periodic, wear
 from clearance_mj.core.errors import ClearanceError, LawError, RigError
 from clearance_mj.periodic.level_branches import level_branches
 from clearance_mj.periodic.map_rows import solver_at
 from clearance_mj.rig import Grease
 from clearance_mj.rig.tolerance import Tolerance
 from clearance_mj.signals.excitation import stepped_sine
-from clearance_mj.tolerance import Correlation, Limit, Runner, Scatter, Scattered, Sines, draw_designs, production
+from clearance_mj.tolerance import (
+    Correlation,
+    Limit,
+    Noise,
+    Runner,
+    Scatter,
+    Scattered,
+    Sines,
+    draw_designs,
+    production,
+    random_production,
+)
 from clearance_mj.tolerance.rattling import branches_of
 from clearance_mj.tolerance.sines import settings_of
 
@@ -182,6 +193,27 @@ def test_scatter_is_by_default_the_rig_files_own():
     found = production(model, None, Sines([9.0], [LOW]), 64, runner=ALONE)
     assert found.names == ("bushings[0].gap",)
     assert found.values.std() == pytest.approx(0.03 * GAP, rel=0.02)
+
+
+def test_two_workers_of_a_cluster_find_the_same_as_this_process():
+    """Of sines, of random excitation and of lives, bit by bit."""
+    distributed = pytest.importorskip("distributed")
+    scatter = Scatter((Scattered("bushings.gap", within="0.1 mm"),))
+    noise = Noise(cm.PSD([5.0, 50.0], [0.1, 0.1], "force"), [2.0], 3.0)
+    worn = dataclasses.replace(TABLE1.bushings[1], wear=1e-12)
+    rig = TABLE1.replace(bushings=(TABLE1.bushings[0], worn), tolerances=(Tolerance("bushings.gap", "2 %"),))
+    sine = wear.Sine(9.25, 2.0, n_harmonics=5)
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with distributed.LocalCluster(**options) as cluster:
+        found = [
+            (
+                production(oscillator(), scatter, Sines([5.0, 9.0, 12.0], [LOW, 14.0]), 20, runner=runner),
+                repr(random_production(scatter.draw(oscillator(), 9), noise, runner=runner)),
+                wear.predict_lives(cm.Model(rig), sine, "0.35 mm", n=3, accuracy=0.05, runner=runner),
+            )
+            for runner in (ALONE, Runner(scheduler=cluster.scheduler_address))
+        ]
+    assert found[0] == found[1]
 
 
 def test_of_several_tolerances_of_a_number_the_last_one_counts():
