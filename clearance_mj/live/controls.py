@@ -59,7 +59,7 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("duration", group, "Duration", 10.0, "s", 1.0, 4.0, 60.0)
     yield Control("fs", group, "Samples per second", fs, "Hz", 1.0, 512.0, 8192.0, log=True, whole=True)
     yield Control("resolution", group, "Lines every", 0.5, "Hz", 1.0, 0.2, 5.0, log=True)
-    engines = ("modal", "links") if rig.linear.shafts and not rig.moves_across else ("modal",)
+    engines = ("modal", "links") if rig.linear.shafts else ("modal",)
     yield Control("engine", group, "Engine", "modal", choices=engines)
 
 

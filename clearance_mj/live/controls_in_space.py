@@ -1,4 +1,4 @@
-"""What can be moved of a rig in space beside what a planar one has: spin, gravity, unbalance, friction, oil."""
+"""What turns and slides of a rig, as controls: spin, gravity, unbalance, friction, oil."""
 
 from __future__ import annotations
 
@@ -24,11 +24,10 @@ MOST_FRICTION = 0.5
 
 
 def of_motion(rig: Rig) -> Iterator[Control]:
-    """Return what a rig in space can be moved by as a whole; nothing of a planar one."""
-    if not rig.moves_across:
-        return
+    """Return what a rig can be moved by as a whole: weight, where it has some or moves across z, spin, unbalance."""
     pull = float(np.linalg.norm(rig.gravity or 0.0))
-    yield Control("gravity", GROUP, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * EARTH, 2 * pull))
+    if pull or rig.moves_across:
+        yield Control("gravity", GROUP, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * EARTH, 2 * pull))
     if spin := rig.spin:
         most = 2 * (spin.fastest or FASTEST)
         ends = spin.until is not None
@@ -44,10 +43,8 @@ def of_motion(rig: Rig) -> Iterator[Control]:
 
 
 def motion_changes(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
-    """Return the fields of a rig in space that controls of `of_motion` change."""
-    if not rig.moves_across:
-        return {}
-    pull = float(values["gravity"])
+    """Return the fields of a rig that controls of `of_motion` change."""
+    pull = float(values.get("gravity", 0.0))
     along = np.array(rig.gravity or DOWN) / np.linalg.norm(rig.gravity or DOWN)
     unbalances = tuple(
         dataclasses.replace(each, moment=float(values[f"unbalances[{i}].moment"]))
@@ -72,13 +69,12 @@ def _spin(spin: Spin | None, values: Mapping[str, Value]) -> Spin | None:
 
 
 def of_round(rig: Rig, i: int) -> Iterator[Control]:
-    """Return what a round clearance has beside a slot."""
+    """Return where a round clearance rests along y, and what slides in any: friction, oil."""
     bushing = rig.bushings[i]
-    if not bushing.is_round:
-        return
     group, name, gap = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]", bushing.gap
-    yield Control(f"{name}.offset_y", group, "Offset at rest along y", bushing.offset_y, "µm", 1e6, -gap, gap)
-    if bushing.friction or bushing.radius or parse_place(bushing.position):
+    if bushing.is_round:
+        yield Control(f"{name}.offset_y", group, "Offset at rest along y", bushing.offset_y, "µm", 1e6, -gap, gap)
+    if bushing.friction or (bushing.is_round and (bushing.radius or parse_place(bushing.position))):
         friction = bushing.friction.coefficient if bushing.friction else 0.0
         most = max(MOST_FRICTION, friction)
         yield Control(f"{name}.friction", group, "Friction coefficient", friction, "", 1.0, 0.0, most)

@@ -16,6 +16,7 @@ from clearance_mj.engines import simulate
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.rig import Grease
 from clearance_mj.signals import excitation
+from clearance_mj.signals.channel_check import check_channel
 from experiments.benches import make, motion, physics, records
 from experiments.benches.bench import CONTACTS, GREASES, IGNORANCES, NAMED, Instrument, find_bench, known, make_bench
 from experiments.benches.records import FS, shake
@@ -374,3 +375,15 @@ def test_benches_of_other_sensors_are_written(tmp_path, name):
         records.write_bench(bench, tmp_path, True, ("validate",))
     (record,) = Dataset.load(tmp_path).records
     assert record.response().quantities == tuple(s.quantity for s in bench.rig.sensors)
+
+
+@pytest.mark.parametrize(
+    "seed, taken", [(735, "steps_2"), pytest.param(736, "steps_1", marks=pytest.mark.slow)], ids=["probe", "impacts"]
+)
+def test_stepped_sines_are_not_taken_for_clipped(seed, taken):
+    """Peaks that repeat, with noise on them, are alike by chance; both records were refused."""
+    bench = make_bench(seed)
+    (i,) = (i for i, (name, *_) in enumerate(records.plans(bench, True, "stepped")) if name == taken)
+    base = records.plans(bench, True, "stepped")[i][2]
+    for channel in records.measure_channels(bench, base.value, np.random.default_rng((seed, records.STREAM, i))):
+        check_channel(channel.name, channel.value, FS)

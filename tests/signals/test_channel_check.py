@@ -1,0 +1,31 @@
+"""Clipping against records of which it is known whether they are clipped."""
+
+import numpy as np
+import pytest
+
+from clearance_mj.core.errors import RecordError
+from clearance_mj.signals.channel_check import check_channel
+
+FS = 2048.0
+TIME = np.arange(round(12 * FS)) / FS
+
+
+def pressed(rng):
+    """A sine that a wall flattens a little, with noise of 0.7 % of its size: what probes read under a stepped sine."""
+    sine = np.sin(2 * np.pi * 11.5 * TIME) * np.minimum(TIME, 1.0)
+    wave = sine - 0.3 * np.maximum(np.abs(sine) - 0.6, 0.0) * np.sign(sine)
+    return wave + 0.007 * rng.standard_normal(TIME.size)
+
+
+def test_noise_on_flat_peaks_is_no_clipping():
+    for seed in range(40):
+        check_channel("probe", pressed(np.random.default_rng(seed)), FS)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.9, 0.97])
+def test_the_same_beyond_a_range_is(share):
+    for seed in range(10):
+        signal = pressed(np.random.default_rng(seed))
+        limit = share * signal.max()
+        with pytest.raises(RecordError, match=f"clipped at {limit:g}"):
+            check_channel("probe", np.minimum(signal, limit), FS)
