@@ -44,7 +44,7 @@ def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:
     Equal samples are, to which the signal comes steeply. Where three samples lie within a step of a smooth peak's top,
     the next ones lie within four. Two samples that are equal lie on either side of it, and so the next ones are alike.
     A channel that fills fewer steps than the coarsest converter has is rounded to equal samples, not limited. Where
-    noise is larger than what samples at a limit differ by, some of a smooth peak are alike by chance: they must be equal.
+    noise is larger than what samples at a limit differ by, some are alike by chance: they must be equal.
     """
     rest = signal - np.median(signal)
     steps = np.diff(np.unique(rest))
