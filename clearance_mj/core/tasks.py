@@ -102,7 +102,8 @@ def run_tasks(
     shown = threading.Timer(DELAY, bar.refresh)  # else it would show with the first result
     shown.daemon = True
     with bar, contextlib.closing(results):
-        shown.start()
+        if progress:
+            shown.start()
         try:
             for task, result in results:
                 yield task, result

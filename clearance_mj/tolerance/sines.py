@@ -47,7 +47,7 @@ class Sines:
     """in the Ritz basis, as in the modal engine"""
 
 
-def settings_of(model: Model, sines: Sines, ahead: float = 1.0) -> Settings:
+def settings_of(model: Model, sines: Sines) -> Settings:
     """Return what designs are looked at with, or refuse what cannot be; see `production`.
 
     Parameters
@@ -56,10 +56,8 @@ def settings_of(model: Model, sines: Sines, ahead: float = 1.0) -> Settings:
         In the middle of the scatter.
     sines : Sines
         What is asked.
-    ahead : float
-        What levels are multiplied by.
     """
-    level, frequency = ahead * increasing(sines.levels, "levels", 1), increasing(sines.frequencies, "frequencies", 1)
+    level, frequency = increasing(sines.levels, "levels", 1), increasing(sines.frequencies, "frequencies", 1)
     kind = excited_by(model, sines.kind)
     limit = Limit.parse(sines.limit) if isinstance(sines.limit, str) else sines.limit
     if limit:

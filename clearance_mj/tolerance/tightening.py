@@ -138,15 +138,15 @@ def tighten(
     ClearanceError
         If the share is impossible, or there are too few designs to learn from.
     """
-    settings = settings_of(model, sines, LOOKED_AHEAD)
-    settings = replace(settings, levels=settings.levels[-1:])
+    settings = settings_of(model, sines)
+    level, unit = float(settings.levels[-1]), level_axis(settings.kind).unit
+    settings = replace(settings, levels=np.array([LOOKED_AHEAD * level]))
     what = settings.limit.words if settings.limit else "contact"
 
     def first_levels(designs: Designs) -> np.ndarray:
         found = total_of("tightening", settings, designs, runner)
         return found.of_designs[EXCEEDING if settings.limit else CONTACT]
 
-    level, unit = float(settings.levels[0]) / LOOKED_AHEAD, level_axis(settings.kind).unit
     return _tightened(model, scatter, first_levels, level, unit, what, allowed, n_designs, seed)
 
 
