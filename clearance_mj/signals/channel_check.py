@@ -19,6 +19,7 @@ EQUAL, FLAT = 1e-6, 1e-3  # of a channel's range: two samples that are equal, an
 COARSEST = 1 / 100  # of a channel's range: the coarsest step of a converter
 STEEP = 8.0  # times the latter that a clipped peak falls by from its last sample to the next
 OF_DIFFERENCES = norm.ppf(0.75) * math.sqrt(70)  # median magnitude of the fourth differences of white noise
+FEW = 12  # samples at a limit, which noise may make
 REST = 0.5  # of the RMS about the median: an extreme nearer to the median is where the channel rests
 
 
@@ -43,8 +44,8 @@ def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:
 
     Equal samples are, to which the signal comes steeply. Where three samples lie within a step of a smooth peak's top,
     the next ones lie within four. Two samples that are equal lie on either side of it, and so the next ones are alike.
-    A channel that fills fewer steps than the coarsest converter has is rounded to equal samples, not limited. Where
-    noise is larger than what samples at a limit differ by, some are alike by chance: they must be equal.
+    A channel that fills fewer steps than the coarsest converter has is rounded to equal samples, not limited. Noise
+    larger than what samples at a limit differ by makes a few alike by chance: as few must be equal.
     """
     rest = signal - np.median(signal)
     steps = np.diff(np.unique(rest))
@@ -54,8 +55,11 @@ def clipped(signal: np.ndarray) -> Iterator[np.ndarray]:
         top = side.max()
         if top <= REST * np.sqrt(np.mean(rest**2)) or resolution > COARSEST * top:
             continue
-        flat = max(FLAT * top if noise < FLAT * top else 0.0, (1 + EQUAL) * resolution)
+        flat = max(FLAT * top, (1 + EQUAL) * resolution)
         near = side >= top - flat
+        if near.sum() < FEW and noise > FLAT * top:
+            flat = (1 + EQUAL) * resolution
+            near = side >= top - flat
         edges = runs(near)
         fall = top - np.pad(side, 1, mode="edge")[edges + np.array((0, 1))]
         run, steep = np.diff(edges)[:, 0], fall.max(axis=1) > STEEP * flat

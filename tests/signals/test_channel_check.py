@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from clearance_mj.core.errors import RecordError
+from clearance_mj.signals import excitation
 from clearance_mj.signals.channel_check import check_channel
 
 FS = 2048.0
@@ -29,3 +30,12 @@ def test_the_same_beyond_a_range_is(share):
         limit = share * signal.max()
         with pytest.raises(RecordError, match=f"clipped at {limit:g}"):
             check_channel("probe", np.minimum(signal, limit), FS)
+
+
+def test_a_limit_need_not_be_one_number():
+    """Amplifiers saturate at values that differ by 1e-4, of a quick signal whose differences are as large as noise."""
+    for seed in range(10):
+        wave = excitation.random(10.0, FS, (5.0, 220.0), rms=1.0, seed=seed).value
+        limit = 3.0 * (1 + 1e-4 * np.random.default_rng(seed).standard_normal(wave.size))
+        with pytest.raises(RecordError, match="clipped at"):
+            check_channel("accelerometer", np.clip(wave, -limit, limit), FS)
