@@ -3,7 +3,9 @@
 ``python -m experiments.productions maps`` computes whole rattle maps, 20 to 100 s of a core each, and keeps them;
 ``march`` marches six cells of each design that has a map; ``compare`` sets the shares beside both; ``judge`` marches
 cells with one vibration by one way and several by the other, swept to from all sides. Only designs that
-have a map count: ``--designs 200`` says up to which.
+have a map count: ``--designs 200`` says up to which. ``rest`` needs no maps: it marches designs in the cells of a
+production in which some touch and some do not, with the level raised slowly from rest and, where that ends without
+contact, swept to from other levels and frequencies.
 
 The production is of the Table 1 rig, synthetic: 15 numbers scatter, normally. Maps have 21 harmonics, and not more
 samples where a branch ends early; cells that they lose do not count.
@@ -23,9 +25,10 @@ from clearance_mj.core.files import replacing
 from clearance_mj.core.plain_numbers import find_numbers, get_number
 from clearance_mj.core.tasks import run_tasks
 from clearance_mj.periodic import map_rattle
+from clearance_mj.statistics import share_interval
 from clearance_mj.tolerance.designs import Designs
 from clearance_mj.tolerance.limits import Limit
-from clearance_mj.tolerance.rattling import branches_of
+from clearance_mj.tolerance.rattling import Batch, branches_of, rattling_of
 from clearance_mj.tolerance.sines import Sines, settings_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -44,6 +47,7 @@ CELLS, HIGHEST, LOW = 3, 62.0, 10.0  # marched cells of each design below 10 Hz,
 JUDGED, JUDGED_PERIODS = 80, 40  # cells of each kind, and periods of a sweep's half and after it
 SWEEPS = ((1.0, 0.0), (0.8, 1.0), (0.93, 1.0), (1.07, 1.0), (1.25, 1.0), (1.0, 3.0), (0.93, 2.0), (1.07, 2.0))
 """From which share of frequency and level a sweep comes"""
+RESTED, RAISED = 60, 5.0  # cells of ``rest``; s over which a sweep goes, or 40 periods
 STEADY, COUNTED, LEAST, RATE = 60.0, 20.0, 8.0, 8192.0  # periods before and while is looked; s at least; Hz
 
 
@@ -154,17 +158,63 @@ def judge(workers: int | None) -> None:
 def differ(cell: tuple[int, int, int]) -> bool:
     """Return whether the motions of one cell differ that sweeps of frequency or level end in, steady or not."""
     number, level, i = cell
-    model, frequency = designs().model(number), float(FREQUENCIES[i])
-    sweep, counted = 2 * JUDGED_PERIODS / frequency, COUNTED / frequency
-    t = np.arange(int((sweep + max(JUDGED_PERIODS / frequency, LEAST) + counted) * RATE)) / RATE
-    forces = []
-    for of_frequency, of_level in SWEEPS:
-        share = np.minimum(t / sweep, 1.0)
-        phase = 2 * np.pi * np.cumsum(frequency * (of_frequency + (1 - of_frequency) * share)) / RATE
-        value = LEVELS[level] * (of_level + (1 - of_level) * share) * np.sin(phase)
-        found = cm.simulate(model, cm.Excitation(value, RATE), engine="modal").contact_force
-        forces.append(np.abs(found[:, -int(counted * RATE) :]).max(axis=1))
+    duration = 2 * JUDGED_PERIODS / FREQUENCIES[i]
+    forces = [swept_to(designs().model(number), level, i, sweep, duration) for sweep in SWEEPS]
     return bool(np.ptp(forces, axis=0).max() > 0.02 * np.max(forces))
+
+
+def swept_to(model: cm.Model, level: int, i: int, sweep: tuple[float, float], duration: float) -> np.ndarray:
+    """Return the largest contact forces (n_bushings,) of a cell, swept to from shares of its frequency and level."""
+    frequency, (of_frequency, of_level) = float(FREQUENCIES[i]), sweep
+    counted = COUNTED / frequency
+    t = np.arange(int((duration + max(JUDGED_PERIODS / frequency, LEAST) + counted) * RATE)) / RATE
+    share = np.minimum(t / duration, 1.0)
+    phase = 2 * np.pi * np.cumsum(frequency * (of_frequency + (1 - of_frequency) * share)) / RATE
+    value = LEVELS[level] * (of_level + (1 - of_level) * share) * np.sin(phase)
+    found = cm.simulate(model, cm.Excitation(value, RATE), engine="modal").contact_force
+    return np.abs(found[:, -int(counted * RATE) :]).max(axis=1)
+
+
+def counts_of(number: int) -> np.ndarray:
+    """Return whether a design is known, touches at all, and does if raised from rest, (3, n_levels, n_frequencies)."""
+    settings = settings_of(MODEL, Sines(LEVELS, FREQUENCIES))
+    return rattling_of(settings, Batch(number, designs()[number : number + 1])).counts[:3] > 0
+
+
+def touching(task: tuple[int, list[tuple[int, int]]]) -> np.ndarray:
+    """Return in which cells the marches of a design touch if raised from rest, and at all, (2, n_cells)."""
+    number, cells = task
+    model, found = designs().model(number), np.zeros((2, len(cells)), dtype=bool)
+    for k, (level, i) in enumerate(cells):
+        slow = max(RAISED, 2 * JUDGED_PERIODS / FREQUENCIES[i])
+        found[0, k] = swept_to(model, level, i, SWEEPS[0], slow).any()
+        found[1, k] = found[0, k] or any(swept_to(model, level, i, sweep, slow).any() for sweep in SWEEPS[1:])
+    return found
+
+
+def rest(workers: int | None, n_designs: int) -> None:
+    """Print how far shares that touch are from those of marches, in cells in which some of the designs do."""
+    ours = np.empty((n_designs, 3, LEVELS.size, FREQUENCIES.size), dtype=bool)
+    for number, found in run_tasks(counts_of, range(n_designs), workers, processes=True, progress="branches"):
+        ours[number] = found
+    known, *touch = ours.sum(axis=0)
+    some = (known == n_designs) & np.any([(n > 0.05 * n_designs) & (n < 0.95 * n_designs) for n in touch], axis=0)
+    cells = np.random.default_rng(SEED).choice(np.argwhere(some), RESTED, replace=False).tolist()
+    marched, tasks = np.empty((n_designs, 2, len(cells)), dtype=bool), [(i, cells) for i in range(n_designs)]
+    for (number, _), found in run_tasks(touching, tasks, workers, processes=True, progress="marches"):
+        marched[number] = found
+    for k, name in enumerate(("can touch", "touch if raised from rest")):
+        by_branches = np.array([ours[:, 1 + k, level, i] for level, i in cells]).T
+        by_marches = marched[:, 1 - k]
+        share, other = by_branches.mean(axis=0), by_marches.mean(axis=0)
+        low, high = share_interval(share, n_designs)
+        off = np.sum((other < low) | (other > high))
+        print(f"{name}: {off} of {len(cells)} cells off by more than their intervals; {n_designs} designs, largest "
+              f"difference {100 * np.abs(share - other).max():.1f} points, branches and marches differ in "
+              f"{np.sum(by_branches != by_marches)} of {by_marches.size} motions "
+              f"({np.sum(by_branches & ~by_marches)} touch by branches alone)")  # fmt: skip
+    with replacing(OUT / "rest.npz") as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, cells=cells, marched=marched, ours=ours)
 
 
 def march(number: int) -> np.ndarray:
@@ -186,14 +236,16 @@ def march(number: int) -> np.ndarray:
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(prog="python -m experiments.productions", description=__doc__)
-    parser.add_argument("part", choices=("maps", "march", "compare", "judge"))
-    parser.add_argument("--designs", type=int, default=200, help="up to which maps are made (default: %(default)s)")
+    parser.add_argument("part", choices=("maps", "march", "compare", "judge", "rest"))
+    parser.add_argument("--designs", type=int, default=200, help="how many, of maps and rest (default: %(default)s)")
     parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
     given = parser.parse_args()
     (OUT / "maps").mkdir(parents=True, exist_ok=True)
     warnings.filterwarnings("ignore", "All-NaN")  # of cells that a map loses
     if given.part in ("compare", "judge"):
         {"compare": compare, "judge": judge}[given.part](given.workers)
+    elif given.part == "rest":
+        rest(given.workers, given.designs)
     elif given.part == "maps":
         for _ in run_tasks(write_map, range(given.designs), given.workers, processes=True, progress="rattle maps"):
             pass

@@ -5,15 +5,17 @@ A specification (``mujoco.MjSpec``) gets softness and clearances by one call eac
 friction (`Softener`) load what compiles their loop.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .bristles import friction, joint_friction, tendon_friction
-from .checks import check, compile
+from .checks import ModelWarning, check, compile
 from .clearances import add_annular_clearance, add_backlash
 from .drives import DriveState, add_drive, drive_state
 from .elements import apply, inverse_inertia
 from .inertia import set_inverse_inertia
 from .limits import contact, joint_limit, tendon_limit
+from .packages import naming_package
 from .softness import IMPEDANCE, INVERSE_INERTIA, SOLREF_PER_UNIT, solref_solimp, stiffness_damping
 from .step import largest_step
 from .transmission import DriveFriction, Efficiency
@@ -28,6 +30,7 @@ __all__ = [
     "DriveFriction",
     "DriveState",
     "Efficiency",
+    "ModelWarning",
     "Softener",
     "add_annular_clearance",
     "add_backlash",
@@ -51,9 +54,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import `Softener` when it is used."""
-    if name != "Softener":
+    """Import `Softener` and `identification`, which need more packages, when they are used."""
+    if name not in ("Softener", "identification"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from .softener import Softener
-
-    return Softener
+    with naming_package("Softener and identification"):
+        module = import_module(f".{name.lower()}", __name__)
+    return getattr(module, name, module)

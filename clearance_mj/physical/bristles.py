@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 
 from ..core.errors import LawError, ModelError
-from .elements import MARK, compiled, find, joint_kind, marked, name_of, specification, write_numbers
+from .elements import compiled, find, joint_kind, name_of, specification
+from .records import MARK, marked, write_numbers
 
 __all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
 

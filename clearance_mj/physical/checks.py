@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 
 import mujoco
 import numpy as np
@@ -11,12 +12,14 @@ from numpy.typing import ArrayLike
 from ..core.errors import ModelError
 from .bristles import frictions
 from .drives import drives
-from .elements import KINDS, apply, asked, compiled, inverse_inertia
-from .rows import ParasiticMass, parasitic_mass, softness_of
+from .elements import KINDS, apply, asked, compiled, inverse_inertia, specification, write_all
+from .limits import cover, uncovered_contacts
+from .packages import naming_package
+from .rows import ParasiticMass, bent_poses, parasitic_mass, softness_of
 from .softness import LARGEST_IMPEDANCE
-from .step import hardest
+from .step import Stable, hardest
 
-__all__ = ["check", "compile"]
+__all__ = ["ModelWarning", "check", "compile"]
 
 _SAME = 1e-5  # share up to which the softness of a model is what was asked, after MJCF's six digits
 _MAX_SLOWER = 1e-3  # share up to which ringing may be too slow
@@ -27,6 +30,10 @@ _POINTS = {
     ("BOX", "MESH"): 4, ("MESH", "MESH"): 4,
 }  # fmt: skip
 """In how many points geoms may touch at once, if in more than one"""
+
+
+class ModelWarning(UserWarning):
+    """What a compiled model does otherwise than its specification asks; see `check`."""
 
 
 def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjModel:
@@ -48,17 +55,29 @@ def compile(spec: mujoco.MjSpec, poses: ArrayLike | None = None) -> mujoco.MjMod
     ------
     ModelError
         If the specification does not compile, an element is gone, or the time step is too long.
+
+    Warns
+    -----
+    ModelWarning
+        For settings that change a softness, contacts that keep MuJoCo's, a step that is too long in poses within the
+        joints' ranges, and what acts only while a `Softener` is in use.
     """
-    apply(spec)
-    model = compiled(spec)
+    model = compiled(specification(spec))
+    if cover(spec, model):
+        model = compiled(spec)
     if any(frictions(model)) or any(drives(model)) or any(element.softness.law for element in asked(model)):
-        from .softener import reserve  # loads what compiles
+        with naming_package("laws, friction and drives"):
+            from .softener import reserve  # loads what compiles
 
         if reserve(spec, model):
             model = compiled(spec)
+    write_all(spec, model)
     apply(model)
     for problem in _step_too_long(model, poses):
         raise ModelError(problem)
+    softener = "; ".join(_without_softener(model))
+    for problem in (*_what_spoils(model), *([softener] if softener else []), *_step_too_long_elsewhere(model, poses)):
+        warnings.warn(problem, ModelWarning, stacklevel=2)
     return model
 
 
@@ -77,9 +96,39 @@ def check(model: mujoco.MjModel, poses: ArrayLike | None = None) -> tuple[str, .
     tuple of str
         One line each; empty if all is well. Contacts and limits whose solref is not in physical units are left alone.
     """
-    found = [*_settings(model), *_elements(model), *_without_softener(model)]
+    found = [*_what_spoils(model), *_without_softener(model), *_elements(model)]
     found += [*_slow_ringing(model, poses), *_geoms(model)]
-    return *found, *_step_too_long(model, poses)
+    return *found, *(_step_too_long(model, poses) or _step_too_long_elsewhere(model, poses))
+
+
+def _what_spoils(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield what is also said when a model is compiled: settings, and contacts that keep MuJoCo's softness."""
+    yield from _settings(model)
+    yield from _uncovered(model)
+    yield from _height_fields(model)
+
+
+def _height_fields(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield pairs with a height field, whose points are as many as the prisms that are touched."""
+    for pair, geoms in enumerate(zip(model.pair_geom1, model.pair_geom2)):
+        if int(mujoco.mjtGeom.mjGEOM_HFIELD) in model.geom_type[[*geoms]] and model.pair_solref[pair, 0] < 0:
+            name = model.pair(pair).name or pair
+            yield f'contact "{name}": each prism of the height field that is touched has this stiffness'
+
+
+def _uncovered(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield contacts that have MuJoCo's softness though those of their geom were given one."""
+    for geom, _, _, pairs in uncovered_contacts(model):
+        name = model.geom(geom).name
+        others = [", ".join(sorted(f'"{model.geom(g).name or g}"' for pair in pairs for g in pair if g != geom))]
+        collides, affinity = model.geom_contype[geom], model.geom_conaffinity[geom]
+        flexes = [i for i in range(model.nflex)
+                  if collides & model.flex_conaffinity[i] or affinity & model.flex_contype[i]]  # fmt: skip
+        if pairs:
+            yield f'geom "{name}" touches {others[0]} with MuJoCo\'s softness, for they came later; use compile()'
+        for i in flexes:
+            flex = model.flex(i).name or i
+            yield f'geom "{name}" touches flex "{flex}" with MuJoCo\'s softness: flexes have no pairs'
 
 
 def _soft(model: mujoco.MjModel) -> Iterator[tuple[str, int, str]]:
@@ -189,10 +238,24 @@ def _geoms(model: mujoco.MjModel) -> Iterator[str]:
         )
 
 
-def _step_too_long(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[str]:
-    stable = hardest(model, poses)
-    if model.opt.timestep >= stable.step:
-        yield (
-            f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
-            f"(pose {stable.pose}); accuracy takes about {stable.step / 10:.1g} s"
-        )
+def _step_too_long(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
+    return _too_long(model, hardest(model, poses), "pose {}".format)
+
+
+def _step_too_long_elsewhere(model: mujoco.MjModel, poses: ArrayLike | None) -> list[str]:
+    """Say whether the step is too long in other poses within the joints' ranges, unless poses were given."""
+    if poses is not None or not len(bent := bent_poses(model)):
+        return []
+    return _too_long(
+        model, hardest(model, bent, contacts=False), lambda i: f"at qpos {np.round(bent[i], 2).tolist()}, which the "
+        "joints' ranges allow"
+    )  # fmt: skip
+
+
+def _too_long(model: mujoco.MjModel, stable: Stable, where: Callable[[int], str]) -> list[str]:
+    if model.opt.timestep < stable.step:
+        return []
+    return [
+        f"timestep {model.opt.timestep:g} s is too long: {stable.element} is stable below {stable.step:.3g} s "
+        f"({where(stable.pose)}); accuracy takes about {stable.step / 10:.1g} s"
+    ]

@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
-from .elements import Softness, compiled, find, give, joint_kind, name_of, softness, specification
+from .actuators import actuator_count, drives_joint, settle
+from .elements import Softness, ask, change, compiled, find, joint_kind, name_of, softness, specification
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
@@ -42,8 +43,8 @@ def add_backlash(
     c : float
         Their damping, N m s/rad (N s/m), >= 0.
     inertia : float, optional
-        Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature,
-        which moves to the drive.
+        Of the drive at the joint (rotor times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature.
+        The joint keeps none, for that was the rotor's.
     law : Law, optional
         Instead of k and c, with grease too; a `Softener` makes the teeth follow it.
 
@@ -55,8 +56,8 @@ def add_backlash(
     Raises
     ------
     ModelError
-        For a joint that the model does not have, or of another type, a gap that is not > 0, and a drive without
-        inertia.
+        For a joint that the model does not have, of another type, or that a tendon or an equality moves instead of an
+        actuator of its own, a gap that is not > 0, and a drive without inertia. The specification is then unchanged.
     LawError
         For a stiffness or damping out of range.
     """
@@ -65,24 +66,32 @@ def add_backlash(
     kind = joint_kind(model, name, "backlash")
     if spec.joint(f"{name} drive"):
         raise ModelError(f'joint "{name}" has backlash already')
-    load = spec.joint(name)
+    _refuse_coupled(spec, model, name)
     if inertia is None:
-        inertia, load.armature = _positive(load.armature, f'joint "{name}" has no armature: give'), 0.0
+        inertia = _positive(spec.joint(name).armature, f'joint "{name}" has no armature: give')
     else:
         inertia = _positive(inertia, f'joint "{name}":')
     positions = [_position(key.qpos, model, name) for key in spec.keys]
     saved = [np.array(key.qpos) for key in spec.keys], [np.array(key.qvel) for key in spec.keys]
-    drive = _add_drive(spec, load, kind, inertia)
-    for actuator in spec.actuators:
-        if actuator.target == name and actuator.trntype in (
-            mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
-        ):  # fmt: skip
-            actuator.target = drive.name
-    tendon = _add_tendon(spec, f"{name} backlash", (-gap, gap))
-    tendon.wrap_joint(name, 1.0)
-    tendon.wrap_joint(drive.name, -1.0)
-    _extend_keys(spec, drive.name, positions, *saved)
-    give(spec, "tendon", [tendon.name], wanted)
+
+    def between(changed: mujoco.MjSpec) -> mujoco.MjsJoint:
+        load = changed.joint(name)
+        drive = _add_drive(changed, load, kind, inertia)
+        load.armature = 0.0
+        for actuator in changed.actuators:
+            if drives_joint(actuator, name):
+                settle(actuator, model)
+                actuator.target = drive.name
+        tendon = _add_tendon(changed, f"{name} backlash", (-gap, gap))
+        tendon.wrap_joint(name, 1.0)
+        tendon.wrap_joint(drive.name, -1.0)
+        for key in changed.keys:
+            key.qpos, key.qvel = np.zeros(0), np.zeros(0)
+        ask(changed, "tendon", [tendon.name], wanted)
+        return drive
+
+    drive, now = change(spec, between)
+    _extend_keys(spec, now.joint(drive.name), positions, *saved)
     return drive
 
 
@@ -129,11 +138,15 @@ def add_annular_clearance(
     bodies = [model.body_weldid[model.site_bodyid[find(model, mujoco.mjtObj.mjOBJ_SITE, name)]] for name in names]
     if bodies[0] == bodies[1]:
         raise ModelError(f'sites "{names[0]}" and "{names[1]}" are on one rigid body, so there is no clearance')
-    tendon = _add_tendon(spec, " in ".join(names), (0.0, gap))
-    for name in names:
-        tendon.wrap_site(name)
-    give(spec, "tendon", [tendon.name], wanted)
-    return tendon
+
+    def between(changed: mujoco.MjSpec) -> mujoco.MjsTendon:
+        tendon = _add_tendon(changed, " in ".join(names), (0.0, gap))
+        for name in names:
+            tendon.wrap_site(name)
+        ask(changed, "tendon", [tendon.name], wanted)
+        return tendon
+
+    return change(spec, between)[0]
 
 
 def _check(gap: float, k: float | None, c: float | None, law: Law | None) -> Softness:
@@ -175,14 +188,39 @@ def _position(qpos: Any, model: mujoco.MjModel, joint: str) -> float:
 
 
 def _extend_keys(
-    spec: mujoco.MjSpec, drive: str, positions: list[float], qpos: list[np.ndarray], qvel: list[np.ndarray]
+    spec: mujoco.MjSpec, drive: Any, positions: list[float], qpos: list[np.ndarray], qvel: list[np.ndarray]
 ) -> None:
     """Put the drive into the keyframes, which MuJoCo would refuse without it."""
-    if not positions:
-        return
-    for key in spec.keys:
-        key.qpos, key.qvel = np.zeros(0), np.zeros(0)
-    joint = compiled(spec).joint(drive)
     for key, position, place, speed in zip(spec.keys, positions, qpos, qvel):
-        key.qpos = np.insert(place, joint.qposadr[0], position) if place.size else place
-        key.qvel = np.insert(speed, joint.dofadr[0], 0.0) if speed.size else speed
+        key.qpos = np.insert(place, drive.qposadr[0], position) if place.size else place
+        key.qvel = np.insert(speed, drive.dofadr[0], 0.0) if speed.size else speed
+
+
+def _refuse_coupled(spec: mujoco.MjSpec, model: mujoco.MjModel, joint: str) -> None:
+    """Refuse a joint that no actuator of its own moves but a tendon or an equality, which would bypass its drive."""
+    if any(drives_joint(actuator, joint) for actuator in spec.actuators):
+        return
+    of_joint, by_joint = model.joint(joint).id, int(mujoco.mjtWrap.mjWRAP_JOINT)
+    ends = zip(model.tendon_adr.tolist(), model.tendon_num.tolist())
+    pulled = {
+        i for i, (first, count) in enumerate(ends) for w in range(first, first + count)
+        if model.wrap_type[w] == by_joint and model.wrap_objid[w] == of_joint
+    }  # fmt: skip
+    for actuator in range(actuator_count(model)):
+        if (
+            model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
+            and model.actuator_trnid[actuator, 0] in pulled
+        ):
+            raise ModelError(
+                f'joint "{joint}" is driven by actuator "{model.actuator(actuator).name}" through tendon '
+                f'"{model.tendon(int(model.actuator_trnid[actuator, 0])).name}", which would bypass a drive of the '
+                "joint: give the actuator the play with add_drive()"
+            )
+    coupled = {mujoco.mjtEq.mjEQ_JOINT: {of_joint}, mujoco.mjtEq.mjEQ_TENDON: pulled}
+    for i, kind in enumerate(model.eq_type.tolist()):
+        if coupled.get(mujoco.mjtEq(kind), set()) & {int(model.eq_obj1id[i]), int(model.eq_obj2id[i])}:
+            raise ModelError(
+                f'joint "{joint}" is driven by equality "{model.equality(i).name or i}", which would bypass a drive of '
+                "the joint: in the equality's place couple the two by a fixed tendon with limited range -gap to gap, "
+                "and give that tendon_limit()"
+            )

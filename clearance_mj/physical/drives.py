@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .elements import MARK, compiled, find, marked, name_of, note_softener, softness, specification, write_numbers
+from .actuators import ON_JOINT, actuator_count, output_of, settle
+from .elements import compiled, find, name_of, softness, specification
+from .records import MARK, marked, note_softener, write_numbers
 from .transmission import DriveFriction, Efficiency
 
 __all__ = ["BEGUN", "DRIVE", "DriveState", "PlacedDrive", "add_drive", "drive_state", "drives", "friction_numbers"]
@@ -39,6 +41,7 @@ _DYNAMICS = {
     mujoco.mjtDyn.mjDYN_FILTEREXACT: 3,
 }  # fmt: skip
 _ENCODERS = ("motor", "load")
+_WAY_ROUND = ", or give its joint play with add_backlash(), which any actuator can drive"
 
 
 class PlacedDrive(NamedTuple):
@@ -107,7 +110,7 @@ def drive_state(model: mujoco.MjModel, act: ArrayLike, actuator: Any) -> DriveSt
             first, count = model.actuator_actadr[drive.actuator], model.actuator_actnum[drive.actuator]
             own = states[..., first : first + count].copy()  # no view of data that move on
             force = own[..., count - 1]
-            gear = model.actuator_gear[_output(model, drive.actuator), 0]
+            gear = model.actuator_gear[output_of(model, drive.actuator), 0]
             angle, speed, torque = (own[..., place][()] for place in (ANGLE, SPEED, MOTOR_TORQUE))
             return DriveState(angle, speed, torque, force * gear)
     raise ModelError(f'actuator "{name}" has no drive; give it one with add_drive()')
@@ -139,8 +142,8 @@ def add_drive(
     c : float
         Their damping, N m s/rad (N s/m), >= 0.
     inertia : float, optional
-        Of the rotor at the load (times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature, which
-        moves to the rotor.
+        Of the rotor at the load (times gear ratio squared), kg m² (kg), > 0. Without it the joint's armature. The
+        joint keeps none, for that was the rotor's.
     encoder : str
         Where a servo measures: at the "motor", before the play, or at the "load".
     friction : DriveFriction, optional
@@ -177,8 +180,10 @@ def add_drive(
     if inertia is None:
         if load is None or not load.armature > 0:
             raise ModelError(f"{where}: its {'tendon' if load is None else 'joint'} has no armature; give inertia > 0")
-        inertia, load.armature = float(load.armature), 0.0
+        inertia = float(load.armature)
+    settle(motor, model)
     if load is not None:
+        load.armature = 0.0
         load.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
     values = (
         inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
@@ -236,35 +241,31 @@ def _refuse(model: mujoco.MjModel, index: int, where: str) -> None:
     fields = ("trntype", "dyntype", "gaintype", "biastype")
     found = [kind(int(getattr(model, f"actuator_{field}")[index])) for kind, field in zip(kinds, fields)]
     allowed = (
-        (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT, mujoco.mjtTrn.mjTRN_TENDON),
+        (*ON_JOINT, mujoco.mjtTrn.mjTRN_TENDON),
         tuple(_DYNAMICS),
         (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE),
         (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE),
     )
     for kind, can in zip(found, allowed):
         if kind not in can:
-            raise ModelError(f"{where} is {_name(kind)}; a drive needs {' or '.join(_name(c) for c in can)}")
+            needs = " or ".join(_name(c) for c in can)
+            raise ModelError(f"{where} is {_name(kind)}; a drive needs {needs}{_WAY_ROUND}")
     joint = model.actuator_trnid[index, 0]
     if found[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
         mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
     ):  # fmt: skip
         raise ModelError(f"{where}: a drive needs a hinge or slide")
-    if getattr(model, "actuator_ctrlnum", np.ones(model.nu))[index] != 1:
-        raise ModelError(f"{where} has {model.actuator_ctrlnum[index]} controls; a drive needs one")
+    if getattr(model, "actuator_ctrlnum", np.ones(actuator_count(model)))[index] != 1:
+        raise ModelError(f"{where} has {model.actuator_ctrlnum[index]} controls; a drive needs one{_WAY_ROUND}")
     for field in ("delay", "armature", "damping"):
-        if np.any(getattr(model, f"actuator_{field}", np.zeros(model.nu))[index]):
-            raise ModelError(f"{where} has {field}, which a drive cannot take over; set it to 0")
-    if not model.actuator_gear[_output(model, index), 0]:
+        if np.any(getattr(model, f"actuator_{field}", np.zeros(actuator_count(model)))[index]):
+            raise ModelError(f"{where} has {field}, which a drive cannot take over; set it to 0{_WAY_ROUND}")
+    if not model.actuator_gear[output_of(model, index), 0]:
         raise ModelError(f"{where} has gear 0")
 
 
 def _name(kind: Any) -> str:
     return str(kind.name.partition("_")[2].lower())
-
-
-def _output(model: mujoco.MjModel, index: int) -> int:
-    """Which of the forces, lengths and gears is an actuator's; MuJoCo 3 has one for each."""
-    return int(model.actuator_outadr[index]) if hasattr(model, "actuator_outadr") else index
 
 
 def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
@@ -274,7 +275,7 @@ def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
     if on_joint[index] and model.jnt_actfrclimited[joint]:
         if np.sum((model.actuator_trnid[:, 0] == joint) & on_joint) > 1:
             raise ModelError(f"{where}: its joint has other actuators and a common actuatorfrcrange; set that of each")
-        limits = np.sort(model.jnt_actfrcrange[joint] / model.actuator_gear[_output(model, index), 0])
+        limits = np.sort(model.jnt_actfrcrange[joint] / model.actuator_gear[output_of(model, index), 0])
     if model.actuator_forcelimited[index]:
         own = model.actuator_forcerange[index]
         limits = np.array((max(limits[0], own[0]), min(limits[1], own[1])))
@@ -292,7 +293,7 @@ def _extend_keys(spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco
         if not act.size:
             continue
         longer = np.zeros(now.na)
-        for i in range(model.nu):
+        for i in range(actuator_count(model)):
             old, new, count = model.actuator_actadr[i], now.actuator_actadr[i], model.actuator_actnum[i]
             if now.actuator(i).name == name:
                 new += INPUT

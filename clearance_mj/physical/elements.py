@@ -8,29 +8,33 @@ law stands there as in its file, with the depth at which it is linearised, until
 from __future__ import annotations
 
 import difflib
+import functools
 import json
 import numbers
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import mujoco
 import numpy as np
 
 from ..core.checks import naming
 from ..core.errors import LawError, ModelError
+from .records import MARK, texts, write_text
 from .softness import solref_solimp, written
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
 __all__ = [
-    "KINDS", "MARK", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "compiled", "find", "give",
-    "inverse_inertia", "joint_kind", "marked", "name_of", "nearest", "note_softener", "softness", "specification",
-    "texts", "write_numbers", "write_text",
+    "KINDS", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "change", "compiled", "find", "give",
+    "inverse_inertia", "joint_kind", "name_of", "nearest", "read", "softness", "solver_parameters", "specification",
+    "write_all", "write_parameters",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
+T = TypeVar("T")
+Parameters: TypeAlias = tuple[np.ndarray, np.ndarray] | None
 
 
 @dataclass(frozen=True)
@@ -60,12 +64,6 @@ KINDS = {
     ),
 }  # fmt: skip
 """By the names that records of them have"""
-_NOTE = (
-    "friction, laws and drives of this model act only while clearance_mj.physical.Softener(model) is in use, or its "
-    "update() is called in every step; without it nothing rubs, actuators with drives exert nothing, and stiffness "
-    "stays that of a law's nominal depth"
-)
-MARK = "physical:"  # begins the names of texts that hold what was asked
 
 
 def compiled(target: Target) -> mujoco.MjModel:
@@ -216,14 +214,15 @@ def asked(model: mujoco.MjModel) -> Iterator[Asked]:
     for kind, name, data in texts(model):
         if kind in KINDS:
             try:
-                yield Asked(kind, name, _read(data))
+                yield Asked(kind, name, read(data))
             except (IndexError, TypeError, ValueError, KeyError):
                 raise ModelError(
                     f'text "{MARK}{kind}:{name}" holds "{data}", needs "k=STIFFNESS c=DAMPING" or a law'
                 ) from None
 
 
-def _read(data: str) -> Softness:
+def read(data: str) -> Softness:
+    """Return the softness that a text of a model holds."""
     if data.startswith("{"):
         from ..clearance.law_files import law_from_dict
 
@@ -233,57 +232,13 @@ def _read(data: str) -> Softness:
     return Softness(k, c)
 
 
-def texts(model: mujoco.MjModel) -> Iterator[tuple[str, str, str]]:
-    """Yield kind, name and data of every text of a model that was written by this package."""
-    for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_TEXT, MARK):
-        kind, _, name = after.partition(":")
-        begin = model.text_adr[i]
-        data = bytes(model.text_data[begin : begin + model.text_size[i]]).rstrip(b"\0").decode()
-        yield kind, before + name, data
-
-
-def marked(model: mujoco.MjModel, object_type: mujoco.mjtObj, mark: str) -> Iterator[tuple[int, str, str]]:
-    """Yield number and name of the texts or numbers of a model that hold a mark: what is before it, and after.
-
-    A specification that is attached has its prefix before both.
-    """
-    for i in range(model.ntext if object_type == mujoco.mjtObj.mjOBJ_TEXT else model.nnumeric):
-        before, found, after = (mujoco.mj_id2name(model, object_type, i) or "").partition(mark)
-        if found:
-            yield i, before, after
-
-
-def write_text(spec: mujoco.MjSpec, kind: str, name: str, data: str) -> None:
-    """Write, or write anew, what is asked of an element of a specification."""
-    key = f"{MARK}{kind}:{name}"
-    for text in spec.texts:
-        if text.name == key:
-            text.data = data
-            return
-    spec.add_text(name=key, data=data)
-
-
-def write_numbers(spec: mujoco.MjSpec, name: str, data: Sequence[float]) -> None:
-    """Write, or write anew, custom numbers of a specification."""
-    for numeric in spec.numerics:
-        if numeric.name == name:
-            numeric.data = data
-            return
-    spec.add_numeric(name=name, data=data, size=len(data))
-
-
-def note_softener(spec: mujoco.MjSpec) -> None:
-    """Write into a specification what its model does without a `Softener`."""
-    write_text(spec, "softener", "note", _NOTE)
-
-
-def give(target: Target, kind: str, names: list[str], wanted: Softness) -> None:
-    """Give elements a softness: at once in a model, with a record in a specification.
+def give(target: Target, model: mujoco.MjModel, kind: str, names: list[str], wanted: Softness) -> None:
+    """Give elements a softness: at once in a model, with a record in a specification, which compiles to ``model``.
 
     Raises
     ------
     ModelError
-        For a law that a model, which has no room for its record, is to follow.
+        For a law that a model, which has no room for its record, is to follow, and elements without inertia.
     """
     if isinstance(target, mujoco.MjModel):
         if wanted.law:
@@ -291,8 +246,41 @@ def give(target: Target, kind: str, names: list[str], wanted: Softness) -> None:
         for name in names:
             _write_model(target, kind, name, wanted.k, wanted.c)
         return
+    behind = [inverse_inertia(model, kind, find(model, KINDS[kind].object, name)) for name in names]
+    found = solver_parameters(kind, names, wanted, behind)
     ask(target, kind, names, wanted)
-    apply(target)
+    for name, parameters in zip(names, found):
+        write_parameters(getattr(target, kind)(name), kind, parameters)
+
+
+def change(spec: mujoco.MjSpec, make: Callable[[mujoco.MjSpec], T]) -> tuple[T, mujoco.MjModel]:
+    """Change a specification and give anew what was asked of it; if that fails it stays as it was.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Changed in place.
+    make : callable
+        Makes the change, first of a copy, which has to compile.
+
+    Returns
+    -------
+    tuple
+        What ``make`` returns, and the model that the changed specification compiles to.
+
+    Raises
+    ------
+    ModelError
+        If the changed specification does not compile, or an element has no inertia behind it.
+    """
+    trial = spec.copy()
+    with naming("the specification cannot be changed", ValueError, ModelError):
+        make(trial)
+    model = compiled(trial)
+    write_all(trial, model)
+    made = make(spec)
+    write_all(spec, model)
+    return made, model
 
 
 def ask(spec: mujoco.MjSpec, kind: str, names: list[str], wanted: Softness) -> None:
@@ -317,12 +305,18 @@ def apply(target: Target) -> None:
     ModelError
         If an element is gone, or has no inertia behind it.
     """
-    model = compiled(target)
-    for kind, name, (k, c, *_) in asked(model):
-        if isinstance(target, mujoco.MjModel):
-            _write_model(model, kind, name, k, c)
-        else:
-            _write_spec(target, model, kind, name, k, c)
+    if isinstance(target, mujoco.MjModel):
+        for kind, name, (k, c, *_) in asked(target):
+            _write_model(target, kind, name, k, c)
+    else:
+        write_all(target, compiled(target))
+
+
+def write_all(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Write into a specification, which compiles to a model, everything that was asked of its elements."""
+    for kind, name, wanted in asked(model):
+        behind = inverse_inertia(model, kind, find(model, KINDS[kind].object, name))
+        write_parameters(getattr(spec, kind)(name), kind, solver_parameters(kind, [name], wanted, [behind])[0])
 
 
 def _write_model(model: mujoco.MjModel, kind: str, name: str, k: float, c: float) -> None:
@@ -344,15 +338,27 @@ def _of_its_ends(model: mujoco.MjModel, tendon: int) -> float:
     return float(model.body_invweight0[model.site_bodyid[sites], 0].sum())
 
 
-def _write_spec(spec: mujoco.MjSpec, model: mujoco.MjModel, kind: str, name: str, k: float, c: float) -> None:
-    there, index = KINDS[kind], find(model, KINDS[kind].object, name)
-    element = getattr(spec, kind)(name)
-    inverse = inverse_inertia(model, kind, index)
-    if inverse <= 0 and kind == "tendon":
-        return  # no number would do; `apply` to the compiled model
-    for field, value in zip(there.spec, _checked(kind, name, written, k, c, inverse)):
+def solver_parameters(kind: str, names: list[str], wanted: Softness, behind: Sequence[float]) -> list[Parameters]:
+    """Return solref and solimp, as a specification gets them, of elements with Â ``behind`` them.
+
+    Raises
+    ------
+    ModelError
+        For an element without inertia behind it, but for a tendon: `apply` to the compiled model finds one.
+    """
+    return [
+        None if inverse <= 0 and kind == "tendon" else _checked(kind, name, written, wanted.k, wanted.c, inverse)
+        for name, inverse in zip(names, behind)
+    ]
+
+
+def write_parameters(element: Any, kind: str, parameters: Parameters) -> None:
+    """Write solref and solimp into an element of a specification, and let its force begin at zero violation."""
+    if parameters is None:
+        return
+    for field, value in zip(KINDS[kind].spec, parameters):
         setattr(element, field, value)
-    for field in there.starts:
+    for field in KINDS[kind].starts:
         setattr(element, field, 0)
 
 
@@ -361,4 +367,10 @@ def _checked(kind: str, name: str, mapping: Any, k: float, c: float, inverse: fl
     if inverse <= 0:
         raise ModelError(f"{noun} moves nothing that has an inertia, so it cannot be soft")
     with naming(noun, LawError, ModelError):
-        return mapping(k, c, inverse)
+        return _mapped(mapping, float(k), float(c), inverse)
+
+
+@functools.lru_cache(1024)
+def _mapped(mapping: Any, k: float, c: float, inverse: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return solver parameters, which are the same for many elements of a model."""
+    return mapping(k, c, inverse)

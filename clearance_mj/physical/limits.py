@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import mujoco
+import numpy as np
 
 from ..core.errors import ModelError
-from .elements import KINDS, Target, compiled, find, give, name_of, softness
+from .elements import (
+    KINDS,
+    Softness,
+    Target,
+    ask,
+    compiled,
+    find,
+    give,
+    name_of,
+    read,
+    softness,
+    solver_parameters,
+    write_parameters,
+)
+from .records import texts, write_text
 
 if TYPE_CHECKING:
     from ..clearance.law import Law
 
-__all__ = ["contact", "joint_limit", "tendon_limit"]
+__all__ = ["contact", "cover", "joint_limit", "tendon_limit", "touching", "uncovered_contacts"]
+
+ONE_GEOM = "geom", "frictionless geom"
+"""Kinds of the texts that hold what was asked of all contacts of one geom: without friction, or with it left out"""
 
 
 def joint_limit(
@@ -83,7 +101,7 @@ def _limits(target: Target, kind: str, elements: Any, k: float | None, c: float 
     widths = getattr(model, f"{fields}_range")[ids] @ (-0.5, 0.5)
     wanted = [softness(k, c, law, float(width)) for width in (widths if law else widths[:1])]
     for some, softest in zip([[name] for name in names] if law else [names], wanted):
-        give(target, kind, some, softest)
+        give(target, model, kind, some, softest)
 
 
 def contact(
@@ -99,8 +117,9 @@ def contact(
     ----------
     target : mujoco.MjSpec or mujoco.MjModel
         Changed in place. A specification keeps what was asked; see `compile`. A model must have the pair already.
-    geoms : str, mujoco.MjsGeom, or two of them in a tuple
-        One geom: its contacts with all that it can touch; two: the contact between them.
+    geoms : str, mujoco.MjsGeom, two of them in a tuple, or a list of such tuples
+        One geom: its contacts with all that it can touch, also with what is added to the specification before
+        `compile`; two: the contact between them.
     k : float
         Stiffness, N/m, > 0.
     c : float
@@ -121,55 +140,106 @@ def contact(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
-    wanted_softness = softness(k, c, law, depth)
-    model = compiled(target)
-    one = isinstance(geoms, str) or not isinstance(geoms, Iterable)
-    names = [name_of(g) for g in ([geoms] if one else geoms)]
-    if len(names) > 2:
-        raise ModelError(f"a contact has two geoms, got {len(names)}")
-    ids = [find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names]
-    pairs = {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
-    if one:
-        wanted = [p for p in pairs if ids[0] in p]
-        if isinstance(target, mujoco.MjSpec):
-            wanted = [*wanted, *(p for p in _touching(model, ids[0]) if p not in pairs)]
-    else:
-        wanted = [frozenset(ids)] if len(set(ids)) == 2 else []
-    if not wanted:
-        raise ModelError(
-            f'geom "{names[0]}" touches '
-            + ("itself" if not one else "nothing: see contype, conaffinity, exclude; or name two geoms")
-        )
-    for pair in wanted:
+    wanted, model = softness(k, c, law, depth), compiled(target)
+    pairs, asked_of_one = _pairs_of(model), []
+    found: list[frozenset[int]] = []
+    for names in _geom_names(geoms):
+        ids = [find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names]
+        if len(ids) == 2:
+            new = [frozenset(ids)] if len(set(ids)) == 2 else []
+        else:
+            asked_of_one += names
+            new = [p for p in pairs if ids[0] in p]
+            if isinstance(target, mujoco.MjSpec):
+                new += [p for p in touching(model, ids[0]) if p not in pairs]
+        if not new:
+            raise ModelError(
+                f'geom "{names[0]}" touches '
+                + ("itself" if len(ids) == 2 else "nothing: see contype, conaffinity, exclude; or name two geoms")
+            )
+        if isinstance(target, mujoco.MjModel) and not set(new) <= pairs.keys():
+            raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
+        found += new
+    for pair in found:
         _refuse_friction(model, pair, pairs.get(pair), frictionless)
     if isinstance(target, mujoco.MjModel):
-        if not set(wanted) <= pairs.keys():
-            raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
-        model.pair_dim[[pairs[pair] for pair in wanted]] = 1
-        give(model, "pair", [_pair_name(model, pairs[pair]) for pair in wanted], wanted_softness)
-    else:
-        give(target, "pair", _explicit(target, model, wanted), wanted_softness)
+        model.pair_dim[[pairs[pair] for pair in found]] = 1
+        give(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in found], wanted)
+        return
+
+    _give_pairs(target, model, found, wanted)
+    for name in asked_of_one:
+        write_text(target, ONE_GEOM[frictionless], name, wanted.data)
 
 
-def _touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
+def _geom_names(geoms: Any) -> list[list[str]]:
+    """Names of one geom or two, of each contact that is asked for."""
+    several = geoms if isinstance(geoms, list) and any(isinstance(each, tuple) for each in geoms) else [geoms]
+    found = []
+    for each in several:
+        found.append(
+            [name_of(g) for g in ([each] if isinstance(each, str) or not isinstance(each, Iterable) else each)]
+        )
+        if len(found[-1]) > 2:
+            raise ModelError(f"a contact has two geoms, got {len(found[-1])}")
+    return found
+
+
+def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
+    """Give contacts of geoms that came after `contact` was asked for one geom what was asked; say if there are any.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+        Gets explicit pairs for them.
+    model : mujoco.MjModel
+        What it compiles to.
+
+    Raises
+    ------
+    ModelError
+        For a geom that is gone, and contacts with friction where none was to be left out.
+    """
+    added = False
+    for _, wanted, frictionless, uncovered in uncovered_contacts(model):
+        for pair in uncovered:
+            _refuse_friction(model, pair, None, frictionless)
+        if uncovered:
+            _give_pairs(spec, model, uncovered, wanted)
+            added = True
+    return added
+
+
+def uncovered_contacts(
+    model: mujoco.MjModel,
+) -> Iterator[tuple[int, Softness, bool, list[frozenset[int]]]]:
+    """Yield the geoms whose contacts were given a softness, that softness, whether friction was to be left out, and the
+    pairs that have none.
+    """
+    pairs = _pairs_of(model)
+    for kind, name, data in texts(model):
+        if kind in ONE_GEOM:
+            geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, name)
+            yield geom, read(data), kind == ONE_GEOM[True], [p for p in touching(model, geom) if p not in pairs]
+
+
+def _pairs_of(model: mujoco.MjModel) -> dict[frozenset[int], int]:
+    return {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
+
+
+def touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
     """Pairs of a geom and others that MuJoCo lets collide (documentation, Computation: Collision detection)."""
     weld, types, affinity = model.body_weldid[model.geom_bodyid], model.geom_contype, model.geom_conaffinity
     above = model.body_weldid[model.body_parentid[weld]]
+    apart = weld != weld[geom]
+    if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT and weld[geom]:
+        apart &= (weld == 0) | ((weld != above[geom]) & (above != weld[geom]))
+    collide = ((types[geom] & affinity) | (types & affinity[geom])) != 0
+    flat = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
+    found = np.flatnonzero(apart & collide & ~(flat & flat[geom])).tolist()
     excluded = {frozenset((int(s) >> 16, int(s) & 0xFFFF)) for s in model.exclude_signature}
-    no_parents = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
-    plane = mujoco.mjtGeom.mjGEOM_PLANE
-    found = []
-    for other in range(model.ngeom):
-        a, b = sorted((geom, other))
-        related = weld[a] == weld[b] or (
-            no_parents and weld[a] and weld[b] and (weld[a] == above[b] or weld[b] == above[a])
-        )
-        collide = types[a] & affinity[b] or types[b] & affinity[a]
-        out = frozenset((int(model.geom_bodyid[a]), int(model.geom_bodyid[b]))) in excluded
-        flat = model.geom_type[a] == plane and model.geom_type[b] == plane
-        if collide and not (related or out or flat):
-            found.append(frozenset((a, b)))
-    return found
+    bodies = model.geom_bodyid.tolist()
+    return [frozenset((geom, other)) for other in found if frozenset((bodies[geom], bodies[other])) not in excluded]
 
 
 def _refuse_friction(model: mujoco.MjModel, geoms: frozenset[int], pair: int | None, frictionless: bool) -> None:
@@ -202,11 +272,22 @@ def _pair_name(model: mujoco.MjModel, pair: int) -> str:
     return name
 
 
-def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]]) -> list[str]:
-    """Names of the specification's pairs of these geoms, which are added and named where they are not."""
+def _give_pairs(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]], softness: Softness) -> None:
+    """Give pairs of geoms a softness, explicit ones where there are none; the specification compiles to the model."""
+    names = [" - ".join(_geom_name(model, g) for g in sorted(pair)) for pair in wanted]
+    behind = [float(model.body_invweight0[model.geom_bodyid[[*pair]], 0].sum()) for pair in wanted]
+    parameters = solver_parameters("pair", names, softness, behind)
+    pairs = _explicit(spec, model, wanted)
+    ask(spec, "pair", [pair.name for pair in pairs], softness)
+    for pair, each in zip(pairs, parameters):
+        write_parameters(pair, "pair", each)
+
+
+def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset[int]]) -> list[Any]:
+    """The specification's pairs of these geoms, which are added and named where they are not."""
     geoms = {geom.id: geom for geom in spec.geoms}
     there = {frozenset((p.geomname1, p.geomname2)): p for p in spec.pairs}
-    names = []
+    found = []
     for ids in wanted:
         for i in ids:
             geoms[i].name = geoms[i].name or _geom_name(model, i)
@@ -214,5 +295,5 @@ def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset
         pair = there.get(frozenset((a, b))) or spec.add_pair(geomname1=a, geomname2=b)
         pair.name = pair.name or f"{a} - {b}"
         pair.condim = 1
-        names.append(pair.name)
-    return names
+        found.append(pair)
+    return found

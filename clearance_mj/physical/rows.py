@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
@@ -10,14 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
+from .actuators import actuator_count, control_of, output_of
 from .bristles import frictions
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia
 from .softness import stiffness_damping
 
-__all__ = ["ParasiticMass", "Pose", "Row", "parasitic_mass", "poses_of", "softness_of"]
+__all__ = ["ParasiticMass", "Pose", "Row", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
 
 _NEAREST_WITHIN = 1e3  # m, distance up to which nearest points of geoms are looked for
+BENT_POSES = 24
 _NEXT_TO_RIGID = 1e6  # share of the inertia behind a row from which on its parasitic mass makes no difference
 _ADDED = ("friction of ", "teeth of ", "hysteresis of ", "drive of ")  # how the names of such rows begin
 _Bits, _Constraint = mujoco.mjtDisableBit, mujoco.mjtConstraint
@@ -78,8 +81,11 @@ def softness_of(model: mujoco.MjModel, kind: str, index: int) -> tuple[float, fl
     return float(k), float(c)
 
 
-def poses_of(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[Pose]:
-    """Yield what presses in each pose; the initial one and those of the keyframes if none are given."""
+def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = True) -> Iterator[Pose]:
+    """Yield what presses in each pose; the initial one and those of the keyframes if none are given.
+
+    Without ``contacts`` no geoms touch.
+    """
     given = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
     if given.shape[-1] != model.nq or given.ndim != 2 or not len(given):
         raise ModelError(f"poses of shape {given.shape}; the model's need {model.nq} numbers each")
@@ -87,7 +93,8 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[Pose]:
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in inside])
     for number, qpos in enumerate(given if model.nv else ()):
         data.qpos[:] = qpos
-        mujoco.mj_fwdPosition(model, data)
+        with _contacts(model, contacts):
+            mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fullM(model, data, mass)
         whole = rotors + np.pad(mass, (0, len(inside)))
         inverse = np.linalg.inv(whole)
@@ -98,6 +105,32 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None) -> Iterator[Pose]:
         together = [*_padded(together, len(whole)), *_turning(model, data, inside)]
         apart = list(_padded(_apart(model, data), len(whole)))
         yield Pose(number, whole, inverse, [_softened(row, inverse) for row in together], apart)
+
+
+@contextlib.contextmanager
+def _contacts(model: mujoco.MjModel, wanted: bool) -> Iterator[None]:
+    """Let geoms touch or not for a while."""
+    flags = int(model.opt.disableflags)
+    try:
+        model.opt.disableflags = flags if wanted else flags | int(_Bits.mjDSBL_CONTACT)
+        yield
+    finally:
+        model.opt.disableflags = flags
+
+
+def bent_poses(model: mujoco.MjModel) -> np.ndarray:
+    """Return poses (n, nq) over the ranges of a model's hinges and slides, the same at every call.
+
+    Each has its joints at the ends or in the middle of their ranges, of a hinge without one of a whole turn.
+    """
+    kinds = model.jnt_type
+    hinges = kinds == int(mujoco.mjtJoint.mjJNT_HINGE)
+    bent = np.flatnonzero((hinges | (kinds == int(mujoco.mjtJoint.mjJNT_SLIDE))) & (hinges | (model.jnt_limited != 0)))
+    ranges = np.where(model.jnt_limited[bent, None], model.jnt_range[bent], (-np.pi, np.pi))
+    shares = np.random.default_rng(0).choice((0.0, 0.5, 1.0), (BENT_POSES, bent.size))
+    poses = np.tile(model.qpos0, (BENT_POSES if bent.size else 0, 1))
+    poses[:, model.jnt_qposadr[bent]] = (ranges[:, 0] + shares * np.ptp(ranges, axis=1))[: len(poses)]
+    return poses
 
 
 def _padded(rows: Iterable[Row], size: int) -> Iterator[Row]:
@@ -123,7 +156,7 @@ def _turning(model: mujoco.MjModel, data: mujoco.MjData, inside: list[PlacedDriv
 
 def _moment(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> tuple[np.ndarray, float]:
     """What an actuator's length gains per velocity (nv,), and its gear."""
-    output = model.actuator_outadr[actuator] if hasattr(model, "actuator_outadr") else actuator
+    output = output_of(model, actuator)
     first, count = data.moment_rowadr[output], data.moment_rownnz[output]
     direction = np.zeros(model.nv)
     direction[data.moment_colind[first : first + count]] = data.actuator_moment[first : first + count]
@@ -154,7 +187,7 @@ def _passive(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
 def _servos(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
     """Yield what actuators feed back, gain g u + b with b = b₀ + b₁ l + b₂ v, and g the same where it is affine."""
     off = model.opt.disableflags
-    for i in range(model.nu):
+    for i in range(actuator_count(model)):
         group, name = model.actuator_group[i], f'actuator "{model.actuator(i).name}"'
         direction, _ = _moment(model, data, i)
         if model.actuator_damping[i] and not off & _Bits.mjDSBL_DAMPER:
@@ -163,8 +196,9 @@ def _servos(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         if off & _Bits.mjDSBL_ACTUATION or (0 <= group < 31 and model.opt.disableactuator >> group & 1):
             continue
         k, c = -model.actuator_biasprm[i, 1:3] * (model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_AFFINE)
-        if model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_AFFINE and model.actuator_ctrllimited[i]:
-            gain = np.outer(model.actuator_ctrlrange[i], model.actuator_gainprm[i, 1:3])
+        control = control_of(model, i)
+        if model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_AFFINE and model.actuator_ctrllimited[control]:
+            gain = np.outer(model.actuator_ctrlrange[control], model.actuator_gainprm[i, 1:3])
             k, c = np.array((k, c)) + np.maximum(-gain, 0).max(axis=0)
         if k > 0 or c > 0:
             yield Row(name, direction, max(k, 0.0), max(c, 0.0), kind="force")

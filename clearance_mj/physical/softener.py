@@ -17,10 +17,12 @@ from ..clearance.record import BUSHING, clearance_records
 from ..core.errors import ModelError
 from ..rig import Bushing, Contact, Grease
 from . import softener_loop as loop
+from .actuators import control_of, output_of
 from .bristles import Friction, frictions
 from .drive_loop import PLACE
 from .drives import PlacedDrive, drives
-from .elements import KINDS, MARK, Asked, asked, find, note_softener, write_numbers
+from .elements import KINDS, Asked, asked, find
+from .records import MARK, note_softener, write_numbers
 
 __all__ = ["Softener", "reserve"]
 
@@ -178,11 +180,10 @@ def _drive_places(model: mujoco.MjModel, placed: Sequence[PlacedDrive]) -> np.nd
     """(n,) where compiled code finds the drives of a model."""
     found = np.zeros(len(placed), PLACE)
     for place, drive in zip(found, placed):
-        index, several = drive.actuator, hasattr(model, "actuator_outadr")
+        index = drive.actuator
         place["actuator"], place["numeric"], place["slips"] = index, drive.numeric, drive.hysteresis
         place["act"], place["size"] = model.actuator_actadr[index], model.actuator_actnum[index]
-        place["output"] = model.actuator_outadr[index] if several else index
-        place["control"] = model.actuator_ctrladr[index] if several else index
+        place["output"], place["control"] = output_of(model, index), control_of(model, index)
     return found
 
 

@@ -62,25 +62,61 @@ def largest_step(model: mujoco.MjModel, poses: ArrayLike | None = None) -> float
     return hardest(model, poses).step
 
 
-def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None) -> Stable:
-    """Return the longest stable step with what makes it so short; see `largest_step`."""
+def hardest(model: mujoco.MjModel, poses: ArrayLike | None = None, contacts: bool = True) -> Stable:
+    """Return the longest stable step with what makes it so short; see `largest_step`.
+
+    Without ``contacts`` no geoms touch in the poses, as they would in poses that no motion reaches; each explicit pair
+    is counted as if it did all the same.
+    """
     found = Stable(np.inf, "nothing", 0)
     discrete = model.opt.integrator == getattr(_Integrator, "mjINT_DISCRETE", None)
     implicit, runge_kutta = _implicit(model), model.opt.integrator == _Integrator.mjINT_RK4
     limit = _runge_kutta if runge_kutta else _semi_implicit
-    for pose in poses_of(model, poses):
+    for pose in poses_of(model, poses, contacts):
         if discrete:  # it takes all but what the Softener adds implicitly
             pose = pose._replace(together=[row for row in pose.together if row.added], alone=[])
-        rates = {row.element: _rate(row, pose, implicit) for row in pose.together}
-        step = limit(pose, pose.together, implicit)
-        worst = max(rates, key=lambda element: rates[element], default="nothing")
-        found = min(found, Stable(step, worst, pose.number), key=lambda stable: stable.step)
+        pose = pose._replace(together=[row for row in pose.together if row.direction.any()])
+        parts = _parts_of(pose)
+        of_rows = [int(parts[np.flatnonzero(row.direction)[0]]) for row in pose.together]
+        steps = np.full(len(pose.mass), np.inf)  # of the part that each velocity is in
+        for part in np.unique(parts):
+            rows = [row for row, of in zip(pose.together, of_rows) if of == part]
+            step = steps[parts == part] = limit(*_cut(pose, parts == part, rows, implicit)) if rows else np.inf
+            rates = {row.element: _rate(row, pose, implicit) for row in rows}
+            worst = max(rates, key=lambda element: rates[element], default="nothing")
+            found = min(found, Stable(step, worst, pose.number), key=lambda stable: stable.step)
         for rate, row in sorted(((_rate(row, pose, implicit), row) for row in pose.alone), key=lambda r: -r[0]):
-            if not runge_kutta and 1 / (1 / step + rate) > found.step:
-                break  # two springs or dampers need a step that is at worst as short as both in a row
-            beside = Stable(limit(pose, [*pose.together, row], implicit), row.element, pose.number)
-            found = min(found, beside, key=lambda stable: stable.step)
+            others = steps[row.direction != 0].min(initial=np.inf)
+            if not runge_kutta and 1 / (1 / others + rate) > (1 - 1e-9) * found.step:
+                continue  # two springs or dampers need a step that is at worst as short as both in a row
+            moved = np.unique(parts[row.direction != 0])
+            rows = [other for other, of in zip(pose.together, of_rows) if of in moved]
+            beside = limit(*_cut(pose, np.isin(parts, moved), [*rows, row], implicit))
+            found = min(found, Stable(beside, row.element, pose.number), key=lambda stable: stable.step)
     return found
+
+
+def _parts_of(pose: Pose) -> np.ndarray:
+    """(n,) number of the part that each velocity is in: parts share neither inertia nor a row of what acts at once."""
+    linked = (pose.mass != 0) | np.eye(len(pose.mass), dtype=bool)
+    for row in pose.together:
+        moved = np.flatnonzero(row.direction)
+        linked[np.ix_(moved, moved)] = True
+    parts, before = np.arange(len(linked)), np.empty(0, dtype=int)
+    while not np.array_equal(parts, before):
+        before, parts = parts, np.where(linked, parts, len(linked)).min(axis=1, initial=len(linked))
+        parts = parts[parts]  # what a part is in already
+    return parts
+
+
+def _cut(pose: Pose, kept: np.ndarray, rows: list[Row], implicit: _Mask) -> tuple[Pose, list[Row], _Mask]:
+    """Return some of the velocities of a pose, with rows that move no others."""
+    if kept.all():
+        return pose, rows, implicit
+    both = np.ix_(kept, kept)
+    less = pose._replace(mass=pose.mass[both], inverse=pose.inverse[both])
+    rows = [row._replace(direction=row.direction[kept]) for row in rows]
+    return less, rows, {kind: fits[both] for kind, fits in implicit.items()}
 
 
 def _implicit(model: mujoco.MjModel) -> _Mask:
@@ -99,7 +135,10 @@ def _implicit(model: mujoco.MjModel) -> _Mask:
 
 def _rate(row: Row, pose: Pose, implicit: _Mask) -> float:
     """1/s, the inverse of the longest stable step of one row alone, (δ + √(δ² + ω²))/2."""
-    inertia = row.mass + 1 / max(float(row.direction @ pose.inverse @ row.direction), np.finfo(float).tiny)
+    moved = np.flatnonzero(row.direction)
+    direction = row.direction[moved]
+    inverse = float(direction @ pose.inverse[np.ix_(moved, moved)] @ direction)
+    inertia = row.mass + 1 / max(inverse, np.finfo(float).tiny)
     decay = (-row.c if row.kind in implicit else row.c) / (2 * inertia)
     return float(decay + np.sqrt(decay**2 + row.k / inertia)) / 2
 

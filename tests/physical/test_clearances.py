@@ -88,10 +88,10 @@ def test_teeth_without_play_are_the_joint_itself():
 
 
 def test_inertia_that_is_given():
-    """The joint then keeps its armature."""
+    """It is in the place of the joint's armature, which was the rotor's: it does not count twice."""
     model = geared(inertia=0.5)
     assert model.dof_armature[model.joint("elbow drive").dofadr[0]] == 0.5
-    assert model.dof_armature[model.joint("elbow").dofadr[0]] == 0.02
+    assert model.dof_armature[model.joint("elbow").dofadr[0]] == 0
 
 
 TUBE = """

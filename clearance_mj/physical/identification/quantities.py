@@ -14,7 +14,8 @@ import numpy as np
 from ...core.errors import ModelError
 from ...estimate.parameter import Parameter
 from ..bristles import frictions
-from ..elements import KINDS, MARK, Asked, Softness, Target, apply, asked, compiled, find, give, nearest
+from ..elements import KINDS, Asked, Softness, Target, apply, asked, compiled, find, give, nearest
+from ..records import MARK
 from ..rows import softness_of
 
 __all__ = ["open_parameters", "put", "written_into"]
@@ -112,7 +113,13 @@ def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
             now = Softness(*softness_of(target, kind, _index(target, kind, name)) or ())
         else:
             now = next(e.softness for e in asked(compiled(target)) if (e.kind, e.name) == (kind, name))
-        give(target, kind, [name], Softness(value, now.c) if quantity == "k" else Softness(now.k, value))
+        give(
+            target,
+            compiled(target),
+            kind,
+            [name],
+            Softness(value, now.c) if quantity == "k" else Softness(now.k, value),
+        )
 
     return _Place(_unit({"k": "N m/rad", "c": "N m s/rad"}[quantity], hinge), getattr(softness, quantity), write)
 

@@ -18,6 +18,7 @@ from ...core.checks import naming
 from ...core.errors import RecordError
 from ...core.files import plain_file
 from ...core.units import quantity_of, unit_factor
+from ..actuators import actuator_count
 from ..elements import compiled, nearest
 
 __all__ = ["ModelRecord"]
@@ -161,7 +162,7 @@ class ModelRecord:
         names, values = _read(Path(path))
         model, time = compiled(spec), None
         known = {
-            "actuator": [model.actuator(i).name for i in range(model.nu)],
+            "actuator": [model.actuator(i).name for i in range(actuator_count(model))],
             "sensor": [model.sensor(i).name for i in range(model.nsensor)],
         }
         found: dict[str, dict[str, dict[int, np.ndarray]]] = {"actuator": {}, "sensor": {}}

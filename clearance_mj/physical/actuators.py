@@ -1,0 +1,55 @@
+"""Actuators of a model: how many there are, and what the compiler makes of their ranges and damping ratios."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+
+__all__ = ["actuator_count", "control_of", "drives_joint", "output_of", "settle"]
+
+ON_JOINT = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT
+
+
+def actuator_count(model: mujoco.MjModel) -> int:
+    """Return the number of actuators, which from MuJoCo 4 on may have several controls each or none."""
+    return len(model.actuator_trntype)
+
+
+def control_of(model: mujoco.MjModel, index: int) -> int:
+    """Return where an actuator has its (first) control; MuJoCo 3 has one for each."""
+    return int(model.actuator_ctrladr[index]) if hasattr(model, "actuator_ctrladr") else index
+
+
+def output_of(model: mujoco.MjModel, index: int) -> int:
+    """Return which of the forces, lengths and gears is an actuator's; MuJoCo 3 has one for each."""
+    return int(model.actuator_outadr[index]) if hasattr(model, "actuator_outadr") else index
+
+
+def drives_joint(motor: Any, joint: str) -> bool:
+    """Tell whether an actuator of a specification acts on a joint itself."""
+    return motor.target == joint and motor.trntype in ON_JOINT
+
+
+def settle(motor: Any, model: mujoco.MjModel) -> None:
+    """Write into an actuator of a specification the ranges and the damping that its compiler derives from its joint.
+
+    ``inheritrange`` takes the joint's range and ``dampratio`` the inertia behind the joint; neither is to change when
+    a rotor comes between the actuator and the joint.
+
+    Parameters
+    ----------
+    motor : mujoco.MjsActuator
+        Changed in place.
+    model : mujoco.MjModel
+        What its specification compiles to.
+    """
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, motor.name) if motor.name else motor.id
+    motor.biasprm[:] = model.actuator_biasprm[index]
+    if not motor.inheritrange:
+        return
+    motor.inheritrange, place, limited = 0.0, control_of(model, index), mujoco.mjtLimited.mjLIMITED_TRUE
+    if model.actuator_ctrllimited[place]:
+        motor.ctrllimited, motor.ctrlrange = limited, model.actuator_ctrlrange[place]
+    if model.actuator_actlimited[index]:
+        motor.actlimited, motor.actrange = limited, model.actuator_actrange[index]
