@@ -70,7 +70,8 @@ class Softener:
         self._drives = _drive_places(model, turning)
         self._of_actuators = np.full(len(model.actuator_trntype), -1, dtype=np.int64)
         self._of_actuators[self._drives["actuator"]] = np.arange(len(self._drives))
-        room, key = _reserved(model), _key(laws, bristles, turning)
+        room = _reserved(model)
+        key = _key(model, room.first, laws, bristles, turning)
         size = self._parts.template.size if self._softens else 0
         if room[1:] != (size, *key) or room.first + room.size > model.nuserdata:
             raise ModelError(
@@ -117,7 +118,8 @@ class Softener:
 
     def _call(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[mujoco.MjModel, mujoco.MjData, int, Any]:
         """Return what `update` was given, and the address of their addresses in an array, and the array."""
-        if model.signature != self.model.signature or _reserved(model) != _reserved(self.model):
+        alike = model.signature == self.model.signature or not (model.signature and self.model.signature)
+        if not alike or _reserved(model) != _reserved(self.model):
             raise ModelError("the Softener was made for another model")
         places = np.array([self._address, model._address, data._address])
         return model, data, places.ctypes.data, places
@@ -133,23 +135,28 @@ class Softener:
         if self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
             raise ModelError("flag actuation is disabled, so MuJoCo would not call it; call update() instead")
         with _CHANGING:
-            if loop.IN_USE.all():
-                raise ModelError(f"{loop.IN_USE.size} Softeners are in use, no more can be")
-            if not loop.IN_USE.any():
+            places = loop.IN_USE[1:]
+            if places.all():
+                raise ModelError(f"{places.size} Softeners are in use, no more can be")
+            if not places.any():
                 if mujoco.get_mjcb_control() is not None:
                     raise ModelError("MuJoCo has a control callback already; call update() in it instead")
                 if mujoco.get_mjcb_act_dyn() is not None:
                     raise ModelError("MuJoCo has a callback for the dynamics of actuators already; take it away")
                 mujoco.set_mjcb_control(_control())
                 mujoco.set_mjcb_act_dyn(_dynamics())
-            loop.IN_USE[np.argmin(loop.IN_USE != 0)] = self._address
+            place = int(np.argmin(places != 0))
+            places[place] = self._address
+            loop.IN_USE[0] = max(loop.IN_USE[0], place + 1)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Take it away again."""
         with _CHANGING:
-            loop.IN_USE[loop.IN_USE == self._address] = 0
-            if not loop.IN_USE.any():
+            places = loop.IN_USE[1:]
+            places[places == self._address] = 0
+            loop.IN_USE[0] = np.flatnonzero(places).max(initial=-1) + 1
+            if not places.any():
                 mujoco.set_mjcb_control(None)
                 mujoco.set_mjcb_act_dyn(None)
 
@@ -264,7 +271,7 @@ def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     size = _parts(model, laws, bristles).template.size if laws or bristles else 0
     before = _reserved(model)
     first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
-    now = _Reserved(first, size, *_key(laws, bristles, turning))
+    now = _Reserved(first, size, *_key(model, first, laws, bristles, turning))
     if now == before or not (size or turning or any(before)):
         return False
     spec.nuserdata = first + size
@@ -290,10 +297,17 @@ def _reserved(model: mujoco.MjModel) -> _Reserved:
     return _Reserved(*(int(value) for value in model.numeric_data[begin : begin + model.numeric_size[index]]))
 
 
-def _key(laws: Sequence[Asked], bristles: Sequence[Friction], turning: Sequence[PlacedDrive]) -> tuple[int, int]:
-    """Two numbers of six digits, as many as MJCF keeps, that tell laws, friction and drives from others."""
-    content: tuple[Any, ...] = [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles]
-    content += ([(d.name, d.hysteresis) for d in turning],) if turning else ()
+def _key(
+    model: mujoco.MjModel, first: int, laws: Sequence[Asked], bristles: Sequence[Friction],
+    turning: Sequence[PlacedDrive],
+) -> tuple[int, int]:  # fmt: skip
+    """Two numbers of six digits, as many as MJCF keeps, that tell laws, friction, drives and their places apart."""
+    places = [find(model, KINDS[each.kind].object, each.name) for each in (*laws, *bristles)]
+    sizes = first, model.nq, model.nv, model.na, model.nJten if hasattr(model, "nJten") else 0, model.ngeom, model.nbody
+    content = (
+        [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(turning), places,
+        sizes,
+    )  # fmt: skip
     key = zlib.crc32(repr(content).encode())
     return key % 1_000_000, key // 1_000_000
 

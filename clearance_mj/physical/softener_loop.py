@@ -32,7 +32,7 @@ DATA = (
     "time", "userdata", "qpos", "qvel", "qfrc_passive", "ten_length", "ten_velocity", "ten_J", "cvel", "subtree_com",
     "ncon", "nefc", "contact", "efc_type", "efc_id", "efc_pos", "efc_R", "efc_aref", "efc_vel",
 )  # fmt: skip
-MODEL = ("signature", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "body_rootid")
+MODEL = ("signature", "nnumericdata", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "body_rootid")
 CONTACT = ("pos", "frame", "geom", "efc_address")
 PLACES = {
     **{f"d_{name}": library.DATA[name] for name in DATA},
@@ -75,8 +75,8 @@ _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
 SOFTEN = types.void(types.intp, types.intp, types.intp)
 call_soften = caller(SOFTEN)
-ROOM = 64
-IN_USE = np.zeros(ROOM, dtype=np.int64)  # Addresses of the HEADs that `control` knows; 0 for none
+IN_USE = np.zeros(1 + 4096, dtype=np.int64)
+"""Number of places in use and, in these, the addresses of the HEADs that `control` knows; 0 for none"""
 _IN_USE = "clearance_mj_softeners_in_use"
 llvmlite.binding.add_symbol(_IN_USE, IN_USE.ctypes.data)
 _apply_force = external("mj_applyFT", *(types.intp,) * 5, types.int32, types.intp)
@@ -229,10 +229,13 @@ def _press(bushing: Any, numbers: np.ndarray, x: float, speed: float) -> float:
 @jit(**OPTIONS)
 def _used(model: int) -> Any:
     """Address of the HEAD in use that is a model's, 0 for none."""
-    for where in numba.carray(pointer(_in_use()), ROOM, np.int64):
+    count = numba.carray(pointer(_in_use()), 1, np.int64)[0]
+    for where in numba.carray(pointer(_in_use() + 8), count, np.int64):
         if where != 0:
             head = numba.carray(pointer(where), 1, HEAD)[0]
-            if head.signature == field(model + head.m_signature):
+            signature = field(model + head.m_signature)
+            alike = head.signature == signature or head.signature == 0 or signature == 0  # 0: of a saved model
+            if alike and field(model + head.m_nnumericdata) >= head.numeric + 2:
                 key = doubles(field(model + head.m_numeric_data) + 8 * head.numeric, 2)
                 if key[0] == head.key[0] and key[1] == head.key[1]:
                     return where

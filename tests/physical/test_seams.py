@@ -1,6 +1,9 @@
 """What MuJoCo's compiler derives, and what else of a model meets softness and play: ranges, gears, terrain, poses."""
 
+import contextlib
+import copy
 import math
+import pickle
 
 import mujoco
 import numpy as np
@@ -232,3 +235,53 @@ def test_a_missing_package_is_named():
     )
     done = run("-c", script)
     assert "ModelError" in done.stdout and "numba" in done.stdout
+
+
+def slipping(force=1.0):
+    spec = mujoco.MjSpec.from_string(LEG.replace('axis="0 0 1"/>', 'axis="0 0 1"/><joint type="slide" axis="1 0 0"/>'))
+    spec.option.gravity = (force, 0, -9.81)
+    spec.geom("floor").pos = (0, 0, 0.01)
+    physical.contact(spec, ("foot", "floor"), k=1e4, c=200, frictionless=True)
+    physical.friction(spec, ("foot", "floor"), 0.5, k=1e4, c=50)
+    return spec
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+@pytest.mark.parametrize("kind", ["itself", "copied", "pickled", "saved", "of a saved one"])
+def test_copies_in_a_softener(kind, tmp_path):
+    """They stick where the bristles are bent by m g / k; a pickled or saved copy has no signature."""
+    model = other = physical.compile(slipping())
+    mujoco.mj_saveModel(model, str(tmp_path / "model.mjb"))
+    saved = mujoco.MjModel.from_binary_path(str(tmp_path / "model.mjb"))
+    if kind == "copied":
+        other = copy.copy(model)
+    elif kind == "pickled":
+        other = pickle.loads(pickle.dumps(model))
+    elif kind == "saved":
+        other = saved
+    elif kind == "of a saved one":
+        model = saved
+    data = mujoco.MjData(other)
+    with physical.Softener(model):
+        mujoco.mj_step(other, data, 6000)
+    assert data.qpos[1] == pytest.approx(2 / 1e4, rel=1e-6)
+    own = mujoco.MjData(other)
+    softener = physical.Softener(model)
+    for _ in range(6000):
+        mujoco.mj_step1(other, own)
+        softener.update(other, own)
+        mujoco.mj_step2(other, own)
+    assert own.qpos[1] == pytest.approx(2 / 1e4, rel=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+def test_hundreds_of_softeners_at_once():
+    models = [physical.compile(slipping(1 + i)) for i in range(3)]
+    with contextlib.ExitStack() as stack:
+        for model in (copy.copy(models[i % 2]) for i in range(200)):
+            stack.enter_context(physical.Softener(model))
+        stack.enter_context(physical.Softener(models[2]))
+        data = mujoco.MjData(models[2])
+        mujoco.mj_step(models[2], data, 6000)
+    assert data.qpos[1] == pytest.approx(2 * 3 / 1e4, rel=1e-6)
+    assert mujoco.get_mjcb_control() is None
