@@ -302,8 +302,9 @@ def _key(
     turning: Sequence[PlacedDrive],
 ) -> tuple[int, int]:  # fmt: skip
     """Two numbers of six digits, as many as MJCF keeps, that tell laws, friction, drives and their places apart."""
-    places = [find(model, KINDS[each.kind].object, each.name) for each in (*laws, *bristles)]
-    sizes = first, model.nq, model.nv, model.na, model.nJten if hasattr(model, "nJten") else 0, model.ngeom, model.nbody
+    names = [(e.kind, e.name) for e in laws] + [(f.kind, f.name) for f in bristles]
+    places = [find(model, KINDS[kind].object, name) for kind, name in names]
+    sizes = first, model.nq, model.nv, model.na, getattr(model, "nJten", 0), model.ngeom, model.nbody
     content = (
         [(e.kind, e.name, e.softness.data) for e in laws], [(f.kind, f.name) for f in bristles], list(turning), places,
         sizes,
