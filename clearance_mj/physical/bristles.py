@@ -1,7 +1,8 @@
 """Friction that does not creep: bristles that bend elastically and slip at the largest force.
 
-It stands in the model as ``<custom><numeric name="physical:friction:joint:elbow" data="1.5 1e5 10"/>``, force, k and c,
-and is read there at every step: a compiled model's ``numeric("...").data`` may be changed.
+It stands in the model as ``<custom><numeric name="physical:friction:joint:elbow" data="1.5 1e5 10"/>``, force, k and c
+(of a pair its coefficient, k, c and, where there is one, the arm of torsion), and is read there at every step: a
+compiled model's ``numeric("...").data`` may be changed.
 """
 
 from __future__ import annotations
@@ -25,21 +26,25 @@ class Friction(NamedTuple):
     kind: str  # "joint", "tendon" or "pair"
     name: str
     numeric: int  # where in the model's numeric_data: largest force (of a pair its ratio to the normal force), k and c
+    size: int  # how many numbers they are; the fourth one of a pair is its arm of torsion
 
 
-def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: float = 0.0) -> None:
+def friction(
+    spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: float = 0.0, torsion: float = 0.0
+) -> None:
     """Give a contact dry friction: sticking is a spring and damper, sliding a force in proportion to the normal force.
 
     Elastic Coulomb friction: bristles between the surfaces bend by the distance slid, up to coefficient times normal
     force over stiffness. A body that sticks rests; MuJoCo's own friction creeps, for its rows have no stiffness.
-    Several points of contact between two geoms have one bristle, at the centre of their pressure, and so resist no
-    spin about their normal.
+    Several points of contact between two geoms have one bristle at the centre of their pressure, and one that resists
+    spin about their normal there: it slips at coefficient times normal force times the mean arm of the points. Surfaces
+    that move themselves (``surfacevel`` of MuJoCo 4) carry along.
 
     Parameters
     ----------
     spec : mujoco.MjSpec
         Changed in place; a `Softener` makes the friction act.
-    geoms : tuple of two str or mujoco.MjsGeom
+    geoms : tuple of two str or mujoco.MjsGeom, or a list of such tuples
         Their contact has been given a softness with `contact`.
     coefficient : float
         μ, > 0.
@@ -47,6 +52,8 @@ def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: f
         Tangential stiffness, N/m, > 0.
     c : float
         Damping while it sticks, N s/m, >= 0.
+    torsion : float
+        Arm of friction against spin of a single point, such as of a ball: the mean one of its patch, m, >= 0.
 
     Raises
     ------
@@ -56,18 +63,24 @@ def friction(spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: f
         For values out of range.
     """
     _check("coefficient", coefficient, k, c)
-    model, names = compiled(specification(spec)), [name_of(geom) for geom in geoms]
-    if len(names) != 2:
-        raise ModelError(f"a contact has two geoms, got {len(names)}")
-    ids = {find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names}
-    for i, pair in enumerate(zip(model.pair_geom1, model.pair_geom2)):
-        if set(pair) == ids and model.pair_dim[i] == 1 and model.pair(i).name:
-            write_numbers(spec, f"{MARK}friction:pair:{model.pair(i).name}", (coefficient, k, c))
-            return
-    raise ModelError(
-        f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
-        "give it a softness first: contact(..., frictionless=True)"
-    )
+    if not 0 <= torsion < np.inf:
+        raise LawError(f"torsion = {torsion:g} of friction must be finite and >= 0")
+    model, several = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
+    pairs = {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
+    found = []
+    for each in several:
+        names = [name_of(geom) for geom in each]
+        if len(names) != 2:
+            raise ModelError(f"a contact has two geoms, got {len(names)}")
+        pair = pairs.get(frozenset(find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names))
+        if pair is None or model.pair_dim[pair] != 1 or not model.pair(pair).name:
+            raise ModelError(
+                f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
+                "give it a softness first: contact(..., frictionless=True)"
+            )
+        found.append(model.pair(pair).name)
+    for name in found:
+        write_numbers(spec, f"{MARK}friction:pair:{name}", (coefficient, k, c, *([torsion] if torsion else [])))
 
 
 def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: float = 0.0) -> None:
@@ -135,11 +148,11 @@ def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
     """Yield the bristles that were asked of a model's elements."""
     for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
         kind, _, name = after.partition(":")
-        if model.numeric_size[i] != 3:
-            raise ModelError(
-                f'numeric "{model.numeric(i).name}" has {model.numeric_size[i]} numbers, needs 3: force k c'
-            )
-        yield Friction(kind, before + name, int(model.numeric_adr[i]))
+        size, most = int(model.numeric_size[i]), 4 if kind == "pair" else 3
+        if not 3 <= size <= most:
+            needs = "coefficient k c, and may have torsion" if kind == "pair" else "force k c"
+            raise ModelError(f'numeric "{model.numeric(i).name}" has {size} numbers, needs 3: {needs}')
+        yield Friction(kind, before + name, int(model.numeric_adr[i]), size)
 
 
 def _check(what: str, largest: float, k: float, c: float) -> None:

@@ -218,7 +218,7 @@ def _limits(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
 
 def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
     """Yield the friction of joints and tendons, and that of pairs of geoms where they are nearest."""
-    for kind, name, at in frictions(model):
+    for kind, name, at, size in frictions(model):
         k, c = model.numeric_data[at + 1 : at + 3]
         index = find(model, KINDS[kind].object, name)
         if kind == "joint":
@@ -228,8 +228,27 @@ def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         else:
             normal, between = _nearest(model, data, index)
             direction = np.linalg.svd(normal[None])[2][1:] @ between
+            yield from _torsion(model, data, index, name, (k, c, model.numeric_data[at + 3] if size == 4 else 0.0))
         for row in direction:
             yield Row(f'friction of {kind} "{name}"', row, k, c)
+
+
+def _torsion(
+    model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str, numbers: tuple[float, float, float]
+) -> Iterator[Row]:
+    """Yield what resists spin of a pair of geoms that touch, with the arms of their points as if all pressed alike."""
+    geoms, (k, c, torsion) = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}, numbers
+    touching = [contact for contact in data.contact[: data.ncon] if set(contact.geom.tolist()) == geoms]
+    if not touching:
+        return
+    places = np.array([contact.pos for contact in touching])
+    square = max(float(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))), torsion**2)
+    turns = np.zeros((2, 3, model.nv))
+    for turn, geom in zip(turns, touching[0].geom):
+        mujoco.mj_jacBody(model, data, None, turn, model.geom_bodyid[geom])
+    direction = touching[0].frame[:3] @ (turns[1] - turns[0])
+    if square > 0 and direction.any():
+        yield Row(f'friction of pair "{name}"', direction, k * square, c * square)
 
 
 def _element(model: mujoco.MjModel, kind: str, index: int, direction: np.ndarray) -> Iterator[Row]:

@@ -253,7 +253,7 @@ def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> Non
 
 def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> None:
     index = find(model, KINDS[friction.kind].object, friction.name)
-    row["numeric"] = friction.numeric
+    row["numeric"], row["torsion"] = friction.numeric, friction.size == 4
     if friction.kind == "joint":
         row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
     elif friction.kind == "tendon":

@@ -167,3 +167,52 @@ def test_without_a_softener_it_is_said():
     with physical.Softener(model):
         assert physical.check(model) == ()
     assert "act only while clearance_mj.physical.Softener(model) is in use" in spec.to_xml()
+
+
+SPINNING = """
+<mujoco><option timestep="2e-4"/><worldbody><geom name="floor" type="plane" size="5 5 1"/>
+  <body pos="0 0 .05"><freejoint/><geom name="foot" {shape} mass="2"/></body></worldbody></mujoco>"""
+
+
+def spun(shape, torsion=0.0, **floor):
+    """A body that turns about the normal, and what it turns at after 0.05 s and half a second."""
+    spec = mujoco.MjSpec.from_string(SPINNING.format(shape=shape))
+    for name, value in floor.items():
+        setattr(spec.geom("floor"), name, value)
+    physical.contact(spec, ("foot", "floor"), k=1e5, c=200, frictionless=True)
+    physical.friction(spec, [("foot", "floor")], 0.5, k=1e5, c=50, torsion=torsion)
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    data.qvel[5] = 0.0 if floor else 10.0
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 250)
+        early = data.qvel.copy()
+        mujoco.mj_step(model, data, 2250)
+    return early, data.qvel, model
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+@pytest.mark.parametrize(
+    "shape, torsion, arm, inertia",
+    [
+        ('type="box" size=".1 .1 .05"', 0.0, 0.1 * np.sqrt(2), 2 / 12 * (0.2**2 + 0.2**2)),  # corners
+        ('size=".05"', 0.01, 0.01, 0.4 * 2 * 0.05**2),
+    ],
+)
+def test_spin_about_the_normal_is_braked(shape, torsion, arm, inertia):
+    """I dω/dt = -μ m g arm, until it rests: a box in 0.096 s."""
+    early, late, model = spun(shape, torsion)
+    braking = 0.5 * 2 * 9.81 * arm / inertia
+    assert 10 / braking < 0.3
+    assert early[5] == pytest.approx(10 - 0.05 * braking, rel=0.01)
+    assert abs(late[5]) < 0.5 * 2 * 9.81 * arm / np.sqrt(1e5 * arm**2 * inertia)  # what may still ring on the bristles
+    assert physical.largest_step(model) > 2e-4
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+@pytest.mark.skipif(not hasattr(mujoco.MjModel, "geom_surfacevel"), reason="from MuJoCo 4 on")
+def test_a_conveyor_carries_along():
+    """At 0.3 m/s, reached from rest at μ g after 61 ms; what rings on the bristles has decayed to e^-5 by then."""
+    early, late, _ = spun('type="box" size=".1 .1 .05"', surfacevel=[0.3, 0, 0, 0, 0, 0])
+    assert early[0] == pytest.approx(0.05 * 0.5 * 9.81, rel=0.03)
+    np.testing.assert_allclose(late[:2], [0.3, 0], atol=5e-4)

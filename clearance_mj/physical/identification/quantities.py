@@ -144,7 +144,7 @@ def _friction(model: mujoco.MjModel, element: str) -> _Place:
     known = {f.name: f for f in frictions(model)}
     if element not in known:
         raise ModelError(f'parameter "{element}.friction": no friction of "{element}"; {nearest(element, known)}')
-    kind, _, at = known[element]
+    kind, _, at, _ = known[element]
     hinge = _angular(model, kind, element)
 
     def write(target: Target, value: float) -> None:
