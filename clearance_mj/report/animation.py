@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import shutil
 import subprocess
@@ -22,8 +23,8 @@ from ..core.files import replacing
 from ..core.provenance import MARK
 from .clip import Clip
 from .rendering import Stroke, View, render
-from .space_stage import SpaceStage
-from .stage import CLAMP, DPI, HALF, MASS, PLATE, STEEL, WALL, Stage
+from .scene import Scene
+from .stage import ACROSS, CLAMP, DPI, HALF, MASS, STEEL, Stage
 from .style import COLOURS
 
 __all__ = ["check", "write"]
@@ -60,24 +61,20 @@ def write(shown: Clip, path: str | Path, renderer: str = "auto", progress: bool 
     return reason
 
 
-def _stage(shown: Clip, renderer: str, progress: bool) -> tuple[Stage | SpaceStage, str]:
+def _stage(shown: Clip, renderer: str, progress: bool) -> tuple[Stage, str]:
     """The figure of an animation, and why MuJoCo did not draw it if it might have, else ""."""
-    if shown.rig.moves_across:
-        if renderer == "mujoco":
-            raise ClearanceError("renderer mujoco draws planar rigs; leave it out, and matplotlib draws this one")
-        return SpaceStage(shown), ""
-    stage, reason = Stage(shown), ""
-    if renderer != "matplotlib":
-        images, reason = _rendered(shown, stage, progress)
-        if renderer == "mujoco" and reason:
-            raise ClearanceError(f"{reason}; renderer matplotlib needs none")
-        stage.show_images(images)
-    if not stage.images:
-        stage.show_lines()
-    return stage, reason
+    scene = Scene(shown)
+    if renderer == "mujoco" and not scene.is_plane:
+        raise ClearanceError("renderer mujoco draws planar rigs; leave it out, and matplotlib draws this one")
+    if renderer == "matplotlib" or not scene.is_plane:
+        return Stage(scene), ""
+    images, reason = _rendered(scene, progress)
+    if renderer == "mujoco" and reason:
+        raise ClearanceError(f"{reason}; renderer matplotlib needs none")
+    return Stage(scene, images), reason
 
 
-def _write_gif(stage: Stage | SpaceStage, numbers: Iterable[int], path: Path, comment: str) -> None:
+def _write_gif(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -> None:
     # One palette for all, out of two pictures: colours do not flicker, and what stands still costs nothing.
     two = np.vstack([stage.picture(i) for i in (0, stage.shown.time.size // 2)])
     palette = Image.fromarray(two).quantize(GIF_COLOURS)
@@ -87,7 +84,7 @@ def _write_gif(stage: Stage | SpaceStage, numbers: Iterable[int], path: Path, co
     first.save(path, save_all=True, append_images=others, duration=duration, loop=0, comment=said)
 
 
-def _write_mp4(stage: Stage | SpaceStage, numbers: Iterable[int], path: Path, comment: str) -> None:
+def _write_mp4(stage: Stage, numbers: Iterable[int], path: Path, comment: str) -> None:
     height, width, _ = stage.picture(0).shape
     source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {stage.shown.rate:g} -i -".split()
     # Players want half as many colours as pixels, and so an even number of these.
@@ -106,15 +103,15 @@ def _write_mp4(stage: Stage | SpaceStage, numbers: Iterable[int], path: Path, co
 _WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
 
 
-def _rendered(shown: Clip, stage: Stage, progress: bool) -> tuple[list[np.ndarray], str]:
-    """Pictures of the shaft to the stage's scale; none, and the reason, where there is no GL."""
-    distance = AWAY * shown.length
-    opening = 2 * math.degrees(math.atan(stage.half_height / distance))
-    size = round(DPI * stage.size[0]), round(DPI * stage.size[1])
-    view = View(((stage.left + stage.right) / 2, 0.0, 0.0), distance, 90.0, ELEVATION, opening, 0.0, size)
+def _rendered(scene: Scene, progress: bool) -> tuple[list[np.ndarray], str]:
+    """Pictures of what moves in a plane to the stage's scale; none, and the reason, where there is no GL."""
+    shown, distance, wide = scene.shown, AWAY * scene.length, scene.right - scene.left
+    opening = 2 * math.degrees(math.atan(scene.half_height / distance))
+    size = round(DPI * ACROSS), round(DPI * ACROSS * 2 * scene.half_height / wide)
+    view = View((scene.left + wide / 2, 0.0, 0.0), distance, 90.0, ELEVATION, opening, 0.0, size)
     empty = mujoco.MjSpec()
     empty.stat.extent = distance  # what is far beyond it is cut off
-    mjcf, strokes, images = empty.to_xml(), _strokes(shown, stage), []
+    mjcf, strokes, images = empty.to_xml(), list(_strokes(scene)), []
     batches = [slice(i, i + BATCH) for i in range(0, shown.time.size, BATCH)]
     for batch in tqdm(batches, desc="rendering", unit=f"{BATCH} pictures", disable=not progress):
         of_batch = [replace(stroke, ends=stroke.ends[batch]) for stroke in strokes]
@@ -125,49 +122,26 @@ def _rendered(shown: Clip, stage: Stage, progress: bool) -> tuple[list[np.ndarra
     return images, ""
 
 
-def _strokes(shown: Clip, stage: Stage) -> list[Stroke]:
-    """The supports, the shafts with their point masses, the bushings' halves, the forces."""
-    count, length, wide = shown.time.size, shown.length, 4 * stage.radius
-    strokes = [Stroke("box", 0.0, to_rgb(CLAMP), solid) for solid in _held(stage, count, wide)]
-    height = stage.height()
-    for start, end in zip(range(shown.position.size - 1), range(1, shown.position.size)):
+def _strokes(scene: Scene) -> Iterator[Stroke]:
+    """The supports, the shafts with their discs, the bushings' halves, the forces."""
+    shown, line = scene.shown, scene.line()
+    for colour, boxes in ((CLAMP, scene.supports()), (HALF, scene.plates())):
+        for box in boxes:
+            yield _stroke(shown, "box", 0.0, colour, box.low, box.high)
+    for start, end in itertools.pairwise(range(shown.position.size)):
         if shown.shaft[start] == shown.shaft[end]:
-            piece = _solid(count, shown.position[[start, end]], (0, 0), height[:, [start, end]].T)
-            strokes.append(Stroke("capsule", float(stage.radii[[start, end]].mean()), to_rgb(STEEL), piece))
-    for x, at in stage.masses_on_shafts():
-        dot = _solid(count, x + 1e-3 * stage.radius * np.array([-1, 1]), (0, 0), (at, at))
-        strokes.append(Stroke("capsule", 2.5 * stage.radius, to_rgb(MASS), dot))
-    for bushing, (_, x), faces in zip(shown.rig.bushings, stage.places, np.moveaxis(stage.halves(), 1, 0)):
-        ends = x - bushing.length / 2, x + bushing.length / 2
-        for face, side in zip(faces.T, (-1, 1)):
-            if np.isfinite(face).all():
-                half = _solid(count, ends, (-wide, wide), (face, face + side * PLATE * length))
-                strokes.append(Stroke("box", 0.0, to_rgb(HALF), half))
-    for j, arrow in enumerate(np.moveaxis(stage.arrows(), 1, 0)):
-        colour = to_rgb(COLOURS[j % len(COLOURS)])
-        strokes.append(Stroke("arrow", stage.radius, colour, _solid(count, arrow[..., 0].T, (0, 0), arrow[..., 1].T)))
-    return strokes
+            radius = float(scene.radii[[start, end]].mean())
+            yield _stroke(shown, "capsule", radius, STEEL, line[..., start], line[..., end])
+    for disc in scene.discs:
+        place, short = scene.at(disc.point), np.array([[1e-3 * scene.radius], [0.0], [0.0]])
+        yield _stroke(shown, "capsule", disc.radius, MASS, place - short, place + short)
+    for j, arrow in enumerate(np.moveaxis(scene.arrows(), 1, 0)):
+        tail, tip = (np.array((x, 0 * x, z)) for x, z in np.moveaxis(arrow, 0, -1))
+        yield _stroke(shown, "arrow", scene.radius, COLOURS[j % len(COLOURS)], tail, tip)
 
 
-def _held(stage: Stage, count: int, wide: float) -> Iterator[np.ndarray]:
-    """Boxes for the supports: walls at ends, blocks or feet between."""
-    wall, half = WALL * stage.length, 0.01 * stage.length
-    for support, i, side in stage.supports():
-        x, level, radius = support.position, stage.level[i], stage.radius
-        if support.kind in ("clamped", "guided") and side:
-            edge = stage.left if side < 0 else stage.right
-            yield _solid(count, sorted((x, edge)), (-wide, wide), (level - wall, level + wall))
-        elif support.kind == "clamped":
-            yield _solid(count, (x - half, x + half), (-wide, wide), (level - wall, level + wall))
-        elif support.kind == "pinned" or support.translation:
-            wide_x = half / 2 if support.kind == "pinned" else half / 4
-            yield _solid(count, (x - wide_x, x + wide_x), (-wide, wide), (level - radius - wall, level - radius))
-
-
-def _solid(count: int, x: Any, y: Any, z: Any) -> np.ndarray:
-    """Ends of one solid in every picture; what leans back from the camera is made higher."""
-    ends = np.empty((count, 1, 2, 3))
-    for i in range(2):
-        ends[:, 0, i, 0], ends[:, 0, i, 1] = x[i], y[i]
-        ends[:, 0, i, 2] = z[i] / math.cos(math.radians(ELEVATION))
-    return ends
+def _stroke(shown: Clip, shape: str, radius: float, colour: str, start: np.ndarray, end: np.ndarray) -> Stroke:
+    """One solid between two ends (3,) or (3, n) in every picture; what leans back from the camera is made higher."""
+    higher = np.array([[1.0], [1.0], [1 / math.cos(math.radians(ELEVATION))]])
+    ends = [np.broadcast_to(higher * end.reshape(3, -1), (3, shown.time.size)).T for end in (start, end)]
+    return Stroke(shape, radius, to_rgb(colour), np.stack(ends, axis=1)[:, None])

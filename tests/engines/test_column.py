@@ -14,7 +14,8 @@ from clearance_mj.report.animation import write
 from clearance_mj.report.clip import clip
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.space_stage import DRAWN_TWIST, FLANK, SpaceStage, picture_of
+from clearance_mj.report.scene import Scene
+from clearance_mj.report.stage import AXONOMETRIC, DRAWN_TWIST, FLANK, Stage, seen
 from clearance_mj.rotors import whirl
 from clearance_mj.sound import radiate
 
@@ -89,20 +90,21 @@ def test_the_shape_follows_from_the_forces(modal):
 def test_it_is_drawn_and_animated(modal, tmp_path):
     """Tubes and orbits of the round bushings, a slab above for the stop, flanks of the teeth: each where it is."""
     shown = clip(COLUMN, modal, seconds=0.05, slow=20.0)
-    stage = SpaceStage(shown)
+    stage = Stage(Scene(shown))
     picture = stage.picture(3)
     assert np.ptp(picture) > 200 and list(stage.tubes) == [0, 1, 3]
     assert [axis for axis, _ in COLUMN.row_axes] == ["Y", "Z", "Y", "Z", "RX", "Z"]
     np.testing.assert_allclose(COLUMN.row_walls[[0, 4, 5], 1], [1e-4, 7.5e-3, 1.2e-4])
-    (below, _), (above, _) = stage.tubes[3]
-    corners = picture_of(0.03 + 0.008 * np.array([-1, -1, 1, 1]), 0.024 * np.array([-1, 1, 1, -1]),
-                         shown.exaggeration * 1.2e-4 + 0.012)  # fmt: skip
+    (below, *_), (above, *_) = stage.tubes[3]
+    corners = seen(AXONOMETRIC, 0.03 + 0.008 * np.array([-1, -1, 1, 1]), 0.024 * np.array([-1, 1, 1, -1]),
+                   shown.exaggeration * 1.2e-4 + 0.012)  # fmt: skip
     assert not np.isfinite(below.get_xy()[:, 1]).any()
     np.testing.assert_allclose(above.get_xy()[:4], corners.T, atol=1e-12)
     moment = np.argmin(np.abs(shown.trace_time - shown.time[3]))
     turned = np.pi / 2 + DRAWN_TWIST * shown.path[moment, TEETH] / COLUMN.bushings[2].gap
     tip = stage.paths[2].get_xydata()[1]
-    np.testing.assert_allclose(tip, picture_of(0.8, *(FLANK * 0.009 * np.array([np.cos(turned), np.sin(turned)]))))
+    at = FLANK * 0.009 * np.array([np.cos(turned), np.sin(turned)])
+    np.testing.assert_allclose(tip, seen(AXONOMETRIC, 0.8, *at))
     write(dataclasses.replace(shown, rate=5.0), tmp_path / "column.gif")
     assert (tmp_path / "column.gif").read_bytes()[:6] == b"GIF89a"
     drawing = rig_drawing(COLUMN)

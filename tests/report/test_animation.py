@@ -14,7 +14,8 @@ from clearance_mj.report import animation
 from clearance_mj.report.clip import clip as cut
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.rendering import Stroke, View, render
-from clearance_mj.report.stage import DPI, STEEL, Stage
+from clearance_mj.report.scene import Scene
+from clearance_mj.report.stage import ACROSS, DPI, STEEL, Stage
 
 from ..conftest import ROOT
 
@@ -128,8 +129,8 @@ def test_a_gif_holds_every_picture_and_says_its_time(shown, tmp_path):
 
 
 def test_the_drawn_shaft_lies_where_it_is(shown):
-    stage = Stage(shown)
-    stage.show_lines()
+    scene = Scene(shown)
+    stage = Stage(scene)
     steel = np.array([int(STEEL[i : i + 2], 16) for i in (1, 3, 5)])
     for i in (0, 4):
         rows, columns = np.nonzero(np.abs(stage.picture(i).astype(int) - steel).max(axis=2) < 3)
@@ -137,16 +138,16 @@ def test_the_drawn_shaft_lies_where_it_is(shown):
         x, millimetres = stage.above.transData.inverted().transform(pixels).T
         inside = (x > 0.05) & (x < 0.45)
         expected = 1e3 * np.interp(x[inside], shown.position, shown.lift[i, 1])
-        one_pixel = 2 * stage.millimetres(stage.half_height) / (stage.size[1] * DPI)
-        thickness = stage.millimetres(stage.radius)
+        one_pixel = stage.millimetres((scene.right - scene.left) / (ACROSS * DPI))
+        thickness = stage.millimetres(scene.radius)
         assert inside.sum() > 200
         assert np.abs(millimetres[inside] - expected).max() < thickness + 1.5 * one_pixel
 
 
 def test_arrows_are_as_long_as_the_force_and_point_at_the_shaft(shown):
-    stage = Stage(shown)
-    tail, tip = np.moveaxis(stage.arrows()[..., 1], -1, 0)
-    np.testing.assert_allclose(tail - tip, stage.per_newton * shown.force, atol=1e-15)
+    scene = Scene(shown)
+    tail, tip = np.moveaxis(scene.arrows()[..., 1], -1, 0)
+    np.testing.assert_allclose(tail - tip, scene.per_newton * shown.force, atol=1e-15)
     strongest = np.unravel_index(np.argmax(np.abs(shown.force)), shown.force.shape)
     at = RIG.bushings[strongest[1]].position
     drawn = shown.exaggeration * np.interp(at, shown.position, shown.lift[strongest[0], 1])
@@ -178,14 +179,14 @@ def test_strokes_are_drawn_to_scale():
 @gl
 def test_mujoco_draws_the_shaft_where_matplotlib_does(shown):
     """Both to one scale: dark steel along the shaft's line, in the same pixels of the panel."""
-    stage = Stage(shown)
-    images, reason = animation._rendered(shown, stage, progress=False)
+    scene = Scene(shown)
+    images, reason = animation._rendered(scene, progress=False)
     assert reason == "" and len(images) == 8
     height, width, _ = images[4].shape
     x = np.linspace(0.1, 0.45, 30)
     lift = shown.exaggeration * np.interp(x, shown.position, shown.lift[4, 1])
-    columns = ((x - stage.left) / (stage.right - stage.left) * width).astype(int)
-    rows = ((1 - lift / stage.half_height) / 2 * height).astype(int)
+    columns = ((x - scene.left) / (scene.right - scene.left) * width).astype(int)
+    rows = ((1 - lift / scene.half_height) / 2 * height).astype(int)
     for row, column in zip(rows, columns):
         assert np.any(images[4][row - 2 : row + 3, column] < 200)
         assert np.all(images[4][[row - 15, row + 15], column] > 230)

@@ -11,7 +11,8 @@ from clearance_mj.report.animation import write
 from clearance_mj.report.clip import clip
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
-from clearance_mj.report.space_stage import SpaceStage, picture_of
+from clearance_mj.report.scene import Scene
+from clearance_mj.report.stage import AXONOMETRIC, Stage, seen
 from clearance_mj.rig import Friction, Spin, Unbalance
 from clearance_mj.structure import Disc, Material, Section, Shaft, Support
 
@@ -86,17 +87,17 @@ def test_a_picture_shows_shaft_tube_and_trail_where_they_are(simulated):
     """In the view x goes right, y to the eye and z up; the shaft's axis lies where its exaggerated place is."""
     rig, response, _ = simulated
     shown = clip(rig, response, start=0.5, seconds=0.1, slow=5.0, exaggeration=200.0)
-    stage = SpaceStage(shown)
+    stage = Stage(Scene(shown))
     picture = stage.picture(4)
     assert picture.shape[2] == 3 and np.ptp(picture) > 200
-    place = picture_of(0.6, *(200.0 * shown.lift_at(0.6)[4]))
+    place = seen(AXONOMETRIC, 0.6, *(200.0 * shown.lift_at(0.6)[4]))
     axis = [(xy[:, i] + xy[:, -1 - i]) / 2 for xy in _outlines(stage) for i in range(xy.shape[1] // 2)]
     assert np.min(np.hypot(*(np.array(axis).T - place[:, None]))) < 0.007  # half the distance of the line's points
     dot = stage.trails[0][1].get_data()
     moment = np.argmin(np.abs(shown.trace_time - shown.time[4]))
     np.testing.assert_allclose(np.ravel(dot), 1e6 * shown.path[moment], rtol=1e-9)
     rings = stage.tubes[0][0][1].get_data()  # of the half behind: bore of the gap and the shaft, about the middle
-    middle = picture_of(0.6, 0.0, -200.0 * 1e-4)
+    middle = seen(AXONOMETRIC, 0.6, 0.0, -200.0 * 1e-4)
     height = np.nanmax(rings[1]) - middle[1]
     assert height == pytest.approx((200.0 * 2e-4 + 0.01) * np.cos(np.radians(14.0)), rel=0.2)
     assert "200 times larger" in stage.above.get_title("right")

@@ -14,7 +14,7 @@ from clearance_mj.report.clip import clip
 from clearance_mj.report.deflection import deflection
 from clearance_mj.report.figures import rig_drawing
 from clearance_mj.report.outline import outline
-from clearance_mj.report.stage import Stage
+from clearance_mj.report.scene import Scene
 from clearance_mj.rig import AppliedForce, Grease, Shaker
 from clearance_mj.signals.excitation import random
 from clearance_mj.structure import Spring
@@ -98,12 +98,12 @@ def test_animation_of_two_shafts(tmp_path):
     rig = two_shafts()
     response = simulate(rig, random(1.0, FS, rms=8.0, seed=3), LAW, "modal")
     shown = clip(rig, response, seconds=0.02, slow=20.0)
-    stage = Stage(shown)
-    assert stage.level[0] - stage.level[1] == pytest.approx(stage.half_height)
+    scene = Scene(shown)
+    assert scene.level[0] - scene.level[1] == pytest.approx(scene.half_height)
     carried, gap = shown.lift_at("outer@0.8")[:, 1], rig.bushings[0].gap
     moved = shown.lift_at("inner@0.8")[:, 1] - carried
-    upper = stage.level[0] + shown.exaggeration * (carried + np.maximum(moved, gap)) + 0.004
-    np.testing.assert_allclose(stage.halves()[:, 0, 1], upper, atol=1e-12)
+    upper = scene.level[0] + shown.exaggeration * (carried + np.maximum(moved, gap)) + 0.004
+    np.testing.assert_allclose(scene.halves()[:, 0, 1], upper, atol=1e-12)
     assert animation.write(shown, tmp_path / "a.gif", "matplotlib", progress=False) == ""
     assert (tmp_path / "a.gif").read_bytes()[:6] == b"GIF89a"
 
