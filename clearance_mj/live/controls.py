@@ -1,21 +1,23 @@
-"""What can be moved: every number of the clearances and the law, the excitation and the engine, each by a name."""
+"""What can be moved, each by a name: the excitation, weight and spin, every number of the clearances and the law."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+import numpy as np
 
 from ..clearance import ConstantLaw, ContactLaw, Law
 from ..core.errors import ClearanceError
 from ..core.validation import json_schema
 from ..io.dataset import Dataset
 from ..model import Model
-from ..rig import Bushing, Grease, Rig
-from ..structure.base import is_rotation
+from ..rig import Bushing, Friction, Grease, Rig, Spin
+from ..structure.base import is_rotation, parse_place
 from .control import Control, Value
-from .controls_in_space import motion_changes, of_motion, of_round, round_changes
 
 __all__ = ["NONE", "RECORD", "Control", "Value", "built", "checked_values", "controls"]
 
@@ -24,6 +26,11 @@ MAX_SAMPLES = 250_000  # of one simulation; the page stays a page
 LARGEST_NUMBER = 1e300  # of any number
 BAND = (5.0, 220.0)  # Hz, of noise without records that say theirs
 LENGTHS = ("gap", "offset", "film_height")  # fields in m, shown in µm
+RPM = 30 / math.pi
+EARTH = 9.80665  # m/s²
+FASTEST = 1000.0  # rad/s, to which the slider of a rig without a spin reaches
+DOWN = (0.0, 0.0, -1.0)
+MOST_FRICTION = 0.5
 NONE = "none"
 EXCITATIONS = ("random", "multisine", "burst random", "level ramp", "sweep up", "sweep down", "impacts", "sine")
 _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
@@ -31,7 +38,7 @@ _UNIT = re.compile(r"^[^,:]*, ([^,:;]+)")
 
 def controls(model: Model, dataset: Dataset | None = None) -> tuple[Control, ...]:
     """Return everything that can be moved, in the order of the page."""
-    found = [*_of_excitation(model.rig, dataset), *of_motion(model.rig)]
+    found = [*_of_excitation(model.rig, dataset), *_of_motion(model.rig)]
     for i, bushing in enumerate(model.rig.bushings):
         found += _of_bushing(model.rig, model.law, i, bushing)
     return tuple(found)
@@ -63,12 +70,37 @@ def _of_excitation(rig: Rig, dataset: Dataset | None) -> Iterator[Control]:
     yield Control("engine", group, "Engine", "modal", choices=engines)
 
 
+def _of_motion(rig: Rig) -> Iterator[Control]:
+    """What moves a rig as a whole: weight, where it has some or moves across z, spin, unbalance."""
+    group, pull = "Weight and spin", float(np.linalg.norm(rig.gravity or 0.0))
+    if pull or rig.moves_across:
+        yield Control("gravity", group, "Gravity", pull, "m/s²", 1.0, 0.0, max(2 * EARTH, 2 * pull))
+    if spin := rig.spin:
+        most = 2 * (spin.fastest or FASTEST)
+        label = "Spin" if spin.until is None else "Spin at the start"
+        yield Control("spin.speed", group, label, spin.speed, "rev/min", RPM, 0.0, most)
+        if spin.until is not None:
+            yield Control("spin.until", group, "Spin at the end", spin.until, "rev/min", RPM, 0.0, most)
+        if spin.rate:
+            yield Control.about("spin.rate", group, "Rate of the spin", abs(spin.rate), "rad/s²")
+    for i, each in enumerate(rig.unbalances):
+        label = f"Unbalance{f' {i + 1}' if len(rig.unbalances) > 1 else ''}"
+        yield Control.about(f"unbalances[{i}].moment", group, label, each.moment, "g mm", 1e6)
+
+
 def _of_bushing(rig: Rig, law: Law, i: int, bushing: Bushing) -> Iterator[Control]:
     group, name = f"Clearance {i + 1}, {bushing.where}", f"bushings[{i}]"
     gap, unit = bushing.gap, "µrad" if is_rotation(bushing.position) else "µm"
     yield Control.about(f"{name}.gap", group, "Gap", gap, unit, 1e6)
     yield Control(f"{name}.offset", group, "Offset at rest", bushing.offset, unit, 1e6, -gap, gap)
-    yield from of_round(rig, i)
+    if bushing.is_round:
+        yield Control(f"{name}.offset_y", group, "Offset at rest along y", bushing.offset_y, "µm", 1e6, -gap, gap)
+    if bushing.friction or (bushing.is_round and (bushing.radius or parse_place(bushing.position))):
+        friction = bushing.friction.coefficient if bushing.friction else 0.0
+        most = max(MOST_FRICTION, friction)
+        yield Control(f"{name}.friction", group, "Friction coefficient", friction, "", 1.0, 0.0, most)
+    if film := bushing.film:
+        yield Control.about(f"{name}.viscosity", group, "Oil: viscosity", film.viscosity, "mPa s", 1e3)
     for field, value in _contact(law, i, len(rig.bushings)).items():
         yield _number(f"{name}.contact.{field}", group, "Contact", field, value, _contact_units(law, i))
     grease = _grease(rig, law, i)
@@ -161,21 +193,55 @@ def built(model: Model, values: Mapping[str, Value]) -> Model:
     """Return the model with the values of controls; what is impossible is a ClearanceError."""
     rig, law, n = model.rig, model.law, len(model.rig.bushings)
     if not n:
-        return Model(rig.replace(**motion_changes(rig, values)), law)
-    greases = [
+        return Model(rig.replace(**_motion(rig, values)), law)
+    greases = tuple(
         b.grease if b.film else _changed(_grease(rig, law, i), values, f"bushings[{i}].grease.")
         for i, b in enumerate(rig.bushings)
-    ]
+    )
     own = law.grease is None
     bushings = tuple(
-        dataclasses.replace(
-            b, gap=float(values[f"bushings[{i}].gap"]), offset=float(values[f"bushings[{i}].offset"]),
-            grease=greases[i] if own else b.grease, **round_changes(b, values, f"bushings[{i}]"),
-        )
+        dataclasses.replace(b, grease=greases[i] if own else b.grease, **_clearance(b, values, f"bushings[{i}]."))
         for i, b in enumerate(rig.bushings)
-    )  # fmt: skip
-    changed = rig.replace(bushings=bushings, **motion_changes(rig, values))
-    return Model(changed, _law(law, values, n, None if own else tuple(greases)))
+    )
+    changed = rig.replace(bushings=bushings, **_motion(rig, values))
+    return Model(changed, _law(law, values, n, None if own else greases))
+
+
+def _motion(rig: Rig, values: Mapping[str, Value]) -> dict[str, Any]:
+    """The fields of a rig that controls of `_of_motion` change."""
+    pull = float(values.get("gravity", 0.0))
+    along = np.array(rig.gravity or DOWN) / np.linalg.norm(rig.gravity or DOWN)
+    unbalances = tuple(
+        dataclasses.replace(each, moment=float(values[f"unbalances[{i}].moment"]))
+        for i, each in enumerate(rig.unbalances)
+    )
+    gravity = tuple((pull * along).tolist()) if pull else None
+    return {"gravity": gravity, "spin": rig.spin and _spin(rig.spin, values), "unbalances": unbalances}
+
+
+def _spin(spin: Spin, values: Mapping[str, Value]) -> Spin:
+    speed, rate, until = float(values["spin.speed"]), spin.rate, spin.until
+    if rate:
+        rate = math.copysign(float(values["spin.rate"]), rate)
+    if until is not None:
+        until = float(values["spin.until"])
+        rate = math.copysign(rate, until - speed)
+    if until == speed:
+        rate, until = 0.0, None
+    return dataclasses.replace(spin, speed=speed, rate=rate, until=until)
+
+
+def _clearance(bushing: Bushing, values: Mapping[str, Value], name: str) -> dict[str, Any]:
+    """The fields of a bushing that controls of its own change, but for what fills it."""
+    lengths = ("gap", "offset", "offset_y")
+    found: dict[str, Any] = {field: float(values[name + field]) for field in lengths if name + field in values}
+    if f"{name}friction" in values:
+        coefficient = float(values[f"{name}friction"])
+        known = bushing.friction or (Friction(coefficient) if coefficient else None)
+        found["friction"] = known and dataclasses.replace(known, coefficient=coefficient)
+    if bushing.film and f"{name}viscosity" in values:
+        found["film"] = dataclasses.replace(bushing.film, viscosity=float(values[f"{name}viscosity"]))
+    return found
 
 
 def _law(law: Law, values: Mapping[str, Value], n: int, grease: tuple[Any, ...] | None) -> Law:
