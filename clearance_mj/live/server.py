@@ -32,7 +32,8 @@ HOST = "127.0.0.1"
 KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 FILES = {"": ("live/page", "index.html")}
 """of the page, by their paths below the token: folder in the package, and name"""
-FILES |= {name: ("live/page", name) for name in ("live.js", "charts.js", "live.css")}
+FILES |= {name: ("live/page", name) for name in ("live.js", "figures.js", "live.css")}
+FILES |= {"charts.js": ("report/templates", "charts.js")}
 FILES |= {name: ("report/vendor", name) for name in ("uPlot.iife.min.js", "uPlot.min.css")}
 
 

@@ -159,7 +159,7 @@ function build() {
   const cursor = (idx) => reading(idx);
   const unit = () => state.last && state.last.head.spectrum ? "Amplitude (m/s²)" : state.last && state.last.head.kind === "force" ? "|H| ((m/s²)/N)" : "|H| (1)";
   charts.magnitude = new Chart("magnitude", { label: "Magnitude of the frequency response functions over frequency", x: "Frequency (Hz)", get y() { return unit(); }, height: 290, logY: true, sync: "f", onCursor: cursor });
-  charts.phase = new Chart("phase", { label: "Phase over frequency", x: "Frequency (Hz)", y: "Phase (°)", height: 170, sync: "f", range: [-190, 190], jump: 180, splits: [-180, -90, 0, 90, 180] });
+  charts.phase = new Chart("phase", { label: "Phase over frequency", x: "Frequency (Hz)", y: "Phase (°)", height: 170, sync: "f", range: [-190, 190], angle: true });
   charts.coherence = new Chart("coherence", { label: "Coherence over frequency", x: "Frequency (Hz)", y: "Coherence", height: 140, sync: "f", range: [0, 1.03] });
   charts.history = new Chart("history", { label: "Displacement at the clearances over time", x: "Time (s)", y: "Displacement (mm)", height: 230, onZoom: finely });
   charts.portrait = new Chart("portrait", { label: "Velocity over displacement at the clearances", x: "Displacement (mm)", y: "Velocity (mm/s)", height: 260, free: true });
@@ -227,7 +227,7 @@ function draw() {
   if (many && arrays.displacement) {
     charts.history.full = [arrays.time[0], arrays.time[arrays.time.length - 1]];
     charts.history.show(series, [Array.from(arrays.time), ...series.map((_, i) => milli(row(arrays.displacement, i)))], lines("y"));
-    if (charts.history.zoom) finely(charts.history.zoom);
+    if (charts.history.shown) finely(charts.history.shown);
     drawOrbits(arrays, walls, milli);
     charts.portrait.show(series, [null, ...series.map((_, i) => [milli(row(arrays.x, i)), milli(row(arrays.v, i))])], lines("x"));
   }

@@ -1,8 +1,9 @@
-// Interactive charts of the figures, drawn by uPlot: `report/interactive.py` says what their data are.
-(() => {
-const NARROW = 40, LEFT = 62, BELOW = 46, LABEL = 18, SEARCHED = 60, GAP = 16;
-const dark = matchMedia("(prefers-color-scheme: dark)");
-const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+"use strict";
+// Charts of reports and of the live page: what all of uPlot's plots have in common, their colours, axes, lines and keys.
+
+const LABEL = 18, FONT = "12px system-ui, sans-serif", JUMP = 180;
+const darkness = matchMedia("(prefers-color-scheme: dark)");
+const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const channels = hex => (hex.length < 6 ? [1, 2, 3].map(i => hex[i] + hex[i]) : [1, 3, 5].map(i => hex.slice(i, i + 2)))
   .map(pair => parseInt(pair, 16));
 const luminance = rgb => rgb.map(v => v / 255).map(v => v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4)
@@ -12,38 +13,21 @@ const contrast = (a, b) => (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
 // A colour, moved towards the ink of the page until it stands out from its paper (WCAG 2, 1.4.11: 3 to 1; more on dark
 // paper, where thin lines look fainter). Black and greys turn about there.
 function readable(hex) {
-  const paper = luminance(channels(style("--paper"))), ink = channels(style("--ink")), least = paper < .2 ? 4.5 : 3;
+  const paper = luminance(channels(ink("--paper"))), towards = channels(ink("--ink")), least = paper < .2 ? 4.5 : 3;
   let rgb = channels(hex);
   if (paper < .2 && Math.max(...rgb) - Math.min(...rgb) < 16) rgb = rgb.map(v => 255 - v);
   for (let i = 0; i < 20 && contrast(luminance(rgb), paper) < least; i++)
-    rgb = rgb.map((v, k) => v + .15 * (ink[k] - v));
+    rgb = rgb.map((v, k) => v + .15 * (towards[k] - v));
   return `rgb(${rgb.map(Math.round).join(" ")})`;
 }
 
-function element(name, properties = {}, ...children) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(properties))
-    key in made ? made[key] = value : made.setAttribute(key, value);
-  made.append(...children);
-  return made;
+// A number in a few digits; "–" for none.
+function sig(value, digits = 4) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  return size && (size < 1e-3 || size >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
 }
-
-// Arrays of a figure's data, null where a value is not finite.
-async function decoded({arrays, numbers}) {
-  const compressed = Uint8Array.from(atob(numbers), character => character.charCodeAt(0));
-  const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const planes = new Uint8Array(await new Response(stream).arrayBuffer()), n = planes.length / 4;
-  const bytes = new Uint8Array(planes.length);
-  for (let i = 0; i < n; i++) for (let k = 0; k < 4; k++) bytes[4 * i + k] = planes[k * n + i];
-  const floats = Array.from(new Float32Array(bytes.buffer), value => Number.isFinite(value) ? value : null);
-  return arrays.map(({from, step, at, n}) => at == null ? Array.from({length: n}, (_, i) => from + i * step)
-    : floats.slice(at, at + n));
-}
-
-// A word without its unit, where both have no room.
-const fitting = (words, pixels) => words.length * 7 < pixels ? words : words.split(" (")[0];
-const told = value => value == null ? "–" : String(Number(value.toPrecision(5)));
-const short = value => String(Number(value.toPrecision(4)));
+const short = value => value == null ? "" : String(Number(value.toPrecision(4)));
 
 // Ticks at 1, 2 and 5 over a decade or more of a logarithmic axis, else even ones; at quarter turns of a whole one.
 function ticks(low, high, log, room, angle = false) {
@@ -60,362 +44,50 @@ function ticks(low, high, log, room, angle = false) {
   return found.filter(value => low <= value && value <= high);
 }
 
-class Chart {
-  constructor(figure, data, arrays) {
-    this.figure = figure;
-    this.series = data.series;
-    this.names = [...new Set(data.series.map(one => one.label))];
-    this.hidden = new Set();
-    this.panels = [];
-    this.cells = data.cells.map((cell, number) => {
-      const own = {title: cell.title, column: cell.column, panels: [], hidden: false};
-      for (const described of cell.panels) own.panels.push(this.prepared(described, arrays, own));
-      this.panels.push(...own.panels);
-      own.name = cell.title || `panel ${number + 1}`;
-      return own;
-    });
-    const first = this.panels[0];
-    this.log = first.log[0];
-    this.linear = false;
-    this.cell = this.cells[0];
-    this.build();
-    this.draw();
-    figure.classList.add("live");
-    dark.addEventListener("change", () => this.draw());
-    new ResizeObserver(() => this.fit()).observe(this.grid);
-  }
-
-  prepared(described, arrays, cell) {
-    const lines = described.lines;
-    const panel = {...described, cell, group: described.x + described.limits[0], plot: null};
-    const same = lines.every(line => line.x === lines[0].x);
-    panel.data = same ? [arrays[lines[0].x], ...lines.map(line => arrays[line.y])]
-      : uPlot.join(lines.map(line => [arrays[line.x], arrays[line.y]]));
-    panel.drawn = [panel.data[0], ...panel.data.slice(1).map((values, i) => lines[i].up
-      ? values.map(v => v == null ? v : v + lines[i].up) : values)];
-    panel.window = panel.limits[1];
-    panel.span = panel.limits[0];
-    panel.level = panel.log[1];
-    return panel;
-  }
-
-  build() {
-    const button = (label, action, more = {}) => element("button", {type: "button", onclick: action, ...more}, label);
-    const label = this.figure.querySelector("figcaption b")?.textContent ?? "Figure";
-    const tools = element("div", {className: "chart-tools", role: "toolbar", "aria-label": `${label} Tools`});
-    const positive = this.panels.every(panel => panel.limits[0][0] > 0);
-    if (positive) tools.append(this.logButton = button("", () => { this.log = !this.log; this.draw(); },
-      {className: "chart-x"}));
-    if (this.panels.some(panel => panel.decibel || panel.level)) tools.append(this.linearButton = button("",
-      () => { this.linear = !this.linear; this.reset(); this.draw(); }, {className: "chart-y"}));
-    tools.append(button("+", () => this.zoom(.5), {"aria-label": "Zoom in", className: "chart-in"}),
-      button("−", () => this.zoom(2), {"aria-label": "Zoom out", className: "chart-out"}),
-      button("Whole", () => this.reset(), {className: "chart-whole"}));
-    if (this.cells.length > 1) this.cells.forEach(cell => tools.append(button(cell.name,
-      event => this.toggleCell(cell, event.currentTarget), {"aria-pressed": "true", className: "chart-cell-toggle"})));
-    this.pictureButton = button("Picture", () => {
-      const shown = this.figure.classList.toggle("picture");
-      this.pictureButton.textContent = shown ? "Chart" : "Picture";
-    }, {className: "chart-picture"});
-    tools.append(this.pictureButton);
-    this.at = element("span", {className: "chart-at"});
-    this.head = element("tr");
-    this.rows = new Map(this.names.map(name => {
-      const pressed = button(name, () => this.toggle(name), {"aria-pressed": "true"});
-      pressed.prepend(element("canvas", {className: "chart-swatch", width: 56, height: 20}));
-      return [name, element("tr", {}, element("th", {scope: "row"}, pressed))];
-    }));
-    this.table = element("table", {}, element("caption", {}, this.at), element("thead", {}, this.head),
-      element("tbody", {}, ...this.rows.values()));
-    this.spoken = element("p", {className: "chart-spoken", "aria-live": "polite"});
-    this.grid = element("div", {className: "chart-cells"});
-    const columns = new Set(this.cells.map(cell => cell.column)).size;
-    this.grid.style.setProperty("--columns", columns);
-    for (const cell of this.cells) {
-      cell.body = element("div", {className: "chart-panels"});
-      cell.box = element("div", {className: "chart-cell", tabIndex: 0, role: "group", "aria-roledescription": "chart",
-        "aria-label": `${label} ${cell.name}. Left and right arrows move the cursor, with Shift by ten; plus and ` +
-        "minus zoom, 0 shows the whole."}, element("p", {className: "chart-title"}, cell.title), cell.body);
-      cell.box.addEventListener("keydown", event => this.key(event, cell));
-      cell.box.addEventListener("focus", () => { this.cell = cell; this.read(); });
-      this.grid.append(cell.box);
-    }
-    const box = element("div", {className: "chart"}, tools,
-      element("div", {className: "chart-read"}, this.table), this.grid, this.spoken);
-    this.figure.prepend(box);
-  }
-
-  draw() {
-    const ink = style("--ink"), line = style("--line");
-    const axis = {stroke: ink, font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
-      grid: {stroke: line, width: 1}, ticks: {stroke: line, width: 1, size: 4}, gap: 3};
-    if (this.logButton) this.logButton.textContent = this.log ? "x: log" : "x: linear";
-    if (this.linearButton) this.linearButton.textContent = this.linear ? "y: linear"
-      : this.panels.some(panel => panel.decibel) ? "y: dB" : "y: log";
-    for (const panel of this.panels) {
-      panel.plot?.destroy();
-      const {cell, marks} = panel, last = cell.panels.at(-1) === panel;
-      const levelled = panel.level && !this.linear, angle = panel.y.endsWith("(°)");
-      const options = {
-        width: this.width(), height: panel.height + (last ? BELOW : 8),
-        legend: {show: false}, padding: [6, 12, 0, 0],
-        scales: {
-          x: {time: false, distr: this.log ? 3 : 1, range: (_, low, high) => [low, high]},
-          y: {distr: levelled ? 3 : 1, range: () => panel.window}},
-        axes: [
-          {...axis, size: last ? BELOW - LABEL : 8, label: last ? panel.x : null, labelSize: LABEL,
-            splits: (plot, _, low, high) => ticks(low, high, this.log, plot.width / 60), filter: (_, found) => found,
-            values: (_, found) => found.map(value => last ? short(value) : "")},
-          {...axis, size: LEFT - LABEL, label: fitting(this.quantity(panel, panel.y), panel.height), labelSize: LABEL,
-            splits: (plot, _, low, high) => ticks(low, high, levelled, panel.height / 26, angle), filter: (_, found) => found,
-            values: (_, found) => found.map(short)}],
-        series: [{}, ...panel.lines.map(drawn => {
-          const {label, colour, width, dash, joined, points} = this.series[drawn.series];
-          const stroke = readable(colour);
-          return {label, stroke, width: joined ? Math.max(1, 1.2 * width) : 0, dash: dash.map(v => 1.4 * v),
-            show: !this.hidden.has(label), paths: joined ? (angle ? wrapped : undefined) : () => null,
-            gaps: (_plot, _number, _from, _to, gaps) => gaps.map(([left, right]) => [left - 2, right + 2]),
-            points: joined && !points ? {show: panel.data[0].length === 1} : {show: true, size: 4, width: 0,
-              fill: stroke}};
-        })],
-        cursor: {y: false, move: (plot, left, top) => [left < 0 ? left : snapped(plot, left), top], drag: {x: true, y: true, uni: 30, setScale: true}, focus: {prox: -1},
-          bind: {dblclick: () => () => this.reset(), mouseleave: () => null}, points: {size: 7, width: 1.5}},
-        hooks: {
-          setCursor: [plot => this.moved(panel, plot)],
-          setScale: [(plot, key) => this.scaled(panel, plot, key)],
-          drawAxes: [plot => marks.forEach(mark => this.mark(plot, mark))]},
-      };
-      this.busy = true;
-      panel.plot = new uPlot(options, this.data(panel), cell.body);
-      this.busy = false;
-      panel.plot.setScale("x", {min: panel.span[0], max: panel.span[1]});
-      this.touch(panel);
-      panel.plot.over.style.touchAction = "pan-y";
-    }
-    this.swatches();
-    this.read();
-  }
-
-  quantity(panel, words = panel.read) {
-    if (!this.linear || !panel.decibel) return words;
-    return words.replace(/ ?\(dB re .*\)/, ` (${panel.decibel})`);
-  }
-
-  data(panel) {
-    if (!this.linear || !panel.decibel) return panel.drawn;
-    return [panel.data[0], ...panel.data.slice(1).map(values => values.map(v => v == null ? v : 10 ** (v / 20)))];
-  }
-
-  limits(panel) {
-    const [low, high] = panel.limits[1];
-    return this.linear && panel.decibel ? [0, 10 ** (high / 20)] : [low, high];
-  }
-
-  width() {
-    const columns = innerWidth <= NARROW * 16 ? 1 : new Set(this.cells.filter(cell => !cell.hidden).map(c => c.column)).size;
-    return Math.max(200, Math.floor((this.grid.clientWidth - GAP * (columns - 1)) / columns));
-  }
-
-  fit() {
-    for (const panel of this.panels) {
-      const height = panel.plot.height, width = this.width();
-      if (!panel.cell.hidden && this.grid.clientWidth && width !== panel.plot.width) panel.plot.setSize({width, height});
-    }
-  }
-
-  mark(plot, {x, y, colour}) {
-    const {ctx, bbox} = plot;
-    ctx.save();
-    ctx.strokeStyle = readable(colour);
-    ctx.setLineDash([4, 4]);
-    ctx.beginPath();
-    if (x != null) {
-      const at = plot.valToPos(x, "x", true);
-      if (at >= bbox.left && at <= bbox.left + bbox.width) ctx.moveTo(at, bbox.top), ctx.lineTo(at, bbox.top + bbox.height);
-    } else {
-      const at = plot.valToPos(y, "y", true);
-      if (at >= bbox.top && at <= bbox.top + bbox.height) ctx.moveTo(bbox.left, at), ctx.lineTo(bbox.left + bbox.width, at);
-    }
-    ctx.stroke();
-    ctx.restore();
-  }
-
-  swatches() {
-    for (const [name, row] of this.rows) {
-      const {colour, width, dash, joined} = this.series.find(one => one.label === name);
-      const ctx = row.querySelector("canvas").getContext("2d");
-      ctx.reset();
-      ctx.scale(2, 2);
-      ctx.strokeStyle = ctx.fillStyle = readable(colour);
-      ctx.lineWidth = Math.max(1.5, width);
-      ctx.setLineDash(dash);
-      ctx.beginPath();
-      if (joined) ctx.moveTo(1, 5), ctx.lineTo(27, 5), ctx.stroke();
-      else ctx.arc(14, 5, 3, 0, 7), ctx.fill();
-    }
-  }
-
-  // The cursor.
-
-  moved(panel, plot) {
-    const {idx, left} = plot.cursor;
-    if (this.busy || idx == null || left < 0) return;
-    this.cell = panel.cell;
-    this.point(panel, idx, panel);
-  }
-
-  // Put the cursor of all panels with this one's x at one of its points.
-  point(panel, index, source = null) {
-    this.x = panel.data[0][index];
-    this.group = panel.group;
-    this.busy = true;
-    for (const other of this.panels)
-      if (other !== source && other.group === panel.group && !other.cell.hidden)
-        other.plot.setCursor({left: other.plot.valToPos(this.x, "x"), top: 0});
-    this.busy = false;
-    this.read();
-  }
-
-  // Value of a line of a panel at the cursor; the nearest where lines have points of their own.
-  value(panel, values) {
-    const at = nearest(panel.data[0], this.x);
-    for (let away = 0; away < SEARCHED; away++)
-      for (const index of [at - away, at + away])
-        if (values[index] !== undefined) return values[index];
-    return null;
-  }
-
-  read() {
-    const {cell} = this, here = this.group === cell.panels[0].group;
-    const unit = cell.panels[0].x || "x";
-    const [quantity, , of] = unit.match(/^(.*?)( \((.*)\))?$/).slice(1);
-    this.at.textContent = [cell.title, here && this.x != null
-      ? `${quantity} ${Number(this.x.toPrecision(6))}${of ? " " + of : ""}` : "point, or press arrow keys, to read"]
-      .filter(Boolean).join(" · ");
-    this.head.replaceChildren(element("th", {scope: "col"}, "Show"),
-      ...cell.panels.map(panel => element("th", {scope: "col", className: "number"}, this.quantity(panel))));
-    const shown = cell.panels.map(panel => this.linear && panel.decibel ? this.data(panel) : panel.data);
-    for (const [name, row] of this.rows) {
-      const cells = cell.panels.map((panel, i) => {
-        const k = panel.lines.findIndex(line => this.series[line.series].label === name);
-        const text = k < 0 ? "" : here ? told(this.value(panel, shown[i][k + 1])) : "";
-        return element("td", {className: "number"}, text);
-      });
-      row.replaceChildren(row.firstElementChild, ...cells);
-    }
-  }
-
-  speak() {
-    clearTimeout(this.waiting);
-    this.waiting = setTimeout(() => {
-      const heads = [...this.head.cells].slice(1).map(cell => cell.textContent);
-      this.spoken.textContent = [this.at.textContent, ...[...this.rows].filter(([name]) => !this.hidden.has(name)).map(
-        ([name, row]) => `${name}: ` + [...row.cells].slice(1).map((cell, i) => `${heads[i]} ${cell.textContent}`).join(", "))]
-        .join("; ");
-    }, 400);
-  }
-
-  key(event, cell) {
-    const step = {ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity}[event.key];
-    const action = {"+": () => this.zoom(.5), "=": () => this.zoom(.5), "-": () => this.zoom(2), "0": () => this.reset(),
-      Escape: () => this.reset()}[event.key];
-    if (event.ctrlKey || event.metaKey || event.altKey || step == null && !action) return;
-    event.preventDefault();
-    if (action) return action();
-    const panel = cell.panels[0], x = panel.data[0], [low, high] = panel.span;
-    const first = x.findIndex(value => value >= low), last = x.findLastIndex(value => value <= high);
-    const from = this.x != null && this.group === panel.group ? nearest(x, this.x) : step > 0 ? first - step : last - step;
-    const size = Number.isFinite(step) ? step * (event.shiftKey ? 10 : 1) : step;
-    const to = Number.isFinite(size) ? Math.min(x.length - 1, Math.max(0, from + size)) : size > 0 ? last : first;
-    this.cell = cell;
-    if (x[to] < low || x[to] > high) this.span(panel, this.log ? [low * x[to] / x[from], high * x[to] / x[from]]
-      : [low + x[to] - x[from], high + x[to] - x[from]]);
-    this.point(panel, to);
-    this.speak();
-  }
-
-  touch(panel) {
-    const over = panel.plot.over;
-    const follow = event => {
-      if (event.pointerType !== "touch") return;
-      const box = over.getBoundingClientRect();
-      panel.plot.setCursor({left: event.clientX - box.left, top: event.clientY - box.top});
-    };
-    over.addEventListener("pointerdown", follow);
-    over.addEventListener("pointermove", follow);
-  }
-
-  // The axes.
-
-  // Somebody has drawn a box: panels with the same x follow.
-  scaled(panel, plot, key) {
-    const {min, max} = plot.scales[key];
-    if (key === "y") panel.window = [min, max];
-    else if (min !== panel.span[0] || max !== panel.span[1]) this.span(panel, [min, max]);
-  }
-
-  span(panel, [low, high]) {
-    const [least, most] = panel.limits[0];
-    const range = [Math.max(low, least), Math.min(high, most)];
-    if (range[0] >= range[1]) return;
-    for (const other of this.panels) if (other.group === panel.group) {
-      other.span = range;
-      other.plot.setScale("x", {min: range[0], max: range[1]});
-    }
-  }
-
-  zoom(factor) {
-    const panel = this.cell.panels[0], to = this.log ? Math.log : v => v, back = this.log ? Math.exp : v => v;
-    const [low, high] = panel.span.map(to);
-    const inside = this.group === panel.group && this.x >= panel.span[0] && this.x <= panel.span[1];
-    const middle = inside ? to(this.x) : (low + high) / 2;
-    this.span(panel, [back(middle - factor * (middle - low)), back(middle + factor * (high - middle))]);
-  }
-
-  reset() {
-    for (const panel of this.panels) {
-      [panel.span, panel.window] = [panel.limits[0], this.limits(panel)];
-      panel.plot.batch(() => {
-        panel.plot.setScale("x", {min: panel.span[0], max: panel.span[1]});
-        panel.plot.setScale("y", {min: panel.window[0], max: panel.window[1]});
-      });
-    }
-  }
-
-  // What is shown.
-
-  toggle(name) {
-    const shown = this.hidden.delete(name) || !this.hidden.add(name);
-    this.rows.get(name).querySelector("button").setAttribute("aria-pressed", shown);
-    for (const panel of this.panels) panel.lines.forEach((line, i) => {
-      if (this.series[line.series].label === name) panel.plot.setSeries(i + 1, {show: shown});
-    });
-  }
-
-  toggleCell(cell, pressed) {
-    cell.hidden = !cell.hidden;
-    cell.box.hidden = cell.hidden;
-    pressed.setAttribute("aria-pressed", !cell.hidden);
-    this.grid.style.setProperty("--columns", new Set(this.cells.filter(c => !c.hidden).map(c => c.column)).size || 1);
-    this.fit();
-  }
-}
-
-// A line with gaps where an angle wraps and where values are missing.
-function wrapped(plot, number, first, last) {
+// A line over rising points, with a gap where a value is missing and, of an angle (°), where it wraps. uPlot's own line
+// clips gaps, which leaves slivers of dense ones.
+const line = angle => (plot, number, first, last) => {
   const stroke = new Path2D();
   uPlot.orient(plot, number, (_series, x, y, scaleX, scaleY, toX, toY, left, top, width, height, moveTo, lineTo) => {
     let before = null;
     for (let i = first; i <= last; i++) if (y[i] !== undefined) {
-      const joined = before != null && y[i] != null && Math.abs(y[i] - before) <= 180;
+      const joined = before != null && y[i] != null && !(angle && Math.abs(y[i] - before) > JUMP);
       if (y[i] != null) (joined ? lineTo : moveTo)(stroke, toX(x[i], scaleX, width, left), toY(y[i], scaleY, height, top));
       before = y[i];
     }
   });
   return {stroke, fill: null, clip: null, band: null, gaps: null, flags: 1};
+};
+
+// A dashed line across a plot, at one x or one y.
+function mark(plot, {x, y, colour}) {
+  const {ctx, bbox} = plot, upright = x != null, at = plot.valToPos(upright ? x : y, upright ? "x" : "y", true);
+  const [from, room] = upright ? [bbox.left, bbox.width] : [bbox.top, bbox.height];
+  if (at < from || at > from + room) return;
+  ctx.save();
+  ctx.strokeStyle = colour ? readable(colour) : ink("--soft");
+  ctx.lineWidth = devicePixelRatio;
+  ctx.setLineDash([4, 4].map(v => v * devicePixelRatio));
+  ctx.beginPath();
+  ctx.moveTo(upright ? at : bbox.left, upright ? bbox.top : at);
+  ctx.lineTo(upright ? at : bbox.left + bbox.width, upright ? bbox.top + bbox.height : at);
+  ctx.stroke();
+  ctx.restore();
 }
 
-const snapped = (plot, left) => plot.valToPos(plot.data[0][plot.posToIdx(left)], "x");
+// A plot in an element. Of each axis, x and y: label, size, log, angle, bare (without words), range as uPlot takes it.
+// Besides: width, height, series, cursor, hooks, padding, mode and marks(), lines across the plot.
+function plotted(host, {width, height, x, y, series, marks, hooks = {}, ...more}, data) {
+  const axis = (side, room) => ({stroke: ink("--ink"), font: FONT, labelFont: FONT, labelSize: LABEL, gap: 3,
+    size: side.size, label: side.label, grid: {stroke: ink("--line"), width: 1},
+    ticks: {stroke: ink("--line"), width: 1, size: 4}, filter: (_, found) => found,
+    splits: (plot, _, low, high) => ticks(low, high, side.log, room(plot), side.angle),
+    values: (_, found) => found.map(value => side.bare ? "" : short(value))});
+  const scale = side => ({time: false, distr: side.log ? 3 : 1, ...(side.range ? {range: side.range} : {})});
+  return new uPlot({width, height, legend: {show: false}, padding: [6, 12, 0, 0], scales: {x: scale(x), y: scale(y)},
+    axes: [axis(x, plot => plot.width / 60), axis(y, plot => plot.bbox.height / devicePixelRatio / 26)], series: [{}, ...series],
+    hooks: {...hooks, drawAxes: [plot => marks().forEach(one => mark(plot, one))]}, ...more}, data, host);
+}
 
 // Index of the value of an increasing sequence that is nearest to one.
 function nearest(x, value) {
@@ -424,13 +96,21 @@ function nearest(x, value) {
   return value - x[low] <= x[high] - value ? low : high;
 }
 
-// Charts are made as their figures come near: those in folded parts when they are opened.
-const near = new IntersectionObserver(entries => {
-  for (const {target, isIntersecting} of entries) if (isIntersecting) {
-    near.unobserve(target);
-    const data = JSON.parse(target.querySelector("script").textContent);
-    decoded(data).then(arrays => { target.chart = new Chart(target, data, arrays); });
-  }
-}, {rootMargin: "800px"});
-for (const script of document.querySelectorAll("figure > script")) near.observe(script.parentElement);
-})();
+// What is shown of an axis after a zoom by a factor, about a place if that is shown, and within limits.
+function zoomed([low, high], [least, most], factor, place, log) {
+  const to = log ? Math.log : v => v, back = log ? Math.exp : v => v, [from, end] = [low, high].map(to);
+  const middle = place >= low && place <= high ? to(place) : (from + end) / 2;
+  const found = [middle - factor * (middle - from), middle + factor * (end - middle)].map(back);
+  return [Math.max(found[0], least), Math.min(found[1], most)];
+}
+
+// Keys of a chart: plus and minus zoom, 0 shows the whole, arrows move the cursor, with Shift by ten.
+function pressed(event, chart) {
+  const step = {ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity}[event.key];
+  const zoom = {"+": .5, "=": .5, "-": 2}[event.key], whole = event.key === "0" || event.key === "Escape";
+  if (event.ctrlKey || event.metaKey || event.altKey || !(zoom || whole || step && chart.step)) return;
+  event.preventDefault();
+  if (zoom) chart.zoom(zoom);
+  else if (whole) chart.whole();
+  else chart.step(event.shiftKey ? 10 * step : step);
+}

@@ -1,19 +1,12 @@
 "use strict";
-// Figures: uPlot with the page's colours, zoom and cursor by mouse and keyboard.
+// Figures of the live page: charts that take new data, and the bending shafts.
 
 const DASHES = { model: [], record: [2, 3], A: [9, 4], B: [9, 3, 2, 3] };
 const LIGHT = ["#0072b2", "#d55e00", "#882255", "#00805c", "#b3508f", "#a06a00", "#2f86b8", "#6b4f2a"];
 const DARK = ["#56b4e9", "#ff9a4d", "#e58bb5", "#3ddc9f", "#f0b7d6", "#ffc940", "#9ad4ff", "#d2a679"];
-const darkness = matchMedia("(prefers-color-scheme: dark)");
 const colour = (i) => (darkness.matches ? DARK : LIGHT)[i % LIGHT.length];
-const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const nulls = (values) => Array.from(values, (v) => (Number.isFinite(v) ? v : null));
 const positive = (values) => Array.from(values, (v) => (v > 0 && Number.isFinite(v) ? v : null));
-function sig(value, digits = 4) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
-  return size && (size < 1e-3 || size >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
-}
 
 // Lines through points in any order: solid where the third row is not 0, dashed elsewhere. Or triangles that point
 // upwards, filled, or downwards, hollow.
@@ -55,22 +48,6 @@ function curve(u, i) {
   return null;
 }
 
-// A line over rising points, with a gap where there is none or where it jumps by more than `most`, as a phase that wraps.
-// uPlot's own line clips gaps, which leaves slivers of dense ones.
-const line = (most) => (u, i, first, last) => {
-  const stroke = new Path2D();
-  uPlot.orient(u, i, (series, x, y, sx, sy, toX, toY, left, top, width, height, moveTo, lineTo) => {
-    let down = false;
-    for (let k = first; k <= last; k++) {
-      if (y[k] === null || y[k] === undefined) { down = false; continue; }
-      if (down && Math.abs(y[k] - y[k - 1]) > most) down = false;
-      (down ? lineTo : moveTo)(stroke, toX(x[k], sx, width, left), toY(y[k], sy, height, top));
-      down = true;
-    }
-  });
-  return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 1 };
-};
-
 const padded = (u, low, high) => {
   if (low === null || high === null) return [0, 1];
   if (low === high) return [low - 1, high + 1];
@@ -78,7 +55,7 @@ const padded = (u, low, high) => {
 };
 
 class Chart {
-  // options: label, x, y (axis labels), height, square, logX, logY, free (points in any order), sync, range, jump, onCursor, onZoom
+  // options: label, x, y (axis labels), height, square, logX, logY, free (points in any order), sync, range, angle, onCursor, onZoom
   constructor(id, options) {
     this.host = document.getElementById(id);
     this.options = options;
@@ -86,14 +63,15 @@ class Chart {
     this.host.tabIndex = 0;
     this.host.setAttribute("role", "img");
     this.host.setAttribute("aria-label", options.label);
-    this.host.addEventListener("keydown", (event) => this.pressed(event));
+    this.host.addEventListener("keydown", (event) => this.plot && pressed(event, this));
+    if (options.free) this.step = null; // no cursor goes along points in any order
     new ResizeObserver(() => this.plot && this.plot.setSize(this.size())).observe(this.host);
   }
   size() {
     const width = Math.max(this.host.clientWidth, 200);
     return { width, height: this.options.square ? width - 26 : this.options.height || 200 }; // square within its axes
   }
-  // series: [{label, stroke, dash, width}], data as uPlot takes it
+  // series: [{label, stroke, dash, width}], data as uPlot takes it, lines across the plot: [{x} or {y}]
   show(series, data, lines = []) {
     const o = this.options;
     this.lines = lines;
@@ -102,32 +80,25 @@ class Chart {
     if (empty) { this.clear(); return; }
     this.data = data;
     if (this.plot && key === this.key) {
-      const zoom = this.zoom;
-      this.plot.setData(data, !zoom);
-      if (zoom) this.plot.setScale("x", zoom);
+      const window = this.shown;
+      this.plot.setData(data, !window);
+      if (window) this.plot.setScale("x", window);
       return;
     }
     if (this.plot) this.plot.destroy();
     this.key = key;
-    const axis = (label, more) => ({ label, stroke: ink("--ink"), labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif",
-      grid: { stroke: ink("--line"), width: 1 }, ticks: { stroke: ink("--line"), width: 1, size: 4 }, ...more });
-    const short = (u, splits) => splits.map((v) => (v === null ? "" : String(Number(v.toPrecision(5)))));
-    const plain = o.free ? [{}] : [{ label: o.x }];
-    this.plot = new uPlot({
-      ...this.size(), mode: o.free ? 2 : 1, legend: { show: false }, padding: [8, 10, 0, 0],
+    const free = { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve };
+    const range = o.range || (o.free && !o.logY ? (u, a, b) => uPlot.rangeNum(a, b, 0.06, true) : null);
+    this.plot = plotted(this.host, {
+      ...this.size(), mode: o.free ? 2 : 1, padding: [8, 10, 0, 0],
+      x: { label: o.x, size: 34, log: o.logX, range: o.free ? padded : null },
+      y: { label: o.y, size: 58, log: o.logY, angle: o.angle, range },
+      series: series.map((s) => ({ ...s, width: s.width || 1.3, points: { show: false }, ...(o.free ? free : { paths: line(o.angle) }) })),
       cursor: { drag: { x: true, y: false, setScale: true }, points: { show: !o.free }, ...(o.sync ? { sync: { key: o.sync } } : {}) },
-      scales: { x: { time: false, distr: o.logX ? 3 : 1, ...(o.free ? { range: padded } : {}) },
-        y: { distr: o.logY ? 3 : 1, ...(o.range ? { range: o.range } : o.free && !o.logY ? { range: (u, a, b) => uPlot.rangeNum(a, b, 0.06, true) } : {}) } },
-      axes: [axis(o.x, { size: 34, values: short }), axis(o.y, { size: 58, values: short, ...(o.splits ? { splits: () => o.splits } : {}) })],
-      series: [...plain, ...series.map((s) => ({ ...s, width: s.width || 1.3, points: { show: false }, spanGaps: false,
-        ...(o.free ? { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve } : { paths: line(o.jump || Infinity) }) }))],
-      hooks: {
-        setCursor: [(u) => o.onCursor && o.onCursor(u.cursor.idx)],
-        setScale: [(u, name) => name === "x" && this.scaled(u)],
-        draw: [(u) => this.draw(u)],
-      },
-    }, data, this.host);
-    this.zoom = null;
+      hooks: { setCursor: [(u) => o.onCursor && o.onCursor(u.cursor.idx)], setScale: [(u, name) => name === "x" && this.scaled(u)] },
+      marks: () => this.lines,
+    }, data);
+    this.shown = null;
     this.plot.over.addEventListener("dblclick", () => this.whole());
   }
   clear() {
@@ -143,55 +114,27 @@ class Chart {
   scaled(u) {
     const { min, max } = u.scales.x, [low, high] = this.full || this.ends();
     const slack = 1e-6 * (high - low);
-    const zoom = min > low + slack || max < high - slack ? { min, max } : null;
-    if (JSON.stringify(zoom) === JSON.stringify(this.zoom || null)) return;
-    this.zoom = zoom;
-    if (this.options.onZoom) this.options.onZoom(zoom);
+    const shown = min > low + slack || max < high - slack ? { min, max } : null;
+    if (JSON.stringify(shown) === JSON.stringify(this.shown || null)) return;
+    this.shown = shown;
+    if (this.options.onZoom) this.options.onZoom(shown);
   }
   whole() {
-    this.zoom = null;
+    this.shown = null;
     const [min, max] = this.full || this.ends();
     this.plot.setScale("x", { min, max });
   }
-  // Horizontal or vertical lines, such as walls: [{x} or {y}]
-  draw(u) {
-    const ctx = u.ctx;
-    ctx.save();
-    ctx.strokeStyle = ink("--soft");
-    ctx.setLineDash([6, 4]);
-    ctx.lineWidth = devicePixelRatio;
-    for (const line of this.lines) {
-      const across = line.y !== undefined, at = u.valToPos(across ? line.y : line.x, across ? "y" : "x", true);
-      const { left, top, width, height } = u.bbox;
-      if (across ? at < top || at > top + height : at < left || at > left + width) continue;
-      ctx.beginPath();
-      ctx.moveTo(across ? left : at, across ? at : top);
-      ctx.lineTo(across ? left + width : at, across ? at : top + height);
-      ctx.stroke();
-    }
-    ctx.restore();
+  zoom(factor) {
+    const u = this.plot, { min, max } = u.scales.x, idx = u.cursor.idx;
+    const place = this.options.free || idx == null ? null : u.data[0][idx];
+    const [low, high] = zoomed([min, max], this.full || this.ends(), factor, place, this.options.logX);
+    u.setScale("x", { min: low, max: high });
   }
-  pressed(event) {
-    if (!this.plot || event.ctrlKey || event.metaKey || event.altKey) return;
-    const u = this.plot, { min, max } = u.scales.x, log = this.options.logX;
-    const zoomed = (by) => {
-      const [a, b] = log ? [Math.log(min), Math.log(max)] : [min, max];
-      const idx = u.cursor.idx;
-      const middle = !this.options.free && idx !== null && idx !== undefined ? (log ? Math.log(u.data[0][idx]) : u.data[0][idx]) : (a + b) / 2;
-      const [low, high] = this.full || this.ends();
-      const to = [middle - by * (b - a) / 2, middle + by * (b - a) / 2].map((v) => (log ? Math.exp(v) : v));
-      u.setScale("x", { min: Math.max(low, to[0]), max: Math.min(high, to[1]) });
-    };
-    if (event.key === "+" || event.key === "=") zoomed(0.5);
-    else if (event.key === "-") zoomed(2);
-    else if (event.key === "0") this.whole();
-    else if ((event.key === "ArrowLeft" || event.key === "ArrowRight") && !this.options.free) {
-      const by = (event.key === "ArrowLeft" ? -1 : 1) * (event.shiftKey ? 10 : 1), n = u.data[0].length;
-      const first = u.valToIdx(min), last = u.valToIdx(max), now = u.cursor.idx;
-      const idx = Math.min(Math.max((now === null || now === undefined ? Math.round((first + last) / 2) : now) + by, first), Math.min(last, n - 1));
-      u.setCursor({ left: u.valToPos(u.data[0][idx], "x"), top: u.over.clientHeight / 2 }, true, true);
-    } else return;
-    event.preventDefault();
+  // Move the cursor by a number of points among those that are shown.
+  step(by) {
+    const u = this.plot, x = u.data[0], first = u.valToIdx(u.scales.x.min), last = u.valToIdx(u.scales.x.max);
+    const idx = Math.min(Math.max((u.cursor.idx ?? Math.round((first + last) / 2)) + by, first), Math.min(last, x.length - 1));
+    u.setCursor({ left: u.valToPos(x[idx], "x"), top: u.over.clientHeight / 2 }, true, true);
   }
 }
 
