@@ -80,14 +80,10 @@ def write_motor_side(found: MotorSideFit, folder: Path, made_from: Mapping[str, 
         f"feels. The ratio to the load and the load's own angle do not show there. The teeth changed sides "
         f"{found.crossings} times."
     )
-    body = html.paragraph(html.formula(words)) + _untold(found.not_told) + _estimates(found.estimates)
+    body = html.sentences([words]) + html.sentences(found.not_told, "note") + _estimates(found.estimates)
     sections = [html.Section("summary", "What the motor tells of its drive", body)]
     ReportWriter(folder).page(f"Drive from {', '.join(found.runs)}", sections)
     return result
-
-
-def _untold(words: Sequence[str]) -> str:
-    return "".join(html.paragraph(html.formula(f"{each}."), "note") for each in words)
 
 
 def _summary(found: DriveFit) -> str:
@@ -95,7 +91,7 @@ def _summary(found: DriveFit) -> str:
                  for name, value in found.table().items())  # fmt: skip
     columns = Column("At the load's end, motor held"), Column("Unit"), Column("Value", "", ".4g")
     shown = html.table(Table("catalogue", "The drive as catalogues of gears describe one.", columns, rows))
-    return shown + _untold(found.not_told)
+    return shown + html.sentences(found.not_told, "note")
 
 
 def _held(found: DriveFit) -> Drawing:

@@ -24,7 +24,10 @@ from .interactive import embedded
 from .style import Drawing
 from .tables import Table
 
-__all__ = ["Section", "examples", "figure", "figures", "formula", "heading", "page", "paragraph", "render", "table"]
+__all__ = [
+    "Section", "examples", "figure", "figures", "formula", "heading", "page", "paragraph", "render", "sentences",
+    "table",
+]  # fmt: skip
 
 MISSING = "–"  # Shown for nan
 _CHART = '<script type="application/json">'
@@ -46,6 +49,11 @@ class Section:
 def paragraph(text: str, kind: str = "") -> str:
     """Return text, which may hold markup, as a paragraph of a CSS class such as "note" or "banner"."""
     return f'<p class="{kind}">{text}</p>\n' if kind else f"<p>{text}</p>\n"
+
+
+def sentences(words: Iterable[str], kind: str = "") -> str:
+    """Return plain sentences as paragraphs of a CSS class, each with a full stop at its end."""
+    return "".join(paragraph(formula(f"{said.removesuffix('.')}."), kind) for said in words)
 
 
 def formula(text: str) -> str:

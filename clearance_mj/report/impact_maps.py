@@ -10,6 +10,7 @@ import pandas as pd
 from ..periodic import ImpactMap
 from ..periodic.impact_maps import IMPACTS
 from ..periodic.summaries import unit
+from .rattle_maps import of_sweeps
 from .style import Drawing
 
 __all__ = ["draw", "rows", "words"]
@@ -26,14 +27,10 @@ def draw(found: ImpactMap) -> Drawing:
 
 def rows(found: ImpactMap) -> pd.DataFrame:
     """Return a row per load, level, frequency and direction of a sweep, SI units; empty where none was found."""
-    sweep, load, level, frequency = (index.ravel() for index in np.indices(found.impacts.shape))
+    load, swept = of_sweeps(found)
     columns = {
         "load": found.load[load],
-        "level": found.level[level],
-        "level_unit": unit(found),
-        "frequency_hz": found.frequency[frequency],
-        "sweep": np.array(["up", "down"])[sweep],
-        "vibrations": found.vibrations[load, level, frequency],
+        **swept,
         "impacts": np.array([*IMPACTS, ""])[found.impacts.ravel().astype(int)],
         "contact_force_n": found.contact_force.ravel(),
     }

@@ -142,21 +142,19 @@ def write_production(
         }  # fmt: skip
         if found.limit:
             result["exceeding_over_level"] = found.over_level("exceeding").tolist()
-        body = "".join(html.paragraph(html.formula(f"{each}.")) for each in words(found))
-        body += writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
+        body = html.sentences(words(found)) + writer.figure(draw_over_level(found)) + writer.figure(draw_shares(found))
         sections.append(html.Section("production", "How many rattle", body))
     if hours:
         result["random"] = hours.rows()
-        said = "".join(html.paragraph(html.formula(each)) for each in hours.words())
-        sections.append(html.Section("random", "Under random excitation", said + writer.figure(hours.draw())))
+        body = html.sentences(hours.words()) + writer.figure(hours.draw())
+        sections.append(html.Section("random", "Under random excitation", body))
     if sensitivity:
         result["sensitivity"] = sensitivity.rows()
         sections.append(html.Section("sensitivity", "What it depends on", writer.figure(draw_sensitivity(sensitivity))))
     for name, each in (tightenings or {}).items():
         result[name] = tightening_table(each)
-        said = "".join(html.paragraph(html.formula(words)) for words in tightening_words(each))
-        said += writer.figure(draw_tightening(each, name))
-        sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", said))
+        body = html.sentences(tightening_words(each)) + writer.figure(draw_tightening(each, name))
+        sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", body))
     sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
     write_text(folder / "production.json", to_json(result | made_from))
     rig = designs.nominal.rig

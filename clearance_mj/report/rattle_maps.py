@@ -13,11 +13,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..periodic import RattleMap
+from ..core.drawing import key
+from ..periodic import ImpactMap, RattleMap
 from ..periodic.summaries import frequency_title, level_title, unit
-from .style import COLOURS, FONT, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
+from .style import COLOURS, REPEAT, TEST, Drawing, canvas, colour_bar, frequency_ends, tidy
 
-__all__ = ["draw", "rows", "words"]
+__all__ = ["draw", "of_sweeps", "rows", "words"]
 
 COLUMNS = {"contact_share": "", "penetration": "_m", "contact_force": "_n", "displacement": "_m"}
 """quantities at the clearances, and the ends of their columns' names"""
@@ -45,8 +46,7 @@ def draw(found: RattleMap) -> Drawing:
     for ax in axes[count:]:
         ax.set_axis_off()
     colour_bar(figure, image, axes, "Time in contact over the period (1)", pad=0.01, aspect=30)
-    handles = _key(found)
-    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=FONT - 0.5, frameon=False)
+    key(figure, _handles(found))
     amplitude = "unbalance" if found.kind == "unbalance" else "amplitude of a sine"
     caption = (
         f"Rattle map of rig “{found.model.rig.name}”: share of a period in which the clearance that touches most does, "
@@ -56,7 +56,7 @@ def draw(found: RattleMap) -> Drawing:
     return Drawing("rattle_map", figure, caption, "Share of time in contact over frequency and level.", False)
 
 
-def _key(found: RattleMap) -> list[Artist]:
+def _handles(found: RattleMap) -> list[Artist]:
     handles: list[Artist] = [Line2D([], [], color=TEST, lw=0.9, label="first contact")]
     for sweep, marker in JUMPS.items():
         if any(jump.sweep == sweep for jump in found.jumps):
@@ -75,21 +75,24 @@ def _gap(found: RattleMap, gap: int) -> str:
 
 def rows(found: RattleMap) -> pd.DataFrame:
     """Return a row per gap, level, frequency and direction of a sweep, SI units; empty where none was found."""
-    sweep, gap, level, frequency = (index.ravel() for index in np.indices(found.contact_share.shape[:-1]))
-    columns: dict[str, Any] = {}
-    for j, label in enumerate(found.clearances):
-        columns[f"gap_{label}_m"] = found.gap[gap, j]
-    columns |= {
-        "level": found.level[level],
-        "level_unit": unit(found),
-        "frequency_hz": found.frequency[frequency],
-        "sweep": np.array(["up", "down"])[sweep],
-        "vibrations": found.vibrations[gap, level, frequency],
-    }
+    gap, swept = of_sweeps(found)
+    columns = {f"gap_{label}_m": found.gap[gap, j] for j, label in enumerate(found.clearances)} | swept
     for quantity, ending in COLUMNS.items():
         values = getattr(found, quantity).reshape(-1, len(found.clearances))
         columns |= {f"{quantity}_{label}{ending}": values[:, j] for j, label in enumerate(found.clearances)}
     return pd.DataFrame(columns)
+
+
+def of_sweeps(found: RattleMap | ImpactMap) -> tuple[np.ndarray, dict[str, Any]]:
+    """Return the number of the gap or load of each row of a map's table, and columns that say where in sweeps it is."""
+    sweep, varied, level, frequency = (index.ravel() for index in np.indices((2, *found.vibrations.shape)))
+    return varied, {
+        "level": found.level[level],
+        "level_unit": unit(found),
+        "frequency_hz": found.frequency[frequency],
+        "sweep": np.array(["up", "down"])[sweep],
+        "vibrations": found.vibrations[varied, level, frequency],
+    }
 
 
 def words(found: RattleMap) -> Iterator[str]:

@@ -45,7 +45,7 @@ def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers:
         Processes of the map; None: one for each core.
     """
     model, unseen = found.model, _unseen(found, dataset)
-    said = "".join(html.paragraph(f"{words}.", "note") for words in unseen)
+    said = html.sentences(unseen, "note")
     if unseen and len(unseen) == len(model.rig.bushings):
         return said
     if not isinstance(model.law, ConstantLaw | ContactLaw):
@@ -53,9 +53,9 @@ def rattling(found: Identified, dataset: Dataset, writer: ReportWriter, workers:
     try:
         rattle = _map(model, dataset, workers)
     except ClearanceError as error:
-        return said + html.paragraph(f"No rattle map: {html.formula(str(error))}.", "note")
+        return said + html.sentences([f"No rattle map: {error}"], "note")
     writer.csv("rattle_map", rows(rattle))
-    sentences = "".join(html.paragraph(f"{html.formula(line[0].upper() + line[1:])}.") for line in words(rattle))
+    sentences = html.sentences(line[0].upper() + line[1:] for line in words(rattle))
     return said + sentences + writer.figure(draw(rattle)) + html.table(_table(rattle))
 
 

@@ -51,7 +51,7 @@ def write_twin(
     }  # fmt: skip
     write_text(folder / "twin.json", to_json(result))
     writer = ReportWriter(folder)
-    summary = "".join(html.paragraph(html.formula(f"{words}.")) for words in (*found.words(), *found.warnings))
+    summary = html.sentences([*found.words(), *found.warnings])
     sections = [
         html.Section("summary", "What the record shows", summary + writer.figure(draw(found))),
         html.Section("alarms", "Alarms", _alarms(found)),

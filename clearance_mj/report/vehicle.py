@@ -11,16 +11,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from ..core.drawing import key
 from ..core.files import to_json, write_text
 from ..vehicle.controllers import CONTROLLERS, get_controller
 from ..vehicle.experiment import Case, Outcome
 from ..vehicle.manoeuvres import get_manoeuvre
 from ..vehicle.run import SEGMENT, Run
 from . import html
-from .style import FONT, Drawing, canvas, tidy
+from .style import Drawing, canvas, tidy
 from .tables import Column, Table, write_csv
 
 __all__ = ["HISTORIES", "METRICS", "histories", "look", "write_report"]
@@ -101,10 +101,6 @@ def _manoeuvre(case: Case) -> str:
     return get_manoeuvre(case.manoeuvre).label
 
 
-def _legend(figure: Figure, handles: Sequence[Any]) -> None:
-    figure.legend(handles=handles, loc="outside upper center", ncols=5, fontsize=FONT - 0.5, frameon=False)
-
-
 def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] = SHOWN) -> Drawing:
     """Draw `HISTORIES` over time, controllers on one manoeuvre overlaid, and below them the contact state of each."""
     n, strip = len(quantities), 0.16 * len(outcomes) + 0.1
@@ -122,7 +118,7 @@ def histories(outcomes: Sequence[Outcome], name: str, quantities: Sequence[str] 
     sides_as_lines.set(visible=False, ylim=(-1.2, 1.2), ylabel="Contact (−1 right, 1 left)", xlabel="Time (s)")
     figure.align_ylabels(axes[:-1])
     sides = [Patch(color=colour, label=label) for label, colour in SIDES.items()]
-    _legend(figure, [*axes[0].get_legend_handles_labels()[0], *sides])
+    key(figure, [*axes[0].get_legend_handles_labels()[0], *sides])
     words = ", ".join(HISTORIES[q].label.lower() for q in quantities)
     caption = f"Over time: {words}; at the bottom the side of the clearance in contact. {_words(outcomes[0])}."
     return Drawing(name, figure, caption, f"Histories of {len(outcomes)} controllers: {words}.", chart=True)
@@ -148,7 +144,7 @@ def _paths(outcomes: Sequence[Outcome]) -> Drawing:
     for outcome in outcomes:
         ax.plot(*outcome.run.position.T, **look(outcome.case.controller))
     tidy(ax, "", "Y (m)", "X (m)")
-    _legend(figure, ax.get_legend_handles_labels()[0])
+    key(figure, ax.get_legend_handles_labels()[0])
     caption = f"Paths of the vehicle; Y is drawn larger than X. {_words(outcomes[0])}."
     ahead = all((np.diff(outcome.run.position[:, 0]) >= 0).all() for outcome in outcomes)
     return Drawing("paths", figure, caption, f"Paths of {len(outcomes)} controllers on the X-Y plane.", chart=ahead)
@@ -163,7 +159,7 @@ def _spectra(outcomes: Sequence[Outcome]) -> Drawing:
     tidy(servo, "(a)", "Servo rate ((°/s)²/Hz)")
     tidy(wheel, "(b)", "Wheel rate ((°/s)²/Hz)", "Frequency (Hz)")
     wheel.set_xlim(0, 30)
-    _legend(figure, servo.get_legend_handles_labels()[0])
+    key(figure, servo.get_legend_handles_labels()[0])
     caption = (
         "Spectra of the rates of servo and road wheel, between which the clearance and the road's moment are: Welch's "
         f"method, Hann windows of {SEGMENT} samples. {_words(outcomes[0])}."
