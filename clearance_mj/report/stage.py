@@ -239,7 +239,8 @@ class Stage:
             self.force = self.above.quiver(*start.T, *np.zeros_like(start.T), **look, zorder=7)
             self.moving.append(self.force)
         for j, (axis, _) in enumerate(self.axes):
-            for wall in filter(np.isfinite, scene.rig.bushings[j].walls) if axis == "RX" else ():
+            flanks = scene.rig.bushings[j].walls if axis == "RX" and not self.is_plane else ()
+            for wall in filter(np.isfinite, flanks):
                 self.above.plot(*self._spoke(j, wall), color=HALF, lw=1.2, zorder=5, transform=self.to_picture)
 
     def _order(self, x: float) -> float:
