@@ -73,7 +73,7 @@ class Softener:
         room = _reserved(model)
         key = _key(model, room.first, laws, bristles, turning)
         size = self._parts.template.size if self._softens else 0
-        if room[1:] != (size, *key) or room.first + room.size > model.nuserdata:
+        if room[1:] != (2 * size, *key) or room.first + room.size > model.nuserdata:
             raise ModelError(
                 "the model has no room in its userdata for what these laws, friction and drives remember; "
                 "make it with clearance_mj.physical.compile()"
@@ -268,7 +268,7 @@ def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> N
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     """Reserve room in a specification's user data for what laws and friction remember; say whether it has changed."""
     laws, bristles, turning = _laws(model), list(frictions(model)), list(drives(model))
-    size = _parts(model, laws, bristles).template.size if laws or bristles else 0
+    size = 2 * _parts(model, laws, bristles).template.size if laws or bristles else 0  # before a step and after
     before = _reserved(model)
     first = before.first if before.first + before.size == spec.nuserdata else max(spec.nuserdata, 0)  # others have come
     now = _Reserved(first, size, *_key(model, first, laws, bristles, turning))

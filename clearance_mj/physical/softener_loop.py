@@ -96,12 +96,17 @@ def soften(where: int, model: int, data: int) -> None:
     """Give every contact and limit the force of its law, and add grease and friction to the passive forces.
 
     To be called with the address of a HEAD when a step's positions, velocities and constraints are known and its
-    forces are not, as a control callback is.
+    forces are not, as a control callback is. What is remembered before the step is kept, so that the step may be asked
+    for again.
     """
     head = numba.carray(pointer(where), 1, HEAD)[0]
     here = field(data + head.d_userdata) + 8 * head.first
-    memory, n = doubles(here, head.size), head.n_elements
+    memory, before, n = doubles(here, head.size), doubles(here + 8 * head.size, head.size), head.n_elements
     time = doubles(data + head.d_time, 1)[0]
+    if memory[0] != 0.0 and time == memory[1]:  # the same step again, as mj_transitionFD and mj_forward ask for it
+        memory[:] = before
+    else:
+        before[:] = memory
     step = time - memory[1]
     begins = memory[0] == 0.0 or step < 0.0 or step > 1.5 * memory[0]
     if begins:

@@ -285,3 +285,24 @@ def test_hundreds_of_softeners_at_once():
         mujoco.mj_step(models[2], data, 6000)
     assert data.qpos[1] == pytest.approx(2 * 3 / 1e4, rel=1e-6)
     assert mujoco.get_mjcb_control() is None
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+def test_derivatives_of_a_step_with_friction():
+    """A stuck foot on bristles is a linear spring and damper across: MuJoCo's derivatives are those of that step."""
+    model = physical.compile(slipping(0.0))
+    data, h = mujoco.MjData(model), model.opt.timestep
+    data.qvel[1] = 1e-3
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 400)
+        twin = copy.copy(data)
+        a, b = np.zeros((4, 4)), np.zeros((4, model.nu))
+        mujoco.mjd_transitionFD(model, data, 1e-6, True, a, b, None, None)
+        np.testing.assert_array_equal(data.qpos, twin.qpos)
+        mujoco.mj_step(model, data, 50)
+        mujoco.mj_step(model, twin, 50)
+    np.testing.assert_array_equal(data.qpos, twin.qpos)
+    np.testing.assert_array_equal(data.userdata, twin.userdata)
+    # the bristles bend by h v before they press: v+ = v - h/m (k h + c) v; the place itself bends nothing
+    assert a[3, 1] == pytest.approx(0.0, abs=1e-4)
+    assert a[3, 3] == pytest.approx(1 - h / 2 * (1e4 * h + 50), rel=1e-6)
