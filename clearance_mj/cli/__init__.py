@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import contextlib
 import difflib
 import errno
 import io
+import pkgutil
 import shutil
 import sys
 import textwrap
@@ -19,13 +21,11 @@ from ..core.files import to_json
 from ..core.notes import RecordNote
 from ..core.output_folder import vectors
 from ..core.provenance import stale
-from ..rig.plausible import ImplausibleRig
 from ..version import __version__
-from .command import COMMANDS, Parser, inputs, say
-from .options import load_plugin
+from .command import COMMANDS, Command, Parser, inputs, say
 from .streams import prepare, silence
 
-__all__ = ["main"]
+__all__ = ["find", "main", "names"]
 
 MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.ENOENT,
             errno.ELOOP, errno.EINVAL, errno.EFBIG)  # fmt: skip
@@ -39,9 +39,25 @@ _GROUPS = {
     "shafts that turn": "campbell unbalance orbits orbit_gaps running_clearance",
     "compare and see": "study compare animate motion live",
     "vehicles": "vehicle",
-}  # of commands, by task; each module registers its own
-for _module in " ".join(_GROUPS.values()).split():
-    import_module(f".{_module}", __name__)
+}  # modules of commands, by task; one is imported when it is used
+
+
+def names() -> list[str]:
+    """Return the names of all commands, those that a plugin added too."""
+    return [*dict.fromkeys([*" ".join(_GROUPS.values()).replace("_", "-").split(), *COMMANDS])]
+
+
+def find(name: str) -> Command:
+    """Return a command by its name.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+    """
+    if name not in COMMANDS:
+        import_module(f".{name.replace('-', '_')}", __name__)
+    return COMMANDS[name]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,13 +79,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for words in stale(inputs(options)):
             say(words)
         with contextlib.redirect_stdout(io.StringIO() if options.json else sys.stdout), warnings.catch_warnings():
+            from ..rig.plausible import ImplausibleRig
+            from .options import load_plugin
+
             warnings.showwarning = _say
             warnings.simplefilter("error", ImplausibleRig)
             load_plugin(getattr(options, "plugin", None))
             with vectors(getattr(options, "figures", None)):
-                result = options.run(options)
-        if options.json:
-            print(to_json(result), end="")
+                found = options.entry.result(options)
+            data = found.data | ({"out": str(options.out)} if options.out else {})
+            said = to_json(data) if options.json else "".join(f"{words}\n" for words in found.words)
+        print(said, end="")
         if sys.stdout:
             sys.stdout.flush()
     except ClearanceError as error:
@@ -104,13 +124,14 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--version", action="version", version=f"clearance-mj {__version__}")
     words = "one of those below; clearance-mj COMMAND --help says more"
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", help=words)
-    for command in COMMANDS.values():
-        command.add(commands)
-    for task, modules in _GROUPS.items():
-        names = modules.replace("_", "-").split()
-        parser.add_argument_group(task, "\n".join(_listed(name, COMMANDS[name].help) for name in names))
-    if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        parser.error(f"{arguments[0]!r} is no command{_meant(arguments[0], COMMANDS)}")
+    name = next((word for word in arguments if not word.startswith("-")), None)
+    if name in names():
+        find(name).add(commands)
+    elif name:
+        parser.error(f"{name!r} is no command{_meant(name, names())}")
+    else:
+        for task, modules in _GROUPS.items():
+            parser.add_argument_group(task, "\n".join(_listed(each) for each in modules.split()))
     options, unknown = parser.parse_known_args(arguments)
     if unknown:
         known = [flag for flag in options.parser._option_string_actions if flag.startswith("--")]
@@ -118,9 +139,12 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
-def _listed(name: str, help: str) -> str:
-    """A command in the list of all, its words beside its name."""
-    return textwrap.fill(f"{name:18s}{help}", shutil.get_terminal_size().columns - 4, subsequent_indent=18 * " ")
+def _listed(module: str) -> str:
+    """A command in the list of all, its help beside its name, out of a source that need not be imported for it."""
+    source = ast.parse(pkgutil.get_data(__name__, f"{module}.py") or b"")
+    (run,) = (node for node in source.body if isinstance(node, ast.FunctionDef) and node.name == "run")
+    words = f"{module.replace('_', '-'):18s}{(ast.get_docstring(run) or '').rstrip('.')}"
+    return textwrap.fill(words, shutil.get_terminal_size().columns - 4, subsequent_indent=18 * " ")
 
 
 def _meant(word: str, known: Iterable[str]) -> str:

@@ -2,42 +2,42 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import pandas as pd
+
+from ..clearance.modelled import rig_in_gap
 from ..core.errors import ClearanceError
-from .command import command, results_of, settings, write_results
-from .options import add_plugin, add_rig, add_speeds, load_model, speeds
-
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    import numpy as np
-    import pandas as pd
-
-    from ..model import Model
-    from ..rig import Rig
-    from ..rotors import Campbell, UnbalanceResponse
+from ..model import Model
+from ..report.style import Drawing
+from ..report.tables import long_table, write_csv
+from ..rig import Rig
+from ..rotors import Campbell, UnbalanceResponse, campbell
+from ..rotors.diagram import whirl_names
+from .command import RESULTS, Option, Options, Result, command, option, settings
+from .options import RIG, load_model, plugin, speeds
 
 RPM = 30 / math.pi
+BEYOND = 1.5  # times the largest spin; the margins that API 617 requires reach to 1.26
 
 
-def add_over_speed(parser: argparse.ArgumentParser, points: int, beyond: float = 1.5) -> None:
-    """Add the options of a command that looks at a shaft up to ``beyond`` times its largest spin, see `over_speed`."""
-    parser.set_defaults(beyond=beyond)  # the margins that API 617 requires reach to 1.26
-    add_rig(parser)
+def over_speed(points: int, beyond: float = BEYOND) -> tuple[Option, ...]:
+    """Return the options of a command that looks at a shaft up to ``beyond`` times its largest spin, see `spins_of`."""
     fastest = f"0 to {beyond:g} times the rig's largest or, if it is faster, the operating speed"
-    add_speeds(parser, "--speeds", "spins that are looked at", fastest)
     words = "minimum operating speed and maximum continuous speed, from which separation margins (API 617) count"
-    add_speeds(parser, "--operating", words, "the rig's largest spin")
-    parser.add_argument("--points", type=int, default=points, help="spins that are computed (default: %(default)s)")
-    parser.add_argument("--modes", type=int, default=16, help="of each plane in the reduction (default: %(default)s)")
-    add_plugin(parser, "a contact or a grease")
+    return (
+        *RIG,
+        speeds("--speeds", "spins that are looked at", fastest),
+        speeds("--operating", words, "the rig's largest spin"),
+        option("--points", "spins that are computed", int, points),
+        option("--modes", "of each plane in the reduction", int, 16),
+        plugin("a contact or a grease"),
+    )
 
 
-def over_speed(options: argparse.Namespace) -> tuple[Model, Rig, np.ndarray, tuple[float, float] | None]:
-    """Return the model, its rig in the gap, spins and operating speeds (rad/s) of the options of `add_over_speed`."""
-    from ..clearance.modelled import rig_in_gap
-
+def spins_of(options: Options, beyond: float = BEYOND) -> tuple[Model, Rig, np.ndarray, tuple[float, float] | None]:
+    """Return the model, its rig in the gap, spins and operating speeds (rad/s) of the options of `over_speed`."""
     for name in {"n", "modes"} & vars(options).keys():
         if getattr(options, name) < 1:
             raise ClearanceError(f"--{name} {getattr(options, name)}: must be at least 1")
@@ -46,49 +46,40 @@ def over_speed(options: argparse.Namespace) -> tuple[Model, Rig, np.ndarray, tup
     operating = options.operating or ((largest, largest) if largest else None)
     if not (options.speeds or operating):
         raise ClearanceError(f"rig {model.rig.name!r} does not say how fast it turns; give --speeds FROM TO")
-    options.speeds = options.speeds or (0.0, options.beyond * max(largest, *(operating or ())))
-    return model, rig_in_gap(model.rig, model.law), speeds(options), operating
+    first, last = options.speeds or (0.0, beyond * max(largest, *(operating or ())))
+    if not 0 <= first < last:
+        raise ClearanceError(f"--speeds {first:g} {last:g} rad/s: must rise, from 0 on")
+    if options.points < 2:
+        raise ClearanceError(f"--points {options.points}: must be at least 2")
+    return model, rig_in_gap(model.rig, model.law), np.linspace(first, last, options.points), operating
 
 
-def write_over_speed(
-    options: argparse.Namespace, model: Model, found: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
-) -> dict[str, Any]:
-    """Write what a command found over the speed, and its critical speeds, which are printed, too."""
-    from ..report.style import Drawing
-    from ..report.tables import write_csv
-
-    name, critical, threshold = options.command, found.criticals, found.shaft.threshold(found.speed)
-    result = {"speed": found.speed[[0, -1]].tolist(), "operating": found.operating}
-    result |= {"threshold": threshold, "critical_speeds": critical.to_dict("records")}
+def of_speeds(
+    options: Options, model: Model, found: Campbell | UnbalanceResponse, caption: str, table: pd.DataFrame
+) -> Result:
+    """Return what a command found over the speed, its critical speeds too, which are written."""
+    critical, threshold = found.criticals, found.shaft.threshold(found.speed)
+    data = {"speed": found.speed[[0, -1]].tolist(), "operating": found.operating}
+    data |= {"threshold": threshold, "critical_speeds": critical.to_dict("records")}
     write_csv(options.new / "critical_speeds.csv", critical)
-    write_results(options, name, settings(model) | result, table, Drawing(name, found.plot(), caption, caption))
-    print(f"critical speeds up to {RPM * found.speed[-1]:.5g} rev/min:{'' if len(critical) else ' none'}")
+    words = [f"critical speeds up to {RPM * found.speed[-1]:.5g} rev/min:{'' if len(critical) else ' none'}"]
     if len(critical):
-        print(critical.drop(columns="spin_rad_s").to_string(index=False, float_format="{:.4g}".format))
+        words += [critical.drop(columns="spin_rad_s").to_string(index=False, float_format="{:.4g}".format)]
     above = "at none of these speeds" if threshold is None else f"above {RPM * threshold:.5g} rev/min"
-    print(f"the shaft whirls by itself {above}")
-    print(f"{name}: {options.out}")
-    return result | {"out": str(options.out)}
-
-
-def _options(parser: argparse.ArgumentParser) -> None:
-    add_over_speed(parser, 101)
-    parser.add_argument("--n", type=int, default=8, help="natural frequencies that are followed (default: %(default)s)")
+    words += [f"the shaft whirls by itself {above}"]
+    return Result(settings(model) | data, words, table, [Drawing(options.command, found.plot(), caption, caption)])
 
 
 @command(
-    "campbell", "draw natural frequencies of a turning shaft over its spin; critical speeds, margins, onset of whirl",
-    _options, **results_of("campbell", "critical_speeds.csv"),
+    "campbell", *over_speed(101), option("--n", "natural frequencies that are followed", int, 8),
+    out="results/campbell", writes=(*RESULTS, "critical_speeds.csv"),
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..report.tables import long_table
-    from ..rotors import campbell
-    from ..rotors.diagram import whirl_names
-
-    model, rig, spins, operating = over_speed(options)
+def run(options: Options) -> Result:
+    """Draw natural frequencies of a turning shaft over its spin; critical speeds, margins, onset of whirl."""
+    model, rig, spins, operating = spins_of(options)
     found = campbell(rig, spins, options.n, options.modes, operating)
     of_each = {"frequency_hz": found.frequency, "damping_ratio": found.damping_ratio, "sense": found.sense}
     of_each["whirl"] = whirl_names(found.sense)
     table = long_table("mode", range(1, len(found.frequency) + 1), "spin_rad_s", found.speed, **of_each)
     caption = f"Natural frequencies of rig “{rig.name}” over its spin, its bushings filled and not in contact."
-    return write_over_speed(options, model, found, caption, table)
+    return of_speeds(options, model, found, caption, table)

@@ -1,29 +1,34 @@
-"""What every command has in common: its registration, the options that all have, and how results are written."""
+"""What every command has in common: its declaration, the options that all have, and how results are written."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
+from ..core.cache import code
 from ..core.errors import ClearanceError
+from ..core.files import to_json, write_text
+from ..core.output_folder import output_folder
+from ..core.provenance import is_marked, made_from
+from ..version import __version__
 
-if TYPE_CHECKING:  # the command line starts without the library
+if TYPE_CHECKING:  # what is only listed needs no library
     from ..model import Model
     from ..report.style import Drawing
 
 __all__ = [
-    "COMMANDS", "Command", "Parser", "command", "inputs", "out_file", "out_folder", "provenance", "results_of", "say",
-    "settings", "spelled", "warn_of_depths", "write_results",
+    "COMMANDS", "RESULTS", "Command", "Group", "Option", "Options", "Parser", "Result", "command", "flag", "inputs",
+    "option", "out_file", "provenance", "say", "settings", "spelled", "warn_of_depths",
 ]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
+RESULTS = ("*.csv", "*.json", "*.png")  # files that most commands write
+Options: TypeAlias = argparse.Namespace
 
 
 class Parser(argparse.ArgumentParser):
@@ -35,82 +40,146 @@ class Parser(argparse.ArgumentParser):
 
 
 @dataclass(frozen=True)
+class Option:
+    """An option of a command or, without dashes, an argument."""
+
+    name: str  #: what users type
+    settings: dict[str, Any]  #: of `argparse.ArgumentParser.add_argument`
+
+    def add(self, parser: argparse._ActionsContainer) -> None:
+        """Let a parser know it."""
+        parser.add_argument(self.name, **self.settings)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Options that are listed under a title; without one they exclude each other."""
+
+    title: str | None  #: what they are of
+    options: tuple[Option | Group, ...]  #: in the order of the help
+
+    def add(self, parser: argparse._ActionsContainer) -> None:
+        """Let a parser know them."""
+        group = parser.add_argument_group(self.title) if self.title else parser.add_mutually_exclusive_group()
+        for each in self.options:
+            each.add(group)
+
+
+def option(name: str, help: str, type: Callable[[str], Any] | None = None, default: Any = None, **more: Any) -> Option:
+    """Return an option, whose help says its default; of one that may be repeated that is none."""
+    if more.get("action") == "append":
+        default, help = [], f"{help}; may be repeated"
+    elif default not in (None, ()) and "(default: " not in help:
+        help += " (default: %(default)s)"
+    return Option(name, {"help": help, "type": type, "default": default} | more)
+
+
+def flag(name: str, help: str) -> Option:
+    """Return an option without a value."""
+    return Option(name, {"help": help, "action": "store_true"})
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command found."""
+
+    data: dict[str, Any]  #: what ``--json`` prints, and the command's JSON file holds
+    words: Iterable[str] = ()  #: lines that are printed
+    rows: Any = None  #: table of the command's CSV file
+    drawings: Iterable[Drawing] = ()  #: figures, in order
+
+
+@dataclass(frozen=True)
 class Command:
     """A command of the command line."""
 
     name: str  #: what users type
-    help: str  #: one line
-    options: Callable[[argparse.ArgumentParser], None]  #: adds the command's own options
-    run: Callable[[argparse.Namespace], Any]
-    """takes the parsed options, prints what was done, returns what ``--json`` prints instead"""
+    run: Callable[[Options], Result]  #: takes the parsed options
+    options: tuple[Option | Group, ...]  #: its own
     out: Path | None  #: default of ``--out``
     out_help: str | None  #: help of ``--out``
-    is_folder: bool  #: whether ``--out`` is a folder, which figures are written into
+    base: str  #: name of its JSON and CSV files
+    holds_data: bool  #: whether its JSON file is what ``--json`` prints
+    writes: Sequence[str]  #: files that it writes into the folder ``--out``
+    suffixes: Sequence[str]  #: of the file ``--out``, of which only this program's are replaced
 
     def add(self, commands: argparse._SubParsersAction[Parser]) -> None:
         """Add its parser, with the options that all commands have."""
-        parser = commands.add_parser(self.name, description=self.help)
-        parser.set_defaults(run=self.run, parser=parser)
-        parser.add_argument("--json", action="store_true", help="print the result as JSON")
-        parser.add_argument("--quiet", action="store_true", help="show no progress bars")
-        parser.add_argument("--out", type=Path, default=self.out, help=self.out_help)
-        if self.is_folder:
-            parser.add_argument("--figures", choices=("svg", "pdf"), help="write figures so too, beside PNG")
-        self.options(parser)
+        parser = commands.add_parser(self.name, description=self.run.__doc__)
+        parser.set_defaults(entry=self, parser=parser)
+        common = [flag("--json", "print the result as JSON"), flag("--quiet", "show no progress bars")]
+        common += [option("--out", self.out_help or "", Path, self.out)]
+        if self.writes or (self.out and not self.out.suffix):
+            common += [option("--figures", "write figures so too, beside PNG", choices=("svg", "pdf"))]
+        for each in (*common, *self.options):
+            each.add(parser)
+
+    def result(self, options: Options) -> Result:
+        """Return what it finds with options; where it writes files, those are in the folder ``--out`` then.
+
+        They are written into ``options.new``, and once all are whole they take their places in the folder, see
+        `output_folder`. Others that are there are not replaced.
+        """
+        if options.out and self.suffixes:
+            out_file(options.out, self.suffixes, inputs(options))
+        if not (options.out and self.writes):
+            return self.run(options)
+        with output_folder(options.out, self.name, inputs(options)) as folder:
+            folder.refuse_others(*self.writes)
+            options.new = folder.new
+            return self._written(self.run(options), options)
+
+    def _written(self, found: Result, options: Options) -> Result:
+        """Write data, rows and drawings; nothing if the data are no JSON."""
+        from ..report.tables import write_csv
+
+        drawings = [*found.drawings]
+        figures = [str(options.out / f"{drawing.name}.png") for drawing in drawings]
+        data, words = found.data | ({"figures": figures} if figures else {}), [*found.words]
+        if self.holds_data:
+            data |= {"provenance": provenance(options)}
+            write_text(options.new / f"{self.base}.json", to_json(data))
+        if found.rows is not None:
+            write_csv(options.new / f"{self.base}.csv", found.rows)
+        for path, drawing in zip(figures, drawings):
+            drawing.write(options.new)
+            words.append(f"figure: {path}\n  {drawing.caption}")
+        page = next((name for name in self.writes if name.endswith(".html")), "")
+        words.append(f"{self.name}: {options.out / page}")
+        return Result(data, words)
 
 
-COMMANDS: dict[str, Command] = {}  # Every command by its name.
-Run = Callable[[argparse.Namespace], Any]
+COMMANDS: dict[str, Command] = {}  # Every command that was imported, by its name.
 
 
 def command(
     name: str,
-    help: str,
-    options: Callable[[argparse.ArgumentParser], None],
-    out: Path | None = None,
+    *options: Option | Group,
+    out: str | None = None,
     out_help: str | None = None,
+    base: str | None = None,
     writes: Sequence[str] = (),
-) -> Callable[[Run], Run]:
-    """Make a function a command; a decorator. ``options`` adds its own options to its parser, ``out`` is a default.
+    suffixes: Sequence[str] = (),
+) -> Callable[[Callable[[Options], Result]], Callable[[Options], Result]]:
+    """Make a function a command; a decorator. The function's docstring is the command's help, ``out`` a default.
 
-    Where ``writes`` names files, ``--out`` is a folder: the function writes them into ``options.new``, and once all
-    are whole they take their places in the folder, see `output_folder`. Others that are there are not replaced.
+    Where ``writes`` names files, ``--out`` is a folder, and of its `Result` ``BASE.json``, ``BASE.csv`` and drawings
+    are written into it; ``base`` is by default the folder's name, and ``*`` in a file's name.
     """
+    base = base or Path(out or name).name
+    files = [file.replace("*", base) for file in writes]
+    if files and out_help is None:
+        out_help = f"folder for {', '.join(files)}"
 
-    def register(run: Run) -> Run:
-        published = _publishing(name, writes, run) if writes else run
-        is_folder = bool(writes or (out and not out.suffix))
-        COMMANDS[name] = Command(name, help, options, published, out, out_help, is_folder)
+    def register(run: Callable[[Options], Result]) -> Callable[[Options], Result]:
+        folder, holds_data = Path(out) if out else None, "*.json" in writes
+        COMMANDS[name] = Command(name, run, options, folder, out_help, base, holds_data, files, suffixes)
         return run
 
     return register
 
 
-def results_of(name: str, *more: str) -> dict[str, Any]:
-    """Return where a command writes NAME.csv, .json, .png and ``more`` files, as arguments of `command`."""
-    files = (*(f"{name}.{end}" for end in ("csv", "json", "png")), *more)
-    words = f"folder for {', '.join(files)} (default: %(default)s)"
-    return {"out": Path("results") / name, "out_help": words, "writes": files}
-
-
-def _publishing(name: str, writes: Sequence[str], run: Run) -> Run:
-    def published(options: argparse.Namespace) -> Any:
-        from ..core.output_folder import output_folder
-
-        if options.out is None:
-            return run(options)
-        with output_folder(options.out, name, inputs(options)) as folder:
-            folder.refuse_others(*writes)
-            options.new = folder.new
-            with contextlib.redirect_stdout(io.StringIO()) as said:
-                found = run(options)
-        print(said.getvalue(), end="")  # where nobody can read, the files are there all the same
-        return found
-
-    return published
-
-
-def inputs(options: argparse.Namespace) -> list[Path]:
+def inputs(options: Options) -> list[Path]:
     """Files and folders that a command was given to read."""
     return [path for name, value in vars(options).items() if name not in OUTPUTS for path in _paths(value)]
 
@@ -122,37 +191,13 @@ def _paths(value: object) -> Iterator[Path]:
         yield from (path for path in value if isinstance(path, Path))
 
 
-def provenance(options: argparse.Namespace) -> dict[str, Any]:
+def provenance(options: Options) -> dict[str, Any]:
     """Return what a command's results come from: versions of the program and its libraries, digests of what it read."""
-    from ..core.provenance import made_from
-
     return made_from(inputs(options), options.command)
-
-
-def write_results(
-    options: argparse.Namespace, name: str, result: dict[str, Any], table: Any = None, *drawings: Drawing
-) -> dict[str, Any]:
-    """Write what a command found, with what it comes from: as JSON, rows as CSV, drawings; return what ``--json`` says.
-
-    Nothing is written if the results are no JSON.
-    """
-    from ..core.files import to_json, write_text
-    from ..report.tables import write_csv
-
-    result = result | {"provenance": provenance(options)}
-    write_text(options.new / f"{name}.json", to_json(result))
-    if table is not None:
-        write_csv(options.new / f"{name}.csv", table)
-    for drawing in drawings:
-        drawing.write(options.new)
-    return result | {"out": str(options.out)}
 
 
 def settings(model: Model) -> dict[str, Any]:
     """Return what results of a model carry: rig, law, the version, and the digest of the program's sources."""
-    from ..core.cache import code
-    from ..version import __version__
-
     return {"version": __version__, "code": code()} | model.to_dict()
 
 
@@ -179,13 +224,9 @@ def spelled(*words: object) -> str:
     return shlex.join(["clearance-mj", *map(str, words)])
 
 
-def out_folder(folder: Path | None) -> None:
-    """Refuse a file that was given by ``--out`` where results need a folder."""
-    if folder and folder.is_file():
-        raise ClearanceError(f"--out {folder} is a file; give a folder")
-
-
-def out_file(path: Path, suffixes: Sequence[str], read: Sequence[Path], ours: Callable[[Path], bool]) -> None:
+def out_file(
+    path: Path, suffixes: Sequence[str], read: Sequence[Path], ours: Callable[[Path], bool] = is_marked
+) -> None:
     """Refuse a file to write that has another suffix, is ``read`` too, or is there already and not ``ours``."""
     if path.suffix.lower() not in suffixes:
         raise ClearanceError(f"--out {path}: give a name that ends in {' or '.join(suffixes)}")

@@ -2,66 +2,66 @@
 
 from __future__ import annotations
 
-import argparse
+import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from ..core.checks import naming
 from ..core.errors import ClearanceError, RecordError
 from ..core.files import sha256, to_json, write_text
-from .command import command, out_file, say, spelled
-from .options import add_files, add_kind, hertz, level, reading
-
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..io.channels import Channel
-    from ..io.dataset import Record
-    from ..io.formats import Contents
-    from ..rig import Rig, Spin
-    from ..signals.frf import FRF
-    from ..signals.response import Response
+from ..core.notes import note
+from ..core.provenance import BESIDE, MARK, made_from
+from ..core.units import si_value
+from ..io import formats
+from ..io.channels import Channel, channel_faults, require_one_time
+from ..io.contents import FileContents, in_words, picked
+from ..io.dataset import Dataset, Record, write_dataset
+from ..io.formats import Contents
+from ..rig import BASE_NODE, Rig, Spin
+from ..signals.ema import Modes
+from ..signals.frf import FRF, estimate_frf
+from ..signals.quantities import with_quantity
+from ..signals.response import Response
+from ..signals.spectra import Spectra
+from ..structure.geometry import Geometry
+from ..version import __version__
+from .command import Options, Result, command, option, out_file, say, spelled
+from .options import FILES, WHAT, band, hertz, kind, level, read_file, reading
 
 OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
 
 
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    words = "IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and their dataset folder"
-    option("files", nargs="+", type=Path, metavar="FILE", help=words)
-    add_files(parser)
-    option("--what", help='of a file that holds several things: channels, frf, "frf 2", spectra, modes, geometry')
-    option("--quantity", metavar="QUANTITY", help='of FRFs that do not say theirs, such as "acceleration/force [g/N]"')
-    words = "rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements are"
-    option("--rig", type=Path, help=words)
-    option(
-        "--frf", type=hertz, metavar="HZ", help="write a record's FRFs (H1) with lines this far apart: of the rig's "
-        "sensors to its shaker, or without --rig of all accelerations to the column NAME=base or NAME=force",
-    )  # fmt: skip
-    words = "of the segments of --frf (default: hann; of hits none, on segments that begin with them)"
-    option("--window", choices=("hann", "boxcar"), help=words)
-    option("--reference", metavar="DOF", help="of FRFs to several references write those to one, such as 5:+Z")
-    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="band of the excitation, Hz")
-    option("--role", help="of the records of a dataset: identify, validate, sine or orbit (default: identify)")
-    add_kind(
-        parser, "spin", default="as the rig's shaker, or the other input if that alone was recorded; of orbits spin"
-    )
-    option(
-        "--spin", metavar="SPEED", help="of the shaft in records of a dataset, such as 20Hz or 3000rpm (without a unit "
-        "rad/s), or FROM:TO:SECONDS of a run-up, such as 20Hz:60Hz:20; < 0: from z to y (default: as the rig file)",
-    )  # fmt: skip
-    option("--pulses", type=int, metavar="N", help="of the keyphasor in a turn (default: 1, or as the rig file)")
-    words = "accelerometers that records of a dataset lack or cannot use, such as 3:+Z: the other records keep theirs"
-    option("--leave-out", nargs="+", default=(), metavar="DOF", help=words)
-    option(
-        "--level", type=level,
-        help="RMS of the excitation of records that validate, m/s² or N, or such as 0.1g (default: as measured)",
-    )  # fmt: skip
-
-
 @command(
-    "convert", "convert records, FRFs, spectra, modes: .uff .csv .mat .lvm .tdms .mf4 .nc .h5, a dataset", _options,
+    "convert",
+    option("files", "IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and their dataset "
+           "folder", Path, nargs="+", metavar="FILE"),
+    *FILES,
+    WHAT,
+    option("--quantity", 'of FRFs that do not say theirs, such as "acceleration/force [g/N]"', metavar="QUANTITY"),
+    option("--rig", "rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements "
+           "are", Path),
+    option("--frf", "write a record's FRFs (H1) with lines this far apart: of the rig's sensors to its shaker, or "
+           "without --rig of all accelerations to the column NAME=base or NAME=force", hertz, metavar="HZ"),
+    option("--window", "of the segments of --frf (default: hann; of hits none, on segments that begin with them)",
+           choices=("hann", "boxcar")),
+    option("--reference", "of FRFs to several references write those to one, such as 5:+Z", metavar="DOF"),
+    band("band of the excitation, Hz"),
+    option("--role", "of the records of a dataset: identify, validate, sine or orbit (default: identify)"),
+    kind("spin", default="as the rig's shaker, or the other input if that alone was recorded; of orbits spin"),
+    option("--spin", "of the shaft in records of a dataset, such as 20Hz or 3000rpm (without a unit rad/s), or "
+           "FROM:TO:SECONDS of a run-up, such as 20Hz:60Hz:20; < 0: from z to y (default: as the rig file)",
+           metavar="SPEED"),
+    option("--pulses", "of the keyphasor in a turn (default: 1, or as the rig file)", int, metavar="N"),
+    option("--leave-out", "accelerometers that records of a dataset lack or cannot use, such as 3:+Z: the other "
+           "records keep theirs", nargs="+", metavar="DOF"),
+    option("--level", "RMS of the excitation of records that validate, m/s² or N, or such as 0.1g (default: as "
+           "measured)", level),
     out_help="OUT, if it is not the last FILE",
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: Options) -> Result:
+    """Convert records, FRFs, spectra, modes: .uff .csv .mat .lvm .tdms .mf4 .nc .h5, a dataset."""
     inputs, out = options.files, options.out
     if out is None:
         *inputs, out = inputs
@@ -70,26 +70,18 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for path in inputs:
         if path.is_dir():
             raise ClearanceError(f"{path}: is a folder; convert reads files")
-    to = _into_dataset if out.is_dir() or not out.suffix else _to_file
-    result = to(inputs, out, options)
-    print(f"{result['out']}: {result['holds']}")
-    if to is _into_dataset:
-        following = "orbit-gaps" if options.role == "orbit" else "identify"
-        print(f"next: {spelled(following, out, '--out', f'{out}_found')}")
-    return result
+    if not out.is_dir() and out.suffix:
+        data = _to_file(inputs, out, options)
+        return Result(data, [f"{out}: {data['holds']}"])
+    data = _into_dataset(inputs, out, options)
+    following = spelled("orbit-gaps" if options.role == "orbit" else "identify", out, "--out", f"{out}_found")
+    return Result(data, [f"{out}: {data['holds']}", f"next: {following}"])
 
 
-def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict[str, Any]:
-    from ..core.notes import note
-    from ..core.provenance import BESIDE, is_marked, made_from
-    from ..io import formats
-    from ..io.channels import channel_faults
-    from ..io.contents import FileContents, picked
-    from ..rig import Rig
-
+def _to_file(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
     if len(inputs) > 1:
         raise ClearanceError(f"{out}: one file is written from one; several go into a dataset folder (no suffix)")
-    if given := [f"--{name.replace('_', '-')}" for name in OF_DATASET if getattr(options, name) not in (None, ())]:
+    if given := [f"--{name.replace('_', '-')}" for name in OF_DATASET if getattr(options, name) is not None]:
         raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
     too = " and for a dataset folder (no suffix)"
     for name, more in (("band", too), ("window", ""), ("kind", too)):
@@ -98,21 +90,17 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
     read = [*inputs, *([options.rig] if options.rig else [])]
     out_file(out, [*formats.format_of(out).suffixes], read, _is_readable)
     beside = out.with_name(f"{out.name}{BESIDE}")
-    out_file(beside, (".json",), read, is_marked)
+    out_file(beside, (".json",), read)
     (path,) = inputs
     rig = Rig.load(options.rig) if options.rig else None
-    obj: formats.Contents
-    records = reading(options)
+    obj: Contents
     if options.reference:
-        obj = formats.read_frf(path, records["columns"], options.reference, options.what or "frf", options.units)
-    elif records["channel_map"]:
-        obj = formats.read_channels(path, rig=rig, **records)
+        obj = formats.read_frf(path, options.column, options.reference, options.what or "frf", options.units)
     else:
-        what = options.what or ("channels" if options.frf is not None else None)
-        obj = formats.read(path, **{name: value for name, value in records.items() if name != "channel_map"})
-        if options.what or isinstance(obj, FileContents):
+        obj = read_file(path, options, rig)
+        if options.frf is not None and isinstance(obj, FileContents):
             with naming(path):
-                obj = picked(obj, what) if what else obj
+                obj = picked(obj, "channels")
     if options.quantity:
         obj = _with_quantity(path, obj, options.quantity)
     if isinstance(obj, list):
@@ -120,16 +108,12 @@ def _to_file(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict
     if options.frf is not None:
         obj = _frf(path, obj, rig, options)
     formats.write(out, obj, rig)
-    made = made_from(read, "convert")
-    write_text(beside, to_json(made | {"sha256": sha256(out)}))
+    write_text(beside, to_json(made_from(read, "convert") | {"sha256": sha256(out)}))
     return {"in": str(path), "out": str(out), "holds": _words(obj, out, rig)}
 
 
 def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
     """FRFs whose quantity the user says."""
-    from ..io.contents import picked
-    from ..signals.quantities import with_quantity
-
     quantity, _, unit = text.partition("[")
     with naming(path):
         return with_quantity(picked(obj, "frf"), quantity.strip(), unit.strip(" ]"))
@@ -137,8 +121,6 @@ def _with_quantity(path: Path, obj: Contents, text: str) -> FRF:
 
 def _is_readable(path: Path) -> bool:
     """Whether a file holds what this program writes, which can be read without options, and so may be replaced."""
-    from ..io import formats
-
     try:
         formats.read(path)
     except ClearanceError:
@@ -146,34 +128,22 @@ def _is_readable(path: Path) -> bool:
     return True
 
 
-def _frf(path: Path, obj: Contents, rig: Rig | None, options: argparse.Namespace) -> FRF:
-    from ..io.dataset import Record
-    from ..io.formats import driving_kind
-    from ..signals.frf import FRF, estimate_frf
-    from ..signals.response import Response
-
+def _frf(path: Path, obj: Contents, rig: Rig | None, options: Options) -> FRF:
     if isinstance(obj, FRF):
         raise RecordError(f"{path}: holds FRFs already; --frf is for time records")
     with naming(path):
         if isinstance(obj, list) and rig:
-            kind = options.kind or driving_kind(obj, rig)
+            kind = options.kind or formats.driving_kind(obj, rig)
             obj = Record("record", "identify", rig, obj[0].fs, obj, kind).response()
         elif isinstance(obj, list):
             obj = _driven(obj, options.kind)
         if not isinstance(obj, Response):
             raise RecordError("holds no time records, which --frf needs")
-        band = tuple(options.band) if options.band else None
-        return estimate_frf(obj, resolution=options.frf, band=band, window=options.window)
+        return estimate_frf(obj, resolution=options.frf, band=options.band, window=options.window)
 
 
 def _driven(channels: list[Channel], kind: str | None) -> Response:
     """Motions and what drives them, without a rig that says so."""
-    import numpy as np
-
-    from ..io.channels import require_one_time
-    from ..rig import BASE_NODE
-    from ..signals.response import Response
-
     placed = [c for c in channels if c.placed]
     kinds = {c: "force" for c in placed if c.quantity == "force"}
     kinds |= {c: "base" for c in placed if (c.quantity, c.node) == ("acceleration", BASE_NODE)}
@@ -193,14 +163,6 @@ def _driven(channels: list[Channel], kind: str | None) -> Response:
 
 def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     """What was written; what could not be is said on standard error."""
-    from ..io import formats
-    from ..io.contents import FileContents, in_words
-    from ..signals.ema import Modes
-    from ..signals.frf import FRF
-    from ..signals.response import Response
-    from ..signals.spectra import Spectra
-    from ..structure.geometry import Geometry
-
     if isinstance(obj, FRF):
         return "; ".join(
             f"{count} FRFs, {obj.quantity} to {reference}, {obj.frequency.size} lines"
@@ -211,20 +173,16 @@ def _words(obj: Contents, out: Path, rig: Rig | None) -> str:
     if isinstance(obj, Spectra | Geometry | Modes):
         return in_words(obj)
     if isinstance(obj, Response):
-        if Response not in formats.format_of(out).holds:
-            if obj.displacement is not None and not rig:
-                say(f"{out}: left out: displacements (--rig says at which nodes)", "warning")
+        if Response not in formats.format_of(out).holds and obj.displacement is not None and not rig:
+            say(f"{out}: left out: displacements (--rig says at which nodes)", "warning")
         obj = [*formats.to_channels(obj, rig), *formats.force_channels(obj, rig)]
     if isinstance(obj, list):
         return f"{len(obj)} channels, {obj[0].size} samples at {obj[0].fs:g} Hz"
     return type(obj).__name__
 
 
-def _into_dataset(inputs: list[Path], out: Path, options: argparse.Namespace) -> dict[str, Any]:
+def _into_dataset(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
     """Add records to a dataset, which is made if it is not there."""
-    from ..io.dataset import Dataset, write_dataset
-    from ..rig import Rig
-
     if options.frf is not None:
         raise ClearanceError(f"{out}: a dataset holds time records; --frf writes a file")
     if options.reference:
@@ -250,26 +208,16 @@ def _into_dataset(inputs: list[Path], out: Path, options: argparse.Namespace) ->
     }
 
 
-def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
-    import dataclasses
-
-    import numpy as np
-
-    from ..core.notes import note
-    from ..core.provenance import MARK
-    from ..io.channels import channel_faults
-    from ..io.formats import read_record
-    from ..version import __version__
-
-    band, spin = tuple(options.band) if options.band else None, _spin(options.spin) or rig.spin
+def _record(path: Path, rig: Rig, options: Options) -> Record:
+    spin = _spin(options.spin) or rig.spin
     if options.pulses is not None:
         if spin is None:
             raise ClearanceError("--pulses needs --spin, or a rig file that has a spin")
         spin = dataclasses.replace(spin, pulses=options.pulses)
     rms = options.level and options.level(options.kind or rig.shaker.kind)
-    record = read_record(
-        path, rig, options.role or "identify", **reading(options), level=rms, band=band, kind=options.kind,
-        left_out=tuple(options.leave_out), spin=None if spin == rig.spin else spin,
+    record = formats.read_record(
+        path, rig, options.role or "identify", **reading(options), level=rms, band=options.band, kind=options.kind,
+        left_out=tuple(options.leave_out or ()), spin=None if spin == rig.spin else spin,
     )  # fmt: skip
     faults: list[str] = []
     for channel in record.channels:
@@ -289,9 +237,6 @@ def _record(path: Path, rig: Rig, options: argparse.Namespace) -> Record:
 
 def _spin(text: str | None) -> Spin | None:
     """The spin that an option says."""
-    from ..core.units import si_value
-    from ..rig import Spin
-
     if text is None:
         return None
     try:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from tqdm import tqdm
+
+from ..clearance import ConstantLaw
 from ..core.errors import ClearanceError
 from ..core.files import write_text
-from .command import command
-
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..io.channels import Channel
-    from ..model import Model
+from ..engines import simulate
+from ..io.channels import NOWHERE, Channel
+from ..io.formats import write
+from ..model import Model
+from ..rig import Bushing, Contact, Grease, PointMass, Rig, Sensor
+from ..signals import excitation
+from ..structure import Beam
+from .command import Options, Result, command, option
 
 RECORDS = {
     "run_0.5": (0.5, 1), "run_2": (2.0, 2), "run_5": (5.0, 3),
@@ -37,22 +42,14 @@ level twice.
 """
 
 
-def _options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", type=Path, help="folder of the bench: a new one")
-    parser.add_argument(
-        "--format", choices=("csv", "lvm", "tdms", "mf4"), default="csv", help="of the records (default: %(default)s)"
-    )
-
-
 @command(
-    "demo", "write a bench as a logger leaves it, for a first hour without records of one's own", _options,
+    "demo",
+    option("folder", "folder of the bench: a new one", Path),
+    option("--format", "of the records", default="csv", choices=("csv", "lvm", "tdms", "mf4")),
     out_help="FOLDER, if it is not given as such",
-)  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from tqdm import tqdm
-
-    from ..io.formats import write
-
+)
+def run(options: Options) -> Result:
+    """Write a bench as a logger leaves it, for a first hour without records of one's own."""
     folder: Path = options.out or options.folder
     if folder.exists():
         raise ClearanceError(f"{folder}: is there; give a new folder")
@@ -67,18 +64,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         files.append(str(path))
     steps = [*_steps(shlex.quote(str(folder)), options.format)]
     write_text(folder / "README.txt", README.format(steps="\n".join(steps)))
-    print(f"{folder}: {len(files)} records of a synthetic bench, and README.txt with what its designer knows")
-    print(f"next: {steps[0]}")
-    return {"out": str(folder), "files": files, "next": steps}
+    words = f"{folder}: {len(files)} records of a synthetic bench, and README.txt with what its designer knows"
+    return Result({"out": str(folder), "files": files, "next": steps}, [words, f"next: {steps[0]}"])
 
 
 def bench() -> Model:
     """Return the bench as it really is: every number of its drawing is a little wrong, and the gap by 40 %."""
-    from ..clearance import ConstantLaw
-    from ..model import Model
-    from ..rig import Bushing, Contact, Grease, PointMass, Rig, Sensor
-    from ..structure import Beam
-
     rig = Rig(
         "demo bench",
         Beam(0.62, 204e9, 7870.0, 0.0086, damping_ratios=(0.004, 0.005, 0.006, 0.008)),
@@ -92,12 +83,6 @@ def bench() -> Model:
 
 def measured(model: Model, rms: float, seed: int) -> list[Channel]:
     """Return what the bench's logger records of noise, in g, under the logger's names."""
-    import numpy as np
-
-    from ..engines import simulate
-    from ..io.channels import NOWHERE, Channel
-    from ..signals import excitation
-
     shaken = excitation.random(DURATION, FS, BAND, rms, seed)
     response = simulate(model, shaken, engine="modal")
     rng = np.random.default_rng(seed)

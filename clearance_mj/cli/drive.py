@@ -2,42 +2,37 @@
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import ClearanceError
-from .command import command, provenance
-
-
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    option(
-        "runs", nargs="+", type=Path, metavar="RUN",
-        help="logs of both ends, or the motor's alone, with reversals: any format of records, Parquet, or joint states "
-        "of ROS 2 in MCAP",
-    )  # fmt: skip
-    option(
-        "--column", action="append", default=[], metavar="WHAT=COLUMN",
-        help="column of time, motor_angle, motor_torque, load_angle or load_torque, such as motor_torque=-tau with a "
-        'minus sign where it counts the other way round, or "motor_angle=pos [ticks/4096]"; units as in the header '
-        "(deg, turn, ticks/4096, mN m, oz in ...), without one s, rad, N m; may be repeated",
-    )  # fmt: skip
-    words = 'TOML file with a table [channels] of the logs\' columns, such as "motor [deg]" = "motor_angle"'
-    option("--map", type=Path, metavar="MAP", help=words)
-    words = "logs that no drive is found from: their load's end is predicted from the motor's"
-    option("--predict", nargs="+", type=Path, default=[], metavar="RUN", help=words)
+from ..core.errors import ClearanceError, RecordError
+from ..core.validation import read_plain
+from ..drives import DriveRecord, fit_drive, fit_motor_side
+from ..drives.record import QUANTITIES
+from ..io.columns import SKIP
+from ..io.tables.headers import split_header
+from ..report.drive import write_drive, write_motor_side
+from .command import Options, Result, command, option, provenance
 
 
 @command(
-    "drive", "find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's", _options,
-    out=Path("results/drive"), out_help="folder for index.html, its figures and drive.json (default: %(default)s)",
+    "drive",
+    option("runs", "logs of both ends, or the motor's alone, with reversals: any format of records, Parquet, or joint "
+           "states of ROS 2 in MCAP", Path, nargs="+", metavar="RUN"),
+    option("--column", "column of time, motor_angle, motor_torque, load_angle or load_torque, such as "
+           'motor_torque=-tau with a minus sign where it counts the other way round, or "motor_angle=pos '
+           '[ticks/4096]"; units as in the header (deg, turn, ticks/4096, mN m, oz in ...), without one s, rad, N m',
+           action="append", metavar="WHAT=COLUMN"),
+    option("--map", "TOML file with a table [channels] of the logs' columns, such as \"motor [deg]\" = \"motor_angle\"",
+           Path, metavar="MAP"),
+    option("--predict", "logs that no drive is found from: their load's end is predicted from the motor's", Path,
+           nargs="+", default=(), metavar="RUN"),
+    out="results/drive", out_help="folder for index.html, its figures and drive.json",
     writes=("index.html", "drive.json"),
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..drives import DriveRecord, fit_drive, fit_motor_side
-    from ..report.drive import write_drive, write_motor_side
-
+def run(options: Options) -> Result:
+    """Find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's."""
     columns = _columns(options)
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
@@ -48,24 +43,18 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     else:
         alone = fit_motor_side(runs, progress=not options.quiet)
         data = write_motor_side(alone, options.new, provenance(options))
-    for name, value in data["table"].items():
-        print(f"{name}: {value:.4g}")
-    for words in data["not_told"]:
-        print(words)
+    return Result({name: data[name] for name in ("table", "predicted", "not_told")}, _words(data))
+
+
+def _words(data: dict[str, Any]) -> Iterator[str]:
+    yield from (f"{name}: {value:.4g}" for name, value in data["table"].items())
+    yield from data["not_told"]
     for row in data["predicted"]:
-        print(f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off")
-    print(f"results: {options.out}")
-    return {name: data[name] for name in ("table", "predicted", "not_told")} | {"out": str(options.out)}
+        yield f"{row['run']}: angle {row['angle_rms_deg']:.3g} degrees, torque {row['torque_rms_Nm']:.3g} N m RMS off"
 
 
-def _columns(options: argparse.Namespace) -> dict[str, str]:
+def _columns(options: Options) -> dict[str, str]:
     """Columns by what they are; a map says it the other way round, as options of other commands do."""
-    from ..core.errors import RecordError
-    from ..core.validation import read_plain
-    from ..drives.record import QUANTITIES
-    from ..io.columns import SKIP
-    from ..io.tables.headers import split_header
-
     pairs = [*read_plain(options.map, RecordError).get("channels", {}).items()] if options.map else []
     for pair in options.column:
         left, equals, right = (part.strip() for part in pair.partition("="))

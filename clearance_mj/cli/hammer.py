@@ -2,95 +2,84 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from ..core.checks import naming
+import numpy as np
+
+from ..core.checks import check_dof, naming
 from ..core.errors import ClearanceError, RecordError
-from .command import command, say, spelled, write_results
-from .options import add_files, hertz, reading, seconds
+from ..io.channels import Channel, require_one_time
+from ..io.formats import read_channels, write
+from ..report.style import Drawing
+from ..rig import Rig
+from ..signals.ema import NO_MODES, extract_modes
+from ..signals.hammer import hammer_frf
+from ..signals.response import Response
+from .command import Options, Result, command, option, say, spelled
+from .options import FILES, band, reading, seconds
 
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..io.channels import Channel
-    from ..rig import Rig
-    from ..signals.response import Response
-
-WRITTEN = ("frf.uff", "hammer.json", "hits.png", "frf.png")
 MAX_DRAWN = 24  # functions in a figure
 SETTINGS = ("estimator", "block", "force_window", "exponential", "trigger", "pre_trigger")
-
-
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    option("records", nargs="+", type=Path, metavar="FILE", help="records with one hit or several each")
-    option("--hammer", metavar="CHANNEL", help="the hammer's channel (default: the rig's, or the only force)")
-    where = "such as 3:+Z: one for all files, or one for each (it roves)"
-    option("--at", nargs="+", default=[], metavar="DOF", help=f"where and along what the hammer pushes, {where}")
-    option("--sensor-at", nargs="+", default=[], metavar="DOF", help=f"where the only accelerometer is, {where}")
-    option("--rig", type=Path, help="rig file (TOML) that says which channels are the hammer and the sensors")
-    option("--estimator", choices=("H1", "H2", "Hv"), default="H1", help="of the averages (default: %(default)s)")
-    option("--block", type=seconds, metavar="S", help="s of each hit, 1 / resolution (default: as the hits are apart)")
-    option("--band", type=hertz, nargs=2, metavar=("LO", "HI"), help="Hz (default: until the force falls by 20 dB)")
-    option("--trigger", type=float, default=0.1, help="of the largest hit: what is a hit (default: %(default)s)")
-    option("--pre-trigger", type=seconds, default=0.0, metavar="S", help="of a block, s (default: two touches)")
-    option("--force-window", type=seconds, default=0.0, metavar="S", help="s of force kept after a touch (default: 0)")
-    words = "what the exponential window falls to in a block, 1: none (default: 1, or as slow decays need)"
-    option("--exponential", type=float, metavar="END", help=words)
-    option("--modes", type=int, default=10, help="most modes to find, 0: none (default: %(default)s)")
-    add_files(parser)
+WHERE = "such as 3:+Z: one for all files, or one for each (it roves)"
 
 
 @command(
-    "hammer", "hammer test: FRFs, coherence and modes of records with hits", _options, out=Path("hammer"),
-    out_help=f"folder for {', '.join(WRITTEN)} (default: %(default)s)", writes=WRITTEN,
+    "hammer",
+    option("records", "records with one hit or several each", Path, nargs="+", metavar="FILE"),
+    option("--hammer", "the hammer's channel (default: the rig's, or the only force)", metavar="CHANNEL"),
+    option("--at", f"where and along what the hammer pushes, {WHERE}", nargs="+", metavar="DOF"),
+    option("--sensor-at", f"where the only accelerometer is, {WHERE}", nargs="+", metavar="DOF"),
+    option("--rig", "rig file (TOML) that says which channels are the hammer and the sensors", Path),
+    option("--estimator", "of the averages", default="H1", choices=("H1", "H2", "Hv")),
+    option("--block", "s of each hit, 1 / resolution (default: as the hits are apart)", seconds, metavar="S"),
+    band("Hz (default: until the force falls by 20 dB)"),
+    option("--trigger", "of the largest hit: what is a hit", float, 0.1),
+    option("--pre-trigger", "of a block, s (default: two touches)", seconds, 0.0, metavar="S"),
+    option("--force-window", "s of force kept after a touch (default: 0)", seconds, 0.0, metavar="S"),
+    option("--exponential", "what the exponential window falls to in a block, 1: none (default: 1, or as slow decays "
+           "need)", float, metavar="END"),
+    option("--modes", "most modes to find, 0: none", int, 10),
+    *FILES,
+    out="hammer", writes=("frf.uff", "*.json", "hits.png", "frf.png"),
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..io.formats import write
-    from ..report.style import Drawing
-    from ..rig import Rig
-    from ..signals.ema import NO_MODES, extract_modes
-    from ..signals.hammer import hammer_frf
-
+def run(options: Options) -> Result:
+    """Find FRFs, coherence and modes of a hammer test's records with hits."""
     rig, count = Rig.load(options.rig) if options.rig else None, len(options.records)
-    if wrong := [given for given in (options.at, options.sensor_at) if len(given) not in (0, 1, count)]:
+    both = [options.at or [], options.sensor_at or []]
+    if wrong := [given for given in both if len(given) not in (0, 1, count)]:
         raise ClearanceError(f"{' '.join(wrong[0])}: give one place, or one for each of the {count} files")
-    both = (options.at, options.sensor_at)
     ats, places = (given * (count if len(given) == 1 else 1) or [None] * count for given in both)
     records = [_record(path, at, place, rig, options) for path, at, place in zip(options.records, ats, places)]
     with naming(", ".join(map(str, options.records)), ClearanceError):
         settings = {name: getattr(options, name) for name in SETTINGS}
-        test = hammer_frf(records, band=tuple(options.band) if options.band else None, **settings)
+        test = hammer_frf(records, band=options.band, **settings)
         modes = extract_modes(test.frf, options.modes) if options.modes else NO_MODES
-    for words in test.notes:
-        say(words)
+    for note in test.notes:
+        say(note)
     frf, averaged, out = test.frf, len(test.blocks), options.out / "frf.uff"
     write(options.new / out.name, frf)
-    figures = {"hits": test.plot(), "frf": frf.plot(range(min(MAX_DRAWN, len(frf.labels))))}
     hits = [asdict(hit) | {"record": str(options.records[hit.record])} for hit in test.hits]
     low, high = frf.frequency[[0, -1]].tolist()
-    found = {"frequency": modes.frequency.tolist(), "damping": modes.damping.tolist()}
-    result = {"hits": hits, "averaged": averaged, "band": [low, high], "lines": frf.frequency.size, **found}
-    result |= {"window_rate": frf.window_rate, "notes": list(test.notes)}
-    drawings = (Drawing(name, figure, name, name) for name, figure in figures.items())
-    print(f"{averaged} of {len(hits)} hits averaged, {frf.frequency.size} lines from {low:.4g} to {high:.4g} Hz")
-    print("mode  frequency (Hz)  damping (%)" if options.modes else "", end="\n" if options.modes else "")
+    data = {
+        "hits": hits, "averaged": averaged, "band": [low, high], "lines": frf.frequency.size,
+        "frequency": modes.frequency.tolist(), "damping": modes.damping.tolist(),
+        "window_rate": frf.window_rate, "notes": list(test.notes),
+    }  # fmt: skip
+    words = [f"{averaged} of {len(hits)} hits averaged, {frf.frequency.size} lines from {low:.4g} to {high:.4g} Hz"]
+    words += ["mode  frequency (Hz)  damping (%)"] if options.modes else []
     for i, (frequency, damping) in enumerate(zip(modes.frequency, modes.damping), 1):
-        print(f"{i:4d}  {frequency:14.3f}  {100 * damping:11.3f}")
-    print(f"{out}; next: {spelled('modes', out)}")
-    return write_results(options, "hammer", result, None, *drawings)
+        words += [f"{i:4d}  {frequency:14.3f}  {100 * damping:11.3f}"]
+    words += [f"{out}; next: {spelled('modes', out)}"]
+    figures = {
+        "hits": (test.plot(), "Forces with their hits, blocks, and the spectrum of the force."),
+        "frf": (frf.plot(range(min(MAX_DRAWN, len(frf.labels)))), "FRFs and their coherence."),
+    }
+    return Result(data, words, drawings=[Drawing(name, *drawn, drawn[1]) for name, drawn in figures.items()])
 
 
-def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, options: argparse.Namespace) -> Response:
+def _record(path: Path, at: str | None, place: str | None, rig: Rig | None, options: Options) -> Response:
     """The force and the accelerations of a file."""
-    import numpy as np
-
-    from ..core.checks import check_dof
-    from ..io.channels import require_one_time
-    from ..io.formats import read_channels
-    from ..signals.response import Response
-
     channels = read_channels(path, rig=rig, **reading(options))
     with naming(path):
         hammer = _hammer(channels, rig, options.hammer)

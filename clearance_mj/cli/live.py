@@ -2,44 +2,38 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import sys
 import threading
 import webbrowser
 from pathlib import Path
-from typing import Any
 
 from ..core.errors import ClearanceError
 from ..core.files import replacing
-from .command import command, inputs, out_file
-from .options import add_plugin, add_rig, load_model
-
-
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    add_rig(parser)
-    words = "records to lay over the figures and to drive the rig with (default: those in the rig's folder)"
-    option("--dataset", type=Path, metavar="FOLDER", help=words)
-    option("--port", type=int, default=0, help="on which the page is, on this machine alone (default: any free one)")
-    option("--no-browser", action="store_true", help="open no browser; the page's address is printed")
-    add_plugin(parser, "an engine, a contact or a grease")
+from ..io.dataset import Dataset
+from .command import Options, Result, command, flag, inputs, option, out_file
+from .options import RIG, load_model, plugin
 
 
 @command(
-    "live", "open a local page on which gaps, laws and the excitation are sliders and the figures follow", _options,
+    "live",
+    *RIG,
+    option("--dataset", "records to lay over the figures and to drive the rig with (default: those in the rig's "
+           "folder)", Path, metavar="FOLDER"),
+    option("--port", "on which the page is, on this machine alone (default: any free one)", int, 0),
+    flag("--no-browser", "open no browser; the page's address is printed"),
+    plugin("an engine, a contact or a grease"),
     out_help="file for the page's address, which only you can read (default: none); it ends with the page",
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: Options) -> Result:
+    """Open a local page on which gaps, laws and the excitation are sliders and the figures follow."""
     try:
         from ..live.server import Page, serve
     except ModuleNotFoundError as error:
         if error.name != "tornado":
             raise
         raise ClearanceError('live needs Tornado: pip install "clearance-mj[live]"') from None
-    from ..io.dataset import Dataset
-
     if options.out:
         out_file(options.out, (options.out.suffix.lower(),), inputs(options), _holds_address)
     model = load_model(options)
@@ -64,12 +58,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     try:
         serve(page, ready)
     except KeyboardInterrupt:
-        print("closed")
+        pass
     finally:
         signal.signal(signal.SIGTERM, before)
         for file in written:
             file.unlink(missing_ok=True)
-    return {"port": page.port}
+    return Result({"port": page.port}, ["closed"])
 
 
 def _holds_address(path: Path) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
 import re
@@ -27,10 +26,10 @@ from ..rig.plausible import check_units
 from ..structure import Structure
 from ..structure.base import parse_dof
 from ..version import __version__
-from .command import command, spelled
+from .command import Group, Options, Result, command, option, spelled
 from .new_gears import EXAMPLES as OF_GEARS
-from .new_gears import add_gears, gear_fields, needs_gears
-from .new_shaft import STRUCTURES, add_shaft, needs_shaft
+from .new_gears import GEARS, gear_fields, needs_gears
+from .new_shaft import SHAFT, STRUCTURES, needs_shaft
 from .options import in_si, length, spin
 from .rig_text import rig_lines
 
@@ -62,74 +61,81 @@ EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["mo
 """Examples of the files of each kind of structure."""
 
 
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    option("name", nargs="?", help="name of the rig")
-    option("--kind", choices=WORDS, help="of structure (default: beam; asked for at a terminal if there is no name)")
-    words = "files of M, K and perhaps C, and a .csv of degrees of freedom; of modes: a .uff or .csv; of mjcf: a .xml"
-    option("--file", type=Path, nargs="+", help=f"of kind matrices: a .npz or .mat, or {words}")
-    option("--units", help="of kind matrices: such as m-kg-s or mm-t-s")
-    option("--schema", type=Path, help="also write a JSON Schema here, for editors")
-    option("--schema-of", choices=("rig", "dataset", "law"), default="rig", help="of which files (%(default)s)")
-    add_shaft(parser.add_argument_group("shaft (of kinds beam, shaft and shafts)"))
-    add_gears(parser.add_argument_group("gears (of kind gears, with --contact of the mesh and --spin)"))
-    option = parser.add_argument_group("bushings, all alike").add_argument
-    words = 'm along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" (example: two)'
-    option("--bushings", type=_point, nargs="+", metavar="POINT", help=words)
-    option("--gap", type=length, help="radial clearance, m or such as 0.3mm or 5mil (example: 3e-4)")
-    option("--bushing-length", type=length, help="m (example: 0.012)")
-    for name, values in (("--contact", "1e4 4"), ("--grease", "4e3 3")):
-        option(name, type=float, nargs=2, metavar=("STIFFNESS", "DAMPING"), help=f"N/m, N s/m (example: {values})")
-    option("--bushing-material", choices=LAYER_MATERIALS, help="lining, from which contact stiffness is proposed")
-    option("--bushing-thickness", type=length, help="m, of that lining")
-    option = parser.add_argument_group("in space: round bushings, motion along y and z").add_argument
-    option("--shape", choices=("slot", "round"), help='of the bushings; "round" goes without saying with what follows')
-    option("--gravity", type=in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z"), help="m/s² or g")
-    option("--spin", type=spin, metavar="SPEED", help="of a shaft that turns: rad/s, or such as 1500rpm")
-    words = "at a point of a shaft that turns, kg m or such as 20g-mm; may be repeated"
-    option("--unbalance", nargs=2, action="append", default=[], metavar=("POINT", "MOMENT"), help=words)
-    option("--friction", type=float, metavar="MU", help="coefficient of friction in the bushings")
-    option("--oil", type=in_si("Pa s"), metavar="VISCOSITY", help="Pa s: oil in the bushings, not grease")
-    option = parser.add_argument_group("test").add_argument
-    words = (
-        "with nodes 1, 2, ... or those of degrees of freedom (example: a quarter of the length, every bushing, the tip)"
-    )
-    option("--sensors", type=_point, nargs="+", metavar="POINT", help=words)
-    quantities = [name for name in QUANTITIES if name != "force"]
-    option("--reads", choices=quantities, default="acceleration", help="what the sensors read (default: %(default)s)")
-    option("--force-at", type=_point, metavar="POINT", help="driven by a force, not by its base")
+def _point(text: str) -> float | str:
+    """Place on the shaft in m, which may have a unit, or the name of another point, such as "12:+Z"."""
+    try:
+        return si_value(text, "displacement")
+    except ClearanceError:
+        return text
 
 
 @command(
-    "new", "write a commented rig file to go on from; what is not given is an example", _options,
+    "new",
+    option("name", "name of the rig", nargs="?"),
+    option("--kind", "of structure (default: beam; asked for at a terminal if there is no name)", choices=WORDS),
+    option("--file", "of kind matrices: a .npz or .mat, or files of M, K and perhaps C, and a .csv of degrees of "
+           "freedom; of modes: a .uff or .csv; of mjcf: a .xml", Path, nargs="+"),
+    option("--units", "of kind matrices: such as m-kg-s or mm-t-s"),
+    option("--schema", "also write a JSON Schema here, for editors", Path),
+    option("--schema-of", "of which files", default="rig", choices=("rig", "dataset", "law")),
+    Group("shaft (of kinds beam, shaft and shafts)", SHAFT),
+    Group("gears (of kind gears, with --contact of the mesh and --spin)", GEARS),
+    Group("bushings, all alike", (
+        option("--bushings", 'm along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" '
+               "(example: two)", _point, nargs="+", metavar="POINT"),
+        option("--gap", "radial clearance, m or such as 0.3mm or 5mil (example: 3e-4)", length),
+        option("--bushing-length", "m (example: 0.012)", length),
+        *(option(name, f"N/m, N s/m (example: {values})", float, nargs=2, metavar=("STIFFNESS", "DAMPING"))
+          for name, values in (("--contact", "1e4 4"), ("--grease", "4e3 3"))),
+        option("--bushing-material", "lining, from which contact stiffness is proposed", choices=LAYER_MATERIALS),
+        option("--bushing-thickness", "m, of that lining", length),
+    )),
+    Group("in space: round bushings, motion along y and z", (
+        option("--shape", 'of the bushings; "round" goes without saying with what follows', choices=("slot", "round")),
+        option("--gravity", "m/s² or g", in_si("acceleration"), nargs=3, metavar=("X", "Y", "Z")),
+        option("--spin", "of a shaft that turns: rad/s, or such as 1500rpm", spin, metavar="SPEED"),
+        option("--unbalance", "at a point of a shaft that turns, kg m or such as 20g-mm", nargs=2, action="append",
+               metavar=("POINT", "MOMENT")),
+        option("--friction", "coefficient of friction in the bushings", float, metavar="MU"),
+        option("--oil", "Pa s: oil in the bushings, not grease", in_si("Pa s"), metavar="VISCOSITY"),
+    )),
+    Group("test", (
+        option("--sensors", "with nodes 1, 2, ... or those of degrees of freedom (example: a quarter of the length, "
+               "every bushing, the tip)", _point, nargs="+", metavar="POINT"),
+        option("--reads", "what the sensors read", default="acceleration",
+               choices=[name for name in QUANTITIES if name != "force"]),
+        option("--force-at", "driven by a force, not by its base", _point, metavar="POINT"),
+    )),
     out_help="rig file (default: NAME.toml)",
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
+def run(options: Options) -> Result:
+    """Write a commented rig file to go on from; what is not given is an example."""
     files = _files(options)
     for path in files:
         if path.exists():
             raise ClearanceError(f"{path} is there already and stays as it is; give another file")
     for path, text in files.items():
         write_text(path, text)
-        print(f"written: {path}")
+    words = [*options.notes, *(f"written: {path}" for path in files)]
     if options.examples:
-        print(f"nobody gave these numbers; they are examples until you put in yours: {', '.join(options.examples)}")
+        words += [f"nobody gave these numbers; they are examples until you put in yours: {', '.join(options.examples)}"]
     if options.mass:
-        print("masses are points without inertia; --disc gives a body of a size")
+        words += ["masses are points without inertia; --disc gives a body of a size"]
     if rigs := [path for path in files if path.suffix == ".toml"]:
         if options.spin and options.kind != "gears":
-            print(f"next: {spelled('campbell', rigs[0])}: its critical speeds")
+            following = f"{spelled('campbell', rigs[0])}: its critical speeds"
         elif options.shape == "round" or options.kind == "gears":
-            print(f"next: {spelled('simulate', rigs[0])}: how it vibrates")
+            following = f"{spelled('simulate', rigs[0])}: how it vibrates"
         else:
-            print(f"next: {spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor")
-    return {"files": [str(path) for path in files], "examples": options.examples}
+            following = f"{spelled('map', 'FILE...', '--rig', rigs[0])}: which channel of your records is which sensor"
+        words += [f"next: {following}"]
+    return Result({"files": [str(path) for path in files], "examples": options.examples}, words)
 
 
-def _files(options: argparse.Namespace) -> dict[Path, str]:
+def _files(options: Options) -> dict[Path, str]:
     """Texts to write, by file."""
     schemas = {"rig": rig_schema, "dataset": dataset_schema, "law": law_schema}
-    options.examples = []
+    options.examples, options.notes = [], []
     files = {options.schema: to_json(schemas[options.schema_of]())} if options.schema else {}
     if not (options.name or options.out or options.schema) and sys.stdin.isatty():
         _asked(options)
@@ -146,19 +152,16 @@ def _files(options: argparse.Namespace) -> dict[Path, str]:
     if options.schema and options.schema_of == "rig":
         head.insert(0, f"#:schema ./{Path(os.path.relpath(options.schema, out.parent)).as_posix()}")
     text = "\n".join([*head, *rig_lines(rig)]) + "\n"
-    _check(text, out)
+    data = tomllib.loads(text)
+    if "structure" in data and (missing := _missing(data["structure"], out)):
+        options.notes = [f"note: {missing[0]} is not there yet; the rig can be loaded once it is"]
+    else:
+        loaded = Rig.from_dict(data, out.parent)
+        check_units(loaded.linear, loaded.bushings)
     return {out: text} | files
 
 
-def _point(text: str) -> float | str:
-    """Place on the shaft in m, which may have a unit, or the name of another point, such as "12:+Z"."""
-    try:
-        return si_value(text, "displacement")
-    except ClearanceError:
-        return text
-
-
-def _asked(options: argparse.Namespace) -> None:
+def _asked(options: Options) -> None:
     """Ask at a terminal for what is not given."""
     options.name = input("Name of the rig: ").strip() or None
     if options.kind is None:
@@ -172,7 +175,7 @@ def _asked(options: argparse.Namespace) -> None:
         options.units = input("Units of the matrices, such as m-kg-s or mm-t-s: ").strip() or None
 
 
-def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
+def _fields(options: Options, out: Path) -> dict[str, Any]:
     """Fields of the rig of the options, the structure an object or plain data."""
     kind = options.kind
     if kind != "beam" and kind not in Structure.known:
@@ -215,7 +218,7 @@ def _fields(options: argparse.Namespace, out: Path) -> dict[str, Any]:
     } | in_space
 
 
-def _instruments(options: argparse.Namespace, points: Sequence[float | str]) -> dict[str, Any]:
+def _instruments(options: Options, points: Sequence[float | str]) -> dict[str, Any]:
     """Sensors at points, and masses."""
     return {
         "sensors": tuple(Sensor(_node(x, i), x, quantity=options.reads) for i, x in enumerate(points, 1)),
@@ -223,7 +226,7 @@ def _instruments(options: argparse.Namespace, points: Sequence[float | str]) -> 
     }
 
 
-def _with_examples(options: argparse.Namespace) -> list[str]:
+def _with_examples(options: Options) -> list[str]:
     """Fill in examples for what is not given; return the ends of the paths of these numbers."""
     only = {"gears": needs_gears(options), "shaft": needs_shaft(options)}
     likely = [kind for kind, names in only.items() if names] or ["shaft" if options.spin is not None else "beam"]
@@ -245,7 +248,7 @@ def _with_examples(options: argparse.Namespace) -> list[str]:
     return [path for path in found if not (options.bushing_material and path == "contact.stiffness")]
 
 
-def _marked(options: argparse.Namespace, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
+def _marked(options: Options, ends: Sequence[str], rig: dict[str, Any]) -> dict[str, Any]:
     """Add to a rig the paths of the numbers that are examples, and tolerances of those, and of a proposed contact."""
     data = tomllib.loads("\n".join(rig_lines(rig)))
     paths = dict.fromkeys(re.sub(r"\[\d+\]", "", path_of(key)) for key in numbers(data) if get_number(data, key))
@@ -258,7 +261,7 @@ def _marked(options: argparse.Namespace, ends: Sequence[str], rig: dict[str, Any
 
 
 def _contact_and_film(
-    options: argparse.Namespace, structure: Structure | None, point: float | str
+    options: Options, structure: Structure | None, point: float | str
 ) -> tuple[Contact, OilFilm | None]:
     """Contact and oil of a bushing: as given, examples, or from its material and the shaft of a structure in it."""
     which, x = structure.place(point) if structure else (0, 0.0)
@@ -274,7 +277,7 @@ def _contact_and_film(
     return Contact(rounded[0], options.contact[1], rounded[1]), film
 
 
-def _in_space(options: argparse.Namespace) -> dict[str, Any]:
+def _in_space(options: Options) -> dict[str, Any]:
     """Fields of a rig in space, if any of its options is given."""
     given = (options.gravity, options.spin, options.friction, options.oil, options.unbalance or None)
     if options.shape is None and any(value is not None for value in given):
@@ -300,7 +303,7 @@ def _position(point: float | str) -> float:
         raise ClearanceError(f'"{point}" is no place on the shaft; give m, or SHAFT@M') from None
 
 
-def _of_files(kind: str, options: argparse.Namespace, out: Path) -> dict[str, Any]:
+def _of_files(kind: str, options: Options, out: Path) -> dict[str, Any]:
     """Plain data of a structure that is read from files, named from the rig file."""
     files = options.file or [Path(name) for name in EXAMPLE_FILES[kind]]
     names = [Path(os.path.relpath(path, out.parent)).as_posix() for path in files]
@@ -336,13 +339,3 @@ def _missing(structure: dict[str, Any], out: Path) -> list[Path]:
     files = Structure.known[structure["kind"]].files
     paths = [out.parent / structure[name] for name in files if isinstance(structure.get(name), str)]
     return [path for path in paths if not path.exists()]
-
-
-def _check(text: str, out: Path) -> None:
-    """Refuse a rig file that cannot be loaded, unless files are still to come."""
-    data = tomllib.loads(text)
-    if "structure" in data and (missing := _missing(data["structure"], out)):
-        print(f"note: {missing[0]} is not there yet; the rig can be loaded once it is")
-        return
-    rig = Rig.from_dict(data, out.parent)
-    check_units(rig.linear, rig.bushings)

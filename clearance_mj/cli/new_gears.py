@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from typing import Any
 
@@ -10,9 +9,10 @@ from ..core.errors import ClearanceError
 from ..rig import Load, Order, Shaker, Spin
 from ..rig.clearance import Bushing, Contact, Grease
 from ..structure import Gears, Inertia
+from .command import Options, option
 from .options import in_si, length
 
-__all__ = ["EXAMPLES", "add_gears", "gear_fields", "needs_gears"]
+__all__ = ["EXAMPLES", "GEARS", "gear_fields", "needs_gears"]
 
 EXAMPLES: dict[str, tuple[Any, str]] = {
     "inertias": ((6e-3, 1.5e-3), "inertias.polar_inertia"), "base_radii": ((0.0411, 0.0482), "inertias.base_radius"),
@@ -26,21 +26,21 @@ ONLY_GEARS = ("inertias", "base_radii", "backlash", "torque", "ripple", "teeth")
 NOT_OF_GEARS = ("bushings", "gap", "gravity", "unbalance", "friction", "oil", "bushing_material")
 
 
-def add_gears(group: argparse._ArgumentGroup) -> None:
-    """Add the options that say what a pair of gears is."""
-    option = group.add_argument
-    words = "of the driving gear with all that turns with it, and of the loose one, kg m² (example: 6e-3 1.5e-3)"
-    option("--inertias", type=in_si("kg m2"), nargs=2, metavar=("I1", "I2"), help=words)
-    words = "pitch radius times the cosine of the pressure angle, m or such as 41.1mm (example: 0.0411 0.0482)"
-    option("--base-radii", type=length, nargs=2, metavar=("R1", "R2"), help=words)
-    option("--backlash", type=length, help="from flank to flank along the line of action, m (example: 1.2e-4)")
-    option("--torque", type=in_si("N m"), help="mean torque on the driving gear, N m (example: 0.25)")
-    option("--ripple", type=in_si("N m"), help="amplitude of its torque's ripple, N m (example: 3.5)")
-    words = "of the driving gear: the ripple comes with each tooth (example: twice a turn, as from an engine)"
-    option("--teeth", type=int, help=words)
+GEARS = (
+    option("--inertias", "of the driving gear with all that turns with it, and of the loose one, kg m² (example: 6e-3 "
+           "1.5e-3)", in_si("kg m2"), nargs=2, metavar=("I1", "I2")),
+    option("--base-radii", "pitch radius times the cosine of the pressure angle, m or such as 41.1mm (example: 0.0411 "
+           "0.0482)", length, nargs=2, metavar=("R1", "R2")),
+    option("--backlash", "from flank to flank along the line of action, m (example: 1.2e-4)", length),
+    option("--torque", "mean torque on the driving gear, N m (example: 0.25)", in_si("N m")),
+    option("--ripple", "amplitude of its torque's ripple, N m (example: 3.5)", in_si("N m")),
+    option("--teeth", "of the driving gear: the ripple comes with each tooth (example: twice a turn, as from an "
+           "engine)", int),
+)  # fmt: skip
+"""What a pair of gears is"""
 
 
-def needs_gears(options: argparse.Namespace) -> list[str]:
+def needs_gears(options: Options) -> list[str]:
     """Return the options given that only gears have."""
     return [_spelled(name) for name in ONLY_GEARS if getattr(options, name) is not None]
 
@@ -49,7 +49,7 @@ def _spelled(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-def gear_fields(options: argparse.Namespace) -> dict[str, Any]:
+def gear_fields(options: Options) -> dict[str, Any]:
     """Return structure, mesh, loads, order, spin and shaker of a rig of two gears."""
     for name in NOT_OF_GEARS:
         if getattr(options, name):

@@ -2,61 +2,61 @@
 
 from __future__ import annotations
 
-import argparse
 from typing import Any
 
 from ..core.checks import naming
 from ..core.errors import ClearanceError
 from ..core.units import si_value
 from ..structure import Beam, Disc, Material, Section, Shaft, Shafts, Support
+from .command import Group, Options, option
 from .options import in_si, length, pressure
 
-__all__ = ["STRUCTURES", "add_shaft", "needs_shaft"]
+__all__ = ["SHAFT", "STRUCTURES", "needs_shaft"]
 
 BEARING = "1e7:1e3"  # N/m and N s/m, the example of a shaft that turns: a small rolling bearing in its pedestal
 HELD = ("clamped", "pinned", "guided")
 ONLY_SHAFT = ("inner_diameter", "step", "support", "disc")
 
 
-def add_shaft(group: argparse._ArgumentGroup) -> None:
-    """Add the options that say what a shaft is."""
-    option = group.add_argument
-    repeated: dict[str, Any] = {"action": "append", "default": []}
-    option("--length", type=length, help="m, or with a unit such as 620mm or 24in, as all lengths (example: 1)")
-    section = group.add_mutually_exclusive_group()
-    section.add_argument("--diameter", type=length, help="m (example: 0.01)")
-    words = "m, of a rectangular shaft, the height in the direction of vibration"
-    section.add_argument("--section", type=length, nargs=2, metavar=("WIDTH", "HEIGHT"), help=words)
-    option("--inner-diameter", type=length, metavar="M", help="m, of a tube")
-    words = "length, diameter and, of a tube, inner diameter of a section; repeated from one end to the other"
-    option("--step", type=length, nargs="+", metavar="M", help=words, **repeated)
-    words = f"at a point: {', '.join(HELD)} or a bearing's N/m and N s/m, {BEARING}; may be repeated (example: two)"
-    option("--support", nargs=2, metavar=("POINT", "KIND"), help=words, **repeated)
-    option("--young-modulus", type=pressure, metavar="E", help="Pa or such as 210GPa (example: steel)")
-    option("--density", type=in_si("kg/m3"), help="kg/m³ or 0.284lb/in3 (example: steel)")
-    option("--rayleigh", type=float, nargs=2, metavar=("ETA1", "ETA2"), help="1/s and s (example: 0.5 1e-5)")
-    words = "a mass at a point, kg or such as 450g or 1lb, without inertia; may be repeated"
-    option("--mass", nargs=2, metavar=("POINT", "MASS"), help=words, **repeated)
-    words = "a body at a point, with the inertia of a disc of this size; may be repeated"
-    option("--disc", nargs=4, metavar=("POINT", "MASS", "DIAMETER", "WIDTH"), help=words, **repeated)
+SHAFT = (
+    option("--length", "m, or with a unit such as 620mm or 24in, as all lengths (example: 1)", length),
+    Group(None, (
+        option("--diameter", "m (example: 0.01)", length),
+        option("--section", "m, of a rectangular shaft, the height in the direction of vibration", length, nargs=2,
+               metavar=("WIDTH", "HEIGHT")),
+    )),
+    option("--inner-diameter", "m, of a tube", length, metavar="M"),
+    option("--step", "length, diameter and, of a tube, inner diameter of a section, from one end to the other", length,
+           nargs="+", action="append", metavar="M"),
+    option("--support", f"at a point: {', '.join(HELD)} or a bearing's N/m and N s/m, {BEARING} (example: two)",
+           nargs=2, action="append", metavar=("POINT", "KIND")),
+    option("--young-modulus", "Pa or such as 210GPa (example: steel)", pressure, metavar="E"),
+    option("--density", "kg/m³ or 0.284lb/in3 (example: steel)", in_si("kg/m3")),
+    option("--rayleigh", "1/s and s (example: 0.5 1e-5)", float, nargs=2, metavar=("ETA1", "ETA2")),
+    option("--mass", "a mass at a point, kg or such as 450g or 1lb, without inertia", nargs=2, action="append",
+           metavar=("POINT", "MASS")),
+    option("--disc", "a body at a point, with the inertia of a disc of this size", nargs=4, action="append",
+           metavar=("POINT", "MASS", "DIAMETER", "WIDTH")),
+)  # fmt: skip
+"""What a shaft is"""
 
 
-def needs_shaft(options: argparse.Namespace) -> list[str]:
+def needs_shaft(options: Options) -> list[str]:
     """Return the options given that only a structure of kind shaft has."""
     return [f"--{name.replace('_', '-')}" for name in ONLY_SHAFT if getattr(options, name)]
 
 
-def _section(options: argparse.Namespace, factor: float = 1.0) -> dict[str, Any]:
+def _section(options: Options, factor: float = 1.0) -> dict[str, Any]:
     names = ("width", "height") if options.section else ("diameter",)
     return {name: factor * size for name, size in zip(names, options.section or [options.diameter])}
 
 
-def _beam(options: argparse.Namespace) -> Beam:
+def _beam(options: Options) -> Beam:
     material = options.young_modulus, options.density
     return Beam(options.length, *material, rayleigh=tuple(options.rayleigh), **_section(options))
 
 
-def _shaft(options: argparse.Namespace) -> Shaft:
+def _shaft(options: Options) -> Shaft:
     with naming("--step", ClearanceError):
         steps = [Section(*step) for step in options.step]
     steps = steps or [Section(options.length, **_section(options), inner_diameter=options.inner_diameter)]
@@ -83,7 +83,7 @@ def _disc(point: str, mass: str, diameter: str, width: str) -> Disc:
     return Disc(x, m, about, polar_inertia=min(polar, 2 * about))
 
 
-def _shafts(options: argparse.Namespace) -> Shafts:
+def _shafts(options: Options) -> Shafts:
     """A rod in a tube, or a bar beside another, clamped both."""
     material = Material(options.young_modulus, options.density)
     rod = Section(options.length, **_section(options))

@@ -2,46 +2,35 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..core.errors import ClearanceError
-from .command import command, settings, write_results
-from .options import add_plugin, add_simulation, excitation, hertz, level, load_model, seconds
-
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..rig import Rig
-    from ..rotors import Whirl
-    from ..signals.response import Response
+from ..io.results import load
+from ..report.whirl import draw_orbits, draw_over_speed, draw_spectra, of_orbits
+from ..rig import Rig
+from ..rotors import Whirl, require_round, whirl
+from ..signals.response import Response
+from .command import Options, Result, command, option, settings
+from .options import excitation, hertz, level, load_model, plugin, seconds, simulation
 
 RESPONSES = (".nc", ".h5", ".hdf5")
 READ_MODEL = ("law", "gap")  # options that do nothing beside a response
-
-
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    add_simulation(parser, duration=10.0, fs=4096.0)
-    rig = next(action for action in parser._actions if action.dest == "rig")
-    rig.help = (
-        "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
-    )
-    option("--rms", type=level, default="0", help="of an excitation, m/s² or N (default: gravity and unbalance alone)")
-    option("--drop", type=seconds, help="s left out at the start (default: a quarter, of a run at one speed)")
-    option("--turns", type=int, default=8, help="last turns that are drawn (default: %(default)s)")
-    option("--resolution", type=hertz, default=1.0, help="distance of a spectrum's lines, Hz (default: %(default)s)")
-    add_plugin(parser, "a contact or a grease")
+OF_RIG = "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5) that clearance-mj simulate wrote"
 
 
 @command(
-    "orbits", "draw how a shaft whirls in its bushings: orbits, full spectra; over speed: waterfall, 1X", _options,
-    out=Path("results/orbits"), out_help="folder of the figures and orbits.json (default: %(default)s)",
-    writes=("orbits.json", "orbits.png", "full_spectra.png", "waterfall.png", "bode.png"),
+    "orbits",
+    *simulation(10.0, 4096.0, rig=OF_RIG),
+    option("--rms", "of an excitation, m/s² or N (default: gravity and unbalance alone)", level, "0"),
+    option("--drop", "s left out at the start (default: a quarter, of a run at one speed)", seconds),
+    option("--turns", "last turns that are drawn", int, 8),
+    option("--resolution", "distance of a spectrum's lines, Hz", hertz, 1.0),
+    plugin("a contact or a grease"),
+    out="results/orbits", out_help="folder of the figures and orbits.json",
+    writes=("*.json", "orbits.png", "full_spectra.png", "waterfall.png", "bode.png"),
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..report.whirl import draw_orbits, draw_over_speed, draw_spectra, of_orbits
-    from ..rotors import whirl
-
+def run(options: Options) -> Result:
+    """Draw how a shaft whirls in its bushings: orbits, full spectra; over speed: waterfall, 1X."""
     if options.turns < 1:
         raise ClearanceError(f"--turns {options.turns}: must be at least 1")
     if not options.resolution > 0:
@@ -52,23 +41,12 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     drawings = [draw_orbits(end, options.turns), draw_spectra(end, options.resolution)]
     if not found.is_steady:
         drawings += draw_over_speed(found, 2 * options.resolution)
-    result: dict[str, Any] = {"bushings": of_orbits(end, options.turns), "figures": []}
-    for drawing in drawings:
-        path = options.out / drawing.write(options.new).name
-        result["figures"].append(str(path))
-        print(f"figure: {path}\n  {drawing.caption}")
-    for of in result["bushings"]:
-        print(_words(of))
-    write_results(options, "orbits", used | result)
-    return result
+    bushings = of_orbits(end, options.turns)
+    return Result(used | {"bushings": bushings}, map(_words, bushings), drawings=drawings)
 
 
-def _read(options: argparse.Namespace) -> tuple[Rig, Response, dict[str, Any]]:
+def _read(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
     """A response of a file, and the rig that its provenance holds."""
-    from ..io.results import load
-    from ..rig import Rig
-    from ..signals.response import Response
-
     if given := [name for name in READ_MODEL if getattr(options, name)]:
         raise ClearanceError(f"--{given[0]}: {options.rig} is a response, simulated already; leave it out")
     response = load(options.rig)
@@ -80,9 +58,7 @@ def _read(options: argparse.Namespace) -> tuple[Rig, Response, dict[str, Any]]:
     return rig, response, {"response": response.provenance}
 
 
-def _simulated(options: argparse.Namespace) -> tuple[Rig, Response, dict[str, Any]]:
-    from ..rotors import require_round
-
+def _simulated(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
     model = load_model(options)
     require_round(model.rig)
     kind = model.rig.shaker.kind

@@ -2,44 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
 import csv
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..core.errors import ClearanceError
 from ..core.files import plain_file
 from ..placement import Placement, candidates, grid, place_sensors
+from ..report.placement import draw
 from ..rig import Rig
-from .command import command, write_results
+from .command import RESULTS, Options, Result, command, option
 from .options import listed
 
-
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    option("rig", type=Path, help="rig file (TOML)")
-    option("--sensors", type=int, default=8, help="how many (default: %(default)s)")
-    option(
-        "--candidates", type=_points, default=24,
-        help="how many positions, evenly spaced outside the bushings (their distance is the least between sensors), or "
-        "the points themselves, as 1:+Z,2:+Z (default: %(default)s)",
-    )  # fmt: skip
-    words = "position that gets a sensor in any case, m, or a point such as 1:+Z; may be repeated"
-    option("--at", type=_point, action="append", default=[], metavar="X", help=words)
-    whole, any_number = (listed(kind, "such as 1,2,3") for kind in (int, float))
-    option("--modes", type=whole, default=[1, 2, 3, 4], help="wanted modes (default: 1,2,3,4)")
-    option("--unwanted", type=whole, default=[], metavar="MODES", help="modes that disturb the readings, as 5,6")
-    sizes = "size of each mode's motion, as 3,1,1,0.5 (default: 1)"
-    option("--weights", type=any_number, default=1.0, help=sizes)
-    option(
-        "--noise", default="1",
-        help="standard deviation of a reading: a number, or a CSV file with columns position_m and std, which is "
-        "interpolated (default: %(default)s)",
-    )  # fmt: skip
-    option("--criterion", default="determinant", help="determinant or trace (default: %(default)s)")
-    option("--method", default="exchange", help="exchange, backward, forward or exhaustive (default: %(default)s)")
+WHOLE, ANY_NUMBER = (listed(kind, "such as 1,2,3") for kind in (int, float))
 
 
 def _point(text: str) -> float | str:
@@ -54,13 +31,24 @@ def _points(text: str) -> int | list[float | str]:
 
 
 @command(
-    "place", "place sensors where they identify the modes best, by Fisher information", _options,
-    out=Path("results/placement"), out_help="folder for placement.csv, .json and .png (default: %(default)s)",
-    writes=("placement.csv", "placement.json", "placement.png"),
+    "place",
+    option("rig", "rig file (TOML)", Path),
+    option("--sensors", "how many", int, 8),
+    option("--candidates", "how many positions, evenly spaced outside the bushings (their distance is the least "
+           "between sensors), or the points themselves, as 1:+Z,2:+Z", _points, 24),
+    option("--at", "position that gets a sensor in any case, m, or a point such as 1:+Z", _point, action="append",
+           metavar="X"),
+    option("--modes", "wanted modes (default: 1,2,3,4)", WHOLE, [1, 2, 3, 4]),
+    option("--unwanted", "modes that disturb the readings, as 5,6 (default: none)", WHOLE, [], metavar="MODES"),
+    option("--weights", "size of each mode's motion, as 3,1,1,0.5 (default: 1)", ANY_NUMBER, 1.0),
+    option("--noise", "standard deviation of a reading: a number, or a CSV file with columns position_m and std, which "
+           "is interpolated", default="1"),
+    option("--criterion", "determinant or trace", default="determinant"),
+    option("--method", "exchange, backward, forward or exhaustive", default="exchange"),
+    out="results/placement", writes=RESULTS,
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..report.placement import draw
-
+def run(options: Options) -> Result:
+    """Place sensors where they identify the modes best, by Fisher information."""
     rig = Rig.load(options.rig)
     spread = options.candidates if isinstance(options.candidates, list) else grid(rig, options.candidates).tolist()
     position = sorted({*spread, *options.at}, key=lambda point: (isinstance(point, str), point))
@@ -68,9 +56,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     places = candidates(rig, position, options.modes, options.weights, noise, options.unwanted)
     required = [position.index(point) for point in options.at]
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
-    result = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
-    _print(found, options.out)
-    return write_results(options, "placement", result, found.table, draw(rig, places, found, options.modes))
+    data = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
+    return Result(data, _words(found), found.table, [draw(rig, places, found, options.modes)])
 
 
 def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
@@ -91,11 +78,12 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
     return np.interp(np.array(position, dtype=float), known, std)
 
 
-def _print(found: Placement, out: Path) -> None:
+def _words(found: Placement) -> Iterator[str]:
     for label, share, growth in zip(found.labels, found.contribution, found.std_growth.max(axis=1)):
         grown = f"standard deviations grow up to {growth:.2f} times"
         cost = grown if growth < np.inf else "a mode is no longer identifiable"
-        print(f"{label:9} carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}")
-    print(f"determinant {found.determinant:.4g}, trace {found.trace:.4g}, condition {found.condition:.3g}, "
-          f"largest MAC between modes {found.worst_mac:.3f}")  # fmt: skip
-    print(f"layout: {out / 'placement.csv'}")
+        yield f"{label:9} carries {share:.3f}; without it the determinant is {1 - share:.3f} of this, {cost}"
+    yield (
+        f"determinant {found.determinant:.4g}, trace {found.trace:.4g}, condition {found.condition:.3g}, "
+        f"largest MAC between modes {found.worst_mac:.3f}"
+    )

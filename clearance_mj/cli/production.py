@@ -2,97 +2,80 @@
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ..core.errors import ClearanceError
-from .command import command, provenance, settings, warn_of_depths
+from ..periodic.excitation import excited_by
+from ..report.production import words, write_production
+from ..report.random_production import Hours
+from ..report.tightening import tightening_words
+from ..tolerance import (
+    Designs,
+    Limit,
+    Noise,
+    Production,
+    Runner,
+    Scatter,
+    Sines,
+    Tightening,
+    draw_designs,
+    production,
+    random_production,
+    random_tightening,
+    rattle_sensitivity,
+    tighten,
+)
+from ..tolerance.peaks import QUANTITIES
+from .command import Options, Result, command, option, provenance, settings, warn_of_depths
 from .options import (
     GRID,
-    add_forced,
-    add_grid,
-    add_plugin,
-    add_psd,
+    OVER_GRID,
+    POWER_SPECTRUM,
+    SEED,
+    WHERE,
+    forced,
     grid,
     level,
     levels,
     load_model,
     periodic_settings,
+    plugin,
     psd_of,
     seconds,
 )
 
-if TYPE_CHECKING:  # a command imports what it needs when it runs
-    from ..report.random_production import Hours
-    from ..tolerance import Designs, Noise, Runner, Tightening
-
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
 
-def _options(parser: argparse.ArgumentParser) -> None:
-    option = parser.add_argument
-    add_forced(parser, None)
-    option(
-        "--scatter", metavar="FILE", help="file (TOML) of what scatters, or \"posterior\" of an identified model "
-        "(default: the rig file's tolerances)",
-    )  # fmt: skip
-    option(
-        "--limit", metavar="LIMIT", help='what must not be, such as "contact_force > 20 N" or "acceleration@3 > 5 g"'
-    )
-    option("--designs", type=int, default=1000, help="how many are drawn (default: %(default)s)")
-    option("--seed", type=int, default=0, help="of the draws (default: %(default)s)")
-    add_grid(parser)
-    option(
-        "--sobol", type=int, metavar="SAMPLES",
-        help="Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs",
-    )  # fmt: skip
-    option(
-        "--allowed", type=float, metavar="SHARE",
-        help="say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds --limit) up "
-        "to the level of --up-to, and under random excitation; or what nominal gap does where none does",
-    )  # fmt: skip
-    option("--up-to", type=level, metavar="LEVEL", help="level of --allowed, of sines (default: the largest)")
-    add_psd(parser)
-    option(
-        "--rms", type=levels, metavar="A,...",
-        help="RMS to which the PSD is scaled, m/s² or N: a list, such as 0.1g,1g, or FROM:TO:COUNT (default: as it is)",
-    )  # fmt: skip
-    option("--hours", type=float, default=1.0, help="of random excitation that are predicted, h (default: %(default)s)")
-    option(
-        "--duration", type=seconds, default=60.0, help="s of it that are marched of each design (default: %(default)s)"
-    )
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, help="processes (default: one for each core)")
-    where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.1:8786")
-    add_plugin(parser, "a contact or a grease")
-
-
 @command(
-    "production", "how many of a production rattle, exceed a limit or may jump; which tolerance to tighten", _options,
-    out=Path("results/production"),
-    out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on (default: %(default)s)",
+    "production",
+    *forced(None),
+    option("--scatter", 'file (TOML) of what scatters, or "posterior" of an identified model (default: the rig '
+           "file's tolerances)", metavar="FILE"),
+    option("--limit", 'what must not be, such as "contact_force > 20 N" or "acceleration@3 > 5 g"', metavar="LIMIT"),
+    option("--designs", "how many are drawn", int, 1000),
+    SEED,
+    *OVER_GRID,
+    option("--sobol", "Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs", int,
+           metavar="SAMPLES"),
+    option("--allowed", "say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds "
+           "--limit) up to the level of --up-to, and under random excitation; or what nominal gap does where none does",
+           float, metavar="SHARE"),
+    option("--up-to", "level of --allowed, of sines (default: the largest)", level, metavar="LEVEL"),
+    *POWER_SPECTRUM,
+    option("--rms", "RMS to which the PSD is scaled, m/s² or N: a list, such as 0.1g,1g, or FROM:TO:COUNT (default: as "
+           "it is)", levels, metavar="A,..."),
+    option("--hours", "of random excitation that are predicted, h", float, 1.0),
+    option("--duration", "s of it that are marched of each design", seconds, 60.0),
+    WHERE,
+    plugin("a contact or a grease"),
+    out="results/production",
+    out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on",
     writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
 )  # fmt: skip
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    from ..periodic.excitation import excited_by
-    from ..report.production import words, write_production
-    from ..report.tightening import tightening_words
-    from ..tolerance import (
-        Limit,
-        Noise,
-        Runner,
-        Scatter,
-        Sines,
-        draw_designs,
-        production,
-        random_tightening,
-        rattle_sensitivity,
-        tighten,
-    )
-    from ..tolerance.peaks import QUANTITIES
-
+def run(options: Options) -> Result:
+    """Tell how many of a production rattle, exceed a limit or may jump; which tolerance to tighten."""
     if options.sobol is not None and (options.sobol < 2 or options.sobol & (options.sobol - 1)):
         raise ClearanceError(f"--sobol {options.sobol}: is no power of 2, such as 64, which Sobol' points need")
     if options.allowed is not None and not 0 < options.allowed < 1:
@@ -146,21 +129,23 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     for name, tightening in tightenings.items():
         if tightening.cheapest:
             tightening.scatter.save(options.new / f"{name.replace('ening', 'ened')}.toml")
+    return Result(result, _words(found, scatter, hours, tightenings))
+
+
+def _words(
+    found: Production | None, scatter: Scatter | None, hours: Hours | None, tightenings: dict[str, Tightening]
+) -> Iterator[str]:
     if found:
-        print("\n  ".join(words(found)))
+        yield "\n  ".join(words(found))
     for left in scatter.left_out if scatter else ():
-        print(f"note: {left} is left out: a production does not scatter by it")
-    for said in (hours.words() if hours else (), *map(tightening_words, tightenings.values())):
-        print("\n".join(said))
-    print(f"production: {options.out / 'index.html'}")
-    return result | {"out": str(options.out)}
+        yield f"note: {left} is left out: a production does not scatter by it"
+    yield from hours.words() if hours else ()
+    for tightening in tightenings.values():
+        yield from tightening_words(tightening)
 
 
 def _hours(designs: Designs, noise: Noise, seed: int, runner: Runner) -> Hours:
     """What hours of random excitation do."""
-    from ..report.random_production import Hours
-    from ..tolerance import random_production
-
     found, rig = random_production(designs, noise, seed, runner), designs.nominal.rig
     warn_of_depths(designs.nominal, found[-1].largest[:, 1], noise.quantity)
     places = rig.sensor_labels if noise.quantity == "acceleration" else rig.clearance_labels

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from clearance_mj.clearance import ConstantLaw, nominal_law
-from clearance_mj.cli import main
-from clearance_mj.cli.command import COMMANDS, command, warn_of_depths
+from clearance_mj.cli import main, names
+from clearance_mj.cli.command import COMMANDS, Result, command, option, warn_of_depths
 from clearance_mj.engines import simulate
 from clearance_mj.io.results import load
 from clearance_mj.model import Model
@@ -168,7 +168,7 @@ def test_wrong_usage(capsys, arguments, said):
 
 
 def test_every_command_has_help_json_and_out(capsys):
-    for name in COMMANDS:
+    for name in names():
         with pytest.raises(SystemExit) as stopped:
             main([name, "--help"])
         said = capsys.readouterr().out
@@ -181,7 +181,7 @@ def test_commands_are_listed_once_by_task(capsys):
     said = capsys.readouterr().out
     assert "\nidentify from records:\n  identify " in said and "\nshafts that turn:\n  campbell " in said
     listed = re.findall(r"^  ([a-z][a-z-]*) +\S", said, re.MULTILINE)
-    assert sorted(listed) == sorted(COMMANDS)
+    assert sorted(listed) == sorted(names())
 
 
 def test_the_command_studies_what_the_library_does(capsys):
@@ -195,9 +195,10 @@ def test_the_command_studies_what_the_library_does(capsys):
 def test_a_command_is_one_registration(capsys):
     """Of a file outside of the package too."""
 
-    @command("mass", "tell a rig's mass", lambda parser: parser.add_argument("rig"))
+    @command("mass", option("rig", "rig file"))
     def mass(options):
-        return {"mass": Rig.load(options.rig).total_mass}
+        """Tell a rig's mass."""
+        return Result({"mass": Rig.load(options.rig).total_mass})
 
     try:
         assert main(["mass", RIG, "--json"]) == 0

@@ -5,7 +5,8 @@ import json
 import pytest
 
 import clearance_mj as cm
-from clearance_mj.cli import COMMANDS, Parser
+from clearance_mj.cli import find
+from clearance_mj.cli.command import Parser
 from clearance_mj.io.results import load
 
 RIG = "models/table1_rig.toml"
@@ -37,12 +38,12 @@ def test_options_take_units():
     parser = Parser()
     commands = parser.add_subparsers()
     for name in ("rattle-map", "simulate", "response"):
-        COMMANDS[name].add(commands)
+        find(name).add(commands)
     given = parser.parse_args(["rattle-map", RIG, "--gaps", "0.1mm,5mil", "--to", "0.3kHz"])
     assert given.gaps == (1e-4, 1.27e-4) and given.stop == 300.0
     assert parser.parse_args(["rattle-map", RIG, "--gaps", "0.1mm:0.3mm:3"]).gaps == pytest.approx((1e-4, 2e-4, 3e-4))
     given = parser.parse_args(["simulate", RIG, "--duration", "1.5min", "--band", "5", "1kHz", "--fs", "4.096kHz"])
-    assert (given.duration, given.band, given.fs) == (90.0, [5.0, 1000.0], 4096.0)
+    assert (given.duration, given.band, given.fs) == (90.0, (5.0, 1000.0), 4096.0)
     assert parser.parse_args(["response", RIG, "--frequency", "20,0.03kHz"]).frequency == (20.0, 30.0)
 
 

@@ -16,7 +16,7 @@ from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.io.results import load
 from clearance_mj.io.uff import write_uff
 from clearance_mj.periodic import rattle_maps
-from clearance_mj.report import identification, rattling
+from clearance_mj.report import rattling
 
 from ..conftest import ROOT, SMALL_LAW, record_of
 
@@ -162,7 +162,7 @@ def test_what_was_found_is_kept_where_it_cannot_be_drawn(seen, small_dataset, tm
         raise ValueError("no such axis")
 
     if where == "page":
-        monkeypatch.setattr(identification, "write_identification", fails)
+        monkeypatch.setattr("clearance_mj.cli.identify.write_identification", fails)
     else:
         monkeypatch.setattr(Model, "drawn", fails)
     found = tmp_path / "found"

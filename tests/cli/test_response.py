@@ -177,7 +177,7 @@ def test_random_starts_and_period_doublings(law, tmp_path, capsys, monkeypatch):
     """At 48 Hz and 6 m/s² the Table-1 rig has one vibration, which every start comes to; its period doubles nowhere."""
     from clearance_mj.cli import main
 
-    monkeypatch.setattr(periodic, "find_isolas", partial(periodic.find_isolas, frequencies=[48.0]))
+    monkeypatch.setattr("clearance_mj.cli.response.find_isolas", partial(periodic.find_isolas, frequencies=[48.0]))
     given = ["--level", "6", "--from", "47.5", "--to", "49", "--harmonics", "5", "--isolas", "2", "--period-doublings"]
     out = tmp_path / "out"
     assert main(["response", str(RIG), "--law", str(law), *given, "--quiet", "--out", str(out)]) == 0

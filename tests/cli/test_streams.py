@@ -8,8 +8,7 @@ import sys
 
 import pytest
 
-from clearance_mj.cli import main
-from clearance_mj.cli.command import COMMANDS
+from clearance_mj.cli import main, names
 from clearance_mj.rig import Rig
 
 from ..conftest import ROOT
@@ -46,7 +45,7 @@ def test_words_in_other_character_sets(encoding, tmp_path, monkeypatch):
     """Units and signs such as ² and ≥ are in no or few of them; the help of every command, and a path."""
     stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
     monkeypatch.setattr(sys, "stdout", stream)
-    for name in COMMANDS:
+    for name in names():
         with pytest.raises(SystemExit) as ended:
             main([name, "--help"])
         assert ended.value.code == 0

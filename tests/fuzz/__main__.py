@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from clearance_mj.cli.options import add_plugin, load_plugin
+from clearance_mj.cli.options import load_plugin, plugin
 from clearance_mj.core.files import replacing
 
 from .readers import readers
@@ -25,7 +25,7 @@ def main() -> int:
         "--out", type=Path, default=Path("results/fuzz"), help="folder for fuzz.json and what was found"
     )
     parser.add_argument("--reader", action="append", help="default: all")
-    add_plugin(parser, "a file format")
+    plugin("a file format").add(parser)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--share", type=float, default=1.0, help="of the full number of inputs")
     parser.add_argument("--first", type=int, default=0, help="index of the first input of each reader")

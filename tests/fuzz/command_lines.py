@@ -15,8 +15,8 @@ from functools import cache
 from pathlib import Path
 from unittest import mock
 
-from clearance_mj.cli import main
-from clearance_mj.cli.command import COMMANDS, Parser
+from clearance_mj.cli import find, main
+from clearance_mj.cli.command import Parser
 from clearance_mj.core import tasks
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.io import formats
@@ -205,7 +205,7 @@ def _any(rng) -> str:
 @cache
 def _actions(name) -> list[argparse.Action]:
     parser = Parser()
-    COMMANDS[name].add(parser.add_subparsers())
+    find(name).add(parser.add_subparsers())
     [commands] = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     return commands.choices[name]._actions
 

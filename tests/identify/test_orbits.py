@@ -218,7 +218,8 @@ def test_the_twin_sees_a_rub_within_seconds_of_its_onset(rub_begins, found):
 def test_the_command_follows_later_records(rubbing, rub_begins, found, tmp_path, monkeypatch, answer, refused):
     """No gap is found from them; what is found from the others is known here."""
     taken = []
-    monkeypatch.setattr(cm.identify, "orbits", lambda records, rig: taken.extend(r.name for r in records) or found)
+    fake = lambda records, rig: taken.extend(r.name for r in records) or found  # noqa: E731
+    monkeypatch.setattr("clearance_mj.cli.orbit_gaps.orbits", fake)
     later = dataclasses.replace(rub_begins, rig=rubbing[0].rig)
     cm.write_dataset(tmp_path / "machine", rubbing[0].rig, [*rubbing, later])
     told = answer("orbit-gaps", tmp_path / "machine", "--follow", "on", "--out", tmp_path / "out")
