@@ -11,8 +11,7 @@ from .options import excitation, level, load_model, seconds, simulation
 
 
 @command(
-    "animate",
-    *simulation(6.0),
+    "animate", *simulation(6.0),
     option("--rms", "m/s², or N of a force shaker, or such as 0.5g", level, "5"),
     option("--start", "s (default: the strongest contact is in the middle)", seconds),
     option("--seconds", "of motion that are shown", seconds, 0.15),

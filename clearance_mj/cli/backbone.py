@@ -12,15 +12,12 @@ from .options import PERIODIC, WORKERS, length, listed, load_model, periodic, pe
 
 
 @command(
-    "backbone",
-    *periodic(),
+    "backbone", *periodic(),
     option("--mode", "modes in the gap, 1 the lowest (default: 1)", listed(int, "of modes such as 1,2"), [1],
            metavar="MODE,..."),
     option("--from", "amplitude, m or such as 1mil (default: 0.1 gap)", length, dest="start", metavar="M"),
     option("--to", "amplitude, m (default: 5 times the gap)", length, dest="stop", metavar="M"),
-    WORKERS,
-    plugin("a contact or a grease"),
-    out="results/backbone", writes=RESULTS,
+    WORKERS, plugin("a contact or a grease"), writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Follow nonlinear modes: frequency and damping over amplitude."""

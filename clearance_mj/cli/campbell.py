@@ -72,7 +72,7 @@ def of_speeds(
 
 @command(
     "campbell", *over_speed(101), option("--n", "natural frequencies that are followed", int, 8),
-    out="results/campbell", writes=(*RESULTS, "critical_speeds.csv"),
+    writes=(*RESULTS, "critical_speeds.csv"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Draw natural frequencies of a turning shaft over its spin; critical speeds, margins, onset of whirl."""

@@ -22,7 +22,8 @@ if TYPE_CHECKING:  # what is only listed needs no library
     from ..report.style import Drawing
 
 __all__ = [
-    "COMMANDS", "RESULTS", "Command", "Group", "Option", "Options", "Parser", "Result", "command", "flag", "inputs",
+    "COMMANDS", "RESULTS", "Command", "Group", "Option", "Options", "Parser", "Result", "command", "flag", "given",
+    "inputs",
     "option", "out_file", "provenance", "say", "settings", "spelled", "warn_of_depths",
 ]  # fmt: skip
 
@@ -163,9 +164,12 @@ def command(
 ) -> Callable[[Callable[[Options], Result]], Callable[[Options], Result]]:
     """Make a function a command; a decorator. The function's docstring is the command's help, ``out`` a default.
 
-    Where ``writes`` names files, ``--out`` is a folder, and of its `Result` ``BASE.json``, ``BASE.csv`` and drawings
-    are written into it; ``base`` is by default the folder's name, and ``*`` in a file's name.
+    Where ``writes`` names files, ``--out`` is a folder, by default one in ``results``, and of its `Result`
+    ``BASE.json``, ``BASE.csv`` and drawings are written into it; ``base`` is by default the folder's name, and ``*``
+    in a file's name.
     """
+    if writes and out is None:
+        out = f"results/{name.replace('-', '_')}"
     base = base or Path(out or name).name
     files = [file.replace("*", base) for file in writes]
     if files and out_help is None:
@@ -177,6 +181,11 @@ def command(
         return run
 
     return register
+
+
+def given(options: Options, *names: str) -> list[str]:
+    """Return the options that were given of some that are by default None or empty."""
+    return [f"--{name.replace('_', '-')}" for name in names if getattr(options, name) not in (None, (), [])]
 
 
 def inputs(options: Options) -> list[Path]:

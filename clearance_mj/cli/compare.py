@@ -34,10 +34,9 @@ MEASURES = ("rmse_db", "mre", "frac", "csac", "csf")
     option("--modes", "how many modes to compare, 0 for none", int, 4),
     option("--repeat", "file with the test's FRFs once more, from another record of the same level", Path),
     columns("--test-column", "the test's CSV or MATLAB file"),
-    columns("--model-column", "the model's CSV or MATLAB file"),
-    plugin("a file format"),
+    columns("--model-column", "the model's CSV or MATLAB file"), plugin("a file format"),
     out_help="folder for comparison.json, comparison.html and the figures (default: none is written)",
-    base="comparison", writes=("*.json", "*.html"),
+    out="", base="comparison", writes=("*.json", "*.html"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Compare the FRFs of two files, whatever wrote them (test first)."""

@@ -27,7 +27,7 @@ from ..signals.response import Response
 from ..signals.spectra import Spectra
 from ..structure.geometry import Geometry
 from ..version import __version__
-from .command import Options, Result, command, option, out_file, say, spelled
+from .command import Options, Result, command, given, option, out_file, say, spelled
 from .options import FILES, WHAT, band, hertz, kind, level, read_file, reading
 
 OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
@@ -37,8 +37,7 @@ OF_DATASET = ("role", "level", "spin", "pulses", "leave_out")
     "convert",
     option("files", "IN OUT: the file to read and the one to write, by suffix; IN ... OUT: records, and their dataset "
            "folder", Path, nargs="+", metavar="FILE"),
-    *FILES,
-    WHAT,
+    *FILES, WHAT,
     option("--quantity", 'of FRFs that do not say theirs, such as "acceleration/force [g/N]"', metavar="QUANTITY"),
     option("--rig", "rig file (TOML): of a new dataset; where the nodes are, for .uff; at which nodes displacements "
            "are", Path),
@@ -81,8 +80,8 @@ def run(options: Options) -> Result:
 def _to_file(inputs: list[Path], out: Path, options: Options) -> dict[str, Any]:
     if len(inputs) > 1:
         raise ClearanceError(f"{out}: one file is written from one; several go into a dataset folder (no suffix)")
-    if given := [f"--{name.replace('_', '-')}" for name in OF_DATASET if getattr(options, name) is not None]:
-        raise ClearanceError(f"{out}: {' and '.join(given)} are for a dataset folder (no suffix)")
+    if of_dataset := given(options, *OF_DATASET):
+        raise ClearanceError(f"{out}: {' and '.join(of_dataset)} are for a dataset folder (no suffix)")
     too = " and for a dataset folder (no suffix)"
     for name, more in (("band", too), ("window", ""), ("kind", too)):
         if getattr(options, name) and not options.frf:

@@ -28,7 +28,7 @@ from .command import Options, Result, command, option, provenance
            Path, metavar="MAP"),
     option("--predict", "logs that no drive is found from: their load's end is predicted from the motor's", Path,
            nargs="+", default=(), metavar="RUN"),
-    out="results/drive", out_help="folder for index.html, its figures and drive.json",
+    out_help="folder for index.html, its figures and drive.json",
     writes=("index.html", "drive.json"),
 )  # fmt: skip
 def run(options: Options) -> Result:

@@ -26,8 +26,7 @@ from .options import RIG, WORKERS, by_bushing, hertz, kind, level, load_model, n
 
 
 @command(
-    "life",
-    *RIG,
+    "life", *RIG,
     option("--gap-limit", "gap at which life ends: m, with a unit such as 0.5mm, or a factor of the gap such as x2; of "
            "every bushing that wears, or of one, such as bushings[0]=0.5mm", action="append", required=True,
            metavar="[BUSHING=]VALUE"),
@@ -35,14 +34,11 @@ from .options import RIG, WORKERS, by_bushing, hertz, kind, level, load_model, n
            "turns", level, required=True, metavar="A"),
     option("--frequency", "drive with a sine (default: with noise)", hertz, metavar="HZ"),
     option("--swept-from", "from which the sine was swept (default: raised from rest)", hertz, metavar="HZ"),
-    kind(),
-    *noise(10.0, 2048.0, "s of noise at each gap"),
+    kind(), *noise(10.0, 2048.0, "s of noise at each gap"),
     option("--hours", "at which the prediction ends (default: %(default)g)", float, 1e6),
     option("--history", "CSV with hours, bushing, gap_m and std_m: predict what is left", Path, metavar="FILE"),
     option("--draws", "machines drawn within tolerances or posterior (default: none)", int, 0),
-    WORKERS,
-    plugin("a contact or a grease"),
-    out="results/life", writes=RESULTS,
+    WORKERS, plugin("a contact or a grease"), writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Predict how gaps grow by wear over hours, and when they reach a limit; also from a history."""

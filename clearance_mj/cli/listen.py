@@ -20,24 +20,13 @@ from ..sound import LoudnessOverLevel, Sound, full_scale, has_mosqito, heard, lo
 from ..sound.over_level import SETTLING
 from ..tolerance import Scatter
 from .command import RESULTS, Options, Result, command, option, settings
-from .options import (
-    POWER_SPECTRUM,
-    WORKERS,
-    excitation,
-    in_si,
-    length,
-    levels,
-    load_model,
-    psd_of,
-    simulation,
-)
+from .options import POWER_SPECTRUM, WORKERS, excitation, in_si, length, levels, load_model, psd_of, simulation
 
 LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
 
 
 @command(
-    "listen",
-    *simulation(3.0, engine="modal"),
+    "listen", *simulation(3.0, engine="modal"),
     option("--levels", "m/s² or such as 0.1g,1g, or N for a force shaker (default: 0.5,1,2,5, or that of the PSD)",
            levels, metavar="RMS,..."),
     *POWER_SPECTRUM,
@@ -57,7 +46,7 @@ LEVELS = (0.5, 1.0, 2.0, 5.0)  # RMS, without a PSD
            "ones; none for WAV files alone", default="time-varying", choices=("time-varying", "stationary", "none")),
     option("--field", "sound field", default="free", choices=("free", "diffuse")),
     WORKERS,
-    out="results/listen", out_help="folder for WAV files, loudness.csv, .json and .png",
+    out_help="folder for WAV files, loudness.csv, .json and .png",
     base="loudness", writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:

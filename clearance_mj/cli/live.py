@@ -17,8 +17,7 @@ from .options import RIG, load_model, plugin
 
 
 @command(
-    "live",
-    *RIG,
+    "live", *RIG,
     option("--dataset", "records to lay over the figures and to drive the rig with (default: those in the rig's "
            "folder)", Path, metavar="FOLDER"),
     option("--port", "on which the page is, on this machine alone (default: any free one)", int, 0),

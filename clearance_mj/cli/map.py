@@ -18,10 +18,7 @@ from .options import RATE, band, columns, kind, plugin
     "map",
     option("files", "records of one set-up, with the same channels in each", Path, nargs="+", metavar="FILE"),
     option("--rig", "rig file (TOML); clearance-mj new writes one", Path, required=True),
-    columns(),
-    plugin("a file format"),
-    kind(),
-    *RATE,
+    columns(), plugin("a file format"), kind(), *RATE,
     band("band of excitation, Hz (default: as measured)"),
     out="map.toml", out_help="file for the map, which other commands take by --map",
 )  # fmt: skip

@@ -22,8 +22,7 @@ from .options import band, columns, plugin
     band("band to use, Hz (default: all)"),
     option("--driving-point", "response that is measured where a force acts, if it is not named alike, such as "
            "200:+Z=5:+Z", action="append", metavar="REFERENCE=DOF"),
-    columns(),
-    plugin("a file format"),
+    columns(), plugin("a file format"),
     out="modes", writes=("modes.csv", "*.json", "synthesis.png"),
 )  # fmt: skip
 def run(options: Options) -> Result:

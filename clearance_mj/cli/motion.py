@@ -10,12 +10,11 @@ from .options import WORKERS, excitation, levels, load_model, seconds, simulatio
 
 
 @command(
-    "motion",
-    *simulation(24.0),
+    "motion", *simulation(24.0),
     option("--levels", "m/s² or such as 0.1g,1g, or N for a force shaker", levels, "0.5,1,2,5,8", metavar="RMS,..."),
     option("--drop", "s left out until the motion is steady (default: a quarter)", seconds),
     WORKERS,
-    out="results/motion", out_help="folder of the figures and motion.json",
+    out_help="folder of the figures and motion.json",
     writes=("*.json", "phase_portraits.png", "poincare_sections.png"),
 )  # fmt: skip
 def run(options: Options) -> Result:

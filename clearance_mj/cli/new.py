@@ -26,10 +26,10 @@ from ..rig.plausible import check_units
 from ..structure import Structure
 from ..structure.base import parse_dof
 from ..version import __version__
-from .command import Group, Options, Result, command, option, spelled
+from .command import Group, Options, Result, command, given, option, spelled
 from .new_gears import EXAMPLES as OF_GEARS
-from .new_gears import GEARS, gear_fields, needs_gears
-from .new_shaft import SHAFT, STRUCTURES, needs_shaft
+from .new_gears import GEARS, ONLY_GEARS, gear_fields
+from .new_shaft import ONLY_SHAFT, SHAFT, STRUCTURES
 from .options import in_si, length, spin
 from .rig_text import rig_lines
 
@@ -228,7 +228,7 @@ def _instruments(options: Options, points: Sequence[float | str]) -> dict[str, A
 
 def _with_examples(options: Options) -> list[str]:
     """Fill in examples for what is not given; return the ends of the paths of these numbers."""
-    only = {"gears": needs_gears(options), "shaft": needs_shaft(options)}
+    only = {"gears": given(options, *ONLY_GEARS), "shaft": given(options, *ONLY_SHAFT)}
     likely = [kind for kind, names in only.items() if names] or ["shaft" if options.spin is not None else "beam"]
     options.kind = options.kind or likely[0]
     for kind, names in only.items():
@@ -239,10 +239,10 @@ def _with_examples(options: Options) -> list[str]:
         raise ClearanceError("--bushing-material and --bushing-thickness belong together: give both")
     if options.bushing_material and (options.contact or options.section or options.kind in EXAMPLE_FILES):
         raise ClearanceError("--bushing-material proposes the contact of a round shaft: leave it out, or --contact")
-    given = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
+    instead = {"diameter": options.section or options.step, "length": options.step, "grease": options.oil is not None}
     found = []
     for name, (value, paths) in (OF_GEARS if options.kind == "gears" else EXAMPLES).items():
-        if getattr(options, name) in (None, []) and not given.get(name):
+        if getattr(options, name) in (None, []) and not instead.get(name):
             found += paths.split()
             setattr(options, name, value)
     return [path for path in found if not (options.bushing_material and path == "contact.stiffness")]
@@ -279,8 +279,7 @@ def _contact_and_film(
 
 def _in_space(options: Options) -> dict[str, Any]:
     """Fields of a rig in space, if any of its options is given."""
-    given = (options.gravity, options.spin, options.friction, options.oil, options.unbalance or None)
-    if options.shape is None and any(value is not None for value in given):
+    if options.shape is None and given(options, "gravity", "spin", "friction", "oil", "unbalance"):
         options.shape = "round"
     fields = {
         "gravity": options.gravity and tuple(options.gravity),

@@ -9,10 +9,10 @@ from ..core.errors import ClearanceError
 from ..rig import Load, Order, Shaker, Spin
 from ..rig.clearance import Bushing, Contact, Grease
 from ..structure import Gears, Inertia
-from .command import Options, option
+from .command import Options, given, option
 from .options import in_si, length
 
-__all__ = ["EXAMPLES", "GEARS", "gear_fields", "needs_gears"]
+__all__ = ["EXAMPLES", "GEARS", "ONLY_GEARS", "gear_fields"]
 
 EXAMPLES: dict[str, tuple[Any, str]] = {
     "inertias": ((6e-3, 1.5e-3), "inertias.polar_inertia"), "base_radii": ((0.0411, 0.0482), "inertias.base_radius"),
@@ -40,21 +40,11 @@ GEARS = (
 """What a pair of gears is"""
 
 
-def needs_gears(options: Options) -> list[str]:
-    """Return the options given that only gears have."""
-    return [_spelled(name) for name in ONLY_GEARS if getattr(options, name) is not None]
-
-
-def _spelled(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
-
-
 def gear_fields(options: Options) -> dict[str, Any]:
     """Return structure, mesh, loads, order, spin and shaker of a rig of two gears."""
-    for name in NOT_OF_GEARS:
-        if getattr(options, name):
-            words = "give --backlash" if name in ("bushings", "gap") else "leave it out"
-            raise ClearanceError(f"{_spelled(name)} is of shafts, and kind gears has one mesh: {words}")
+    for name in given(options, *NOT_OF_GEARS):
+        words = "give --backlash" if name in ("--bushings", "--gap") else "leave it out"
+        raise ClearanceError(f"{name} is of shafts, and kind gears has one mesh: {words}")
     names, (r1, r2) = ("driving gear", "loose gear"), options.base_radii
     parts = zip((1, 2), options.inertias, options.base_radii, names)
     torques = options.torque, float(f"{-options.torque * r2 / r1:.6g}")

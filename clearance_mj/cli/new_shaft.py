@@ -11,7 +11,7 @@ from ..structure import Beam, Disc, Material, Section, Shaft, Shafts, Support
 from .command import Group, Options, option
 from .options import in_si, length, pressure
 
-__all__ = ["SHAFT", "STRUCTURES", "needs_shaft"]
+__all__ = ["ONLY_SHAFT", "SHAFT", "STRUCTURES"]
 
 BEARING = "1e7:1e3"  # N/m and N s/m, the example of a shaft that turns: a small rolling bearing in its pedestal
 HELD = ("clamped", "pinned", "guided")
@@ -39,11 +39,6 @@ SHAFT = (
            metavar=("POINT", "MASS", "DIAMETER", "WIDTH")),
 )  # fmt: skip
 """What a shaft is"""
-
-
-def needs_shaft(options: Options) -> list[str]:
-    """Return the options given that only a structure of kind shaft has."""
-    return [f"--{name.replace('_', '-')}" for name in ONLY_SHAFT if getattr(options, name)]
 
 
 def _section(options: Options, factor: float = 1.0) -> dict[str, Any]:

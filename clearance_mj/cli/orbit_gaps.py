@@ -21,7 +21,7 @@ from .command import Options, Result, command, option, provenance, spelled
     option("--rig", "rig file (TOML) or folder of a model instead of the dataset's rig, as identified before", Path),
     option("--follow", "names of later records: no gap is found from them; they are followed, with alarms where a rub "
            "begins, a gap wears or oil thins", nargs="+", default=(), metavar="RECORD"),
-    out="results/orbit_gaps", out_help="folder for rig.toml, law.json, orbits.json, orbits.png and, of each record "
+    out_help="folder for rig.toml, law.json, orbits.json, orbits.png and, of each record "
     "that is followed, followed_RECORD.json and .png",
     base="orbits", writes=("rig.toml", "law.json", "*.json", "*.png"),
 )  # fmt: skip

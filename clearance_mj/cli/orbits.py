@@ -10,7 +10,7 @@ from ..report.whirl import draw_orbits, draw_over_speed, draw_spectra, of_orbits
 from ..rig import Rig
 from ..rotors import Whirl, require_round, whirl
 from ..signals.response import Response
-from .command import Options, Result, command, option, settings
+from .command import Options, Result, command, given, option, settings
 from .options import excitation, hertz, level, load_model, plugin, seconds, simulation
 
 RESPONSES = (".nc", ".h5", ".hdf5")
@@ -19,14 +19,13 @@ OF_RIG = "spatial rig (TOML), which is simulated, or a response of one (.nc, .h5
 
 
 @command(
-    "orbits",
-    *simulation(10.0, 4096.0, rig=OF_RIG),
+    "orbits", *simulation(10.0, 4096.0, rig=OF_RIG),
     option("--rms", "of an excitation, m/s² or N (default: gravity and unbalance alone)", level, "0"),
     option("--drop", "s left out at the start (default: a quarter, of a run at one speed)", seconds),
     option("--turns", "last turns that are drawn", int, 8),
     option("--resolution", "distance of a spectrum's lines, Hz", hertz, 1.0),
     plugin("a contact or a grease"),
-    out="results/orbits", out_help="folder of the figures and orbits.json",
+    out_help="folder of the figures and orbits.json",
     writes=("*.json", "orbits.png", "full_spectra.png", "waterfall.png", "bode.png"),
 )  # fmt: skip
 def run(options: Options) -> Result:
@@ -47,8 +46,8 @@ def run(options: Options) -> Result:
 
 def _read(options: Options) -> tuple[Rig, Response, dict[str, Any]]:
     """A response of a file, and the rig that its provenance holds."""
-    if given := [name for name in READ_MODEL if getattr(options, name)]:
-        raise ClearanceError(f"--{given[0]}: {options.rig} is a response, simulated already; leave it out")
+    if of_model := given(options, *READ_MODEL):
+        raise ClearanceError(f"{of_model[0]}: {options.rig} is a response, simulated already; leave it out")
     response = load(options.rig)
     if not isinstance(response, Response):
         raise ClearanceError(f"{options.rig}: holds {type(response).__name__}; needs a response of a simulation")

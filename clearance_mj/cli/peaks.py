@@ -12,9 +12,7 @@ from .options import POWER_SPECTRUM, RIG, SEED, kind, level, load_model, plugin,
 
 
 @command(
-    "peaks",
-    *RIG,
-    *POWER_SPECTRUM,
+    "peaks", *RIG, *POWER_SPECTRUM,
     option("--rms", "m/s² or N, or such as 0.1g, to which the PSD is scaled (default: as it is)", level),
     kind(),
     option("--quantity", "contact_force, penetration or acceleration", default="contact_force", metavar="NAME"),
@@ -24,7 +22,7 @@ from .options import POWER_SPECTRUM, RIG, SEED, kind, level, load_model, plugin,
     SEED,
     option("--engine", "links or modal", default="modal"),
     plugin("an engine, a contact or a grease"),
-    out="results/peaks", writes=RESULTS,
+    writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Predict impacts per second and the largest values of an hour under random excitation."""

@@ -5,71 +5,38 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from .. import tolerance
 from ..core.errors import ClearanceError
 from ..periodic.excitation import excited_by
 from ..report.production import words, write_production
 from ..report.random_production import Hours
 from ..report.tightening import tightening_words
-from ..tolerance import (
-    Designs,
-    Limit,
-    Noise,
-    Production,
-    Runner,
-    Scatter,
-    Sines,
-    Tightening,
-    draw_designs,
-    production,
-    random_production,
-    random_tightening,
-    rattle_sensitivity,
-    tighten,
-)
 from ..tolerance.peaks import QUANTITIES
+from . import options as shared
 from .command import Options, Result, command, option, provenance, settings, warn_of_depths
-from .options import (
-    GRID,
-    OVER_GRID,
-    POWER_SPECTRUM,
-    SEED,
-    WHERE,
-    forced,
-    grid,
-    level,
-    levels,
-    load_model,
-    periodic_settings,
-    plugin,
-    psd_of,
-    seconds,
-)
 
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
 
 @command(
-    "production",
-    *forced(None),
+    "production", *shared.forced(None),
     option("--scatter", 'file (TOML) of what scatters, or "posterior" of an identified model (default: the rig '
            "file's tolerances)", metavar="FILE"),
     option("--limit", 'what must not be, such as "contact_force > 20 N" or "acceleration@3 > 5 g"', metavar="LIMIT"),
     option("--designs", "how many are drawn", int, 1000),
-    SEED,
-    *OVER_GRID,
+    shared.SEED, *shared.OVER_GRID,
     option("--sobol", "Sobol indices at the largest level: a power of 2; SAMPLES times (numbers + 2) more designs", int,
            metavar="SAMPLES"),
     option("--allowed", "say which tolerance to tighten so that at most this share, such as 0.01, touches (or exceeds "
            "--limit) up to the level of --up-to, and under random excitation; or what nominal gap does where none does",
            float, metavar="SHARE"),
-    option("--up-to", "level of --allowed, of sines (default: the largest)", level, metavar="LEVEL"),
-    *POWER_SPECTRUM,
+    option("--up-to", "level of --allowed, of sines (default: the largest)", shared.level, metavar="LEVEL"),
+    *shared.POWER_SPECTRUM,
     option("--rms", "RMS to which the PSD is scaled, m/s² or N: a list, such as 0.1g,1g, or FROM:TO:COUNT (default: as "
-           "it is)", levels, metavar="A,..."),
+           "it is)", shared.levels, metavar="A,..."),
     option("--hours", "of random excitation that are predicted, h", float, 1.0),
-    option("--duration", "s of it that are marched of each design", seconds, 60.0),
-    WHERE,
-    plugin("a contact or a grease"),
+    option("--duration", "s of it that are marched of each design", shared.seconds, 60.0),
+    shared.WHERE, shared.plugin("a contact or a grease"),
     out="results/production",
     out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on",
     writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
@@ -85,40 +52,40 @@ def run(options: Options) -> Result:
     posterior = options.scatter == "posterior"
     if posterior and (options.sobol or options.allowed):
         raise ClearanceError("--sobol and --allowed need numbers that scatter, not a posterior")
-    model = load_model(options)
+    model = shared.load_model(options)
     kind = excited_by(model, options.kind)
-    levels, frequencies = grid(options, kind, 1)
-    limit = Limit.parse(options.limit) if options.limit else None
-    noise = psd_of(options, options.kind or model.rig.shaker.kind)
+    levels, frequencies = shared.grid(options, kind, 1)
+    limit = tolerance.Limit.parse(options.limit) if options.limit else None
+    noise = shared.psd_of(options, options.kind or model.rig.shaker.kind)
     if options.rms and not noise:
         raise ClearanceError("--rms is of random excitation: give --psd FILE or --road CLASS")
     if noise and limit and (limit.quantity not in QUANTITIES or limit.at):
         raise ClearanceError(f"--limit under random excitation is the largest of one of {', '.join(QUANTITIES)}")
-    of_sines = not noise or any(getattr(options, name) is not None for name in (*GRID, "sobol", "up_to"))
+    of_sines = not noise or any(getattr(options, name) is not None for name in (*shared.GRID, "sobol", "up_to"))
     scatter = None
     if not posterior:
-        scatter = Scatter.load(options.scatter) if options.scatter else Scatter.of_rig(model.rig)
-    designs = draw_designs(model, scatter or "posterior", options.designs, options.seed)
+        scatter = tolerance.Scatter.load(options.scatter) if options.scatter else tolerance.Scatter.of_rig(model.rig)
+    designs = tolerance.draw_designs(model, scatter or "posterior", options.designs, options.seed)
     kept = options.out / ".clearance-mj" / "designs"
-    runner = Runner(options.workers, options.scheduler, None, not options.quiet, kept)
+    runner = tolerance.Runner(options.workers, options.scheduler, None, not options.quiet, kept)
     found = sensitivity = hours = None
-    tightenings: dict[str, Tightening] = {}
+    tightenings: dict[str, tolerance.Tightening] = {}
     tighter = options.allowed, min(options.designs, MOST_LEARNT_FROM), options.seed, runner
     if noise:
         asked = (limit.quantity, limit.value) if limit else ("contact_force", None)
         rms = options.rms(noise.kind) if options.rms else (noise.rms,)
-        random = Noise(noise, rms, options.duration, options.hours, *asked)
+        random = tolerance.Noise(noise, rms, options.duration, options.hours, *asked)
         hours = _hours(designs, random, options.seed, runner)
         if options.allowed:
-            tightenings["tightening_random"] = random_tightening(model, scatter, random, *tighter)
-    sines = Sines(levels, frequencies, limit, options.kind, **periodic_settings(options))
+            tightenings["tightening_random"] = tolerance.random_tightening(model, scatter, random, *tighter)
+    sines = tolerance.Sines(levels, frequencies, limit, options.kind, **shared.periodic_settings(options))
     if of_sines:
-        found = production(model, scatter or "posterior", sines, options.designs, options.seed, runner)
+        found = tolerance.production(model, scatter or "posterior", sines, options.designs, options.seed, runner)
     if options.sobol:
-        sensitivity = rattle_sensitivity(model, scatter, sines, options.sobol, options.seed, runner)
+        sensitivity = tolerance.rattle_sensitivity(model, scatter, sines, options.sobol, options.seed, runner)
     if of_sines and options.allowed:
         up_to = replace(sines, levels=[options.up_to(kind)]) if options.up_to else sines
-        tightenings["tightening"] = tighten(model, scatter, up_to, *tighter)
+        tightenings["tightening"] = tolerance.tighten(model, scatter, up_to, *tighter)
     runner.drop_unused()
     made_from = settings(model) | {
         "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
@@ -133,8 +100,9 @@ def run(options: Options) -> Result:
 
 
 def _words(
-    found: Production | None, scatter: Scatter | None, hours: Hours | None, tightenings: dict[str, Tightening]
-) -> Iterator[str]:
+    found: tolerance.Production | None, scatter: tolerance.Scatter | None, hours: Hours | None,
+    tightenings: dict[str, tolerance.Tightening],
+) -> Iterator[str]:  # fmt: skip
     if found:
         yield "\n  ".join(words(found))
     for left in scatter.left_out if scatter else ():
@@ -144,9 +112,9 @@ def _words(
         yield from tightening_words(tightening)
 
 
-def _hours(designs: Designs, noise: Noise, seed: int, runner: Runner) -> Hours:
+def _hours(designs: tolerance.Designs, noise: tolerance.Noise, seed: int, runner: tolerance.Runner) -> Hours:
     """What hours of random excitation do."""
-    found, rig = random_production(designs, noise, seed, runner), designs.nominal.rig
+    found, rig = tolerance.random_production(designs, noise, seed, runner), designs.nominal.rig
     warn_of_depths(designs.nominal, found[-1].largest[:, 1], noise.quantity)
     places = rig.sensor_labels if noise.quantity == "acceleration" else rig.clearance_labels
     return Hours(tuple(found), noise, tuple(rig.clearance_labels), tuple(places))

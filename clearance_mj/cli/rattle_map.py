@@ -10,32 +10,17 @@ from ..periodic.summaries import of_impacts, of_map
 from ..report import impact_maps, rattle_maps
 from ..tolerance.scatter import softer_and_stiffer
 from .command import RESULTS, Options, Result, command, flag, option, settings, warn_of_depths
-from .options import (
-    OVER_GRID,
-    PERIODIC,
-    WORKERS,
-    forced,
-    grid,
-    lengths,
-    load_model,
-    numbers,
-    periodic_settings,
-    plugin,
-)
+from .options import OVER_GRID, PERIODIC, WORKERS, forced, grid, lengths, load_model, numbers, periodic_settings, plugin
 
 
 @command(
-    "rattle-map",
-    *forced(),
-    *OVER_GRID,
+    "rattle-map", *forced(), *OVER_GRID,
     option("--gaps", "of all bushings, m or such as 0.1mm,5mil; list or range", lengths, metavar="M,..."),
     option("--loads", "what constant loads are multiplied by: a list or range; maps which walls are hit, over loads "
            "and levels at --from with --steps 1, else over levels and frequencies at each", numbers, metavar="X,..."),
     flag("--contact-spread", "map contacts a standard deviation softer and stiffer too, as the rig file's tolerance of "
          "them says"),
-    WORKERS,
-    plugin("a contact or a grease"),
-    out="results/rattle_map", writes=RESULTS,
+    WORKERS, plugin("a contact or a grease"), writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Map where a rig rattles and jumps, over level and frequency, for several gaps."""

@@ -27,8 +27,7 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
 
 
 @command(
-    "response",
-    *forced(),
+    "response", *forced(),
     option("--level", f"{SINES}; follows over frequency", levels, metavar="A,..."),
     option("--frequency", "Hz, a list or range; follows over level", frequencies, metavar="HZ,..."),
     option("--over", "at --level and --frequency follow over shares of all constant loads or gaps, or the spin, rad/s",
@@ -40,9 +39,7 @@ PERIOD_DOUBLING_TOLERANCE = 1e-3
     flag("--period-doublings", "leave branches where the period doubles, and follow on"),
     option("--isolas", "random starts at each of nine frequencies, from which vibrations on no known branch are "
            "followed", int, 0, metavar="N"),
-    WORKERS,
-    plugin("a contact or a grease"),
-    out="results/response", writes=RESULTS,
+    WORKERS, plugin("a contact or a grease"), writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Follow periodic vibrations over frequency, level, loads, gaps or spin, around folds."""

@@ -23,10 +23,9 @@ TRIP = 1.1  # times a rig's largest spin, at which it is switched off if it does
 
 
 @command(
-    "running-clearance",
-    *over_speed(1001, TRIP),
+    "running-clearance", *over_speed(1001, TRIP),
     option("--run-up", "also simulate a run-up, with contact", seconds, metavar="SECONDS"),
-    out="results/running_clearance", writes=RESULTS,
+    writes=RESULTS,
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Orbits under unbalance beside three quarters of the clearances (API 617)."""

@@ -25,11 +25,10 @@ HEAD = ("kind", "name", "place", "quantity", "unit", "samples", "rate", "RMS", "
 @command(
     "show",
     option("files", "files of any format, or dataset folders", Path, nargs="+", metavar="FILE"),
-    WHAT,
-    *FILES,
+    WHAT, *FILES,
     out_help=f"picture to write of one file ({', '.join(PICTURES)})",
     suffixes=PICTURES,
-)
+)  # fmt: skip
 def run(options: Options) -> Result:
     """Show what a file holds: names, places, quantities, units, rates, levels."""
     if options.out is not None and len(options.files) > 1:

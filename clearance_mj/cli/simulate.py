@@ -23,8 +23,7 @@ MAX_STIFFNESS_ERROR = 0.03  # of a contact's stiffness, from modes that are left
 
 
 @command(
-    "simulate",
-    *simulation(24.0, 2048.0),
+    "simulate", *simulation(24.0, 2048.0),
     option("--rms", "m/s², or N of a force shaker, or such as 0.1g", level, "1"),
     option("--energy", "balance energy and log impacts: energy.csv, impacts.csv and energy_balance.png in this folder",
            Path, metavar="FOLDER"),

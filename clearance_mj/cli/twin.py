@@ -26,7 +26,7 @@ from .options import MODEL_FOLDER, RECORDS, reading, seconds
     option("--learn", "s of the record to which rig and law are fitted", seconds, 10.0, metavar="S"),
     flag("--rig-exact", "take the rig file for exact instead of correcting it first"),
     *RECORDS,
-    out="results/twin", writes=("index.html", "twin.csv", "twin.nc", "twin.json"),
+    writes=("index.html", "twin.csv", "twin.nc", "twin.json"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Follow gap, contact stiffness and damping along a record, with alarms where they change."""

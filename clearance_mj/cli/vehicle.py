@@ -26,7 +26,7 @@ from .options import SEED, kmh, plugin
     option("--sensors", "ideal, or car: those of a car, on its bus", default="ideal"),
     option("--length-factor", "of the lane change (default: 1.75 to 96 km/h, then 2.5)", float),
     SEED,
-    out="results/vehicle", out_help="folder of the report", writes=("report.html", "metrics.csv", "summary.json"),
+    out_help="folder of the report", writes=("report.html", "metrics.csv", "summary.json"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Run a manoeuvre with clearance in the steering."""

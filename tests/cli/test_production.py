@@ -60,7 +60,7 @@ def test_random_excitation_is_a_part_of_the_page(tmp_path, answer):
 
 def test_of_a_road_alone_no_sines_are_computed(tmp_path, answer, monkeypatch):
     """What is not asked for is not computed: with --levels, or no random excitation, sines are."""
-    monkeypatch.setattr("clearance_mj.cli.production.production", None)
+    monkeypatch.setattr("clearance_mj.tolerance.production", None)
     given = ("--scatter", SCATTER, "--designs", 3, "--road", "A", "--speed", 80, "--duration", 10, "--workers", 1)
     stored = answer("production", RIG, *given, "--out", tmp_path / "out")
     assert stored["designs"] == 3 and "over_level" not in stored and {"random", "numbers"} <= stored.keys()
