@@ -13,7 +13,7 @@ from ..drives.record import QUANTITIES
 from ..io.columns import SKIP
 from ..io.tables.headers import split_header
 from ..report.drive import write_drive, write_motor_side
-from .command import Options, Result, command, option, provenance
+from .command import Options, Result, command, option
 
 
 @command(
@@ -29,7 +29,7 @@ from .command import Options, Result, command, option, provenance
     option("--predict", "logs that no drive is found from: their load's end is predicted from the motor's", Path,
            nargs="+", default=(), metavar="RUN"),
     out_help="folder for index.html, its figures and drive.json",
-    writes=("index.html", "drive.json"),
+    writes=("index.html", "*.json"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Find lost motion, stiffness and friction of a drive from logs of its two ends, or its motor's."""
@@ -37,13 +37,13 @@ def run(options: Options) -> Result:
     runs, told = ([DriveRecord.read(path, columns) for path in paths] for paths in (options.runs, options.predict))
     if any(run.both_ends for run in runs):
         found = fit_drive(runs, progress=not options.quiet)
-        data = write_drive(found, runs, told, options.new, provenance(options))
+        data = write_drive(found, runs, told, options.new)
     elif told:
         raise ClearanceError("--predict needs logs of both ends to find a drive from; these have the motor's alone")
     else:
         alone = fit_motor_side(runs, progress=not options.quiet)
-        data = write_motor_side(alone, options.new, provenance(options))
-    return Result({name: data[name] for name in ("table", "predicted", "not_told")}, _words(data))
+        data = write_motor_side(alone, options.new)
+    return Result(data, _words(data))
 
 
 def _words(data: dict[str, Any]) -> Iterator[str]:

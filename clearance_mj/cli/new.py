@@ -30,7 +30,7 @@ from .command import Group, Options, Result, command, given, option, spelled
 from .new_gears import EXAMPLES as OF_GEARS
 from .new_gears import GEARS, ONLY_GEARS, gear_fields
 from .new_shaft import ONLY_SHAFT, SHAFT, STRUCTURES
-from .options import in_si, length, spin
+from .options import in_si, length, point, spin
 from .rig_text import rig_lines
 
 WORDS = {
@@ -61,14 +61,6 @@ EXAMPLE_FILES = {"matrices": ["model.npz"], "modes": ["modes.uff"], "mjcf": ["mo
 """Examples of the files of each kind of structure."""
 
 
-def _point(text: str) -> float | str:
-    """Place on the shaft in m, which may have a unit, or the name of another point, such as "12:+Z"."""
-    try:
-        return si_value(text, "displacement")
-    except ClearanceError:
-        return text
-
-
 @command(
     "new",
     option("name", "name of the rig", nargs="?"),
@@ -82,7 +74,7 @@ def _point(text: str) -> float | str:
     Group("gears (of kind gears, with --contact of the mesh and --spin)", GEARS),
     Group("bushings, all alike", (
         option("--bushings", 'm along the shaft, or a text: a degree of freedom "12:+Z" or a shaft\'s "rod@0.4" '
-               "(example: two)", _point, nargs="+", metavar="POINT"),
+               "(example: two)", point, nargs="+", metavar="POINT"),
         option("--gap", "radial clearance, m or such as 0.3mm or 5mil (example: 3e-4)", length),
         option("--bushing-length", "m (example: 0.012)", length),
         *(option(name, f"N/m, N s/m (example: {values})", float, nargs=2, metavar=("STIFFNESS", "DAMPING"))
@@ -101,10 +93,10 @@ def _point(text: str) -> float | str:
     )),
     Group("test", (
         option("--sensors", "with nodes 1, 2, ... or those of degrees of freedom (example: a quarter of the length, "
-               "every bushing, the tip)", _point, nargs="+", metavar="POINT"),
+               "every bushing, the tip)", point, nargs="+", metavar="POINT"),
         option("--reads", "what the sensors read", default="acceleration",
                choices=[name for name in QUANTITIES if name != "force"]),
-        option("--force-at", "driven by a force, not by its base", _point, metavar="POINT"),
+        option("--force-at", "driven by a force, not by its base", point, metavar="POINT"),
     )),
     out_help="rig file (default: NAME.toml)",
 )  # fmt: skip
@@ -222,7 +214,7 @@ def _instruments(options: Options, points: Sequence[float | str]) -> dict[str, A
     """Sensors at points, and masses."""
     return {
         "sensors": tuple(Sensor(_node(x, i), x, quantity=options.reads) for i, x in enumerate(points, 1)),
-        "masses": tuple(PointMass(_point(x), si_value(mass, "mass")) for x, mass in options.mass),
+        "masses": tuple(PointMass(point(x), si_value(mass, "mass")) for x, mass in options.mass),
     }
 
 
@@ -284,7 +276,7 @@ def _in_space(options: Options) -> dict[str, Any]:
     fields = {
         "gravity": options.gravity and tuple(options.gravity),
         "spin": None if options.spin is None else Spin(options.spin),
-        "unbalances": tuple(Unbalance(_point(x), si_value(moment, "kg m")) for x, moment in options.unbalance),
+        "unbalances": tuple(Unbalance(point(x), si_value(moment, "kg m")) for x, moment in options.unbalance),
     }
     return {name: value for name, value in fields.items() if value}
 

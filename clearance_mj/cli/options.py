@@ -107,6 +107,14 @@ def _by_kind(read: Callable[[str, str], T], text: str) -> Callable[[str], T]:
     return functools.partial(_of_kind, read, text)
 
 
+def point(text: str) -> float | str:
+    """Return a place on the shaft in m, which may have a unit, or the name of another point, such as "12:+Z"."""
+    try:
+        return si_value(text, "displacement")
+    except ClearanceError:
+        return text
+
+
 level, levels = (functools.partial(_by_kind, read) for read in (_with_unit, numbers))
 
 

@@ -14,20 +14,13 @@ from ..placement import Placement, candidates, grid, place_sensors
 from ..report.placement import draw
 from ..rig import Rig
 from .command import RESULTS, Options, Result, command, option
-from .options import listed
+from .options import listed, point
 
 WHOLE, ANY_NUMBER = (listed(kind, "such as 1,2,3") for kind in (int, float))
 
 
-def _point(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
 def _points(text: str) -> int | list[float | str]:
-    return int(text) if text.lstrip("-").isdigit() else [_point(part) for part in text.split(",")]
+    return int(text) if text.lstrip("-").isdigit() else [point(part) for part in text.split(",")]
 
 
 @command(
@@ -36,7 +29,7 @@ def _points(text: str) -> int | list[float | str]:
     option("--sensors", "how many", int, 8),
     option("--candidates", "how many positions, evenly spaced outside the bushings (their distance is the least "
            "between sensors), or the points themselves, as 1:+Z,2:+Z", _points, 24),
-    option("--at", "position that gets a sensor in any case, m, or a point such as 1:+Z", _point, action="append",
+    option("--at", "position that gets a sensor in any case, m, or a point such as 1:+Z", point, action="append",
            metavar="X"),
     option("--modes", "wanted modes (default: 1,2,3,4)", WHOLE, [1, 2, 3, 4]),
     option("--unwanted", "modes that disturb the readings, as 5,6 (default: none)", WHOLE, [], metavar="MODES"),
@@ -51,10 +44,10 @@ def run(options: Options) -> Result:
     """Place sensors where they identify the modes best, by Fisher information."""
     rig = Rig.load(options.rig)
     spread = options.candidates if isinstance(options.candidates, list) else grid(rig, options.candidates).tolist()
-    position = sorted({*spread, *options.at}, key=lambda point: (isinstance(point, str), point))
+    position = sorted({*spread, *options.at}, key=lambda x: (isinstance(x, str), x))
     noise = _noise(options.noise, position)
     places = candidates(rig, position, options.modes, options.weights, noise, options.unwanted)
-    required = [position.index(point) for point in options.at]
+    required = [position.index(x) for x in options.at]
     found = place_sensors(places, options.sensors, options.criterion, options.method, required)
     data = found.to_dict() | {"modes": options.modes, "criterion": options.criterion, "method": options.method}
     return Result(data, _words(found), found.table, [draw(rig, places, found, options.modes)])
@@ -73,7 +66,7 @@ def _noise(text: str, position: list[float | str]) -> float | np.ndarray:
         raise ClearanceError(f"--noise {text}: neither a number nor a file ({error.strerror})") from None
     except (ValueError, KeyError, TypeError):
         raise ClearanceError(f"--noise {text}: must be CSV with columns position_m and std, all numbers") from None
-    if any(isinstance(point, str) for point in position):
+    if any(isinstance(x, str) for x in position):
         raise ClearanceError(f"--noise {text}: a table over positions needs candidates on one shaft; give a number")
     return np.interp(np.array(position, dtype=float), known, std)
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 from .. import tolerance
 from ..core.errors import ClearanceError
 from ..periodic.excitation import excited_by
-from ..report.production import words, write_production
+from ..report.production import rows, words, write_production
 from ..report.random_production import Hours
 from ..report.tightening import tightening_words
 from ..tolerance.peaks import QUANTITIES
 from . import options as shared
-from .command import Options, Result, command, option, provenance, settings, warn_of_depths
+from .command import Options, Result, command, option, settings, warn_of_depths
 
 MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tighten
 
@@ -39,7 +39,7 @@ MOST_LEARNT_FROM = 500  # designs, of which it is learnt which tolerance to tigh
     shared.WHERE, shared.plugin("a contact or a grease"),
     out="results/production",
     out_help="folder for index.html, figures, production.csv and .json; a stopped run goes on",
-    writes=("index.html", "production.csv", "production.json", "tightened.toml", "tightened_random.toml"),
+    writes=("index.html", "*.csv", "*.json", "tightened.toml", "tightened_random.toml"),
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Tell how many of a production rattle, exceed a limit or may jump; which tolerance to tighten."""
@@ -87,16 +87,13 @@ def run(options: Options) -> Result:
         up_to = replace(sines, levels=[options.up_to(kind)]) if options.up_to else sines
         tightenings["tightening"] = tolerance.tighten(model, scatter, up_to, *tighter)
     runner.drop_unused()
-    made_from = settings(model) | {
-        "scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed,
-        "provenance": provenance(options),
-    }  # fmt: skip
-    made_from |= {"frequency": frequencies.tolist()} if of_sines else {}
-    result = write_production(designs, options.new, made_from, found, sensitivity, tightenings, hours)
+    data = settings(model) | {"scatter": scatter.to_dict() if scatter else "posterior", "seed": options.seed}
+    data |= {"frequency": frequencies.tolist()} if of_sines else {}
+    data |= write_production(designs, options.new, found, sensitivity, tightenings, hours)
     for name, tightening in tightenings.items():
         if tightening.cheapest:
             tightening.scatter.save(options.new / f"{name.replace('ening', 'ened')}.toml")
-    return Result(result, _words(found, scatter, hours, tightenings))
+    return Result(data, _words(found, scatter, hours, tightenings), rows(found) if found else None)
 
 
 def _words(

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import to_json, write_text
 from ..drives import DriveFit, DriveRecord, MotorSideFit
 from ..drives.diagram import draw_runs
 from ..estimate import Estimates
@@ -22,13 +21,9 @@ __all__ = ["write_drive", "write_motor_side"]
 
 
 def write_drive(
-    found: DriveFit,
-    runs: Sequence[DriveRecord],
-    told: Sequence[DriveRecord],
-    folder: Path,
-    made_from: Mapping[str, Any],
+    found: DriveFit, runs: Sequence[DriveRecord], told: Sequence[DriveRecord], folder: Path
 ) -> dict[str, Any]:
-    """Write ``index.html``, its figures and ``drive.json``, and return what the last one holds.
+    """Write ``index.html`` and its figures, and return what they hold as plain data.
 
     Parameters
     ----------
@@ -40,15 +35,12 @@ def write_drive(
         Of which it was not, whose load's end is predicted.
     folder : Path
         Gets the files.
-    made_from : mapping
-        Where all this comes from.
     """
     errors = [
         {"run": run.name, "angle_rms_deg": math.degrees(angle), "torque_rms_Nm": torque}
         for run in told if run.both_ends for angle, torque in (found.drive.errors(run),)
     ]  # fmt: skip
     result = found.to_dict() | {"predicted": errors}
-    write_text(folder / "drive.json", to_json(result | {"provenance": dict(made_from)}))
     writer = ReportWriter(folder)
     sections = [
         html.Section("summary", "What the drive is like", _summary(found) + writer.figure(_held(found))),
@@ -61,8 +53,8 @@ def write_drive(
     return result
 
 
-def write_motor_side(found: MotorSideFit, folder: Path, made_from: Mapping[str, Any]) -> dict[str, Any]:
-    """Write ``index.html`` and ``drive.json`` of what its motor tells of a drive, and return what the latter holds.
+def write_motor_side(found: MotorSideFit, folder: Path) -> dict[str, Any]:
+    """Write ``index.html`` of what its motor tells of a drive, and return what it holds as plain data.
 
     Parameters
     ----------
@@ -70,11 +62,8 @@ def write_motor_side(found: MotorSideFit, folder: Path, made_from: Mapping[str, 
         Of logs of the motor's side alone.
     folder : Path
         Gets the files.
-    made_from : mapping
-        Where all this comes from.
     """
     result = found.to_dict() | {"predicted": []}
-    write_text(folder / "drive.json", to_json(result | {"provenance": dict(made_from)}))
     words = (
         f"From the motor's angle and torque alone, in {', '.join(found.runs)}: all numbers are those that the motor "
         f"feels. The ratio to the load and the load's own angle do not show there. The teeth changed sides "

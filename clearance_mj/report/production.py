@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..core.files import to_json, write_text
 from ..periodic.axes import level_axis
 from ..sweep.sensitivity import Sensitivity
 from ..tolerance import Designs, Production, Tightening
@@ -17,7 +16,7 @@ from . import html
 from .random_production import Hours
 from .style import COLOURS, FONT, Drawing, canvas, colour_bar, frequency_ends, tidy
 from .sweep import draw_sensitivity
-from .tables import Column, Table, write_csv
+from .tables import Column, Table
 from .tightening import draw_tightening, tightening_table, tightening_words
 from .writer import ReportWriter
 
@@ -102,11 +101,10 @@ def words(found: Production) -> list[str]:
 
 
 def write_production(
-    designs: Designs, folder: Path, made_from: dict[str, Any], found: Production | None = None,
-    sensitivity: Sensitivity | None = None, tightenings: dict[str, Tightening] | None = None,
-    hours: Hours | None = None,
+    designs: Designs, folder: Path, found: Production | None = None, sensitivity: Sensitivity | None = None,
+    tightenings: dict[str, Tightening] | None = None, hours: Hours | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Write ``index.html``, figures, ``production.json`` and, of sines, ``production.csv``; return what the JSON holds.
+    """Write ``index.html`` and figures, and return what they hold as plain data.
 
     Parameters
     ----------
@@ -114,8 +112,6 @@ def write_production(
         What was drawn.
     folder : Path
         Gets the files.
-    made_from : dict
-        Where all this comes from, plain data that goes into ``production.json`` too.
     found : Production, optional
         What sines do.
     sensitivity : Sensitivity, optional
@@ -134,7 +130,6 @@ def write_production(
     }
     writer, sections = ReportWriter(folder), []
     if found:
-        write_csv(folder / "production.csv", rows(found))
         result |= {
             "kind": found.kind, "limit": found.limit.words if found.limit else None,
             "level": found.level.tolist(), "over_level": found.over_level("contact").tolist(),
@@ -156,7 +151,6 @@ def write_production(
         body = html.sentences(tightening_words(each)) + writer.figure(draw_tightening(each, name))
         sections.append(html.Section(name, f"Which tolerance to tighten: {each.what}", body))
     sections.append(html.Section("numbers", "What scatters", _numbers(designs)))
-    write_text(folder / "production.json", to_json(result | made_from))
     rig = designs.nominal.rig
     writer.page(f"Production of rig “{rig.name}”", sections, html.examples(rig))
     return result
