@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..report.vehicle import write_report
-from ..vehicle.controllers import CONTROLLERS
-from ..vehicle.experiment import Case, check, run_all
-from ..vehicle.manoeuvres import get_manoeuvre
-from ..vehicle.steering import parse_gap
 from .command import Options, Result, command, option, provenance
 from .options import SEED, kmh, plugin
 
@@ -30,6 +25,13 @@ from .options import SEED, kmh, plugin
 )  # fmt: skip
 def run(options: Options) -> Result:
     """Run a manoeuvre with clearance in the steering."""
+    # Help comes without the libraries of the extra, too.
+    from ..report.vehicle import write_report
+    from ..vehicle.controllers import CONTROLLERS
+    from ..vehicle.experiment import Case, check, run_all
+    from ..vehicle.manoeuvres import get_manoeuvre
+    from ..vehicle.steering import parse_gap
+
     names = ("regime", "plant", "length_factor", "seed", "sensors", "manoeuvre")
     settings: dict[str, Any] = {name: getattr(options, name) for name in names}
     settings |= {"half_gap": parse_gap(options.gap)}
