@@ -23,8 +23,7 @@ if TYPE_CHECKING:  # what is only listed needs no library
 
 __all__ = [
     "COMMANDS", "RESULTS", "Command", "Group", "Option", "Options", "Parser", "Result", "command", "flag", "given",
-    "inputs",
-    "option", "out_file", "provenance", "say", "settings", "spelled", "warn_of_depths",
+    "inputs", "option", "out_file", "provenance", "say", "settings", "spelled", "warn_of_depths",
 ]  # fmt: skip
 
 OUTPUTS = {"out", "new", "energy", "figures", "schema"}  # options that name what is written; every other path is read
