@@ -34,7 +34,7 @@ def run(options: Options) -> Result:
     found.structure.write_csv(options.new / "modes.csv")
     caption = "Measured FRFs and what the structure gives for them."
     drawing = Drawing("synthesis", found.figure(), caption, caption)
-    return Result(found.summary(), _words(found, options.out), drawings=[drawing])
+    return Result(found.summary() | {"out": str(options.out)}, _words(found, options.out), drawings=[drawing])
 
 
 def _driving_points(pairs: list[str]) -> list[tuple[str, str]]:
