@@ -14,6 +14,7 @@ import numpy as np
 from .clearance.law import Law
 from .clearance.law_files import law_from_dict, load_law
 from .clearance.modelled import rig_and_law
+from .core.cache import code_outside
 from .core.checks import naming
 from .core.errors import LawError
 from .core.files import plain_file, to_json, write_text
@@ -148,6 +149,15 @@ class Model(Shown):
     def to_dict(self) -> dict[str, Any]:
         """Return rig and law as plain data."""
         return {"rig": self.rig.to_dict(), "law": self.law.to_dict()}
+
+    def content(self) -> list[Any]:
+        """Return plain data that two models share if they are the same, for caches; see `Rig.content`.
+
+        Files outside of the package count, such as plugins that define a contact, a grease or a structure.
+        """
+        of_rig = (part for bushing in self.rig.bushings for part in (bushing.contact, bushing.grease))
+        made_of = self.rig.structure, *of_rig, *getattr(self.law, "contact", ()), *(self.law.grease or ())
+        return [self.rig.content(), self.law.to_dict(), *code_outside(*made_of)]
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], known: Rig) -> Model:

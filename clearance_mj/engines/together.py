@@ -18,10 +18,11 @@ from ..rig import Rig
 from ..signals.excitation import Excitation
 from ..signals.response import Response
 from ..signals.sampling import Interpolator, decimate
+from .base import Run, SeveralRuns
 from .modal import Modal
 from .simulation import Simulation
 
-__all__ = ["simulate_and_keep", "simulate_together"]
+__all__ = ["lane_groups", "lanes_of", "simulate_and_keep", "simulate_together"]
 
 LANES = (4, 8)  # cases that are simulated side by side; each number is compiled once
 T = TypeVar("T")
@@ -84,11 +85,7 @@ def simulate_and_keep(
         Whatever `simulate` raises.
     """
     simulations = [Simulation(rig, excitation, law, engine or Modal()) for rig, law in cases]
-    of_shape: dict[object, list[int]] = defaultdict(list)
-    for i, simulation in enumerate(simulations):
-        of_shape[_shared(simulation) or i].append(i)
-    groups = [group[i : i + LANES[-1]] for group in of_shape.values() for i in range(0, len(group), LANES[-1])]
-
+    groups = lane_groups([_shared(simulation) for simulation in simulations])
     drives = {factor: _drive(excitation, factor) for factor in {s.interpolator.factor for s in simulations}}
 
     def kept(group: Sequence[int]) -> list[T]:
@@ -105,6 +102,32 @@ def simulate_and_keep(
     return [found[i] for i in range(len(cases))]
 
 
+def lane_groups(shared: Sequence[object | None]) -> list[list[int]]:
+    """Return numbers of runs that can be side by side, as many as there are lanes at most.
+
+    Parameters
+    ----------
+    shared : sequence
+        What each has in common with others, such as `Run.alike`; None: nothing.
+    """
+    alike: dict[object, list[int]] = defaultdict(list)
+    for i, key in enumerate(shared):
+        alike[key or i].append(i)
+    return [group[i : i + LANES[-1]] for group in alike.values() for i in range(0, len(group), LANES[-1])]
+
+
+def lanes_of(runs: Sequence[Run]) -> SeveralRuns:
+    """Return runs that are alike in lanes; those that are left over repeat the last one.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Of one group of `lane_groups`.
+    """
+    lanes = next(count for count in LANES if count >= len(runs))
+    return runs[0].beside([*runs, *[runs[-1]] * (lanes - len(runs))])
+
+
 def _drive(excitation: Excitation, factor: int) -> np.ndarray:
     """An excitation at the steps, with zeros for as long as the last sample's filter looks ahead."""
     value = excitation.value.T
@@ -113,13 +136,11 @@ def _drive(excitation: Excitation, factor: int) -> np.ndarray:
 
 
 def _side_by_side(simulations: Sequence[Simulation], drive: np.ndarray, forces: bool) -> Iterator[Response]:
-    """Responses of simulations of the same step and sizes; the lanes that are left over repeat the last one."""
-    lanes = next(count for count in LANES if count >= len(simulations))
+    """Responses of simulations of the same step and sizes."""
     first, runs = simulations[0], [simulation.run for simulation in simulations]
-    runs += runs[-1:] * (lanes - len(runs))
     size = first.interpolator.factor, first.excitation.value.shape[-1]
     needed = forces or any(s.completion.forces for s in simulations)
-    outputs = first.run.beside(runs).whole(drive, *size, needed)
+    outputs = lanes_of(runs).whole(drive, *size, needed)
     moves = any(simulation.completion.base_moves for simulation in simulations)
     motion = decimate(first.completion.push(drive), size[0])[: size[1]] if moves else None
     for simulation, output in zip(simulations, outputs):

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..clearance.law import Law
-from ..core.cache import ResultCache, code_outside
+from ..core.cache import ResultCache
 from ..identify.records.in_test import in_test
 from ..io.dataset import Record
-from ..model import Model
 from ..statistics.frf_bands import Band, frf_band, paired_error
 from . import stored
 from .identified import IdentifiedModel
 
-__all__ = ["law_band", "model_content", "models_of"]
+__all__ = ["law_band"]
 
 ENGINE = "modal"  # the cheapest
 
@@ -43,32 +41,9 @@ def law_band(
         return band, paired_error(record.response(), model.simulate(excitation, ENGINE), resolution)
 
     inputs = [
-        [model_content(each) for each in (model, *drawn)],
+        [each.content() for each in (model, *drawn)],
         law.to_dict()["misfit"],
         resolution,
         stored.record_digest(record),
-        *code_outside(*models_of(law.law)),
     ]
     return stored.band(cache, f"band_{law.name}", inputs, compute)
-
-
-def model_content(model: Model) -> list[object]:
-    """Return what results of a model depend on; plain data.
-
-    Parameters
-    ----------
-    model : Model
-        Rig and law.
-    """
-    return [model.rig.content(), model.law.to_dict()]
-
-
-def models_of(law: Law) -> list[object]:
-    """Return the contact and grease models of a law.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    """
-    return [*getattr(law, "contact", ()), *(law.grease or ())]

@@ -7,14 +7,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..core.cache import code_outside
 from ..engines import simulate
 from ..identify.records.in_test import in_test
 from ..io.dataset import Record
 from ..sound import Loudness, LoudnessOverLevel, Sound, has_mosqito, loudness_of_each, radiate
 from ..sound.zwicker import Field, Method
 from . import stored
-from .bands import model_content, models_of
 from .study import Study
 
 __all__ = ["Heard"]
@@ -64,7 +62,7 @@ class Heard:
         inputs: list[object] = [rig.content(), EXCERPT, METHOD, FIELD, *map(stored.record_digest, records)]
         if name != TEST:
             law = self.study.law(name)
-            inputs += [ENGINE, *model_content(law.model), *code_outside(*models_of(law.law))]
+            inputs += [ENGINE, *law.model.content()]
         kept = stored.arrays(self.study.cache, f"heard_{name}", inputs, compute)
         label = f"{name}, plate at sensor {rig.plate.sensor}" if rig.plate else name
         sounds = [Sound(kept[f"pressure_{i}"], record.fs, label) for i, record in enumerate(records)]

@@ -23,7 +23,7 @@ from ..signals.stepped_sines import SineSteps, sine_steps
 from ..statistics.contact import contact_statistics
 from ..statistics.frf_bands import Band
 from . import stored
-from .bands import law_band, model_content, models_of
+from .bands import law_band
 from .case import Case, LevelModes, of_one_input, require_comparable
 from .conditions import Condition, conditions_of
 from .identified import IdentifiedModel
@@ -244,9 +244,9 @@ class Study:
 
         used = get_engine(engine)
         modes = self.level_modes[record.level or 0.0].of_record[record.name]
-        inputs = [*model_content(model), engine, dataclasses.asdict(used), RESOLUTION, N_MODES]
+        inputs = [*model.content(), engine, dataclasses.asdict(used), RESOLUTION, N_MODES]
         inputs += [stored.record_digest(record), modes.frequency.tolist()]
-        inputs += code_outside(used, *models_of(model.law))
+        inputs += code_outside(used)
         found = stored.case(self.cache, f"{name}_{engine}_{record.name}", inputs, test, compute)
         return Case(name, engine, record, *found)
 
@@ -281,8 +281,7 @@ class Study:
         kind, band = record.excitation_kind, record.band or (RESOLUTION, record.fs / 2)
         settings = self.levels, band, kind, self._workers, self._progress
         compute = functools.partial(periodic_vibrations, name, model, *settings)
-        inputs = [*model_content(model), self.levels, band, kind]
-        inputs += code_outside(*models_of(model.law))
+        inputs = [*model.content(), self.levels, band, kind]
         return stored.periodic(self.cache, f"periodic_{name}", inputs, model.rig, model.law, compute)
 
     @functools.cached_property

@@ -22,7 +22,6 @@ from ..model import Model
 from ..rotors.whirling import Whirl
 from ..signals.excitation import Excitation
 from . import stored
-from .bands import model_content, models_of
 
 __all__ = [
     "RUN_IN", "PlacedWhirl", "measured_whirl", "run_out_of", "simulated_whirl", "slow_roll_of", "without_run_out",
@@ -147,8 +146,8 @@ def simulated_whirl(name: str, model: Model, record: Record, engine: str, cache:
         found = {"displacement": response.displacement[:, lead:], "spin": response.spin[lead:], "share": share}
         return found | {"rest": rest[len(rig.sensors) :][: 2 * n]}
 
-    inputs = [*model_content(dataclasses.replace(tested, rig=rig)), engine, dataclasses.asdict(used), lead]
-    inputs += [record.fs, record.size, *code_outside(used, *models_of(tested.law))]
+    inputs = [*dataclasses.replace(tested, rig=rig).content(), engine, dataclasses.asdict(used), lead]
+    inputs += [record.fs, record.size, *code_outside(used)]
     found = stored.arrays(cache, f"{name}_{engine}_{record.name}", inputs, compute)
     position = (found["displacement"] - found["rest"][:, None]).reshape(n, 2, -1)
     time = np.arange(record.size) / record.fs

@@ -18,13 +18,13 @@ from ..clearance.law import Law
 from ..core.errors import ClearanceError, ExcitationError
 from ..engines import Engine
 from ..engines.simulation import Simulation
+from ..engines.together import lane_groups, lanes_of
 from ..rig import Bushing, Rig
 from ..signals.excitation import Excitation
 from ..signals.sampling import Decimator
 
-__all__ = ["LANES", "Block", "ImpactRate", "impact_rate", "lanes_of", "march"]
+__all__ = ["Block", "ImpactRate", "groups_side_by_side", "impact_rate", "march"]
 
-LANES = (1, 4, 8)  # models that are marched side by side; each number is compiled once
 STEPS = 512  # samples of a record that are marched between two looks
 BATCHES = 20  # pieces of a record between which the scatter of the counts is seen
 
@@ -120,7 +120,7 @@ def march(
             waiting = max(0, waiting - size)
 
 
-def lanes_of(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine) -> list[list[int]]:
+def groups_side_by_side(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine) -> list[list[int]]:
     """Return which of some models can be marched side by side: those of one step and size, on the modal engine.
 
     Parameters
@@ -132,12 +132,7 @@ def lanes_of(cases: Sequence[tuple[Rig, Law]], noise: Excitation, engine: Engine
     engine : Engine
         Such as ``Modal()``.
     """
-    together: dict[object, list[int]] = {}
-    for i, (rig, law) in enumerate(cases):
-        run = Simulation(rig, noise, law, engine).run
-        together.setdefault(run.alike() or i, []).append(i)
-    most = LANES[-1]
-    return [found[i : i + most] for found in together.values() for i in range(0, len(found), most)]
+    return lane_groups([Simulation(rig, noise, law, engine).run.alike() for rig, law in cases])
 
 
 def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], np.ndarray]:
@@ -149,8 +144,7 @@ def _side_by_side(simulations: Sequence[Simulation]) -> Callable[[np.ndarray], n
         raise ClearanceError("models side by side are those of the modal engine; march others one by one")
     if len({run.alike() for run in runs}) > 1:
         raise ClearanceError("models side by side need one time step and as many modes, sensors and clearances")
-    lanes = next(count for count in LANES if count >= len(runs))
-    return runs[0].beside(runs + runs[-1:] * (lanes - len(runs))).advance
+    return lanes_of(runs).advance
 
 
 class _Watch:

@@ -16,14 +16,16 @@ import numpy as np
 
 from ..clearance.law import Law
 from ..clearance.modelled import Modelled, rig_and_law
+from ..core.cache import code_outside
 from ..core.errors import ClearanceError
 from ..core.runner import ALL_CORES, Runner
 from ..engines import Engine, get_engine
+from ..model import Model
 from ..rig import Rig
 from ..signals.psd import PSD
 from ..statistics.shares import share_interval
 from .designs import Designs
-from .impacts import Block, lanes_of, march
+from .impacts import Block, groups_side_by_side, march
 from .peaks import QUANTITIES, SETTLING, HourPeaks, noise_of, peaks_of_record
 
 __all__ = ["DesignPeaks", "LevelPeaks", "Noise", "peaks_of_designs", "peaks_over_production", "random_production"]
@@ -202,9 +204,10 @@ def peaks_over_production(found: Iterable[DesignPeaks]) -> list[LevelPeaks]:
 
 def _inputs(task: _Task) -> object:
     """Everything that the peaks of a task's designs depend on, as plain data."""
-    engine, models = get_engine(task.noise.engine), [(rig.content(), law.to_dict()) for rig, law in task.cases]
+    engine, models = get_engine(task.noise.engine), [Model(rig, law).content() for rig, law in task.cases]
     asked = {name: value for name, value in vars(task.noise).items() if name not in ("psd", "levels", "engine")}
-    return models, task.first, task.level, task.noise.psd.to_dict(), task.seed, asked, engine.name, vars(engine)
+    how = engine.name, vars(engine), code_outside(engine)
+    return models, task.first, task.level, task.noise.psd.to_dict(), task.seed, asked, *how
 
 
 def _marched(task: _Task) -> dict[str, np.ndarray]:
@@ -212,7 +215,7 @@ def _marched(task: _Task) -> dict[str, np.ndarray]:
     asked, engine = task.noise, get_engine(task.noise.engine)
     noise = noise_of(asked.psd.scaled(task.level), asked.duration + asked.settling, [task.seed, task.first // TOGETHER])
     found: dict[int, HourPeaks] = {}
-    for together in lanes_of(task.cases, noise, engine):
+    for together in groups_side_by_side(task.cases, noise, engine):
         blocks: list[list[Block]] = list(march([task.cases[i] for i in together], [noise], engine, asked.settling))
         for lane, i in enumerate(together):
             own = [block[lane] for block in blocks]

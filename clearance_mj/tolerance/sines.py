@@ -108,7 +108,7 @@ def _arrays_of(settings: Settings, batch: Batch) -> dict[str, np.ndarray]:
 def _inputs(settings: Settings, batch: Batch) -> object:
     """Everything that the results of a batch depend on, as plain data."""
     designs = batch.designs
-    models = [model.to_dict() for model in designs.drawn] or [designs.nominal.to_dict(), designs.values.tolist()]
+    models = [model.content() for model in designs.drawn] or [designs.nominal.content(), designs.values.tolist()]
     arrays = settings.levels.tolist(), settings.frequencies.tolist()
     limit = settings.limit and (settings.limit.quantity, settings.limit.value, settings.limit.at)
     how = settings.kind, settings.harmonics, settings.samples, settings.modes, settings.reach

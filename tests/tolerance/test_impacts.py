@@ -8,7 +8,7 @@ import scipy.stats
 
 import clearance_mj as cm
 from clearance_mj.clearance.modelled import rig_and_law
-from clearance_mj.tolerance.impacts import impact_rate, lanes_of, march
+from clearance_mj.tolerance.impacts import groups_side_by_side, impact_rate, march
 
 from ..study.turning_rig import RIG as TURNING
 
@@ -60,7 +60,7 @@ def test_pieces_and_settling_change_nothing_of_what_is_left():
 def test_side_by_side_is_as_alone():
     noise = cm.excitation.random(2.0, 2048.0, rms=5.0, seed=3)
     cases = [rig_and_law(RIG.with_gap(gap)) for gap in (2e-4, 3e-4, 4e-4)]
-    assert lanes_of([*cases, *cases, *cases], noise, cm.Modal()) == [list(range(8)), [8]]
+    assert groups_side_by_side([*cases, *cases, *cases], noise, cm.Modal()) == [list(range(8)), [8]]
     together = whole(cases, [noise])
     for case, found in zip(cases, together):
         (alone,) = whole([case], [noise])

@@ -2,7 +2,10 @@
 
 import dataclasses
 import re
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -186,6 +189,19 @@ def test_any_number_of_workers_finds_the_same_and_goes_on_where_it_stopped(tmp_p
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
     more = production(oscillator(), *asked, n_designs=24, runner=ALONE)
     assert_array_equal(more.first_contact[:20], alone.first_contact)
+
+
+def test_another_version_of_a_plugin_is_computed_anew(tmp_path, monkeypatch):
+    """The grease is that of a file outside of the package, which changes between two calls."""
+    plugin = ModuleType("own_grease")
+    plugin.__file__ = str(tmp_path / "own_grease.py")
+    monkeypatch.setitem(sys.modules, plugin.__name__, plugin)
+    monkeypatch.setattr(Grease, "__module__", plugin.__name__)
+    asked = Scatter((Scattered("bushings.gap", within="0.1 mm"),)), Sines([9.0], [LOW])
+    for count, text in enumerate(("stiff = 1", "stiff = 1", "stiff = 2")):
+        Path(plugin.__file__).write_text(text)
+        production(oscillator(), *asked, n_designs=1, runner=Runner(1, kept=tmp_path))
+        assert len([*tmp_path.glob("*.npz")]) == max(count, 1)
 
 
 def test_scatter_is_by_default_the_rig_files_own():
