@@ -2,7 +2,6 @@
 
 import dataclasses
 import inspect
-import struct
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +14,7 @@ from clearance_mj.cli import main
 from clearance_mj.core import errors, tasks
 from clearance_mj.core.checks import even_rate
 from clearance_mj.core.errors import ClearanceError, RecordError, SimulationError
+from clearance_mj.core.runner import Runner
 from clearance_mj.engines import simulate_blocks
 from clearance_mj.identify.laws import output_error
 from clearance_mj.identify.methods import force_balance
@@ -33,7 +33,6 @@ from clearance_mj.signals.references import join_references
 from clearance_mj.signals.response import Response
 from clearance_mj.sweep import Design, Vary, run
 from clearance_mj.sweep.case import Outputs
-from clearance_mj.sweep.run import Table
 from experiments.article import Inputs
 from experiments.real.records import read_dropbear
 from experiments.testrig import Truth, integrator, simulate_rig
@@ -331,17 +330,7 @@ def test_excitation_that_does_not_tell_its_band(tmp_path):
 def test_sweep_larger_than_a_file_holds(tmp_path, monkeypatch):
     monkeypatch.setattr(run, "LARGEST", 1000)
     with pytest.raises(ClearanceError, match=r"of 4 cases takes .* more than a netCDF file can hold"):
-        run.run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", workers=1)
-
-
-def test_table_of_a_sweep(tmp_path, monkeypatch):
-    (tmp_path / "table").write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", 20) + b"{nonsense" + b" " * 11)
-    with pytest.raises(ClearanceError, match=r"table: is damaged .*; remove it to begin again"):
-        Table(tmp_path / "table", {"x": ()}, 3)
-    table = Table(tmp_path / "good", {"x": ()}, 3)
-    (tmp_path / "good").unlink()
-    with pytest.raises(ClearanceError, match=r"good: cannot be written \(No such file"):
-        table.write(0, {"x": 1.0})
+        run.run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", Runner(1))
 
 
 @pytest.mark.parametrize(

@@ -22,8 +22,10 @@ import clearance_mj
 from clearance_mj import report
 from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
+from clearance_mj.core.cache import ResultCache, load_arrays
 from clearance_mj.core.errors import ClearanceError, RecordError, SimulationError
 from clearance_mj.core.output_folder import WORK
+from clearance_mj.core.runner import Runner
 from clearance_mj.engines import get_engine
 from clearance_mj.io import formats, results
 from clearance_mj.report import report_study
@@ -31,11 +33,10 @@ from clearance_mj.rig import Rig
 from clearance_mj.signals.frf import FRF
 from clearance_mj.study import study as study_module
 from clearance_mj.sweep import run_sweep
-from clearance_mj.sweep.run import Table
 
 from .conftest import ROOT
 from .processes import FORK, PATIENCE, Apart, calls, content, interrupt, kill, limit_files
-from .sweep.plans import loaded, small
+from .sweep.plans import finished, loaded, small
 
 # Studies.
 
@@ -158,18 +159,17 @@ def test_two_studies_at_once(tmp_path, old, studies):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("size", "done"), [(5_000, 0), (10_000, 4)], ids=["of the table", "of the results"])
+@pytest.mark.parametrize(("size", "done"), [(3_000, 0), (10_000, 4)], ids=["of the cases", "of the results"])
 def test_full_disk_during_a_sweep(tmp_path, size, done):
-    """The table of 4 cases takes 9 kB, the results 13 kB with their labels."""
+    """Each of 4 cases takes 4 kB, the results 13 kB with their labels."""
     plan = loaded(tmp_path, small(4))
     out = tmp_path / "out"
     command = ("sweep", tmp_path / "plan.toml", "--out", out, "--quiet", "--workers", "1")
     [line] = Apart(tmp_path, *command, prepare=limit_files(size)).ends(2)
     assert "cannot be written (File too large)" in line
-    assert {p.name for p in out.iterdir()} == {"lock", "plan.json"} | ({"cases.npy"} if done else set())
-    if done:
-        assert Table(out / "cases.npy", plan.shapes, 4).finished().all()
-    after = run_sweep(plan, out, workers=1, progress=False)
+    assert {p.name for p in out.iterdir()} == {"lock", "plan.json", "cases"}
+    assert finished(out) == done and len([*(out / "cases").iterdir()]) == 2 * done, "nothing half-written"
+    after = run_sweep(plan, out, Runner(1))
     assert after["error"].values.tolist() == [""] * 4
 
 
@@ -178,10 +178,10 @@ def test_interrupted_sweep(tmp_path):
     plan = loaded(tmp_path, small(12))
     out = tmp_path / "out"
     command = ("sweep", tmp_path / "plan.toml", "--out", out, "--quiet", "--workers", "1")
-    lines = Apart(tmp_path, *command, prepare=calls(Table, "write", 6, interrupt)).ends(1)
+    lines = Apart(tmp_path, *command, prepare=calls(ResultCache, "keep", 6, interrupt)).ends(1)
     assert lines == ["clearance-mj: interrupted; run the same command again to go on"]
-    assert Table(out / "cases.npy", plan.shapes, 12).finished().sum() == 5
-    assert run_sweep(plan, out, workers=1, progress=False).sizes["case"] == 12
+    assert finished(out) == 5
+    assert run_sweep(plan, out, Runner(1)).sizes["case"] == 12
 
 
 # Exports.
@@ -279,8 +279,8 @@ class Bomb:
 
 @pytest.mark.parametrize(
     "read",
-    [*{f.name: f.read for f in formats.FORMATS.values()}.values(), lambda p: Table(p, {"natural_frequency": (2,)}, 3)],
-    ids=[*dict.fromkeys(f.name for f in formats.FORMATS.values()), "table of a sweep"],
+    [*{f.name: f.read for f in formats.FORMATS.values()}.values(), load_arrays],
+    ids=[*dict.fromkeys(f.name for f in formats.FORMATS.values()), "arrays that a cache keeps"],
 )
 @pytest.mark.parametrize("carrier", ["pickle", "npy", "npz"])
 def test_no_reader_unpickles(tmp_path, read, carrier):

@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 from clearance_mj.core.output_folder import WORK
+from clearance_mj.core.runner import Runner
 from clearance_mj.report import report_study
 from clearance_mj.sweep import load_plan, run_sweep
 from experiments.article import ITEMS, Inputs, Item, Result, register, reproduce
@@ -38,7 +39,7 @@ def a_study(folder, out):
 
 
 def a_sweep(folder, out):
-    run_sweep(load_plan(folder / "plan.toml"), out, 1, progress=False)
+    run_sweep(load_plan(folder / "plan.toml"), out, Runner(1))
 
 
 def the_article(folder, out):

@@ -8,7 +8,7 @@ from ..core.files import sha256, to_json, write_text
 from ..core.provenance import made_from
 from ..report.sweep import draw_frfs, draw_results, draw_sensitivity, write_page
 from ..report.tables import write_csv
-from ..sweep import load_plan, run_sweep
+from ..sweep import Runner, load_plan, run_sweep
 from ..sweep.run import PROVENANCE, SHOWN
 from ..sweep.sensitivity import sensitivity
 from .command import Options, Result, command, option
@@ -24,7 +24,8 @@ from .options import WHERE
 def run(options: Options) -> Result:
     """Simulate the cases of a plan; an interrupted sweep goes on where it stopped."""
     plan, out = load_plan(options.plan), options.out
-    results = run_sweep(plan, out, options.workers, options.scheduler, not options.quiet)
+    runner = Runner(options.workers, options.scheduler, progress=not options.quiet)
+    results = run_sweep(plan, out, runner)
     errors = {int(case): str(error) for case, error in zip(results["case"], results["error"].values) if error}
     data = {"cases": results.sizes["case"], "without_results": errors}
     drawings = [drawing for drawing in (draw_results(results, plan.vary), draw_frfs(results)) if drawing]

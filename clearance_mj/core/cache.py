@@ -17,10 +17,12 @@ from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
 
 from ..version import __version__
+from .checks import naming
 from .errors import ClearanceError
 from .files import SEAL, is_sealed, replacing, seal
 
@@ -33,7 +35,7 @@ NOT_IN_RESULTS = ("cli", "core/drawing.py", "core/overview.py", "report", "vehic
 """Parts of the package whose sources do not touch simulations, laws and FRFs"""
 _PACKAGE = Path(__file__).parents[1]
 LIBRARIES = ("mujoco-core", "numba", "numpy", "pywavelets", "scipy")  # whose versions results depend on
-_OURS = re.compile(r".+_[0-9a-f]{16}\.[a-z.]+")
+_OURS = re.compile(r".+_[0-9a-f]{16}(\.[a-z0-9]+)+")  # files, and their temporary names
 T = TypeVar("T")
 
 
@@ -118,7 +120,7 @@ class ResultCache:
         return self.folder / file
 
     def drop_unused(self) -> None:
-        """Remove results that were neither read nor written, such as an earlier run's with other inputs."""
+        """Remove what was neither read nor written, such as results of other inputs, and what a kill tore."""
         for path in self.folder.glob("*"):
             if path.name.removesuffix(SEAL) not in self._used and _OURS.fullmatch(path.name.removesuffix(SEAL)):
                 path.unlink()
@@ -131,8 +133,9 @@ def save_arrays(arrays: Mapping[str, Any], path: Path) -> None:
 
 
 def load_arrays(path: Path) -> dict[str, np.ndarray]:
-    """Return the arrays of a file that `save_arrays` wrote, by name."""
-    with np.load(path) as file:
+    """Return the arrays of a file that `save_arrays` wrote, by name; a ClearanceError if it holds anything else."""
+    damages = OSError, ValueError, TypeError, BadZipFile
+    with naming(path, damages, ClearanceError, "{}: holds no arrays ({})"), np.load(path) as file:
         return dict(file)
 
 

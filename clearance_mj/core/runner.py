@@ -29,6 +29,8 @@ class _Numbered(Generic[Task]):
     task: Task = field(compare=False)
 
     def __str__(self) -> str:
+        if isinstance(self.task, range) and len(self.task) > 1:
+            return f"{self.task[0]} to {self.task[-1]}"
         return str(self.number)
 
 
@@ -68,7 +70,8 @@ class Runner:
         function : callable
             Of a task, to named arrays; like the tasks it can be pickled.
         tasks : sequence
-            Parts of the computation.
+            Parts of the computation. They are computed in a shuffled order, so that those that are done are a fair
+            sample of those that are left, and with them the time left that a bar shows.
         inputs : callable
             Of a task, to everything that its result depends on, as plain data.
         samples : sequence of callable
@@ -86,7 +89,8 @@ class Runner:
         if cache:
             kept = {i: cache.find(files, inputs(task), load_arrays, SUFFIX) for i, task in enumerate(tasks)}
             found |= {i: arrays for i, arrays in kept.items() if arrays is not None}
-        left = [_Numbered(i, task) for i, task in enumerate(tasks) if i not in found]
+        shuffled = np.random.default_rng(0).permutation(len(tasks)).tolist()
+        left = [_Numbered(i, tasks[i]) for i in shuffled if i not in found]
         elsewhere, count = bool(self.scheduler or self.executor), workers_to_use(self.workers)
         if self.progress and left and samples and not elsewhere:
             print_duration(name, samples, times * len(left) / len(tasks), min(count, len(left)))

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import LogLocator, StrMethodFormatter
-from scipy.stats import t
 
 from ..core.drawing import envelope
 from ..sound import LoudnessOverLevel, loudness_level
+from ..statistics.intervals import CONFIDENCE, two_sided_quantile
 from .style import COLOURS, FONT, MARKERS, Drawing, canvas, level_axis, tidy
 
 __all__ = ["draw", "rows", "words"]
@@ -60,7 +60,9 @@ def _means(found: LoudnessOverLevel) -> dict[float, tuple[float, float, float]]:
     means = {}
     for level in sorted({*found.level}):
         n5 = found.n5[np.equal(found.level, level)]
-        half = t.ppf(0.975, n5.size - 1) * n5.std(ddof=1) / np.sqrt(n5.size) if n5.size > 1 else np.nan
+        half = (
+            two_sided_quantile(CONFIDENCE, n5.size - 1) * n5.std(ddof=1) / np.sqrt(n5.size) if n5.size > 1 else np.nan
+        )
         means[level] = float(n5.mean()), float(np.maximum(n5.mean() - half, 0.0)), float(n5.mean() + half)
     return means
 

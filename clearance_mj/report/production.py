@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..periodic.axes import level_axis
-from ..sweep.sensitivity import Sensitivity
+from ..statistics.sobol import Sensitivity
 from ..tolerance import Designs, Production, Tightening
 from ..tolerance.shares import SHARES
 from . import html

@@ -14,8 +14,9 @@ from matplotlib.ticker import NullLocator
 
 from ..core.drawing import key
 from ..core.files import write_text
+from ..statistics.sobol import Sensitivity
 from ..sweep.design import Vary
-from ..sweep.sensitivity import Sensitivity, quantities
+from ..sweep.sensitivity import quantities
 from . import html
 from .style import FONT, Drawing, canvas, decibel, phase, tidy
 

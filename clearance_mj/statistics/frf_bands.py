@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.stats
 
 from ..core.kinds import checks_kinds
 from ..engines import Modal, simulate_and_keep
@@ -29,10 +28,10 @@ from ..signals.excitation import Excitation
 from ..signals.frf import FRF, estimate_frf
 from ..signals.frf_error import random_error
 from ..signals.response import Response
+from .intervals import CONFIDENCE, two_sided_quantile
 
-__all__ = ["CONFIDENCE", "Band", "frf_band", "inside", "paired_error"]
+__all__ = ["Band", "frf_band", "inside", "paired_error"]
 
-CONFIDENCE = 0.95
 DB = 20 / np.log(10)
 
 
@@ -93,18 +92,18 @@ class Band(ArrayData):
         -------
         ndarray, shape (2, n_outputs, n_inputs, n_f)
         """
-        return self._about(np.hypot(self._half_width, scipy.stats.norm.ppf(0.5 + self.confidence / 2) * error))
+        return self._about(np.hypot(self._half_width, two_sided_quantile(self.confidence) * error))
 
     @functools.cached_property
     def _half_width(self) -> np.ndarray:
         drawn = self._quantile(len(self.drawn)) * np.log(self.drawn).std(axis=0, ddof=1)
         if self.missed is None:
             return np.asarray(drawn)
-        return np.hypot(drawn, scipy.stats.norm.ppf(0.5 + self.confidence / 2) * self.missed)
+        return np.hypot(drawn, two_sided_quantile(self.confidence) * self.missed)
 
     def _quantile(self, n: int) -> float:
         """Half the width of the prediction interval of a normal variable over the standard deviation of n samples."""
-        return float(scipy.stats.t.ppf(0.5 + self.confidence / 2, n - 1) * np.sqrt(1 + 1 / n))
+        return two_sided_quantile(self.confidence, n - 1) * float(np.sqrt(1 + 1 / n))
 
     def _about(self, half_width: np.ndarray) -> np.ndarray:
         middle = np.log(self.drawn).mean(axis=0)

@@ -18,7 +18,9 @@ import numpy as np
 import scipy.special
 import scipy.stats
 
-__all__ = ["CONFIDENCE", "LEAST_FREEDOM", "Interval", "Pooled", "on_power_law", "over_seeds", "ratio"]
+__all__ = [
+    "CONFIDENCE", "LEAST_FREEDOM", "Interval", "Pooled", "on_power_law", "over_seeds", "ratio", "two_sided_quantile",
+]  # fmt: skip
 
 CONFIDENCE = 0.95
 SMALLEST = 1e-12  # Errors below it are rounding: their logarithms would mean nothing
@@ -95,7 +97,7 @@ def over_seeds(
         if not x.size:
             means[level] = Interval(math.nan)
             continue
-        half = _quantile(confidence, freedom) * math.sqrt(variance / x.size + variance**2 / (2 * freedom))
+        half = two_sided_quantile(confidence, freedom) * math.sqrt(variance / x.size + variance**2 / (2 * freedom))
         limits = scale.limits(scale.expected(float(x.mean()), float(variance)), half)
         missing = TOO_FEW if freedom < LEAST_FREEDOM else "" if limits else TOO_WIDE
         low, high = (limits if limits and not missing else None) or (math.nan, math.nan)
@@ -167,9 +169,18 @@ def _cochran_limit(n: int, freedom: int, risk: float) -> float:
 
 
 @functools.cache
-def _quantile(confidence: float, freedom: int) -> float:
-    """Student's two-sided quantile."""
-    return float(scipy.stats.t.ppf(0.5 + confidence / 2, freedom))
+def two_sided_quantile(confidence: float, freedom: float = math.inf) -> float:
+    """Return how many standard deviations from its mean Student's variable stays with a probability.
+
+    Parameters
+    ----------
+    confidence : float
+        The probability.
+    freedom : float
+        Degrees of freedom; without, the variable is normal.
+    """
+    distribution = scipy.stats.norm if math.isinf(freedom) else scipy.stats.t(freedom)
+    return float(distribution.ppf(0.5 + confidence / 2))
 
 
 def on_power_law(
@@ -203,7 +214,7 @@ def on_power_law(
     x, y = np.log(fitted), scale.to(np.array([errors[level] for level in fitted]))
     residual = y - np.polyval(np.polyfit(x, y, 1), x)
     freedom = len(fitted) - 2
-    half = _quantile(confidence, freedom) * math.sqrt(np.sum(residual**2) / freedom)
+    half = two_sided_quantile(confidence, freedom) * math.sqrt(np.sum(residual**2) / freedom)
     for level, value in zip(fitted, y.tolist()):
         low, high = scale.limits(value, half) or (math.nan, math.nan)
         error = float(errors[level])  # below `SMALLEST` it counts as that

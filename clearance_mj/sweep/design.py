@@ -9,12 +9,12 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field
-from scipy.stats import qmc
 
 from ..core.errors import ClearanceError
 from ..core.validation import Number, Text, Whole, checked
+from ..statistics.sobol import require_power_of_two, saltelli_points, unit_points
 
-__all__ = ["Design", "Vary", "saltelli_shares"]
+__all__ = ["Design", "Vary"]
 
 Method = typing.Literal["grid", "latin-hypercube", "sobol", "saltelli"]
 METHODS = typing.get_args(Method)
@@ -89,7 +89,7 @@ class Vary:
 class Design:
     """How the cases cover the ranges of the varied parameters.
 
-    "grid": every combination. "latin-hypercube", "sobol": points of `scipy.stats.qmc`. "saltelli": two Sobol' samples A
+    "grid": every combination. "latin-hypercube", "sobol": points of a unit cube. "saltelli": two Sobol' samples A
     and B, then A with one parameter after the other from B: samples × (parameters + 2) cases, from which Sobol indices
     follow (Saltelli et al., Computer Physics Communications 181, 2010).
     """
@@ -107,12 +107,8 @@ class Design:
                 raise ClearanceError("design.samples is not for a grid; give each parameter values, or a count")
         elif not 1 <= self.samples <= MAX_NUMBERS:
             raise ClearanceError(f"design.samples must be in 1..{MAX_NUMBERS}, got {self.samples}")
-        elif self.method != "latin-hypercube" and self.samples & (self.samples - 1):
-            below = 2 ** math.floor(math.log2(self.samples))
-            raise ClearanceError(
-                f"design.samples = {self.samples} is no power of 2, which Sobol' points need; "
-                f"take {below} or {2 * below}"
-            )
+        elif self.method != "latin-hypercube":
+            require_power_of_two("design.samples", self.samples)
 
     def points(self, varied: Sequence[Vary]) -> np.ndarray:
         """Return the values of the varied parameters in each case.
@@ -142,22 +138,9 @@ class Design:
         return np.stack([v.at(share) for v, share in zip(varied, self._shares(len(varied)).T)], axis=1)
 
     def _shares(self, d: int) -> np.ndarray:
-        rng = np.random.default_rng(self.seed)
-        if self.method == "latin-hypercube":
-            return qmc.LatinHypercube(d, rng=rng).random(self.samples)
-        if self.method == "sobol":
-            return qmc.Sobol(d, rng=rng).random(self.samples)
-        return saltelli_shares([[i] for i in range(d)], self.samples, self.seed)
-
-
-def saltelli_shares(groups: Sequence[Sequence[int]], samples: int, seed: int) -> np.ndarray:
-    """Return the shares of the ranges in the cases of a "saltelli" design, (samples × (n_groups + 2), n_varied).
-
-    Two Sobol' samples A and B, then A with the parameters of one group after the other from B.
-    """
-    d = sum(map(len, groups))
-    a, b = np.split(qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(samples), 2, axis=1)
-    return np.concatenate((a, b, *[np.where(np.isin(np.arange(d), group), b, a) for group in groups]))
+        if self.method == "saltelli":
+            return saltelli_points([[i] for i in range(d)], self.samples, self.seed)
+        return unit_points(self.method, self.samples, d, self.seed)
 
 
 def _require_few(n_cases: int, n_varied: int) -> None:

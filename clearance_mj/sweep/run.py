@@ -1,53 +1,49 @@
 """Run a plan into a folder, or go on where a run stopped.
 
-Results wait in a table on disk until all are there, ``cases.npy``, with one row for each case.
-
-It is made full of zeros before the first case runs. One process, which has locked the folder, writes; a row holds a
-digest over the case's number and its results, and counts only if that is right. So none is stored twice, a row that a
-kill or a power cut tore is computed again, a killed process loses at most the cases in flight, and finished cases are
-never recomputed. When every row counts, ``results.nc`` is written from them, and only then the table is removed.
+Results wait in the folder ``cases`` until all are there, in files of one case or, of many cases, of several. Each has a
+digest beside it, and counts only if that is right: what a kill or a power cut tore is computed again, a killed process
+loses at most what was in flight, and finished cases are never recomputed. One process, which has locked the folder,
+writes. When every case is there, ``results.nc`` is written from them, and only then ``cases`` is removed.
 """
 
 from __future__ import annotations
 
-import hashlib
+import contextlib
+import functools
 import json
-import math
 import re
-from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..core.cache import code, file_lock
+from ..core.cache import code, code_outside, digest, file_lock
 from ..core.errors import ClearanceError
 from ..core.files import SEAL, is_sealed, plain_file, remove_leftovers, replacing, seal, write_text
 from ..core.provenance import made_from
-from ..core.tasks import run_tasks, workers_to_use
+from ..core.runner import ALL_CORES, Runner
+from ..core.tasks import workers_to_use
+from ..model import Model
 from ..version import __version__
 from .plan import Plan
 
-__all__ = ["RESULTS", "Table", "labelled", "run_sweep"]
+__all__ = ["CASES", "RESULTS", "labelled", "run_sweep"]
 
-PLAN, TABLE, RESULTS, LOCK, PROVENANCE = "plan.json", "cases.npy", "results.nc", "lock", "provenance.json"
+PLAN, CASES, RESULTS, LOCK, PROVENANCE = "plan.json", "cases", "results.nc", "lock", "provenance.json"
 SHOWN = {
     RESULTS, "sweep.html", "sweep.png", "sweep_frf.png", "sensitivity.csv", "sensitivity.json", "sensitivity.png",
 }  # fmt: skip
 """Results, and what is drawn of them"""
-FILES = {PLAN, TABLE, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}  # What a sweep leaves in its folder
+FILES = {PLAN, CASES, LOCK, PROVENANCE, f"{RESULTS}{SEAL}", *SHOWN}  # What a sweep leaves in its folder
 LARGEST = 2**32 - 8  # bytes of one variable in a netCDF-3 file with 64-bit offsets
+MOST_FILES = 1000  # of cases that wait: 100 000 cases are computed and kept a hundred at a time
+TIMED, SHARE_TIMED = 64, 0.05  # cases that are timed at most, to say how long all take
+MESSAGE = 240  # characters of the line that says why a case has no results
 
 
-def run_sweep(
-    plan: Plan,
-    out: str | Path,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: bool = False,
-    executor: Executor | None = None,
-) -> xr.Dataset:
+def run_sweep(plan: Plan, out: str | Path, runner: Runner = ALL_CORES) -> xr.Dataset:
     """Run a sweep, or go on with one that was interrupted.
 
     Parameters
@@ -55,16 +51,10 @@ def run_sweep(
     plan : Plan
         The plan.
     out : str or Path
-        Folder for the results: ``results.nc`` once all cases are done.
-    workers : int, optional
-        Processes on this machine; default: one for each core.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose cluster then computes the cases.
-    progress : bool
-        Show a progress bar with the time left.
-    executor : concurrent.futures.Executor, optional
-        What computes the cases instead, of any library (a pool of threads or processes, MPI, a queue of a cluster); it
-        is left open.
+        Folder for the results: ``results.nc`` once all cases are done. Until then it also keeps what is done, in the
+        place of the runner's own folder.
+    runner : Runner
+        On which workers cases are computed.
 
     Returns
     -------
@@ -76,14 +66,8 @@ def run_sweep(
     ClearanceError
         If the folder holds another plan's sweep or something else, another sweep is writing there, or the workers are
         lost.
-
-    Notes
-    -----
-    Cases run in a shuffled order, so that those that are done are a fair sample of those that are left, and with them
-    the time left that is shown: stiff or loud corners of a grid may cost many times what the others do. Processes start
-    by importing the calling script: start a sweep below ``if __name__ == "__main__"``.
     """
-    workers = workers_to_use(workers)
+    workers_to_use(runner.workers)
     out = Path(out)
     _check_folder(out)
     with file_lock(out / LOCK, "sweep"):
@@ -91,13 +75,36 @@ def run_sweep(
         remove_leftovers(out, FILES)
         results = out / RESULTS
         if not is_sealed(results):
-            table = Table(out / TABLE, plan.shapes, len(plan.points))
-            _compute(plan, table, workers, scheduler, executor, progress)
+            values = _computed(plan, replace(runner, kept=out / CASES))
             with replacing(results) as temporary:
-                labelled(plan, table).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+                labelled(plan, values).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
             seal(results)
-        (out / TABLE).unlink(missing_ok=True)
+        Runner(kept=out / CASES).drop_unused()
+        with contextlib.suppress(OSError):  # it is not there, or somebody put something else into it
+            (out / CASES).rmdir()
     return xr.load_dataset(results, engine="scipy")
+
+
+def _computed(plan: Plan, runner: Runner) -> dict[str, np.ndarray]:
+    """Results of all cases, and the field "error": why a case has none."""
+    n = len(plan.points)
+    model, size = Model(*plan.case(0)[:2]), -(-n // MOST_FILES)
+    shown = digest(plan.to_dict(), model.content(), code_outside(plan.engine))
+    parts = [range(first, min(first + size, n)) for first in range(0, n, size)]
+    timed = np.random.default_rng(0).permutation(n)[: min(int(SHARE_TIMED * n), TIMED)].tolist()
+    samples = [functools.partial(plan.evaluate, case) for case in timed]
+    found = runner.run(
+        "sweep", functools.partial(_of_part, plan), parts, lambda part: (shown, part.start, part.stop), samples, n
+    )
+    return {name: np.concatenate([part[name] for part in found]) for name in (*plan.shapes, "error")}
+
+
+def _of_part(plan: Plan, cases: range) -> dict[str, np.ndarray]:
+    found = [plan.evaluate(case) for case in cases]
+    none = {name: np.full(shape, np.nan) for name, shape in plan.shapes.items()}
+    rows = [none if isinstance(each, str) else each for each in found]
+    errors = [each[:MESSAGE] if isinstance(each, str) else "" for each in found]
+    return {name: np.array([row[name] for row in rows], dtype=float) for name in none} | {"error": np.array(errors)}
 
 
 def _check_folder(out: Path) -> None:
@@ -164,18 +171,6 @@ def _difference(a: Any, b: Any, where: str = "") -> str:
     return "" if a == b else where or "plan"
 
 
-def _compute(
-    plan: Plan, table: Table, workers: int | None, scheduler: str | None, executor: Executor | None, progress: bool
-) -> None:
-    finished = table.finished()
-    left = np.random.default_rng(0).permutation(np.flatnonzero(~finished)).tolist()
-    done, words = int(finished.sum()), "sweep" if progress else ""
-    for case, values in run_tasks(
-        plan.evaluate, left, workers, processes=True, scheduler=scheduler, executor=executor, progress=words, done=done
-    ):
-        table.write(case, values)
-
-
 # Results of a sweep as labelled arrays: every result over the cases, and what each case was.
 
 _RESULTS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
@@ -195,14 +190,13 @@ _RESULTS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 """Dimensions beside the case, and attributes"""
 
 
-def labelled(plan: Plan, table: Table) -> xr.Dataset:
-    """Return a finished table with names, units and labels."""
-    rows = table.rows()
+def labelled(plan: Plan, values: dict[str, np.ndarray]) -> xr.Dataset:
+    """Return the results of all cases with names, units and labels."""
     variables: dict[str, Any] = {
-        name: (("case", *_RESULTS[name][0]), rows[name], _attributes(plan, name)) for name in plan.shapes
+        name: (("case", *_RESULTS[name][0]), values[name], _attributes(plan, name)) for name in plan.shapes
     }
     variables["parameter"] = (("case", "varied"), plan.points, {"long_name": "values of the varied parameters, SI"})
-    variables["error"] = ("case", [text.decode(errors="ignore") for text in rows["error"]])
+    variables["error"] = ("case", values["error"].tolist())
     coordinates = {
         "case": np.arange(len(plan.points), dtype=np.int32),
         "varied": plan.paths,
@@ -236,55 +230,3 @@ def _attributes(plan: Plan, name: str) -> dict:
         return attributes
     excitation = plan.case(0)[2]
     return {"units": "1" if excitation is not None and excitation.kind == "base" else "m s-2 N-1", **attributes}
-
-
-DIGEST = 8  # bytes
-MESSAGE = 240  # bytes of the line that says why a case has no results
-
-
-class Table:
-    """Results on disk of n cases, with quantities of these shapes; made if the file is not there.
-
-    A ClearanceError says if the file holds another table, or there is no room on the disk.
-    """
-
-    def __init__(self, path: Path, shapes: dict[str, tuple[int, ...]], n_cases: int):
-        numbers = [(name, "<f8", shape) for name, shape in shapes.items()]
-        self.path, self.row = path, np.dtype([("digest", f"V{DIGEST}"), ("error", f"S{MESSAGE}"), *numbers])
-        if not path.exists():
-            with replacing(path) as temporary:
-                np.lib.format.open_memmap(temporary, "w+", self.row, (n_cases,)).flush()
-        rows = self.rows()
-        if rows.dtype != self.row or rows.shape != (n_cases,):
-            raise ClearanceError(f"{path}: is not the table of this sweep; remove it to begin again")
-        self._start = rows.offset
-
-    def rows(self) -> np.memmap:
-        """Return the table (n_cases,) as it is on disk: fields "error" and those of ``shapes``."""
-        try:
-            return np.lib.format.open_memmap(self.path, "r")
-        except Exception as error:  # numpy raises whatever parsing a damaged header as Python leads to
-            raise ClearanceError(f"{self.path}: is damaged ({error}); remove it to begin again") from None
-
-    def finished(self) -> np.ndarray:
-        """Return which cases (n_cases,) have results, or are known to have none."""
-        return np.array([row["digest"].tobytes() == _digest(i, row) for i, row in enumerate(self.rows())], dtype=bool)
-
-    def write(self, case: int, values: dict | str) -> None:
-        """Store what came of a case: its results, or why it has none."""
-        row = np.zeros((), self.row)
-        if isinstance(values, str):
-            row["error"] = values.encode()[:MESSAGE]
-        for name in (self.row.names or ())[2:]:
-            row[name] = math.nan if isinstance(values, str) else values[name]
-        row["digest"] = np.void(_digest(case, row))
-        try:
-            with self.path.open("rb+") as file:
-                file.seek(self._start + case * self.row.itemsize)
-                file.write(row.tobytes())
-        except OSError as error:
-            raise ClearanceError(f"{self.path}: cannot be written ({error.strerror})") from None
-
-
-def _digest(case: int, row: np.ndarray) -> bytes:
-    return hashlib.blake2b(row.tobytes()[DIGEST:], digest_size=DIGEST, salt=case.to_bytes(16, "little")).digest()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm, qmc
+from scipy.stats import norm
 
 from ..calibrate.free import with_values
 from ..clearance.law_files import law_from_dict
@@ -18,6 +17,7 @@ from ..core.errors import ClearanceError
 from ..core.plain_numbers import Key, find_numbers, get_number, path_of, with_numbers
 from ..model import Model
 from ..rig.tolerance import unit_of
+from ..statistics.sobol import unit_points
 from .scattered import LAW, Correlation, Scattered
 
 __all__ = ["Designs", "DrawingRule", "changed", "is_datasheet"]
@@ -83,9 +83,7 @@ class DrawingRule:
         """
         if n < 1:
             raise ClearanceError(f"designs must be 1 or more, got {n}")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of numbers that are no power of two
-            return self.designs(qmc.Sobol(len(self.names), rng=np.random.default_rng(seed)).random(n))
+        return self.designs(unit_points("sobol", n, len(self.names), seed))
 
     def designs(self, shares: np.ndarray) -> Designs:
         """Return the designs of shares (n, n_numbers) of a unit cube, before correlations.

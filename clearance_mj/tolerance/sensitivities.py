@@ -16,8 +16,7 @@ from ..core.kinds import checks_kinds
 from ..core.runner import ALL_CORES, Runner
 from ..model import Model
 from ..periodic.axes import level_axis
-from ..sweep.design import saltelli_shares
-from ..sweep.sensitivity import Sensitivity, sobol_indices
+from ..statistics.sobol import Sensitivity, require_power_of_two, saltelli_points, sobol_indices
 from .limits import Limit
 from .rattling import CONTACT, EXCEEDING, LARGEST, Rattling
 from .scatter import Scatter
@@ -60,14 +59,15 @@ def rattle_sensitivity(
     ClearanceError
         If n_base is no power of 2, or designs do not touch or reach the limit up to the level.
     """
-    if n_base < 2 or n_base & (n_base - 1):
-        raise ClearanceError(f"n_base must be a power of 2, which Sobol' points need, got {n_base}")
+    if n_base < 2:
+        raise ClearanceError(f"n_base must be 2 or more, got {n_base}")
+    require_power_of_two("n_base", n_base)
     scatter = scatter or Scatter.of_rig(model.rig)
     rule = scatter.rule(model)
     groups = _groups(rule.names, scatter.correlations)
     settings = settings_of(model, sines)
     settings = replace(settings, levels=settings.levels[-1:])
-    designs = rule.designs(saltelli_shares(groups, n_base, seed))
+    designs = rule.designs(saltelli_points(groups, n_base, seed))
     found = total_of("sensitivities", settings, designs, runner)
     results = _results(found, settings.limit, f"{settings.levels[0]:g} {level_axis(settings.kind).unit}")
     named = tuple(", ".join(rule.names[i] for i in group) for group in groups)

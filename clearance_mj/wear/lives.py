@@ -14,6 +14,7 @@ from ..core.kinds import checks_kinds
 from ..core.runner import ALL_CORES, Runner
 from ..model import Model
 from ..signals.arrays import ArrayData
+from ..statistics.shares import quantiles
 from .coefficients import drawn_models
 from .growth import clearances_of
 from .life import ACCURACY, LONGEST, Life, gap_limits, predict_life
@@ -49,7 +50,7 @@ class Lives(ArrayData):
         share : float
             From 0 to 1.
         """
-        return float(np.quantile(self.life, share, method="nearest"))
+        return float(quantiles(self.life, share))
 
     def words(self) -> list[str]:
         """Say in lines what the nominal machine does, and how lives scatter."""
@@ -119,7 +120,7 @@ def predict_lives(
 
 
 def _inputs(operation: Operation, limits: np.ndarray, hours: float, accuracy: float, model: Model) -> object:
-    return model.rig.content(), model.law.to_dict(), operation.to_dict(), limits.tolist(), hours, accuracy
+    return model.content(), operation.to_dict(), limits.tolist(), hours, accuracy
 
 
 def _found(

@@ -13,6 +13,7 @@ from ..core.errors import ClearanceError, RecordError
 from ..core.kinds import checks_kinds
 from ..model import Model
 from ..signals.arrays import ArrayData
+from ..statistics.shares import quantiles
 from .clock import HORIZON, PaceSamples, find_pace
 from .coefficients import spreads
 from .growth import changed, clearances_of, with_clearances
@@ -67,7 +68,7 @@ class Remaining(ArrayData):
         level : float
             Probability.
         """
-        return _quantiles(self.hours, [0.5 - level / 2, 0.5 + level / 2])
+        return quantiles(self.hours, [0.5 - level / 2, 0.5 + level / 2])
 
     def coefficient_interval(self, level: float = 0.9) -> np.ndarray:
         """Return limits (2, n_bushings) between which the coefficients lie with a probability, m²/N.
@@ -77,12 +78,12 @@ class Remaining(ArrayData):
         level : float
             Probability.
         """
-        return _quantiles(self.coefficient, [0.5 - level / 2, 0.5 + level / 2])
+        return quantiles(self.coefficient, [0.5 - level / 2, 0.5 + level / 2])
 
     @property
     def median(self) -> np.ndarray:
         """(n_bushings,) remaining hours that are as likely too few as too many."""
-        return np.asarray(_quantiles(self.hours, [0.5])[0])
+        return quantiles(self.hours, 0.5)
 
     def machine(self, level: float = 0.9) -> tuple[float, float, float]:
         """Return median and limits of the hours until the first bushing reaches its limit.
@@ -93,7 +94,7 @@ class Remaining(ArrayData):
             Probability between the limits.
         """
         first = np.min(self.hours[list(self.history.known)], axis=0)
-        low, middle, high = np.quantile(first, [0.5 - level / 2, 0.5, 0.5 + level / 2], method="nearest")
+        low, middle, high = quantiles(first, [0.5 - level / 2, 0.5, 0.5 + level / 2])
         return float(middle), float(low), float(high)
 
     def words(self) -> list[str]:
@@ -133,11 +134,6 @@ class Remaining(ArrayData):
         axes.axhline(1e3 * self.limit[j], color=COLOURS[1], lw=0.8, ls="--", label="limit")
         tidy(axes, self.life.model.rig.clearance_labels[j], "Gap (mm)", "Time in operation (h)")
         axes.legend(frameon=False, fontsize="small")
-
-
-def _quantiles(samples: np.ndarray, at: list[float]) -> np.ndarray:
-    """Quantiles (len(at), n_bushings); infinite samples are the largest."""
-    return np.quantile(samples, at, axis=1, method="nearest")
 
 
 @checks_kinds

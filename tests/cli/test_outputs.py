@@ -13,6 +13,7 @@ import pytest
 from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.files import plain_file, replacing, write_text
+from clearance_mj.core.runner import Runner
 from clearance_mj.io import formats
 from clearance_mj.io.dataset import Dataset, write_dataset
 from clearance_mj.rig import Rig
@@ -28,7 +29,7 @@ QUICK = ("--engine", "modal", "--duration", "0.05")
 NAMES = ("placement.csv", "placement.json", "comparison.json", "response.csv", "backbone.json", "rattle_map.png",
          "modes.csv", "synthesis.png", "rig.toml", "calibration.json", "updated_rig.json", "motion.json",
          "phase_portraits.png", "energy.csv", "impacts.csv", "index.html", "report.html", "summary.json", "results.nc",
-         "law.json", "identified.json", "lock", "plan.json", "cases.npy", "thesis.tex", "campbell.csv",
+         "law.json", "identified.json", "lock", "plan.json", "cases", "thesis.tex", "campbell.csv",
          "orbits.json", "running_clearance.csv", "unbalance.csv")  # fmt: skip
 
 
@@ -160,14 +161,14 @@ def _file(folder, name):
 # Sweeps.
 
 
-@pytest.mark.parametrize("name", ["lock", "results.nc", "cases.npy", "plan.json"])
+@pytest.mark.parametrize("name", ["lock", "results.nc", "cases", "plan.json"])
 def test_a_sweep_does_not_begin_among_other_files(tmp_path, name):
-    """Of its own files' names: the lock was emptied, the table removed."""
+    """Of its own files' names: the lock was once emptied, and what waited removed."""
     plan, out = loaded(tmp_path, small(2)), tmp_path / "out"
     out.mkdir()
     (out / name).write_text("mine")
     with pytest.raises(ClearanceError, match=f"holds '{name}', which is not of a sweep"):
-        run_sweep(plan, out, workers=1, progress=False)
+        run_sweep(plan, out, Runner(1))
     assert content(out) == {name: b"mine"}
 
 

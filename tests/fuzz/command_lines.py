@@ -88,7 +88,7 @@ WORDS = ("modal", "links", "nominal", "constant", "ridge", "all", "beam", "modes
 SPECIAL = ("pipe", "socket", "zero", "full", "null", "loop", "dangling", "huge.csv", "empty.toml", "folder", ".", "..",
            "link.toml", "nowhere/x.nc", "rig.toml/x", "pipe.uff", "zero.csv", "zero.toml")  # fmt: skip
 FOREIGN = ("placement.csv", "placement.json", "comparison.html", "report.html", "summary.json", "results.nc", "lock",
-           "plan.json", "cases.npy", "rig.toml", "law.json", "response.csv", "backbone.png", "modes.csv", "energy.csv",
+           "plan.json", "cases", "rig.toml", "law.json", "response.csv", "backbone.png", "modes.csv", "energy.csv",
            "motion.json", "calibration.json", "identified.json", "index.html", "sweep.html", ".DS_Store",
            ".ipynb_checkpoints/a.ipynb", "figures/rig.png", "tables/modes.csv", "thesis.tex")  # fmt: skip
 """Files of the user's, many with the names of this program's own, in each of two folders"""

@@ -24,7 +24,6 @@ from clearance_mj.io.registry import FORMATS, Format
 from clearance_mj.io.uff import read_geometry, scan_uff
 from clearance_mj.rig import Rig
 from clearance_mj.sweep import load_plan
-from clearance_mj.sweep.run import Table
 from clearance_mj.universal.dataset_58 import Header, function_block
 from experiments.real import records as real
 
@@ -211,10 +210,6 @@ def _change_hdf5(rng, file):
             file.create_variable(name, dims, rng.choice(("f8", "i4", "S3")))
 
 
-def read_cases(path, rng):
-    Table(path, samples.TABLE, 3).finished()
-
-
 def make_plain(data, write):
     """Maker of files of nested plain data: most have entries replaced, some bytes."""
     texts = [write(item) for item in data]
@@ -351,7 +346,6 @@ def readers() -> dict[str, Reader]:
                samples.beside_plan),
         Reader("dataset (TOML)", "dataset.toml", make_plain([records], toml), read_dataset, 6_000,
                lambda: beside_records),
-        Reader("table of a sweep", "cases.npy", lambda rng: make_bytes(rng, samples.table()), read_cases, 5_000),
         *(Reader(name, file, functools.partial(make_text, whole=whole), plainly(read), 5_000)
           for name, (file, whole, read) in texts.items()),
         Reader("absurd rig and law", "case.json", absurd.make, absurd.run, 5_000, dict, 2**30, 10.0, absurd.prepare),

@@ -32,7 +32,6 @@ from clearance_mj.signals.response import Response
 from clearance_mj.signals.spectra import Spectra
 from clearance_mj.structure import ModalStructure
 from clearance_mj.structure.geometry import Geometry
-from clearance_mj.sweep.run import Table
 from tests.conftest import ROOT
 from tests.io.sheets_by_hand import TABLE as SHEET
 from tests.io.sheets_by_hand import ods, xlsx
@@ -172,18 +171,6 @@ def mat() -> list[bytes]:
 BY_HAND = {"UFF": samples_uff.uff, "CSV": csv, "LVM": lvm, "MATLAB": mat, "TDMS": loggers.tdms, "MDF": loggers.mdf,
            "Excel": sheets}  # fmt: skip
 
-
-@functools.cache
-def table() -> list[bytes]:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "cases.npy"
-        held = Table(path, TABLE, 3)
-        held.write(0, {"natural_frequency": [1.0, 2.0], "rms": np.zeros(())})
-        held.write(2, "why")
-        return [path.read_bytes()]
-
-
-TABLE = {"natural_frequency": (2,), "rms": ()}
 
 PLAN = tomllib.loads("""
 rig = "rig.toml"

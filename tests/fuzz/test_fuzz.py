@@ -22,7 +22,6 @@ from clearance_mj.io.mat import read_mat
 from clearance_mj.live import server
 from clearance_mj.sweep import load_plan
 from clearance_mj.sweep.design import Design, Vary
-from clearance_mj.sweep.run import Table
 
 from . import command_lines, run, samples
 from .__main__ import table
@@ -177,7 +176,6 @@ def test_numbers_that_were_measured_unpack(tmp_path):
             "contact[0].stiffness must be a plain number in SI units, got [1]",
         ),
         (load_plan, b'rig = "rig.toml"\nengine = { name = { a = 1 } }\n', "engine \"{'a': 1}\" is unknown"),
-        (lambda path: Table(path, samples.TABLE, 3), samples.table()[0].replace(b"(3,)", b"(3, "), "is damaged"),
     ],
 )  # fmt: skip
 def test_refused_in_one_line(tmp_path, read, content, part):

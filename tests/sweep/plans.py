@@ -1,5 +1,6 @@
 """Plans for the tests of sweeps."""
 
+from clearance_mj.core.files import is_sealed
 from clearance_mj.sweep import load_plan
 
 from ..conftest import ROOT
@@ -55,3 +56,8 @@ def loaded(tmp_path, content):
     path = tmp_path / "plan.toml"
     path.write_text(content, encoding="utf-8")
     return load_plan(path)
+
+
+def finished(out) -> int:
+    """How many files of finished cases wait in a sweep's folder."""
+    return sum(map(is_sealed, (out / "cases").glob("*.npz")))

@@ -5,6 +5,7 @@ import pytest
 import scipy.linalg
 
 from clearance_mj.clearance import ConstantLaw
+from clearance_mj.core.runner import Runner
 from clearance_mj.engines import simulate
 from clearance_mj.rig import Rig, Spin, Unbalance
 from clearance_mj.statistics import contact_statistics
@@ -35,7 +36,7 @@ def test_a_sweep_in_space_has_a_number_for_each_bushing(tmp_path):
     speeds = '[[vary]]\npath = "rig.spin.speed"\nvalues = [50.0, 70.0]\n'
     grid, head = '[design]\nmethod = "grid"\n', 'engine = { name = "modal", modes = 4 }'
     plan = loaded(tmp_path, text(EXCITATION, grid, OUTPUTS, speeds, head=head, rig=tmp_path / "rotor.toml"))
-    found = run_sweep(plan, tmp_path / "out", workers=1, progress=False)
+    found = run_sweep(plan, tmp_path / "out", Runner(1))
     rig, law, excitation = plan.case(1)
     response = simulate(rig, excitation, law, plan.engine)
     y, z = response.displacement[::2], response.displacement[1::2]

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import sys
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,24 +13,20 @@ import pytest
 import xarray as xr
 
 from clearance_mj.cli import main
+from clearance_mj.core.cache import ResultCache
 from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.runner import Runner
 from clearance_mj.core.tasks import run_tasks
 from clearance_mj.sweep import run_sweep
-from clearance_mj.sweep.run import Table
 
 from ..processes import DEVNULL, PATIENCE, run, started, wait_for
-from .plans import loaded, small
+from .plans import finished, loaded, small
 
 
 def sweep(folder):
     """Arguments of the command that runs a folder's plan."""
     plan, out = folder / "plan.toml", folder / "out"
     return "-m", "clearance_mj", "sweep", plan, "--out", out, "--workers", "2", "--json"
-
-
-def finished(plan, folder) -> int:
-    path = folder / "out" / "cases.npy"
-    return int(Table(path, plan.shapes, len(plan.points)).finished().sum()) if path.exists() else 0
 
 
 def workers(process) -> list[int]:
@@ -54,14 +51,14 @@ def disturbed(plan, folder) -> xr.Dataset:
     """One worker is killed after a quarter of the cases, everything after a half; then the same command again."""
     n, out = len(plan.points), folder / "out"
     with started(*sweep(folder)) as first:
-        wait_for(lambda: finished(plan, folder) >= n / 4)
+        wait_for(lambda: finished(out) >= n / 4)
         os.kill(workers(first)[0], signal.SIGKILL)
-        wait_for(lambda: finished(plan, folder) >= n / 2)
+        wait_for(lambda: finished(out) >= n / 2)
         left = workers(first)
-    assert finished(plan, folder) < n
+    assert finished(out) < n
     assert not (out / "results.nc").exists()
     wait_for(lambda: not any(map(running, left)))
-    assert finished(plan, folder) < n
+    assert finished(out) < n
     summary = undisturbed(folder)
     assert (summary["cases"], summary["without_results"]) == (n, {})
     kept = {"lock", "plan.json", "provenance.json", "results.nc", "results.nc.sha256"}
@@ -117,6 +114,19 @@ def test_case_that_kills_its_worker_is_named():
         done.extend(run_tasks(kill_own_worker, range(4), 1, processes=True))
 
 
+def kill_worker_of_two(cases):
+    if cases.start:
+        time.sleep(1.0)  # the other part is done by then
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"case": np.array(cases)}
+
+
+@pytest.mark.slow
+def test_cases_that_are_computed_together_are_named_together():
+    with pytest.raises(ClearanceError, match="case 2 to 3 lost its worker 3 times"):
+        Runner(2).run("sweep", kill_worker_of_two, [range(2), range(2, 4)], str)
+
+
 # Clusters.
 
 
@@ -128,20 +138,20 @@ def small_plan(tmp_path):
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
 def test_any_executor(small_plan, tmp_path, kind):
     """Results are those of processes of its own, and the executor is left open."""
-    alone = run_sweep(small_plan, tmp_path / "alone", workers=1)
+    alone = run_sweep(small_plan, tmp_path / "alone", Runner(1))
     with kind(2) as executor:
-        found = run_sweep(small_plan, tmp_path / "out", executor=executor)
+        found = run_sweep(small_plan, tmp_path / "out", Runner(executor=executor))
         assert executor.submit(int, "3").result() == 3
     xr.testing.assert_identical(found, alone)
     with pytest.raises(ClearanceError, match="give a scheduler or an executor, not both"):
-        run_sweep(small_plan, tmp_path / "both", scheduler="tcp://127.0.0.1:1", executor=executor)
+        run_sweep(small_plan, tmp_path / "both", Runner(scheduler="tcp://127.0.0.1:1", executor=executor))
 
 
 def test_local_cluster(small_plan, tmp_path):
     distributed = pytest.importorskip("distributed")
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
     with distributed.LocalCluster(**options) as cluster:
-        results = run_sweep(small_plan, tmp_path / "out", scheduler=cluster.scheduler_address, progress=False)
+        results = run_sweep(small_plan, tmp_path / "out", Runner(scheduler=cluster.scheduler_address))
     same_as_computed_here(results, small_plan)
 
 
@@ -171,15 +181,15 @@ def test_two_workers_over_tcp_of_which_one_is_killed(tmp_path):
 
 def run_sweep_and(do, plan, out, scheduler):
     """Run a sweep, and do something after each case that is stored."""
-    write = Table.write
+    keep = ResultCache.keep
 
-    def written(table, case, values):
-        write(table, case, values)
+    def kept(*arguments):
+        keep(*arguments)
         do()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Table, "write", written)
-        return run_sweep(plan, out, scheduler=scheduler, progress=False)
+        patch.setattr(ResultCache, "keep", kept)
+        return run_sweep(plan, out, Runner(scheduler=scheduler))
 
 
 def test_scheduler_that_does_not_answer(small_plan, tmp_path, capsys, monkeypatch):
@@ -196,4 +206,4 @@ def test_scheduler_that_does_not_answer(small_plan, tmp_path, capsys, monkeypatc
 def test_dask_is_not_installed(small_plan, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ClearanceError, match=r"needs Dask: pip install .clearance-mj\[cluster\]"):
-        run_sweep(small_plan, tmp_path / "out", scheduler="tcp://127.0.0.1:9", progress=False)
+        run_sweep(small_plan, tmp_path / "out", Runner(scheduler="tcp://127.0.0.1:9"))

@@ -10,12 +10,13 @@ import xarray as xr
 
 from clearance_mj.cli import main
 from clearance_mj.core.errors import ClearanceError
+from clearance_mj.core.runner import Runner
 from clearance_mj.rig import Rig
+from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.sweep import Design, Vary, run_sweep
-from clearance_mj.sweep.sensitivity import quantities, sensitivity, sobol_indices
+from clearance_mj.sweep.sensitivity import quantities, sensitivity
 
 from .plans import DESIGN, loaded, small
-from .test_sweep import in_this_process  # noqa: F401
 
 
 def test_ishigami():
@@ -80,7 +81,7 @@ def test_first_frequency_of_a_cantilever():
     np.testing.assert_allclose(total[0], c2 * whole / (1 + c2) / (whole - 1), atol=0.005)
 
 
-def test_sweep_of_a_cantilever(tmp_path, capsys, in_this_process):  # noqa: F811
+def test_sweep_of_a_cantilever(tmp_path, capsys):
     """The command finds the frequencies, and the indices, of the closed form at the same points."""
     Rig.from_dict(CANTILEVER).save(tmp_path / "rig.toml")
     tables = [
@@ -90,7 +91,7 @@ def test_sweep_of_a_cantilever(tmp_path, capsys, in_this_process):  # noqa: F811
     design = DESIGN.format(samples=32).replace("latin-hypercube", "saltelli")
     plan = tmp_path / "plan.toml"
     plan.write_text('rig = "rig.toml"\n' + design + "".join(tables), encoding="utf-8")
-    assert main(["sweep", str(plan), "--out", str(tmp_path / "out"), "--quiet", "--json"]) == 0
+    assert main(["sweep", str(plan), "--out", str(tmp_path / "out"), "--quiet", "--json", "--workers", "1"]) == 0
     results = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
     known = first_frequency(*results["parameter"].values.T)
     np.testing.assert_allclose(results["natural_frequency"][:, 0], known, rtol=1e-6)
@@ -104,8 +105,8 @@ def test_sweep_of_a_cantilever(tmp_path, capsys, in_this_process):  # noqa: F811
     assert (tmp_path / "out" / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_peaks_and_rmse_are_among_the_quantities(tmp_path, in_this_process):  # noqa: F811
-    results = run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", progress=False)
+def test_peaks_and_rmse_are_among_the_quantities(tmp_path):
+    results = run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", Runner(1))
     results["rmse"] = (("case", "compared"), np.arange(8.0).reshape(4, 2))
     found = quantities(results)
     assert found["RMSE (dB)"].tolist() == [0.5, 2.5, 4.5, 6.5]

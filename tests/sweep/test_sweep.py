@@ -12,10 +12,10 @@ import xarray as xr
 from clearance_mj import beam
 from clearance_mj.clearance import ConstantLaw, nominal_law
 from clearance_mj.cli import main
-from clearance_mj.core import tasks
 from clearance_mj.core.cache import file_lock
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.core.plain_numbers import find_numbers, with_numbers
+from clearance_mj.core.runner import Runner
 from clearance_mj.engines import Modal, simulate
 from clearance_mj.io.dataset import Dataset
 from clearance_mj.io.uff import write_uff
@@ -24,10 +24,10 @@ from clearance_mj.signals import excitation
 from clearance_mj.signals.correlation import rmse_db
 from clearance_mj.signals.frf import estimate_frf
 from clearance_mj.structure import Clamp
-from clearance_mj.sweep import Design, Vary, run_sweep
-from clearance_mj.sweep.run import Table
+from clearance_mj.sweep import Design, Vary, run, run_sweep
+from clearance_mj.sweep.plan import Plan
 
-from .plans import EXCITATION, OUTPUTS, loaded, small, text
+from .plans import EXCITATION, OUTPUTS, finished, loaded, small, text
 
 GRID = """
 [[vary]]
@@ -40,17 +40,7 @@ high = 8000
 count = 3
 scale = "log"
 """
-
-
-def here(function, cases, workers):
-    """Stands for the processes: the cases one after the other in this one."""
-    for case in cases:
-        yield case, function(case)
-
-
-@pytest.fixture
-def in_this_process(monkeypatch):
-    monkeypatch.setattr(tasks, "_on_processes", here)
+ALONE = Runner(1)
 
 
 def test_a_plan_of_an_identified_rig_and_its_law(rig, tmp_path):
@@ -115,9 +105,9 @@ def test_saltelli_design_exchanges_one_column_at_a_time():
 # Results.
 
 
-def test_grid_against_simulations_made_here(rig, tmp_path, in_this_process):
+def test_grid_against_simulations_made_here(rig, tmp_path):
     plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID))
-    results = run_sweep(plan, tmp_path / "out", progress=False)
+    results = run_sweep(plan, tmp_path / "out", ALONE)
     assert list(results["varied"].values) == ["rig.bushings[1].gap", "rig.bushings.grease.stiffness"]
     combinations = list(itertools.product((2e-4, 4e-4), (2000, 4000, 8000)))
     np.testing.assert_allclose(results["parameter"], combinations)
@@ -138,8 +128,8 @@ def test_grid_against_simulations_made_here(rig, tmp_path, in_this_process):
         np.testing.assert_array_equal(row["contact_share"], response.contact_share)
 
 
-def test_store_is_self_describing(tmp_path, in_this_process):
-    run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID)), tmp_path / "out", progress=False)
+def test_store_is_self_describing(tmp_path):
+    run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, GRID)), tmp_path / "out", ALONE)
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"lock", "plan.json", "results.nc", "results.nc.sha256"}
     stored = xr.open_dataset(tmp_path / "out" / "results.nc", engine="scipy")
     assert stored["frf"].dims == ("case", "kept", "frequency", "part")
@@ -148,10 +138,10 @@ def test_store_is_self_describing(tmp_path, in_this_process):
     assert json.loads(stored.attrs["plan"])["engine"] == {"name": "modal", "modes": 8, "resolution": 1.0}
 
 
-def test_peaks(tmp_path, in_this_process):
+def test_peaks(tmp_path):
     """The height between two lines of a resonance is at least that of the lines; its place within half a line."""
     plan = loaded(tmp_path, text(EXCITATION, "[outputs]\nresolution = 2\npeaks = [[20, 70]]", GRID))
-    results = run_sweep(plan, tmp_path / "out", progress=False)
+    results = run_sweep(plan, tmp_path / "out", ALONE)
     assert list(results["band"].values) == ["20-70 Hz"]
     magnitude = np.sqrt((results["frf"] ** 2).sum("part").mean("kept")).sel(frequency=slice(20, 70))
     lines = magnitude["frequency"].values[magnitude.argmax("frequency")]
@@ -161,7 +151,7 @@ def test_peaks(tmp_path, in_this_process):
 
 
 @pytest.mark.parametrize("kind", ["record", "FRF"])
-def test_rmse_against_a_reference(small_dataset, tmp_path, in_this_process, kind):
+def test_rmse_against_a_reference(small_dataset, tmp_path, kind):
     """A record drives the cases itself, and its own FRF is what they are compared with."""
     record = Dataset.load(small_dataset).validate[0]
     test = estimate_frf(record.response(), resolution=2.0, band=(10, 200))
@@ -172,7 +162,7 @@ def test_rmse_against_a_reference(small_dataset, tmp_path, in_this_process, kind
         write_uff(path, test)
     outputs = "[outputs]\nresolution = 2\nband = [10, 200]"
     plan = loaded(tmp_path, text(*tables, outputs, GRID, head=f'reference = "{path}"'))
-    results = run_sweep(plan, tmp_path / "out", progress=False)
+    results = run_sweep(plan, tmp_path / "out", ALONE)
     rig, law, drive = plan.case(3)
     model = estimate_frf(simulate(rig, drive, law, "modal"), resolution=2.0, band=(10, 200))
     np.testing.assert_allclose(results["rmse"].values[3], rmse_db(test.functions, model.functions), rtol=1e-6)
@@ -180,7 +170,7 @@ def test_rmse_against_a_reference(small_dataset, tmp_path, in_this_process, kind
         np.testing.assert_array_equal(drive.value, record.excitation().value)
 
 
-def test_law_and_its_grease_vary(rig, tmp_path, in_this_process):
+def test_law_and_its_grease_vary(rig, tmp_path):
     ConstantLaw([5e3, 6e3], [3.0, 4.0], grease=Grease(2000.0, 2.0)).save(tmp_path / "law.json")
     vary = '[[vary]]\npath = "law.k[1]"\nvalues = [1e4]\n[[vary]]\npath = "law.grease.stiffness"\nvalues = [5000]'
     plan = loaded(tmp_path, text(EXCITATION, OUTPUTS, vary, head='law = "law.json"'))
@@ -201,87 +191,100 @@ def test_left_out_field_and_whole_numbers_vary(tmp_path):
     np.testing.assert_array_equal(drive.value, excitation.random(1.0, 1024.0, rms=2.0, seed=5).value)
 
 
-def test_case_without_results_says_why(tmp_path, in_this_process):
+def test_case_without_results_says_why(tmp_path):
     """A contact of 1e13 N/m needs too many steps: that case alone has no results."""
     vary = '[[vary]]\npath = "rig.bushings.contact.stiffness"\nvalues = [8e3, 1e13]'
-    results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)), tmp_path / "out", progress=False)
+    results = run_sweep(loaded(tmp_path, text(EXCITATION, OUTPUTS, vary)), tmp_path / "out", ALONE)
     assert results["error"].values[0] == ""
     assert "steps per sample" in results["error"].values[1]
     assert np.isnan(results["acceleration_rms"].values[1]).all()
     assert np.isfinite(results["acceleration_rms"].values[0]).all()
 
 
-# The table on disk, and going on.
+# What waits on disk, and going on.
 
 
-def test_torn_and_misplaced_rows_do_not_count(tmp_path):
-    table = Table(tmp_path / "cases.npy", {"x": (3,)}, 5)
-    for case in (0, 2, 4):
-        table.write(case, {"x": np.arange(3) + case})
-    assert table.finished().tolist() == [True, False, True, False, True]
-    data, size = bytearray(table.path.read_bytes()), table.row.itemsize
-    start = len(data) - 5 * size
-    data[start + 3 * size - 8 : start + 3 * size] = bytes(8)  # the end of row 2 was not written
-    data[start + size : start + 2 * size] = data[start : start + size]  # row 0 in the place of row 1
-    table.path.write_bytes(data)
-    assert Table(table.path, {"x": (3,)}, 5).finished().tolist() == [True, False, False, False, True]
-    with pytest.raises(ClearanceError, match="is not the table of this sweep"):
-        Table(table.path, {"x": (4,)}, 5)
+def interrupted_after(monkeypatch, count):
+    """Let a sweep be interrupted when so many cases have been computed; returns those that were asked for."""
+    asked, evaluate = [], Plan.evaluate
+
+    def watched(plan, case):
+        if len(asked) == count:
+            raise KeyboardInterrupt
+        asked.append(case)
+        return evaluate(plan, case)
+
+    monkeypatch.setattr(Plan, "evaluate", watched)
+    return asked
 
 
-def test_finished_cases_are_not_computed_again(tmp_path, monkeypatch):
-    """What is stored is taken as it is, even if it is a mark that no case gives; only the others run."""
-    plan = loaded(tmp_path, small(12))
-
-    def interrupted(function, cases, workers):
-        yield from itertools.islice(here(function, cases, workers), 5)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(tasks, "_on_processes", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        run_sweep(plan, tmp_path / "out", progress=False)
-    table = Table(tmp_path / "out" / "cases.npy", plan.shapes, 12)
-    finished = np.flatnonzero(table.finished()).tolist()
-    assert len(finished) == 5
-    mark = {name: np.full(shape, 7.0) for name, shape in plan.shapes.items()}
-    table.write(finished[0], mark)
-    asked = []
-
-    def watched(function, cases, workers):
-        asked.extend(cases)
-        return here(function, cases, workers)
-
-    monkeypatch.setattr(tasks, "_on_processes", watched)
-    results = run_sweep(plan, tmp_path / "out", progress=False)
-    assert sorted([*asked, *finished]) == list(range(12))
-    assert np.all(results["acceleration_rms"].values[finished[0]] == 7.0)
+@pytest.mark.parametrize("size", [1, 3])
+def test_finished_cases_are_not_computed_again(tmp_path, monkeypatch, size):
+    """Of each case alone, and of three at a time, in a shuffled order; what comes of it is the same to the last bit."""
+    monkeypatch.setattr(run, "MOST_FILES", 12 // size)
+    plan, out = loaded(tmp_path, small(12)), tmp_path / "out"
+    alone = run_sweep(plan, tmp_path / "alone", ALONE)
+    with monkeypatch.context() as patch:
+        first = interrupted_after(patch, 5)
+        with pytest.raises(KeyboardInterrupt):
+            run_sweep(plan, out, ALONE)
+    kept = 5 // size
+    assert finished(out) == kept and first != sorted(first)
+    asked = interrupted_after(monkeypatch, 12)
+    results = run_sweep(plan, out, ALONE)
+    assert sorted([*asked, *first[: kept * size]]) == list(range(12))
+    xr.testing.assert_identical(results, alone)
     asked.clear()
-    assert run_sweep(plan, tmp_path / "out", progress=False).identical(results)
+    assert run_sweep(plan, out, ALONE).identical(results)
     assert asked == []
 
 
-def test_killed_between_results_and_the_table(tmp_path, in_this_process):
+@pytest.mark.parametrize("damage", [lambda data: data[:-8], lambda data: bytes(len(data)), lambda data: b""])
+def test_a_torn_file_of_a_case_does_not_count(tmp_path, monkeypatch, damage):
     plan, out = loaded(tmp_path, small(4)), tmp_path / "out"
-    results = run_sweep(plan, out, progress=False)
-    (out / "cases.npy").write_bytes(b"left over")
-    assert run_sweep(plan, out, progress=False).identical(results)
-    assert not (out / "cases.npy").exists()
+    alone = run_sweep(plan, tmp_path / "alone", ALONE)
+    with monkeypatch.context() as patch:
+        first = interrupted_after(patch, 3)
+        with pytest.raises(KeyboardInterrupt):
+            run_sweep(plan, out, ALONE)
+    torn = next((out / "cases").glob("*.npz"))
+    torn.write_bytes(damage(torn.read_bytes()))
+    assert finished(out) == 2
+    asked = interrupted_after(monkeypatch, 4)
+    results = run_sweep(plan, out, ALONE)
+    assert len(asked) == 2 and set(asked) & set(first)
+    xr.testing.assert_identical(results, alone)
+
+
+def test_killed_between_results_and_the_end(tmp_path):
+    """What waited goes, what a kill tore too, and what somebody else put there stays."""
+    plan, out = loaded(tmp_path, small(4)), tmp_path / "out"
+    results = run_sweep(plan, out, ALONE)
+    (out / "cases").mkdir()
+    for name in ("sweep_0123456789abcdef.npz", ".sweep_0123456789abcdef.npz.0a1b2c3d.npz"):
+        (out / "cases" / name).write_bytes(b"left over")
+    assert run_sweep(plan, out, ALONE).identical(results)
+    assert not (out / "cases").exists()
+    (out / "cases").mkdir()
+    (out / "cases" / "notes.txt").write_text("mine")
+    run_sweep(plan, out, ALONE)
+    assert (out / "cases" / "notes.txt").read_text() == "mine"
 
 
 @pytest.mark.parametrize("damage", [lambda d: b"", lambda d: d[:300], lambda d: d[:-9] + bytes([d[-9] ^ 1]) + d[-8:]])
-def test_damaged_results_are_computed_anew(tmp_path, in_this_process, damage):
+def test_damaged_results_are_computed_anew(tmp_path, damage):
     plan, out = loaded(tmp_path, small(2)), tmp_path / "out"
-    first = run_sweep(plan, out, progress=False)
+    first = run_sweep(plan, out, ALONE)
     path = out / "results.nc"
     path.write_bytes(damage(path.read_bytes()))
-    xr.testing.assert_identical(run_sweep(plan, out, progress=False), first)
+    xr.testing.assert_identical(run_sweep(plan, out, ALONE), first)
 
 
-def test_another_plan_in_the_same_folder(tmp_path, in_this_process):
-    run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", progress=False)
+def test_another_plan_in_the_same_folder(tmp_path):
+    run_sweep(loaded(tmp_path, small(4)), tmp_path / "out", ALONE)
     other = loaded(tmp_path, small(4).replace("high = 5e-4", "high = 6e-4"))
     with pytest.raises(ClearanceError, match=r"holds a sweep of another plan \(vary\[0\]\.high\); give another folder"):
-        run_sweep(other, tmp_path / "out", progress=False)
+        run_sweep(other, tmp_path / "out", ALONE)
 
 
 def test_two_sweeps_into_one_folder(tmp_path):
@@ -291,21 +294,21 @@ def test_two_sweeps_into_one_folder(tmp_path):
         file_lock(out / "lock", "sweep"),
         pytest.raises(ClearanceError, match=r"another sweep .process .* is writing there"),
     ):
-        run_sweep(loaded(tmp_path, small(4)), out, progress=False)
+        run_sweep(loaded(tmp_path, small(4)), out, ALONE)
 
 
-def test_one_case_has_no_figure(tmp_path, capsys, in_this_process):
+def test_one_case_has_no_figure(tmp_path, capsys):
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
     plan.write_text(text('[[vary]]\npath = "rig.beam.length"\nvalues = [1.1]'), encoding="utf-8")
-    assert main(["sweep", str(plan), "--out", str(out), "--quiet"]) == 0
+    assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--workers", "1"]) == 0
     assert "(1 cases)" in capsys.readouterr().out
     assert not (out / "sweep.png").exists()
 
 
-def test_command(tmp_path, capsys, in_this_process):
+def test_command(tmp_path, capsys):
     plan, out = tmp_path / "plan.toml", tmp_path / "out"
     plan.write_text(small(6), encoding="utf-8")
-    assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--json"]) == 0
+    assert main(["sweep", str(plan), "--out", str(out), "--quiet", "--json", "--workers", "1"]) == 0
     assert json.loads(capsys.readouterr().out)["cases"] == 6
     assert (out / "sweep.png").read_bytes()[:4] == b"\x89PNG"
     page = (out / "sweep.html").read_text(encoding="utf-8")

@@ -17,8 +17,8 @@ import clearance_mj as cm
 from clearance_mj.core.errors import ClearanceError
 from clearance_mj.report.tightening import draw_tightening, tightening_words
 from clearance_mj.rig import Contact, Grease
+from clearance_mj.statistics.sobol import sobol_indices
 from clearance_mj.structure import Matrices
-from clearance_mj.sweep.sensitivity import sobol_indices
 from clearance_mj.tolerance import (
     Correlation,
     DesignPeaks,
