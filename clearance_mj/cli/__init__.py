@@ -25,7 +25,7 @@ from ..version import __version__
 from .command import COMMANDS, Command, Parser, inputs, say
 from .streams import prepare, silence
 
-__all__ = ["find", "main", "names"]
+__all__ = ["main"]
 
 MISTAKEN = (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.ENOENT,
             errno.ELOOP, errno.EINVAL, errno.EFBIG)  # fmt: skip
