@@ -109,11 +109,17 @@ def _what_spoils(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _height_fields(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield pairs with a height field, whose points are as many as the prisms that are touched."""
+    """Yield pairs with a height field, whose points are as many as the prisms that are touched, if they share none."""
+    shared = _shared(model)
     for pair, geoms in enumerate(zip(model.pair_geom1, model.pair_geom2)):
         if int(mujoco.mjtGeom.mjGEOM_HFIELD) in model.geom_type[[*geoms]] and model.pair_solref[pair, 0] < 0:
-            name = model.pair(pair).name or pair
-            yield f'contact "{name}": each prism of the height field that is touched has this stiffness'
+            if (name := model.pair(pair).name or str(pair)) not in shared:
+                yield f'contact "{name}": each prism of its height field has k and c; points="share" shares them'
+
+
+def _shared(model: mujoco.MjModel) -> set[str]:
+    """Names of pairs whose points share one softness."""
+    return {name for kind, name, softness in asked(model) if kind == "pair" and softness.shared}
 
 
 def _uncovered(model: mujoco.MjModel) -> Iterator[str]:
@@ -209,7 +215,7 @@ def _pair(model: mujoco.MjModel, pair: int, where: str) -> Iterator[str]:
     geoms = model.geom_type[[model.pair_geom1[pair], model.pair_geom2[pair]]]
     first, second = (mujoco.mjtGeom(int(g)).name.removeprefix("mjGEOM_") for g in sorted(geoms))
     points = _POINTS.get((first, second), 1)
-    if points > 1:
+    if points > 1 and model.pair(pair).name not in _shared(model):
         yield f"{where}: {first.lower()} and {second.lower()} touch in up to {points} points, each with this stiffness"
 
 

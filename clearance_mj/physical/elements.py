@@ -163,13 +163,14 @@ class Softness(NamedTuple):
     c: float
     law: Law | None = None
     depth: float = 0.0  # m or rad, of the penetration at which a law that hardens is linearised
+    shared: bool = False  # whether the points of a pair share it
 
     @property
     def data(self) -> str:
         """What a model holds of it."""
         if self.law is None:
             return f"k={float(self.k)!r} c={float(self.c)!r}"
-        return json.dumps({"law": self.law.to_dict(), "depth": self.depth})
+        return json.dumps({"law": self.law.to_dict(), "depth": self.depth} | ({"shared": True} if self.shared else {}))
 
 
 def softness(k: float | None, c: float | None, law: Law | None, depth: float) -> Softness:
@@ -227,7 +228,8 @@ def read(data: str) -> Softness:
         from ..clearance.law_files import law_from_dict
 
         values = json.loads(data)
-        return softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
+        found = softness(None, None, law_from_dict(values["law"]), float(values["depth"]))
+        return found._replace(shared=bool(values.get("shared")))
     k, c = (float(part.split("=")[1]) for part in data.split())
     return Softness(k, c)
 

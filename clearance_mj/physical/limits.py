@@ -106,12 +106,12 @@ def _limits(target: Target, kind: str, elements: Any, k: float | None, c: float 
 
 def contact(
     target: Target, geoms: Any, k: float | None = None, c: float | None = None, frictionless: bool = False, *,
-    law: Law | None = None, depth: float = 1e-3,
+    law: Law | None = None, depth: float = 1e-3, points: str = "each",
 ) -> None:  # fmt: skip
     """Make contacts springs and dampers: normal force k r + c ṙ, never pulling, r the depth; no friction.
 
     In a specification each contact becomes an explicit pair, which begins where the surfaces touch. Geoms that meet
-    in several points, such as a box on a plane, have k and c at each: `check` names them.
+    in several points, such as a box on a plane or a height field, have k and c at each: `check` names them.
 
     Parameters
     ----------
@@ -132,6 +132,9 @@ def contact(
         only a clearance has.
     depth : float
         Penetration, m, up to which a law that hardens is to be stable.
+    points : str
+        "each": k and c, or the law, hold for each point; "share": for the mean depth of all points of the pair, however
+        many there are, which takes a `Softener`.
 
     Raises
     ------
@@ -140,7 +143,10 @@ def contact(
     LawError
         For a stiffness or damping out of range, or a law that cannot be a contact's.
     """
+    ModelError.require_known("points", points, ("each", "share"))
     wanted, model = softness(k, c, law, depth), compiled(target)
+    if points == "share":
+        wanted = _shared(wanted, depth)
     pairs, asked_of_one = _pairs_of(model), []
     found: list[frozenset[int]] = []
     for names in _geom_names(geoms):
@@ -170,6 +176,13 @@ def contact(
     _give_pairs(target, model, found, wanted)
     for name in asked_of_one:
         write_text(target, ONE_GEOM[frictionless], name, wanted.data)
+
+
+def _shared(wanted: Softness, depth: float) -> Softness:
+    """Return a softness that the points of a pair share, as a law."""
+    from ..clearance import ContactLaw, KelvinVoigt
+
+    return softness(None, None, wanted.law or ContactLaw(KelvinVoigt(wanted.k, wanted.c)), depth)._replace(shared=True)
 
 
 def _geom_names(geoms: Any) -> list[list[str]]:

@@ -214,6 +214,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
                 "have no grease and not be over amplitude; give such a law to a clearance"
             )
         element["index"], element["grease"], element["release"] = index, greased, table.release
+        element["shared"] = softness.shared
         element["always"] = greased or len(table.abscissa) > 1
         if kind != "pair":
             (joints if kind == "joint" else tendons)[index] = e

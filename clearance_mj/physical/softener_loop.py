@@ -59,7 +59,8 @@ HEAD = np.dtype([("key", np.float64, 2), *((name, np.int64) for name in (*_OWN, 
 """All that a compiled loop needs to know, by one address"""
 
 _INTEGERS = (
-    "kind", "index", "place", "dof", "geom1", "geom2", "numbers", "size", "impact", "grease", "always", "from_zero"
+    "kind", "index", "place", "dof", "geom1", "geom2", "numbers", "size", "impact", "grease", "always", "from_zero",
+    "shared",
 )  # fmt: skip
 ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.float64)])
 """A contact or limit with a law: ``place`` and ``dof`` are where a coordinate is in qpos and qvel, or where a tendon's
@@ -205,11 +206,17 @@ def _follow(
             numbers[bushing.decay] = np.exp(-step / element.release)
         follow_law(bushing, numbers, time, ONE)
     if element.kind == PAIR and row >= 0:
+        points = 0
+        for i in range(n_contacts if element.shared else 0):
+            contact = field(data + head.d_contact) + i * head.contact_size
+            touches = integers(contact + head.c_efc_address, 1)[0] >= 0
+            points += touches and between(integers(contact + head.c_geom, 2), element.geom1, element.geom2)
+        part = 1.0 / max(points, 1)
         for i in range(n_contacts):
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0 and between(geoms, element.geom1, element.geom2):
-                wanted[r] = softness[r] * _press(bushing, numbers, -depths[r], -speeds[r])
+                wanted[r] = part * softness[r] * _press(bushing, numbers, -depths[r], -speeds[r])
     else:
         force = _press(bushing, numbers, x, speed)
         if row >= 0:

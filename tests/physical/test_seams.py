@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from clearance_mj import physical
+from clearance_mj import ContactLaw, physical
+from clearance_mj.clearance import KelvinVoigt
 from clearance_mj.core.errors import ModelError
 from clearance_mj.physical.rows import poses_of
 
@@ -306,3 +307,39 @@ def test_derivatives_of_a_step_with_friction():
     # the bristles bend by h v before they press: v+ = v - h/m (k h + c) v; the place itself bends nothing
     assert a[3, 1] == pytest.approx(0.0, abs=1e-4)
     assert a[3, 3] == pytest.approx(1 - h / 2 * (1e4 * h + 50), rel=1e-6)
+
+
+FIELD = """
+<mujoco><option timestep="2e-4"/>
+  <asset><hfield name="ground" nrow="21" ncol="21" size="1 1 .1 .1"/></asset>
+  <worldbody><geom name="floor" type="hfield" hfield="ground"/>
+    <body pos="0.013 0.021 .1"><joint type="slide" axis="0 0 1"/>
+      <geom name="foot" type="{kind}" size=".1 .1 .1" mass="2"/></body>
+  </worldbody></mujoco>"""
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+@pytest.mark.parametrize("law", [False, True])
+@pytest.mark.parametrize("kind", ["box", "sphere"])
+def test_points_share_a_stiffness(kind, law):
+    """A body on a height field stands where k times the mean depth, along normals that may lean, is its weight."""
+    spec = mujoco.MjSpec.from_string(FIELD.format(kind=kind))
+    softness = {"law": ContactLaw(KelvinVoigt(1e4, 100.0))} if law else {"k": 1e4, "c": 100.0}
+    physical.contact(spec, ("foot", "floor"), frictionless=True, points="share", **softness)
+    model = physical.compile(spec)
+    data = mujoco.MjData(model)
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 10000)
+        assert physical.check(model) == ()
+    upwards = [-contact.dist * abs(contact.frame[2]) for contact in data.contact[: data.ncon]]
+    assert len(upwards) > 1
+    assert np.mean(upwards) == pytest.approx(2 * 9.81 / 1e4, rel=1e-4)
+
+
+def test_points_that_each_have_it_are_named():
+    spec = mujoco.MjSpec.from_string(FIELD.format(kind="sphere"))
+    physical.contact(spec, ("foot", "floor"), k=1e4, c=100.0, frictionless=True)
+    with pytest.warns(physical.ModelWarning, match="each prism of its height field has k and c"):
+        physical.compile(spec)
+    with pytest.raises(ModelError, match='points "all"'):
+        physical.contact(spec, ("foot", "floor"), k=1e4, c=100.0, points="all")
