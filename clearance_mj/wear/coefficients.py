@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
+from ..core.plain_numbers import find_numbers
 from ..model import Model
 from ..rig import Rig
 from ..tolerance.designs import changed
 from ..tolerance.scatter import Scatter
 
 __all__ = ["drawn_models", "spreads"]
-
-_OF = re.compile(r"bushings(?:\[(\d+)\])?\.wear")
 
 
 def spreads(rig: Rig) -> np.ndarray:
@@ -25,12 +22,10 @@ def spreads(rig: Rig) -> np.ndarray:
         With tolerances.
     """
     found = np.full(len(rig.bushings), np.inf)
-    for tolerance in rig.tolerances:
-        if not (match := _OF.fullmatch(tolerance.of)):
-            continue
-        for j in range(len(rig.bushings)) if match[1] is None else [int(match[1])]:
-            value = rig.bushings[j].wear or 0.0
-            found[j] = np.log1p(tolerance.size if tolerance.relative else tolerance.size / max(value, 1e-300))
+    for tolerance in (each for each in rig.tolerances if each.of.rpartition(".")[2] == "wear"):
+        for _, j, _ in find_numbers(rig.to_dict(), tolerance.of):
+            value = rig.bushings[int(j)].wear or 0.0
+            found[int(j)] = np.log1p(tolerance.size if tolerance.relative else tolerance.size / max(value, 1e-300))
     return found
 
 

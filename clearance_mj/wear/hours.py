@@ -89,14 +89,15 @@ def wear_on(source: Source, model: Model, limits: np.ndarray, hours: float, accu
         step *= min(GROW, SAFETY * max(error, 1e-6) ** (-1 / 3)) if error <= 1.0 else 1.0
 
 
+def _growth(now: Moment, step: float) -> float:
+    """Largest share of a gap by which it grows, or its middle moves, in so many hours."""
+    return float(np.max(np.abs(now.rate).max(axis=1) * step / clearances_of(now.model.rig)[:, 0]))
+
+
 def _longest(now: Moment, share: float) -> float:
     """Hours in which no gap grows by more than a share."""
-    fastest = float(np.max(np.abs(now.rate).max(axis=1) / clearances_of(now.model.rig)[:, 0]))
+    fastest = _growth(now, 1.0)
     return share / fastest if fastest > 0 else np.inf
-
-
-def _growth(now: Moment, step: float) -> float:
-    return float(np.max(np.abs(now.rate).max(axis=1) * step / clearances_of(now.model.rig)[:, 0]))
 
 
 def _reached(now: Moment, limits: np.ndarray) -> bool:
