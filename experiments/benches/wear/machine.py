@@ -34,6 +34,7 @@ class Machine:
 
     seed: int
     model: Model  #: what is known of it
+    truth: Model  #: what stands there, but for its coefficients of wear
     operation: Operation
     hours: np.ndarray  #: (n,) h
     gap: np.ndarray  #: (n, n_bushings) m, the true ones
@@ -70,7 +71,9 @@ def make_machine(seed: int) -> Machine | None:
     share = rng.uniform(0.7, 1.0, 2)
     limit = np.where(grown > LEAST, gap[0] + share * (gap[-1] - gap[0]), np.nan)
     life = np.array([np.interp(l, g, hours) if np.isfinite(l) else np.nan for l, g in zip(limit, gap.T)])
-    return Machine(seed, model, operation, hours, gap, limit, life)
+    as_told = tuple(dataclasses.replace(b, wear=COEFFICIENT) for b in true.rig.bushings)
+    truth = Model(true.rig.replace(bushings=as_told), true.law)
+    return Machine(seed, model, truth, operation, hours, gap, limit, life)
 
 
 def _operations(rng: np.random.Generator, seed: int) -> tuple[Operation, Operation]:
