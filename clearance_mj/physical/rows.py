@@ -121,15 +121,14 @@ def _contacts(model: mujoco.MjModel, wanted: bool) -> Iterator[None]:
 def bent_poses(model: mujoco.MjModel) -> np.ndarray:
     """Return poses (n, nq) over the ranges of a model's hinges and slides, the same at every call.
 
-    Each has its joints at the ends or in the middle of their ranges, of a hinge without one of a whole turn.
+    Each has these joints at the ends or in the middle of their ranges, and those without a range as they are.
     """
-    kinds = model.jnt_type
-    hinges = kinds == int(mujoco.mjtJoint.mjJNT_HINGE)
-    bent = np.flatnonzero((hinges | (kinds == int(mujoco.mjtJoint.mjJNT_SLIDE))) & (hinges | (model.jnt_limited != 0)))
-    ranges = np.where(model.jnt_limited[bent, None], model.jnt_range[bent], (-np.pi, np.pi))
-    shares = np.random.default_rng(0).choice((0.0, 0.5, 1.0), (BENT_POSES, bent.size))
-    poses = np.tile(model.qpos0, (BENT_POSES if bent.size else 0, 1))
-    poses[:, model.jnt_qposadr[bent]] = (ranges[:, 0] + shares * np.ptp(ranges, axis=1))[: len(poses)]
+    single = np.isin(model.jnt_type, (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)))
+    bent = np.flatnonzero(single & (model.jnt_limited != 0))
+    ranges, count = model.jnt_range[bent], BENT_POSES if bent.size else 0
+    shares = np.random.default_rng(0).choice((0.0, 0.5, 1.0), (count, bent.size))
+    poses = np.tile(model.qpos0, (count, 1))
+    poses[:, model.jnt_qposadr[bent]] = ranges[:, 0] + shares * np.ptp(ranges, axis=1)
     return poses
 
 
