@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import NamedTuple
@@ -20,9 +21,11 @@ import mujoco.batch
 import numpy as np
 import scipy.signal
 
-from ...core.errors import RecordError
+from ...core.errors import ModelError, RecordError
 from ...estimate.parameter import Parameter
+from ..actuators import actuator_count
 from ..bristles import frictions
+from ..checks import ModelWarning
 from ..checks import compile as physical_compile
 from ..drives import drives
 from ..elements import asked, nearest
@@ -78,7 +81,9 @@ class Simulator:
 
     def __init__(self, spec: mujoco.MjSpec, parameters: Sequence[Parameter], record: ModelRecord):
         self.parameters, self.record = parameters, record
-        own = physical_compile(spec)
+        own = _compiled(spec)
+        if own.nu != actuator_count(own):
+            raise ModelError("the model has actuators with several controls; a record has one of each")
         self.substeps = max(1, math.ceil(1 / (record.fs * own.opt.timestep) - 1e-6))
         self.controls = [own.actuator(i).name for i in range(own.nu)]
         _check_names(record, own, self.controls)
@@ -92,7 +97,7 @@ class Simulator:
                 biastype=mujoco.mjtBias.mjBIAS_AFFINE, gainprm=[1.0, *[0.0] * 9], biasprm=[0.0] * 10,
                 ctrllimited=mujoco.mjtLimited.mjLIMITED_FALSE, forcelimited=mujoco.mjtLimited.mjLIMITED_FALSE,
             )  # fmt: skip
-        self._model = physical_compile(guided)
+        self._model = _compiled(guided)
         self._control = np.stack([np.asarray(record.control[name]) for name in self.controls], axis=1)
         # Euler's method, velocities first, is the leapfrog of order two, if controls are those where a step begins.
         self._ahead = 0.5 if own.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 0.0
@@ -186,6 +191,13 @@ def moved(model: mujoco.MjModel, state: np.ndarray, move: np.ndarray) -> np.ndar
     mujoco.mj_integratePos(model, found[places], move[: model.nv], 1.0)
     found[places.stop : places.stop + model.nv] += move[model.nv :]
     return found
+
+
+def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Return the model, which a `Softener` is going to step."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*until a Softener", ModelWarning)
+        return physical_compile(spec)
 
 
 def _check_names(record: ModelRecord, model: mujoco.MjModel, controls: list[str]) -> None:
