@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .actuators import ON_JOINT, actuator_count, output_of, settle
-from .elements import compiled, find, name_of, softness, specification
+from .elements import change, compiled, find, name_of, softness, specification
 from .records import MARK, marked, note_softener, write_numbers
 from .transmission import DriveFriction, Efficiency
 
@@ -175,37 +175,43 @@ def add_drive(
     if encoder not in _ENCODERS:
         raise ModelError(f'{where}: encoder "{encoder}"; known: {", ".join(_ENCODERS)}')
     _refuse(model, index, where)
-    on_tendon = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON
-    load, limits = None if on_tendon else spec.joint(motor.target), _motor_limits(model, index, where)
+    on_tendon, limits = model.actuator_trntype[index] == mujoco.mjtTrn.mjTRN_TENDON, _motor_limits(model, index, where)
     if inertia is None:
-        if load is None or not load.armature > 0:
-            raise ModelError(f"{where}: its {'tendon' if load is None else 'joint'} has no armature; give inertia > 0")
-        inertia = float(load.armature)
-    settle(motor, model)
-    if load is not None:
-        load.armature = 0.0
-        load.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        inertia = 0.0 if on_tendon else float(spec.joint(motor.target).armature)
+        if not inertia > 0:
+            raise ModelError(f"{where}: its {'tendon' if on_tendon else 'joint'} has no armature; give inertia > 0")
     values = (
         inertia, gap, k, c, _ENCODERS.index(encoder), _DYNAMICS[mujoco.mjtDyn(int(model.actuator_dyntype[index]))],
         model.actuator_actearly[index], *friction_numbers(friction),
     )  # fmt: skip
-    write_numbers(spec, f"{MARK}drive:{name}", [*values, *(value for slip in slips for value in slip)])
     saved = [np.array(key.act) for key in spec.keys]
-    if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED:
-        motor.gainprm[1:3] = 0
-    if model.actuator_biastype[index] == mujoco.mjtBias.mjBIAS_NONE:
-        motor.biasprm[:3] = 0
-    motor.dyntype, motor.gaintype, motor.biastype = (
-        mujoco.mjtDyn.mjDYN_USER, mujoco.mjtGain.mjGAIN_USER, mujoco.mjtBias.mjBIAS_USER
-    )  # fmt: skip
-    if hasattr(motor, "ctrlspec"):
-        motor.ctrlspec = 0  # which inputs a servo declares; the number of controls stays one
-    motor.actdim, motor.actearly = BRISTLES + 2 + len(slips), True
-    motor.actlimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
-    motor.actrange = model.actuator_actrange[index] if model.actuator_actlimited[index] else (0, 0)
-    motor.forcerange = limits
-    note_softener(spec)
-    _extend_keys(spec, saved, model, name)
+
+    def inside(changed: mujoco.MjSpec) -> None:
+        write_numbers(changed, f"{MARK}drive:{name}", [*values, *(value for slip in slips for value in slip)])
+        motor = changed.actuator(name)
+        settle(motor, model)
+        if not on_tendon:
+            load = changed.joint(motor.target)
+            load.armature, load.actfrclimited = 0.0, mujoco.mjtLimited.mjLIMITED_FALSE
+        if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_FIXED:
+            motor.gainprm[1:3] = 0
+        if model.actuator_biastype[index] == mujoco.mjtBias.mjBIAS_NONE:
+            motor.biasprm[:3] = 0
+        motor.dyntype, motor.gaintype, motor.biastype = (
+            mujoco.mjtDyn.mjDYN_USER, mujoco.mjtGain.mjGAIN_USER, mujoco.mjtBias.mjBIAS_USER
+        )  # fmt: skip
+        if hasattr(motor, "ctrlspec"):
+            motor.ctrlspec = 0  # which inputs a servo declares; the number of controls stays one
+        motor.actdim, motor.actearly = BRISTLES + 2 + len(slips), True
+        motor.actlimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        motor.actrange = model.actuator_actrange[index] if model.actuator_actlimited[index] else (0, 0)
+        motor.forcerange = limits
+        note_softener(changed)
+        for key in changed.keys:
+            key.act = np.zeros(0)
+
+    _, now = change(spec, inside)
+    _extend_keys(spec, saved, model, now, name)
 
 
 def friction_numbers(friction: DriveFriction | None) -> tuple[float, ...]:
@@ -282,13 +288,10 @@ def _motor_limits(model: mujoco.MjModel, index: int, where: str) -> np.ndarray:
     return limits if np.isfinite(limits).all() else np.zeros(2)
 
 
-def _extend_keys(spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, name: str) -> None:
+def _extend_keys(
+    spec: mujoco.MjSpec, saved: Sequence[np.ndarray], model: mujoco.MjModel, now: mujoco.MjModel, name: str
+) -> None:
     """Give the drive its places in keyframes that have activations: its input goes along, all else is to begin."""
-    if not any(act.size for act in saved):
-        return
-    for key in spec.keys:
-        key.act = np.zeros(0)
-    now = compiled(spec)
     for key, act in zip(spec.keys, saved):
         if not act.size:
             continue
