@@ -210,7 +210,7 @@ def test_spin_about_the_normal_is_braked(shape, torsion, arm, inertia):
 
 
 @pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
-@pytest.mark.skipif(not hasattr(mujoco.MjModel, "geom_surfacevel"), reason="from MuJoCo 4 on")
+@pytest.mark.skipif(not hasattr(mujoco.MjContact, "surfacevel"), reason="contacts have it from MuJoCo 4 on")
 def test_a_conveyor_carries_along():
     """At 0.3 m/s, reached from rest at μ g after 61 ms; what rings on the bristles has decayed to e^-5 by then."""
     early, late, _ = spun('type="box" size=".1 .1 .05"', surfacevel=[0.3, 0, 0, 0, 0, 0])
