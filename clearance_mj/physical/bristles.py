@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import LawError, ModelError
-from .elements import compiled, find, joint_kind, name_of, specification
+from .elements import compiled, find, joint_kind, name_of, pairs_of, specification
 from .records import MARK, marked, write_numbers
 
 __all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
@@ -66,8 +66,7 @@ def friction(
     if not 0 <= torsion < np.inf:
         raise LawError(f"torsion = {torsion:g} of friction must be finite and >= 0")
     model, several = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
-    pairs = {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
-    found = []
+    pairs, found = pairs_of(model), []
     for each in several:
         names = [name_of(geom) for geom in each]
         if len(names) != 2:

@@ -126,12 +126,12 @@ def _uncovered(model: mujoco.MjModel) -> Iterator[str]:
     """Yield contacts that have MuJoCo's softness though those of their geom were given one."""
     for geom, _, _, pairs in uncovered_contacts(model):
         name = model.geom(geom).name
-        others = [", ".join(sorted(f'"{model.geom(g).name or g}"' for pair in pairs for g in pair if g != geom))]
+        others = ", ".join(sorted(f'"{model.geom(g).name or g}"' for pair in pairs for g in pair if g != geom))
         collides, affinity = model.geom_contype[geom], model.geom_conaffinity[geom]
         flexes = [i for i in range(model.nflex)
                   if collides & model.flex_conaffinity[i] or affinity & model.flex_contype[i]]  # fmt: skip
         if pairs:
-            yield f'geom "{name}" touches {others[0]} with MuJoCo\'s softness, for they came later; use compile()'
+            yield f'geom "{name}" touches {others} with MuJoCo\'s softness, for they came later; use compile()'
         for i in flexes:
             flex = model.flex(i).name or i
             yield f'geom "{name}" touches flex "{flex}" with MuJoCo\'s softness: flexes have no pairs'
@@ -182,7 +182,7 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
 
 
 def _elements(model: mujoco.MjModel) -> Iterator[str]:
-    wanted = {(kind, name): (k, c) for kind, name, (k, c, *_) in asked(model)}
+    wanted, shared = {(kind, name): (k, c) for kind, name, (k, c, *_) in asked(model)}, _shared(model)
     for kind, i, name in _soft(model):
         where = f'{KINDS[kind].noun} "{name}"'
         solimp = getattr(model, KINDS[kind].model[1])[i]
@@ -203,10 +203,10 @@ def _elements(model: mujoco.MjModel) -> Iterator[str]:
         if offset := starts[0] - sum(starts[1:]):
             yield f"{where}: its margin lets the force begin {offset:g} before zero; set margin to 0"
         if kind == "pair":
-            yield from _pair(model, i, where)
+            yield from _pair(model, i, where, name in shared)
 
 
-def _pair(model: mujoco.MjModel, pair: int, where: str) -> Iterator[str]:
+def _pair(model: mujoco.MjModel, pair: int, where: str, shared: bool) -> Iterator[str]:
     if model.pair_dim[pair] > 1:
         cone, what = "a pyramidal", "multiplies its normal stiffness"
         if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
@@ -215,7 +215,7 @@ def _pair(model: mujoco.MjModel, pair: int, where: str) -> Iterator[str]:
     geoms = model.geom_type[[model.pair_geom1[pair], model.pair_geom2[pair]]]
     first, second = (mujoco.mjtGeom(int(g)).name.removeprefix("mjGEOM_") for g in sorted(geoms))
     points = _POINTS.get((first, second), 1)
-    if points > 1 and model.pair(pair).name not in _shared(model):
+    if points > 1 and not shared:
         yield f"{where}: {first.lower()} and {second.lower()} touch in up to {points} points, each with this stiffness"
 
 

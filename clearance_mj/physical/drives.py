@@ -252,20 +252,21 @@ def _refuse(model: mujoco.MjModel, index: int, where: str) -> None:
         (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE),
         (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE),
     )
+    way_round = _WAY_ROUND if found[0] in ON_JOINT else ""
     for kind, can in zip(found, allowed):
         if kind not in can:
             needs = " or ".join(_name(c) for c in can)
-            raise ModelError(f"{where} is {_name(kind)}; a drive needs {needs}{_WAY_ROUND}")
+            raise ModelError(f"{where} is {_name(kind)}; a drive needs {needs}{way_round}")
     joint = model.actuator_trnid[index, 0]
     if found[0] != mujoco.mjtTrn.mjTRN_TENDON and mujoco.mjtJoint(int(model.jnt_type[joint])) not in (
         mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
     ):  # fmt: skip
         raise ModelError(f"{where}: a drive needs a hinge or slide")
     if getattr(model, "actuator_ctrlnum", np.ones(actuator_count(model)))[index] != 1:
-        raise ModelError(f"{where} has {model.actuator_ctrlnum[index]} controls; a drive needs one{_WAY_ROUND}")
+        raise ModelError(f"{where} has {model.actuator_ctrlnum[index]} controls; a drive needs one{way_round}")
     for field in ("delay", "armature", "damping"):
         if np.any(getattr(model, f"actuator_{field}", np.zeros(actuator_count(model)))[index]):
-            raise ModelError(f"{where} has {field}, which a drive cannot take over; set it to 0{_WAY_ROUND}")
+            raise ModelError(f"{where} has {field}, which a drive cannot take over; set it to 0{way_round}")
     if not model.actuator_gear[output_of(model, index), 0]:
         raise ModelError(f"{where} has gear 0")
 

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KINDS", "Asked", "Kind", "Softness", "Target", "apply", "ask", "asked", "change", "compiled", "find", "give",
-    "inverse_inertia", "joint_kind", "name_of", "nearest", "read", "softness", "solver_parameters", "specification",
-    "write_all", "write_parameters",
+    "inverse_inertia", "joint_kind", "name_of", "nearest", "pairs_of", "read", "softness", "solver_parameters",
+    "specification", "write_all", "write_parameters",
 ]  # fmt: skip
 
 Target: TypeAlias = mujoco.MjSpec | mujoco.MjModel
@@ -120,6 +120,11 @@ def nearest(name: str, known: Iterable[str | None]) -> str:
     near = difflib.get_close_matches(name, names, n=1)
     there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     return f'did you mean "{near[0]}"?' if near else f"it has {there or 'none with a name'}"
+
+
+def pairs_of(model: mujoco.MjModel) -> dict[frozenset[int], int]:
+    """Return the numbers of a model's explicit pairs by their geoms."""
+    return {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
 
 
 def joint_kind(model: mujoco.MjModel, name: str, what: str) -> mujoco.mjtJoint:

@@ -72,7 +72,7 @@ def rub(
         return
     nx, ny, nz = nx / length, ny / length, nz / length
     x, y, z = x / pressed, y / pressed, z / pressed
-    ux, uy, uz, _, _, _ = _velocity(head, model, data, body1, x, y, z)
+    ux, uy, uz, ox, oy, oz = _velocity(head, model, data, body1, x, y, z)
     vx, vy, vz, wx, wy, wz = _velocity(head, model, data, body2, x, y, z)
     vx, vy, vz = vx - ux + sx / pressed, vy - uy + sy / pressed, vz - uz + sz / pressed
     along = vx * nx + vy * ny + vz * nz
@@ -90,7 +90,6 @@ def rub(
     arm, square = _arms(head, data, friction, numbers[3] if friction.torsion else 0.0, x, y, z, pressed)
     torque = 0.0
     if square > 0.0:
-        _, _, _, ox, oy, oz = _velocity(head, model, data, body1, x, y, z)
         turning = (wx - ox) * nx + (wy - oy) * ny + (wz - oz) * nz + spin / pressed
         slips = largest * arm / (k * square)
         bristles[SPIN] = min(max(bristles[SPIN] + step * turning, -slips), slips)

@@ -18,6 +18,7 @@ from .elements import (
     find,
     give,
     name_of,
+    pairs_of,
     read,
     softness,
     solver_parameters,
@@ -147,7 +148,7 @@ def contact(
     wanted, model = softness(k, c, law, depth), compiled(target)
     if points == "share":
         wanted = _shared(wanted, depth)
-    pairs, asked_of_one = _pairs_of(model), []
+    pairs, asked_of_one = pairs_of(model), []
     found: list[frozenset[int]] = []
     for names in _geom_names(geoms):
         ids = [find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names]
@@ -223,21 +224,16 @@ def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     return added
 
 
-def uncovered_contacts(
-    model: mujoco.MjModel,
-) -> Iterator[tuple[int, Softness, bool, list[frozenset[int]]]]:
-    """Yield the geoms whose contacts were given a softness, that softness, whether friction was to be left out, and the
-    pairs that have none.
+def uncovered_contacts(model: mujoco.MjModel) -> Iterator[tuple[int, Softness, bool, list[frozenset[int]]]]:
+    """Yield each geom whose contacts were given a softness, with that, whether friction is left out, and pairs without.
+
+    Pairs are those that it can touch and that have no softness of their own.
     """
-    pairs = _pairs_of(model)
+    pairs = pairs_of(model)
     for kind, name, data in texts(model):
         if kind in ONE_GEOM:
             geom = find(model, mujoco.mjtObj.mjOBJ_GEOM, name)
             yield geom, read(data), kind == ONE_GEOM[True], [p for p in touching(model, geom) if p not in pairs]
-
-
-def _pairs_of(model: mujoco.MjModel) -> dict[frozenset[int], int]:
-    return {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
 
 
 def touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import copy
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
 from .bristles import frictions
 from .drives import PlacedDrive, drives
-from .elements import KINDS, find, inverse_inertia
+from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
 
 __all__ = ["ParasiticMass", "Pose", "Row", "bent_poses", "parasitic_mass", "poses_of", "softness_of"]
@@ -89,12 +89,14 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     given = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
     if given.shape[-1] != model.nq or given.ndim != 2 or not len(given):
         raise ModelError(f"poses of shape {given.shape}; the model's need {model.nq} numbers each")
+    placed = model if contacts else copy.copy(model)
+    if not contacts:
+        placed.opt.disableflags |= int(_Bits.mjDSBL_CONTACT)
     data, mass, inside = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in inside])
     for number, qpos in enumerate(given if model.nv else ()):
         data.qpos[:] = qpos
-        with _contacts(model, contacts):
-            mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdPosition(placed, data)
         mujoco.mj_fullM(model, data, mass)
         whole = rotors + np.pad(mass, (0, len(inside)))
         inverse = np.linalg.inv(whole)
@@ -105,17 +107,6 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
         together = [*_padded(together, len(whole)), *_turning(model, data, inside)]
         apart = list(_padded(_apart(model, data), len(whole)))
         yield Pose(number, whole, inverse, [_softened(row, inverse) for row in together], apart)
-
-
-@contextlib.contextmanager
-def _contacts(model: mujoco.MjModel, wanted: bool) -> Iterator[None]:
-    """Let geoms touch or not for a while."""
-    flags = int(model.opt.disableflags)
-    try:
-        model.opt.disableflags = flags if wanted else flags | int(_Bits.mjDSBL_CONTACT)
-        yield
-    finally:
-        model.opt.disableflags = flags
 
 
 def bent_poses(model: mujoco.MjModel) -> np.ndarray:
@@ -274,7 +265,7 @@ def _counts(model: mujoco.MjModel, solref: np.ndarray) -> bool:
 
 def _active(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
     """Yield the solver's rows of contacts that touch and of equalities."""
-    pairs = {frozenset(p): i for i, p in enumerate(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist()))}
+    pairs = pairs_of(model)
     for r in range(data.nefc):
         if data.efc_type[r] == _Constraint.mjCNSTR_EQUALITY:
             element, solref = f'equality "{model.equality(data.efc_id[r]).name}"', model.eq_solref[data.efc_id[r]]

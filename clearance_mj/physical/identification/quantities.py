@@ -109,17 +109,13 @@ def _softness(model: mujoco.MjModel, quantity: str, element: Asked) -> _Place:
     hinge = _angular(model, kind, name)
 
     def write(target: Target, value: float) -> None:
-        if isinstance(target, mujoco.MjModel):
-            now = Softness(*softness_of(target, kind, _index(target, kind, name)) or ())
+        own = compiled(target)
+        if target is own:
+            now = Softness(*softness_of(own, kind, _index(own, kind, name)) or ())
         else:
-            now = next(e.softness for e in asked(compiled(target)) if (e.kind, e.name) == (kind, name))
-        give(
-            target,
-            compiled(target),
-            kind,
-            [name],
-            Softness(value, now.c) if quantity == "k" else Softness(now.k, value),
-        )
+            now = next(e.softness for e in asked(own) if (e.kind, e.name) == (kind, name))
+        changed = Softness(value, now.c) if quantity == "k" else Softness(now.k, value)
+        give(target, own, kind, [name], changed)
 
     return _Place(_unit({"k": "N m/rad", "c": "N m s/rad"}[quantity], hinge), getattr(softness, quantity), write)
 
