@@ -1,8 +1,8 @@
 """Friction that does not creep: bristles that bend elastically and slip at the largest force.
 
 It stands in the model as ``<custom><numeric name="physical:friction:joint:elbow" data="1.5 1e5 10"/>``, force, k and c
-(of a pair its coefficient, k, c and, where there is one, the arm of torsion), and is read there at every step: a
-compiled model's ``numeric("...").data`` may be changed.
+(of a pair its coefficient, k, c and, where there are any, the arms of torsion and rolling), and is read there at every
+step: a compiled model's ``numeric("...").data`` may be changed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from ..core.errors import LawError, ModelError
 from .elements import compiled, find, joint_kind, name_of, pairs_of, specification
 from .records import MARK, marked, write_numbers
 
-__all__ = ["Friction", "friction", "frictions", "joint_friction", "tendon_friction"]
+__all__ = ["Friction", "friction", "frictions", "joint_friction", "rubbing", "tendon_friction"]
+
+_CONE = 10.0  # times the coefficient: MuJoCo's cone, which no point's share of friction and spin together leaves
 
 
 class Friction(NamedTuple):
@@ -26,12 +28,13 @@ class Friction(NamedTuple):
     kind: str  # "joint", "tendon" or "pair"
     name: str
     numeric: int  # where in the model's numeric_data: largest force (of a pair its ratio to the normal force), k and c
-    size: int  # how many numbers they are; the fourth one of a pair is its arm of torsion
+    size: int  # how many numbers they are; the fourth and fifth of a pair are its arms of torsion and rolling
 
 
 def friction(
-    spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: float = 0.0, torsion: float = 0.0
-) -> None:
+    spec: mujoco.MjSpec, geoms: Any, coefficient: float, k: float, c: float = 0.0, torsion: float = 0.0,
+    rolling: float = 0.0,
+) -> None:  # fmt: skip
     """Give a contact dry friction: sticking is a spring and damper, sliding a force in proportion to the normal force.
 
     Elastic Coulomb friction: bristles between the surfaces bend by the distance slid, up to coefficient times normal
@@ -39,6 +42,9 @@ def friction(
     Several points of contact between two geoms have one bristle at the centre of their pressure, and one that resists
     spin about their normal there: it slips at coefficient times normal force times the mean arm of the points. Surfaces
     that move themselves (``surfacevel`` of MuJoCo 4) carry along.
+
+    The pair gets MuJoCo's rows of friction, in a cone ten times as wide as the coefficient; a `Softener` gives them the
+    bristles' force, so that sensors of force, torque and contact and ``mj_contactForce`` show it.
 
     Parameters
     ----------
@@ -54,6 +60,9 @@ def friction(
         Damping while it sticks, N s/m, >= 0.
     torsion : float
         Arm of friction against spin of a single point, such as of a ball: the mean one of its patch, m, >= 0.
+    rolling : float
+        Arm of rolling resistance, m, >= 0: what rolls is braked by the torque of the normal force at this arm. Its
+        bristles have the stiffness k (rolling/coefficient)², N m/rad.
 
     Raises
     ------
@@ -63,23 +72,29 @@ def friction(
         For values out of range.
     """
     _check("coefficient", coefficient, k, c)
-    if not 0 <= torsion < np.inf:
-        raise LawError(f"torsion = {torsion:g} of friction must be finite and >= 0")
+    for label, value in (("torsion", torsion), ("rolling", rolling)):
+        if not 0 <= value < np.inf:
+            raise LawError(f"{label} = {value:g} of friction must be finite and >= 0")
     model, several = compiled(specification(spec)), geoms if isinstance(geoms, list) else [geoms]
-    pairs, found = pairs_of(model), []
+    pairs, found, rubs = pairs_of(model), [], rubbing(model)
     for each in several:
         names = [name_of(geom) for geom in each]
         if len(names) != 2:
             raise ModelError(f"a contact has two geoms, got {len(names)}")
         pair = pairs.get(frozenset(find(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names))
-        if pair is None or model.pair_dim[pair] != 1 or not model.pair(pair).name:
+        name = model.pair(pair).name if pair is not None else ""
+        if not name or (model.pair_dim[pair] != 1 and name not in rubs):
             raise ModelError(
                 f'geoms "{names[0]}" and "{names[1]}" have no contact without MuJoCo\'s friction; '
                 "give it a softness first: contact(..., frictionless=True)"
             )
-        found.append(model.pair(pair).name)
+        found.append(name)
+    arms = (torsion, rolling) if rolling else (torsion,) if torsion else ()
     for name in found:
-        write_numbers(spec, f"{MARK}friction:pair:{name}", (coefficient, k, c, *([torsion] if torsion else [])))
+        write_numbers(spec, f"{MARK}friction:pair:{name}", (coefficient, k, c, *arms))
+        spec.pair(name).condim = (3, 4, 6)[len(arms)]
+        sliding = _CONE * coefficient
+        spec.pair(name).friction = sliding, sliding, sliding * torsion, _CONE * rolling, _CONE * rolling
 
 
 def joint_friction(spec: mujoco.MjSpec, joint: Any, force: float, k: float, c: float = 0.0) -> None:
@@ -143,13 +158,18 @@ def tendon_friction(spec: mujoco.MjSpec, tendon: Any, force: float, k: float, c:
     write_numbers(spec, f"{MARK}friction:tendon:{name}", (force, k, c))
 
 
+def rubbing(model: mujoco.MjModel) -> set[str]:
+    """Return the names of the pairs that have bristles, and for them rows of MuJoCo's friction."""
+    return {each.name for each in frictions(model) if each.kind == "pair"}
+
+
 def frictions(model: mujoco.MjModel) -> Iterator[Friction]:
     """Yield the bristles that were asked of a model's elements."""
     for i, before, after in marked(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{MARK}friction:"):
         kind, _, name = after.partition(":")
-        size, most = int(model.numeric_size[i]), 4 if kind == "pair" else 3
+        size, most = int(model.numeric_size[i]), 5 if kind == "pair" else 3
         if not 3 <= size <= most:
-            needs = "coefficient k c, and may have torsion" if kind == "pair" else "force k c"
+            needs = "coefficient k c, and may have torsion and rolling" if kind == "pair" else "force k c"
             raise ModelError(f'numeric "{model.numeric(i).name}" has {size} numbers, needs 3: {needs}')
         yield Friction(kind, before + name, int(model.numeric_adr[i]), size)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
-from .bristles import frictions
+from .bristles import frictions, rubbing
 from .drives import drives
 from .elements import KINDS, apply, asked, compiled, inverse_inertia, specification, write_all
 from .limits import cover, uncovered_contacts
@@ -172,8 +172,8 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
     until = "until a Softener(model) is in use, or its update() is called in every step"
     if mujoco.get_mjcb_control() is not None:  # that of a Softener in use, or one that may call its update()
         return
-    for rubbing in frictions(model):
-        yield f'friction of {rubbing.kind} "{rubbing.name}" does not act {until}'
+    for each in frictions(model):
+        yield f'friction of {each.kind} "{each.name}" does not act {until}'
     for drive in drives(model):
         yield f'actuator "{drive.name}" exerts nothing, for its drive does not turn {until}'
     for element in asked(model):
@@ -183,6 +183,7 @@ def _without_softener(model: mujoco.MjModel) -> Iterator[str]:
 
 def _elements(model: mujoco.MjModel) -> Iterator[str]:
     wanted, shared = {(kind, name): (k, c) for kind, name, (k, c, *_) in asked(model)}, _shared(model)
+    rubs = rubbing(model)
     for kind, i, name in _soft(model):
         where = f'{KINDS[kind].noun} "{name}"'
         solimp = getattr(model, KINDS[kind].model[1])[i]
@@ -203,11 +204,11 @@ def _elements(model: mujoco.MjModel) -> Iterator[str]:
         if offset := starts[0] - sum(starts[1:]):
             yield f"{where}: its margin lets the force begin {offset:g} before zero; set margin to 0"
         if kind == "pair":
-            yield from _pair(model, i, where, name in shared)
+            yield from _pair(model, i, where, name in shared, rubs)
 
 
-def _pair(model: mujoco.MjModel, pair: int, where: str, shared: bool) -> Iterator[str]:
-    if model.pair_dim[pair] > 1:
+def _pair(model: mujoco.MjModel, pair: int, where: str, shared: bool, rubs: set[str]) -> Iterator[str]:
+    if model.pair_dim[pair] > 1 and model.pair(pair).name not in rubs:
         cone, what = "a pyramidal", "multiplies its normal stiffness"
         if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
             cone, what = "an elliptic", "changes its normal force while it slides"

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
+import mujoco
 import numpy as np
-from numba import types
 
 from ..core.jit import OPTIONS, jit
-from .library import doubles, external, field, integers
+from .library import doubles, field, integers
 
-__all__ = ["FRICTION", "OF_FRICTION", "bend", "between", "rub"]
+__all__ = ["FRICTION", "OF_FRICTION", "bend", "between", "normal_rows", "rub"]
 
-OF_FRICTION = 13  # numbers of memory: the bristles' deflection, force, torque, the point where they act, and the last:
-SPIN = 12  # the angle by which the bristles of a pair are turned about their normal
+OF_FRICTION = 7  # numbers of memory: the bristles' deflection, the angle about their normal, those rolled
 FRICTION = np.dtype(
-    [(name, np.int64) for name in ("kind", "numeric", "torsion", "dof", "size", "geom1", "geom2", "body1", "body2")]
-)  # Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c
-_apply_force = external("mj_applyFT", *(types.intp,) * 5, types.int32, types.intp)
+    [(name, np.int64) for name in ("kind", "numeric", "numbers", "dof", "size", "geom1", "geom2", "law")]
+)  # Bristles; where in the custom numbers the largest force is (for pairs its ratio to the normal force), k and c; how
+# many they are; whether the pair follows a law
+_SPARSE_FROM = 60  # velocities: MuJoCo takes a sparse Jacobian then, if it may choose
+_SPARSE, _AUTO = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO)
+_PYRAMIDAL = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)
 
 
 @jit(**OPTIONS)
@@ -36,111 +38,190 @@ def bend(numbers: np.ndarray, bristles: np.ndarray, step: float, speed: float) -
 
 
 @jit(**OPTIONS)
-def rub(
-    head: Any, model: int, data: int, friction: Any, numbers: np.ndarray, bristles: np.ndarray, here: int, step: float
+def normal_rows(head: Any, data: int, contact: int, row: int) -> tuple[int, float]:
+    """Return how many rows of the constraints press along a contact's normal, and the R of one that does so alone.
+
+    In a pyramidal cone they are the edges, in pairs, of which the mean wants what the normal alone would.
+    """
+    softness = doubles(field(data + head.d_efc_R), row + 1)[row]
+    if integers(field(data + head.d_efc_type), row + 1)[row] != _PYRAMIDAL:
+        return 1, softness
+    cone, slope = doubles(contact + head.c_mu, 1)[0], doubles(contact + head.c_friction, 1)[0]
+    return 2 * (integers(contact + head.c_dim, 1)[0] - 1), softness / (2.0 * cone * cone * (1.0 + slope * slope))
+
+
+@jit(**OPTIONS)
+def _pressing(head: Any, data: int, friction: Any, contact: int) -> tuple[int, int, float]:
+    """Return the first row of a contact that a pair may have, how many press, and their force; 0 if it is not its."""
+    row = integers(contact + head.c_efc_address, 1)[0]
+    if row < 0 or not between(integers(contact + head.c_geom, 2), friction.geom1, friction.geom2):
+        return 0, 0, 0.0
+    rows, softness = normal_rows(head, data, contact, row)
+    if friction.law:
+        wanted = doubles(field(data + head.d_efc_aref) + 8 * row, rows).mean()
+    else:  # not of the constraints, whose edges may have been given friction already
+        solref, d = doubles(contact + head.c_solref, 2), doubles(contact + head.c_solimp, 1)[0]
+        depth = doubles(field(data + head.d_efc_pos) + 8 * row, 1)[0]
+        wanted = (solref[1] * doubles(field(data + head.d_efc_vel) + 8 * row, rows).mean() + solref[0] * depth) / d
+    return row, rows, max(wanted / softness, 0.0)
+
+
+@jit(**OPTIONS)
+def _moving(head: Any, data: int, contact: int, row: int, rows: int, j: int) -> float:
+    """Return the speed at which surfaces slip, spin or roll along a contact's coordinate j, 0 to 4.
+
+    From MuJoCo 4 on it counts how surfaces move themselves, such as a conveyor's.
+    """
+    speeds = doubles(field(data + head.d_efc_vel) + 8 * row, 2 * 5)
+    if rows == 1:
+        return speeds[1 + j]
+    return (speeds[2 * j] - speeds[2 * j + 1]) / (2.0 * doubles(contact + head.c_friction, 5)[j])
+
+
+@jit(**OPTIONS)
+def _want(
+    head: Any, model: int, data: int, contact: int, row: int, rows: int, j: int, pressing: float, force: float
 ) -> None:
-    """Bend the bristles between two bodies in the plane of their contact, and let their force act on both.
+    """Let the solver give a contact a force, or torque, along its coordinate j, beside what presses."""
+    if rows == 1:
+        _bear(head, model, data, row + 1 + j, force)
+    else:
+        edge = force / (2.0 * doubles(contact + head.c_friction, 5)[j])
+        _bear(head, model, data, row + 2 * j, pressing / rows + edge)
+        _bear(head, model, data, row + 2 * j + 1, pressing / rows - edge)
+
+
+@jit(**OPTIONS)
+def _bear(head: Any, model: int, data: int, row: int, force: float) -> None:
+    """Let the solver give a row a force; the last step's acceleration makes up for the parasitic mass."""
+    nv, kind = integers(model + head.m_nv, 1)[0], integers(model + head.m_jacobian, 1)[0]
+    jacobian, accelerations = field(data + head.d_efc_J), doubles(field(data + head.d_qacc_warmstart), nv)
+    acceleration = 0.0
+    if kind == _SPARSE or (kind == _AUTO and nv >= _SPARSE_FROM):
+        first = integers(field(data + head.d_efc_J_rowadr), row + 1)[row]
+        count = integers(field(data + head.d_efc_J_rownnz), row + 1)[row]
+        columns, entries = (
+            integers(field(data + head.d_efc_J_colind) + 4 * first, count),
+            doubles(jacobian + 8 * first, count),
+        )
+        for i in range(count):
+            acceleration += entries[i] * accelerations[columns[i]]
+    else:
+        entries = doubles(jacobian + 8 * row * nv, nv)
+        for i in range(nv):
+            acceleration += entries[i] * accelerations[i]
+    wanted, softness = doubles(field(data + head.d_efc_aref), row + 1), doubles(field(data + head.d_efc_R), row + 1)
+    wanted[row] = softness[row] * force + acceleration
+
+
+@jit(**OPTIONS)
+def rub(
+    head: Any, model: int, data: int, friction: Any, numbers: np.ndarray, bristles: np.ndarray, step: float
+) -> None:
+    """Bend the bristles between two geoms in the plane of their contact, and let the solver give them their force.
 
     Several points of contact have one bristle at the centre of their pressure, and one that resists spin about the
-    normal there, with the arm of the points' forces.
+    normal there, with the arm of the points' forces. Each point bears friction in proportion to what presses there.
     """
     contacts, n_contacts = field(data + head.d_contact), integers(data + head.d_ncon, 1)[0]
-    wanted, softness = field(data + head.d_efc_aref), field(data + head.d_efc_R)
-    pressed, body1, body2 = 0.0, friction.body1, friction.body2
-    x, y, z, nx, ny, nz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    sx, sy, sz, spin = 0.0, 0.0, 0.0, 0.0  # of surfaces that move themselves, such as a conveyor's
+    torsion = numbers[3] if friction.numbers > 3 else 0.0
+    rolling = numbers[4] / numbers[0] if friction.numbers > 4 else 0.0
+    spins, rolls = friction.numbers > 3, friction.numbers > 4
+    pressed, turning, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0
+    x, y, z, nx, ny, nz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n_contacts):
         contact = contacts + i * head.contact_size
-        geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
-        if r >= 0 and between(geoms, friction.geom1, friction.geom2):
-            force = max(doubles(wanted + 8 * r, 1)[0] / doubles(softness + 8 * r, 1)[0], 0.0)
+        row, rows, force = _pressing(head, data, friction, contact)
+        if force > 0.0:
             place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
             pressed += force
             x, y, z = x + force * place[0], y + force * place[1], z + force * place[2]
             nx, ny, nz = nx + force * frame[0], ny + force * frame[1], nz + force * frame[2]
-            if geoms[0] != friction.geom1:
-                body1, body2 = friction.body2, friction.body1
-            if head.c_surfacevel >= 0:
-                moves = doubles(contact + head.c_surfacevel, 3)
-                sx += force * (moves[0] * frame[3] + moves[1] * frame[6])
-                sy += force * (moves[0] * frame[4] + moves[1] * frame[7])
-                sz += force * (moves[0] * frame[5] + moves[1] * frame[8])
-                spin += force * moves[2]
+            a, b = (
+                force * _moving(head, data, contact, row, rows, 0),
+                force * _moving(head, data, contact, row, rows, 1),
+            )
+            vx, vy, vz = (
+                vx + a * frame[3] + b * frame[6],
+                vy + a * frame[4] + b * frame[7],
+                vz + a * frame[5] + b * frame[8],
+            )
+            if spins:
+                turning += force * _moving(head, data, contact, row, rows, 2)
+            if rolls:
+                a = force * _moving(head, data, contact, row, rows, 3)
+                b = force * _moving(head, data, contact, row, rows, 4)
+                tx, ty, tz = (
+                    tx + a * frame[3] + b * frame[6],
+                    ty + a * frame[4] + b * frame[7],
+                    tz + a * frame[5] + b * frame[8],
+                )
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     if length == 0.0:
-        bristles[:6], bristles[SPIN] = 0.0, 0.0
+        bristles[:] = 0.0
         return
     nx, ny, nz = nx / length, ny / length, nz / length
-    x, y, z = x / pressed, y / pressed, z / pressed
-    ux, uy, uz, ox, oy, oz = _velocity(head, model, data, body1, x, y, z)
-    vx, vy, vz, wx, wy, wz = _velocity(head, model, data, body2, x, y, z)
-    vx, vy, vz = vx - ux + sx / pressed, vy - uy + sy / pressed, vz - uz + sz / pressed
+    x, y, z, vx, vy, vz = x / pressed, y / pressed, z / pressed, vx / pressed, vy / pressed, vz / pressed
+    arm, square, circling = 0.0, 0.0, 0.0  # mean arm, m, of the points, mean of its square, and of its way, m²/s
+    for i in range(n_contacts):
+        contact = contacts + i * head.contact_size
+        row, rows, force = _pressing(head, data, friction, contact)
+        if force > 0.0:
+            place, frame = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9)
+            rx, ry, rz = place[0] - x, place[1] - y, place[2] - z
+            away, share = rx * rx + ry * ry + rz * rz, force / pressed
+            arm, square = arm + share * np.sqrt(away), square + share * away
+            a, b = _moving(head, data, contact, row, rows, 0), _moving(head, data, contact, row, rows, 1)
+            ux, uy, uz = a * frame[3] + b * frame[6], a * frame[4] + b * frame[7], a * frame[5] + b * frame[8]
+            circling += share * (nx * (ry * uz - rz * uy) + ny * (rz * ux - rx * uz) + nz * (rx * uy - ry * ux))
+    by_points = arm > torsion
+    if by_points:
+        turning = circling / square
+    else:
+        arm, square, turning = torsion, torsion * torsion, turning / pressed
+    largest, k, c = numbers[0] * pressed, numbers[1], numbers[2]
+    fx, fy, fz = _bend_in_plane(bristles[:3], largest, k, c, step, vx, vy, vz, nx, ny, nz)
+    torque = 0.0
+    if square > 0.0:
+        slips = largest * arm / (k * square)
+        bristles[3] = min(max(bristles[3] + step * turning, -slips), slips)
+        torque = square * (k * bristles[3] + c * turning)
+        torque = min(max(torque, -largest * arm), largest * arm)
+    if rolls:
+        by_square = rolling * rolling
+        tx, ty, tz = _bend_in_plane(bristles[4:7], largest * rolling, k * by_square, c * by_square, step,
+                                    tx / pressed, ty / pressed, tz / pressed, nx, ny, nz)  # fmt: skip
+    for i in range(n_contacts):
+        contact = contacts + i * head.contact_size
+        row, rows, force = _pressing(head, data, friction, contact)
+        if rows > 0:
+            place, frame, share = doubles(contact + head.c_pos, 3), doubles(contact + head.c_frame, 9), force / pressed
+            rx, ry, rz = place[0] - x, place[1] - y, place[2] - z
+            around = torque / square if by_points else 0.0
+            gx, gy, gz = (fx + around * (ny * rz - nz * ry), fy + around * (nz * rx - nx * rz),
+                          fz + around * (nx * ry - ny * rx))  # fmt: skip
+            for j in range(2):
+                a, b, d = frame[3 + 3 * j], frame[4 + 3 * j], frame[5 + 3 * j]
+                _want(head, model, data, contact, row, rows, j, force, -share * (a * gx + b * gy + d * gz))
+                if rolls:
+                    _want(head, model, data, contact, row, rows, 3 + j, force, -share * (a * tx + b * ty + d * tz))
+            if spins:
+                _want(head, model, data, contact, row, rows, 2, force, 0.0 if by_points else -share * torque)
+
+
+@jit(**OPTIONS)
+def _bend_in_plane(
+    bristles: np.ndarray, largest: float, k: float, c: float, step: float, vx: float, vy: float, vz: float,
+    nx: float, ny: float, nz: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Bend bristles in a plane by a speed, and return their force: elastic up to the largest, where they slip."""
     along = vx * nx + vy * ny + vz * nz
     vx, vy, vz = vx - along * nx, vy - along * ny, vz - along * nz
     bx, by, bz = bristles[0] + step * vx, bristles[1] + step * vy, bristles[2] + step * vz
     along = bx * nx + by * ny + bz * nz
     bx, by, bz = bx - along * nx, by - along * ny, bz - along * nz
-    largest, k, c = numbers[0] * pressed, numbers[1], numbers[2]
     share = min(1.0, largest / max(k * np.sqrt(bx * bx + by * by + bz * bz), 1e-300))
-    bx, by, bz = share * bx, share * by, share * bz
-    fx, fy, fz = k * bx + c * vx, k * by + c * vy, k * bz + c * vz
+    bristles[0], bristles[1], bristles[2] = share * bx, share * by, share * bz
+    fx, fy, fz = k * bristles[0] + c * vx, k * bristles[1] + c * vy, k * bristles[2] + c * vz
     share = min(1.0, largest / max(np.sqrt(fx * fx + fy * fy + fz * fz), 1e-300))
-    bristles[0], bristles[1], bristles[2] = bx, by, bz
-    bristles[9], bristles[10], bristles[11] = x, y, z
-    arm, square = _arms(head, data, friction, numbers[3] if friction.torsion else 0.0, x, y, z, pressed)
-    torque = 0.0
-    if square > 0.0:
-        turning = (wx - ox) * nx + (wy - oy) * ny + (wz - oz) * nz + spin / pressed
-        slips = largest * arm / (k * square)
-        bristles[SPIN] = min(max(bristles[SPIN] + step * turning, -slips), slips)
-        torque = square * (k * bristles[SPIN] + c * turning)
-        torque = min(max(torque, -largest * arm), largest * arm)
-    passive = field(data + head.d_qfrc_passive)
-    for sign, body in ((-1.0, body2), (1.0, body1)):
-        bristles[3], bristles[4], bristles[5] = sign * share * fx, sign * share * fy, sign * share * fz
-        bristles[6], bristles[7], bristles[8] = sign * torque * nx, sign * torque * ny, sign * torque * nz
-        if body > 0:
-            _apply_force(model, data, here + 24, here + 48, here + 72, body, passive)
-
-
-@jit(**OPTIONS)
-def _arms(
-    head: Any, data: int, friction: Any, torsion: float, x: float, y: float, z: float, pressed: float
-) -> tuple[float, float]:
-    """Return mean arm, m, and mean square of the arms, m², of a contact's forces about their centre.
-
-    At least ``torsion``, m, which is what a single point has.
-    """
-    contacts, n_contacts = field(data + head.d_contact), integers(data + head.d_ncon, 1)[0]
-    wanted, softness = field(data + head.d_efc_aref), field(data + head.d_efc_R)
-    arm, square = 0.0, 0.0
-    for i in range(n_contacts):
-        contact = contacts + i * head.contact_size
-        geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
-        if r >= 0 and between(geoms, friction.geom1, friction.geom2):
-            force = max(doubles(wanted + 8 * r, 1)[0] / doubles(softness + 8 * r, 1)[0], 0.0)
-            place = doubles(contact + head.c_pos, 3)
-            away = (place[0] - x) ** 2 + (place[1] - y) ** 2 + (place[2] - z) ** 2
-            arm, square = arm + force * np.sqrt(away), square + force * away
-    if arm <= torsion * pressed:
-        return torsion, torsion**2
-    return arm / pressed, square / pressed
-
-
-@jit(**OPTIONS)
-def _velocity(
-    head: Any, model: int, data: int, body: int, x: float, y: float, z: float
-) -> tuple[float, float, float, float, float, float]:
-    """Velocity of a body's point, m/s, and of its turning, rad/s."""
-    root = integers(field(model + head.m_body_rootid) + 4 * body, 1)[0]
-    centre = doubles(field(data + head.d_subtree_com) + 24 * root, 3)
-    moves = doubles(field(data + head.d_cvel) + 48 * body, 6)
-    rx, ry, rz = x - centre[0], y - centre[1], z - centre[2]
-    return (
-        moves[3] + moves[1] * rz - moves[2] * ry,
-        moves[4] + moves[2] * rx - moves[0] * rz,
-        moves[5] + moves[0] * ry - moves[1] * rx,
-        moves[0],
-        moves[1],
-        moves[2],
-    )
+    return share * fx, share * fy, share * fz

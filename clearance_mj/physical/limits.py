@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from ..core.errors import ModelError
+from .bristles import rubbing
 from .elements import (
     KINDS,
     Softness,
@@ -167,10 +168,11 @@ def contact(
         if isinstance(target, mujoco.MjModel) and not set(new) <= pairs.keys():
             raise ModelError(f'the model has no pair of geoms "{names[0]}" and "{names[1]}"; give it to the MjSpec')
         found += new
+    rubs = rubbing(model)
     for pair in found:
-        _refuse_friction(model, pair, pairs.get(pair), frictionless)
+        _refuse_friction(model, pair, pairs.get(pair), frictionless, rubs)
     if isinstance(target, mujoco.MjModel):
-        model.pair_dim[[pairs[pair] for pair in found]] = 1
+        model.pair_dim[[pairs[pair] for pair in found if model.pair(pairs[pair]).name not in rubs]] = 1
         give(model, model, "pair", [_pair_name(model, pairs[pair]) for pair in found], wanted)
         return
 
@@ -217,7 +219,7 @@ def cover(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:
     added = False
     for _, wanted, frictionless, uncovered in uncovered_contacts(model):
         for pair in uncovered:
-            _refuse_friction(model, pair, None, frictionless)
+            _refuse_friction(model, pair, None, frictionless, set())
         if uncovered:
             _give_pairs(spec, model, uncovered, wanted)
             added = True
@@ -251,10 +253,13 @@ def touching(model: mujoco.MjModel, geom: int) -> list[frozenset[int]]:
     return [frozenset((geom, other)) for other in found if frozenset((bodies[geom], bodies[other])) not in excluded]
 
 
-def _refuse_friction(model: mujoco.MjModel, geoms: frozenset[int], pair: int | None, frictionless: bool) -> None:
+def _refuse_friction(
+    model: mujoco.MjModel, geoms: frozenset[int], pair: int | None, frictionless: bool, rubs: set[str]
+) -> None:  # fmt: skip
+    """Refuse MuJoCo's own friction, unless it is to be left out, or bristles (``rubs``) have taken its rows."""
     a, b = sorted(geoms)
     if pair is not None:
-        condim = model.pair_dim[pair]
+        condim = 1 if model.pair(pair).name in rubs else model.pair_dim[pair]
     elif model.geom_priority[a] != model.geom_priority[b]:
         condim = model.geom_condim[a if model.geom_priority[a] > model.geom_priority[b] else b]
     else:
@@ -296,13 +301,13 @@ def _explicit(spec: mujoco.MjSpec, model: mujoco.MjModel, wanted: list[frozenset
     """The specification's pairs of these geoms, which are added and named where they are not."""
     geoms = {geom.id: geom for geom in spec.geoms}
     there = {frozenset((p.geomname1, p.geomname2)): p for p in spec.pairs}
-    found = []
+    found, rubs = [], rubbing(model)
     for ids in wanted:
         for i in ids:
             geoms[i].name = geoms[i].name or _geom_name(model, i)
         a, b = (geoms[i].name for i in sorted(ids))
         pair = there.get(frozenset((a, b))) or spec.add_pair(geomname1=a, geomname2=b)
         pair.name = pair.name or f"{a} - {b}"
-        pair.condim = 1
+        pair.condim = pair.condim if pair.name in rubs else 1
         found.append(pair)
     return found

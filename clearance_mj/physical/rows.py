@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import ModelError
 from .actuators import actuator_count, control_of, output_of
-from .bristles import frictions
+from .bristles import frictions, rubbing
 from .drives import PlacedDrive, drives
 from .elements import KINDS, find, inverse_inertia, pairs_of
 from .softness import stiffness_damping
@@ -89,9 +89,11 @@ def poses_of(model: mujoco.MjModel, poses: ArrayLike | None, contacts: bool = Tr
     given = np.vstack((model.qpos0, model.key_qpos)) if poses is None else np.atleast_2d(np.asarray(poses, dtype=float))
     if given.shape[-1] != model.nq or given.ndim != 2 or not len(given):
         raise ModelError(f"poses of shape {given.shape}; the model's need {model.nq} numbers each")
-    placed = model if contacts else copy.copy(model)
+    rubs = rubbing(model)
+    placed = model if contacts and not rubs else copy.copy(model)
     if not contacts:
         placed.opt.disableflags |= int(_Bits.mjDSBL_CONTACT)
+    placed.pair_dim[[find(model, KINDS["pair"].object, name) for name in rubs]] = 1  # friction's rows are the bristles'
     data, mass, inside = mujoco.MjData(model), np.zeros((model.nv, model.nv)), list(drives(model))
     rotors = np.diag([0.0] * model.nv + [float(drive.numbers(model)["inertia"]) for drive in inside])
     for number, qpos in enumerate(given if model.nv else ()):
@@ -218,16 +220,15 @@ def _bristles(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Row]:
         else:
             normal, between = _nearest(model, data, index)
             direction = np.linalg.svd(normal[None])[2][1:] @ between
-            yield from _torsion(model, data, index, name, (k, c, model.numeric_data[at + 3] if size == 4 else 0.0))
+            yield from _turned(model, data, index, name, model.numeric_data[at : at + size])
         for row in direction:
             yield Row(f'friction of {kind} "{name}"', row, k, c)
 
 
-def _torsion(
-    model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str, numbers: tuple[float, float, float]
-) -> Iterator[Row]:
-    """Yield what resists spin of a pair of geoms that touch, with the arms of their points as if all pressed alike."""
-    geoms, (k, c, torsion) = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}, numbers
+def _turned(model: mujoco.MjModel, data: mujoco.MjData, pair: int, name: str, numbers: np.ndarray) -> Iterator[Row]:
+    """Yield what resists that geoms that touch spin and roll, with their points' arms as if all pressed alike."""
+    geoms = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}
+    coefficient, k, c, torsion, rolling = np.pad(numbers, (0, 5 - len(numbers)))
     touching = [contact for contact in data.contact[: data.ncon] if set(contact.geom.tolist()) == geoms]
     if not touching:
         return
@@ -236,9 +237,9 @@ def _torsion(
     turns = np.zeros((2, 3, model.nv))
     for turn, geom in zip(turns, touching[0].geom):
         mujoco.mj_jacBody(model, data, None, turn, model.geom_bodyid[geom])
-    direction = touching[0].frame[:3] @ (turns[1] - turns[0])
-    if square > 0 and direction.any():
-        yield Row(f'friction of pair "{name}"', direction, k * square, c * square)
+    for row, arms in zip(touching[0].frame.reshape(3, 3), (square, *2 * [(rolling / coefficient) ** 2])):
+        if arms > 0 and (direction := row @ (turns[1] - turns[0])).any():
+            yield Row(f'friction of pair "{name}"', direction, k * arms, c * arms)
 
 
 def _element(model: mujoco.MjModel, kind: str, index: int, direction: np.ndarray) -> Iterator[Row]:

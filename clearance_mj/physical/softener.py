@@ -21,7 +21,7 @@ from .actuators import control_of, output_of
 from .bristles import Friction, frictions
 from .drive_loop import PLACE
 from .drives import PlacedDrive, drives
-from .elements import KINDS, Asked, asked, find
+from .elements import KINDS, Asked, asked, find, inverse_inertia
 from .records import MARK, note_softener, write_numbers
 
 __all__ = ["Softener", "reserve"]
@@ -215,6 +215,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
             )
         element["index"], element["grease"], element["release"] = index, greased, table.release
         element["shared"] = softness.shared
+        element["behind"] = inverse_inertia(model, kind, index) if softness.c == 0 else 0.0
         element["always"] = greased or len(table.abscissa) > 1
         if kind != "pair":
             (joints if kind == "joint" else tendons)[index] = e
@@ -226,7 +227,7 @@ def _parts(model: mujoco.MjModel, laws: Sequence[Asked], bristles: Sequence[Fric
         memory.append(numbers)
     found = np.zeros(len(bristles), loop.FRICTION)
     for row, friction in zip(found, bristles):
-        _describe_friction(model, friction, row)
+        _describe_friction(model, friction, laws, row)
     return _Parts(elements, found, joints, tendons, bushings, np.concatenate(memory))
 
 
@@ -252,9 +253,9 @@ def _describe(model: mujoco.MjModel, kind: str, index: int, element: Any) -> Non
         element["geom1"], element["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
 
 
-def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> None:
+def _describe_friction(model: mujoco.MjModel, friction: Friction, laws: Sequence[Asked], row: Any) -> None:
     index = find(model, KINDS[friction.kind].object, friction.name)
-    row["numeric"], row["torsion"] = friction.numeric, friction.size == 4
+    row["numeric"], row["numbers"] = friction.numeric, friction.size
     if friction.kind == "joint":
         row["kind"], row["dof"] = loop.JOINT, model.jnt_dofadr[index]
     elif friction.kind == "tendon":
@@ -263,7 +264,7 @@ def _describe_friction(model: mujoco.MjModel, friction: Friction, row: Any) -> N
     else:
         row["kind"] = loop.PAIR
         row["geom1"], row["geom2"] = model.pair_geom1[index], model.pair_geom2[index]
-        row["body1"], row["body2"] = model.geom_bodyid[[row["geom1"], row["geom2"]]]
+        row["law"] = ("pair", friction.name) in {(law.kind, law.name) for law in laws}
 
 
 def reserve(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bool:

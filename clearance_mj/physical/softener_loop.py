@@ -21,7 +21,7 @@ from ..clearance.pointers import caller
 from ..clearance.record import BUSHING
 from ..core.jit import OPTIONS, STRICT, jit
 from . import drive_loop, library
-from .friction_loop import FRICTION, OF_FRICTION, bend, between, rub
+from .friction_loop import FRICTION, OF_FRICTION, bend, between, normal_rows, rub
 from .library import doubles, field, integers, pointer
 
 __all__ = ["ELEMENT", "FRICTION", "HEAD", "JOINT", "OF_FRICTION", "PAIR", "ROW", "TENDON", "soften"]
@@ -30,17 +30,17 @@ JOINT, TENDON, ROW, PAIR = range(4)
 """Kinds: a coordinate, a tendon's length, a row of the constraints alone (of a ball joint's limit), a pair of geoms"""
 
 DATA = (
-    "time", "userdata", "qpos", "qvel", "qfrc_passive", "ten_length", "ten_velocity", "ten_J", "cvel", "subtree_com",
-    "ncon", "nefc", "contact", "efc_type", "efc_id", "efc_pos", "efc_R", "efc_aref", "efc_vel",
+    "time", "userdata", "qpos", "qvel", "qfrc_passive", "ten_length", "ten_velocity", "ten_J", "ncon", "nefc",
+    "contact", "qacc_warmstart", "efc_J", "efc_J_rowadr", "efc_J_rownnz", "efc_J_colind", "efc_type", "efc_id",
+    "efc_pos", "efc_R", "efc_aref", "efc_vel",
 )  # fmt: skip
-MODEL = ("signature", "nnumericdata", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "body_rootid")
-CONTACT = ("pos", "frame", "geom", "efc_address")
+MODEL = ("signature", "nnumericdata", "numeric_data", "jnt_range", "tendon_range", "ten_J_colind", "nv")
+CONTACT = ("pos", "frame", "geom", "dim", "mu", "friction", "solref", "solimp", "efc_address")
 PLACES = {
     **{f"d_{name}": library.DATA[name] for name in DATA},
     **{f"m_{name}": library.MODEL[name] for name in MODEL},
     **{f"c_{name}": library.CONTACT[name] for name in CONTACT},
-    "c_surfacevel": library.CONTACT.get("surfacevel", -1),  # from MuJoCo 4 on
-    "m_timestep": library.MODEL["opt"] + library.OPTION["timestep"],
+    **{f"m_{name}": library.MODEL["opt"] + library.OPTION[name] for name in ("timestep", "jacobian")},
     "contact_size": library.CONTACT_SIZE,
     **drive_loop.PLACES,
 }  # Offsets in MuJoCo's structures, bytes
@@ -62,10 +62,12 @@ _INTEGERS = (
     "kind", "index", "place", "dof", "geom1", "geom2", "numbers", "size", "impact", "grease", "always", "from_zero",
     "shared",
 )  # fmt: skip
-ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.float64)])
+ELEMENT = np.dtype([*((name, np.int64) for name in _INTEGERS), ("release", np.float64), ("behind", np.float64)])
 """A contact or limit with a law: ``place`` and ``dof`` are where a coordinate is in qpos and qvel, or where a tendon's
 row of the Jacobian begins and its length; ``numbers``: where in the memory its numbers of the kernel begin, of
-``size``, and ``impact`` where its speed of impact is; ``always``: something happens in the gap too, or over time"""
+``size``, and ``impact`` where its speed of impact is; ``always``: something happens in the gap too, or over time;
+``behind``: Â, 1/kg, of one whose damping depends on that speed, else 0"""
+_SLOWED = 0.25  # share of a speed that the damping of such an element may take away in a step
 ONE = (0,)  # lane of the kernel
 FAR = 1e9  # m or rad, where a wall is that is not there: the user's data stay finite
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
@@ -151,14 +153,14 @@ def soften(where: int, model: int, data: int) -> None:
     for i in range(head.n_frictions):
         friction, start = frictions[i], head.first_friction + i * OF_FRICTION
         bristles = memory[start : start + OF_FRICTION]
-        numbers = doubles(field(model + head.m_numeric_data) + 8 * friction.numeric, 3 + friction.torsion)
+        numbers = doubles(field(model + head.m_numeric_data) + 8 * friction.numeric, friction.numbers)
         if friction.kind == JOINT:
             passive[friction.dof] -= bend(numbers, bristles, step, qvel[friction.dof])
         elif friction.kind == TENDON:
             speed = doubles(field(data + head.d_ten_velocity) + 8 * friction.geom1, 1)[0]
             _pull(head, model, data, friction.dof, friction.size, bend(numbers, bristles, step, speed), passive)
         else:
-            rub(head, model, data, friction, numbers, bristles, here + 8 * start, step)
+            rub(head, model, data, friction, numbers, bristles, step)
 
 
 @jit(**OPTIONS)
@@ -205,6 +207,9 @@ def _follow(
         if bushing.by_amplitude:
             numbers[bushing.decay] = np.exp(-step / element.release)
         follow_law(bushing, numbers, time, ONE)
+    most = np.inf
+    if element.behind > 0.0:  # what rests has landed too slowly for the step to resolve
+        most = _SLOWED / (element.behind * doubles(model + head.m_timestep, 1)[0])
     if element.kind == PAIR and row >= 0:
         points = 0
         for i in range(n_contacts if element.shared else 0):
@@ -216,22 +221,24 @@ def _follow(
             contact = field(data + head.d_contact) + i * head.contact_size
             geoms, r = integers(contact + head.c_geom, 2), integers(contact + head.c_efc_address, 1)[0]
             if r >= 0 and between(geoms, element.geom1, element.geom2):
-                wanted[r] = part * softness[r] * _press(bushing, numbers, -depths[r], -speeds[r])
+                rows, alone = normal_rows(head, data, contact, r)
+                pressing = part * _press(bushing, numbers, -depths[r], -speeds[r : r + rows].mean(), most)
+                wanted[r : r + rows] = alone * pressing
     else:
-        force = _press(bushing, numbers, x, speed)
+        force = _press(bushing, numbers, x, speed, most)
         if row >= 0:
             wanted[row] = softness[row] * force
 
 
 @jit(**OPTIONS)
-def _press(bushing: Any, numbers: np.ndarray, x: float, speed: float) -> float:
-    """Follow a contact, and return its force."""
+def _press(bushing: Any, numbers: np.ndarray, x: float, speed: float, most: float) -> float:
+    """Follow a contact with a damping of at most ``most``, N s/m, and return its force."""
     g = depth_in(bushing, numbers, x, ONE)
     if g == 0.0:
         forget(bushing, numbers, 0, ONE)
         return 0.0
     k, c = press(bushing, numbers, 0, g, speed, ONE)
-    return contact_force(2.0 * k, 2.0 * c, abs(g), signed(speed, g), False)
+    return contact_force(2.0 * k, min(2.0 * c, most), abs(g), signed(speed, g), False)
 
 
 @jit(**OPTIONS)

@@ -27,7 +27,7 @@ BOUC_WEN = cm.Grease(4369.0, 3.0, elastic_ratio=0.5, beta=9e6, gamma=3e6, film_h
 SLIDERS = MaxwellSlip(springs=(1500.0, 1500.0), forces=(0.1, 0.25), elastic=1500.0, damping=3.0)
 LAWS = {
     "Kelvin-Voigt": ConstantLaw(7.8e3, 4.0),
-    "Hunt-Crossley": ContactLaw(HuntCrossley(5e5, 0.6)),
+    "Hunt-Crossley": ContactLaw(HuntCrossley(5e5, 0.6, first_order=True)),
     "Bouc-Wen grease, squeeze film": ConstantLaw(7.8e3, 4.0, grease=BOUC_WEN),
     "Maxwell-slip grease": ConstantLaw(7.8e3, 4.0, grease=SLIDERS),
 }

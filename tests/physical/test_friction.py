@@ -11,7 +11,7 @@ from clearance_mj.core.errors import LawError, ModelError
 GRAVITY, MASS, MU, BRISTLE = 9.81, 2.0, 0.5, 1e5
 BODY = """
 <mujoco>
-  <option timestep="1e-4"/>
+  <option timestep="1e-4" cone="{cone}"/>
   <worldbody>
     <geom name="floor" type="plane" size="5 5 1" condim="{condim}"/>
     <body pos="0 0 0.1"><freejoint/>{geom}</body>
@@ -21,13 +21,13 @@ BALL = '<geom name="body" size="0.1" mass="2" condim="{condim}"/>'
 BOX = '<geom name="body" type="box" size="0.2 0.2 0.1" mass="2" condim="{condim}"/>'
 
 
-def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0):
+def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0, cone="pyramidal", **more):
     """A body on a floor, gravity leaning by an angle: its path and speeds along the floor, m and m/s."""
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=geom.format(condim=condim), condim=condim))
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=geom.format(condim=condim), condim=condim, cone=cone))
     spec.option.gravity = [GRAVITY * np.sin(angle), 0, -GRAVITY * np.cos(angle)]
     if friction:
         physical.contact(spec, ("body", "floor"), 1e5, 200.0)
-        physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
+        physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0, **more)
     model = physical.compile(spec)
     data, speeds = mujoco.MjData(model), []
     data.qvel[0] = speed
@@ -41,10 +41,10 @@ def rest(geom, angle, seconds, condim=1, friction=True, speed=0.0):
     return data, np.array(speeds)
 
 
-@pytest.mark.parametrize("law", [None, ContactLaw(HuntCrossley(stiffness=1e7, restitution=0.3))])
+@pytest.mark.parametrize("law", [None, *(ContactLaw(HuntCrossley(1e7, restitution=e)) for e in (0.7, 0.3, 0.1))])
 def test_what_sticks_rests(law):
     """Leaning slowly to less than the angle of friction, 0.46, bends the bristles by m g sin/k; nothing creeps."""
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1).replace(
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal").replace(
         "<freejoint/>", '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1" damping="200"/>'
     ))  # fmt: skip
     physical.contact(spec, ("body", "floor"), **({"law": law} if law else {"k": 1e5, "c": 200.0}))
@@ -68,10 +68,11 @@ def test_a_box_stays_on_a_slope():
     assert creeping.qvel[0] > 1e-6
 
 
-def test_what_slides_is_slowed_by_the_coefficient():
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_what_slides_is_slowed_by_the_coefficient(cone):
     """Above the angle of friction: a = g (sin - μ cos)."""
     angle = 0.7
-    _, speeds = rest(BOX, angle, 0.6)
+    _, speeds = rest(BOX, angle, 0.6, cone=cone)
     slope = np.polyfit(np.arange(2000) * 1e-4, speeds[-2000:], 1)[0]
     assert slope == pytest.approx(GRAVITY * (np.sin(angle) - MU * np.cos(angle)), rel=1e-4)
 
@@ -87,6 +88,52 @@ def test_a_sliding_ball_rolls_at_five_sevenths():
     """Without rolling resistance, of any friction: v → 5/7 v (I = 2/5 m r²)."""
     _, speeds = rest(BALL, 0.0, 0.6, speed=1.0)
     assert speeds[-1000:].mean() == pytest.approx(5 / 7, rel=1e-3)
+
+
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_a_rolling_ball_is_braked_by_the_arm(cone):
+    """(m + I/r²) dv/dt = -ρ m g/r, with I = 2/5 m r²; and it rolls to rest."""
+    data, speeds = rest(BALL, 0.0, 1.0, speed=0.1, cone=cone, rolling=0.002)
+    rolls = np.flatnonzero(np.isclose(speeds, 5 / 7 * 0.1, rtol=0.02))[0] + 500
+    slope = np.polyfit(np.arange(1000) * 1e-4, speeds[rolls : rolls + 1000], 1)[0]
+    assert slope == pytest.approx(-0.002 * GRAVITY / 0.1 / 1.4, rel=0.01)
+    rolling, _ = rest(BALL, 0.0, 1.0, speed=0.1, cone=cone)
+    assert abs(data.qvel[0]) < 0.02 < 0.07 < rolling.qvel[0]
+
+
+FOOT = """
+<mujoco><option timestep="2e-4" cone="{cone}" impratio="{impratio}"/><worldbody>
+  <geom name="slope" type="plane" size="5 5 1"/>
+  <body pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .03" mass="2" pos="0 0 .03" contype="0" conaffinity="0"/>
+    <body name="foot" pos="0 0 -.05"><site name="ankle" type="box" size=".2 .2 .1"/>
+      <geom name="sole" type="box" size=".1 .1 .05" mass=".001"/></body></body></worldbody>
+  <sensor><force site="ankle"/><touch site="ankle"/></sensor></mujoco>"""
+
+
+@pytest.mark.filterwarnings("ignore::clearance_mj.physical.ModelWarning")
+@pytest.mark.parametrize("law", [False, True])
+@pytest.mark.parametrize(("cone", "impratio"), [("pyramidal", 1), ("elliptic", 1), ("elliptic", 10)])
+def test_sensors_of_force_show_friction(cone, impratio, law):
+    """A foot at rest on a slope of 20°: its ankle bears m g sin and m g cos of the 2 kg above; contacts, of all."""
+    spec, angle = mujoco.MjSpec.from_string(FOOT.format(cone=cone, impratio=impratio)), np.deg2rad(20)
+    spec.option.gravity = GRAVITY * np.array([np.sin(angle), 0, -np.cos(angle)])
+    softness = {"law": ConstantLaw(1e5, 300)} if law else {"k": 1e5, "c": 300}
+    physical.contact(spec, ("sole", "slope"), frictionless=True, **softness)
+    physical.friction(spec, ("sole", "slope"), 0.8, k=1e5, c=100)
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE if impratio == 10 else mujoco.mjtJacobian.mjJAC_AUTO
+    model = physical.compile(spec)
+    data, total, force = mujoco.MjData(model), np.zeros(3), np.zeros(6)
+    with physical.Softener(model):
+        mujoco.mj_step(model, data, 5000)
+        mujoco.mj_forward(model, data)
+    weight = GRAVITY * np.array([-np.sin(angle), 0, np.cos(angle)])
+    np.testing.assert_allclose(data.sensordata[:3], -2.0 * weight, atol=0.03)  # bars tilt by what the sole sinks
+    assert data.sensordata[3] == pytest.approx(2.001 * weight[2], rel=1e-4)
+    for i in range(data.ncon):
+        mujoco.mj_contactForce(model, data, i, force)
+        total += data.contact[i].frame.reshape(3, 3).T @ force[:3]
+    np.testing.assert_allclose(total, 2.001 * weight, atol=1e-4)
+    assert np.abs(data.qvel).max() < 1e-6
 
 
 SLIDE = """
@@ -137,17 +184,18 @@ def test_friction_shortens_the_stable_step():
     (lambda spec: physical.friction(spec, ("bdy", "floor"), 0.5, 1e5), ModelError, 'did you mean "body"'),
     (lambda spec: physical.friction(spec, ("body", "floor"), -0.5, 1e5), LawError, "coefficient = -0.5 of friction"),
     (lambda spec: physical.friction(spec, ("body", "floor"), 0.5, 0.0), LawError, "k = 0 of friction"),
+    (lambda spec: physical.friction(spec, ("body", "floor"), 0.5, 1e5, rolling=-1), LawError, "rolling = -1 of"),
     (lambda spec: physical.joint_friction(spec, spec.joints[0], 1.0, 1.0), ModelError, "has no name"),
     (lambda spec: physical.tendon_friction(spec, "rope", 1.0, 1.0), ModelError, 'no tendon "rope"'),
     (lambda spec: physical.joint_friction(spec.compile(), "a", 1.0, 1.0), ModelError, "needs a mujoco.MjSpec"),
 ])  # fmt: skip
 def test_friction_that_cannot_be(wrong, error, says):
     with pytest.raises(error, match=says):
-        wrong(mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1)))
+        wrong(mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal")))
 
 
 def test_friction_beside_laws_is_told_by_name():
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1))
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal"))
     physical.contact(spec, ("body", "floor"), law=ConstantLaw(1e4, 1.0))
     physical.friction(spec, ("body", "floor"), MU, BRISTLE)
     model = physical.compile(spec)
@@ -157,7 +205,7 @@ def test_friction_beside_laws_is_told_by_name():
 
 def test_without_a_softener_it_is_said():
     """Friction and a law that is stepped alone: nothing would rub, in silence; check and the model's own text tell."""
-    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1))
+    spec = mujoco.MjSpec.from_string(BODY.format(geom=BALL.format(condim=1), condim=1, cone="pyramidal"))
     physical.contact(spec, ("body", "floor"), law=ContactLaw(HuntCrossley(stiffness=1e7, restitution=0.3)))
     physical.friction(spec, ("body", "floor"), MU, BRISTLE, 50.0)
     model = physical.compile(spec)

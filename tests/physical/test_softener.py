@@ -92,8 +92,8 @@ def test_every_kind_follows_a_law():
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
 def test_impact_of_hunt_and_crossley(integrator):
-    """δ̈ = -K δ^1.5 (1 + κ δ̇/v)/m with κ = 1.5 (1 - e), by DOP853 from first touch to last, in either direction."""
-    speed, kappa = 0.5, 0.75
+    """δ̈ = -K δ^1.5 (1 + κ δ̇/v)/m by DOP853 from first touch to last, in either direction; it rebounds at e."""
+    speed, kappa = 0.5, HERTZ.contact[0].kappa
 
     def fall(_, state):
         depth = max(state[0], 0.0)
@@ -104,6 +104,7 @@ def test_impact_of_hunt_and_crossley(integrator):
 
     leaves.terminal, leaves.direction = True, -1
     out = solve_ivp(fall, (0, 1), (1e-15, speed), "DOP853", events=leaves, rtol=1e-11, atol=1e-14)
+    assert abs(out.y_events[0][0, 1]) == pytest.approx(0.5 * speed, rel=1e-6)
     model = slide(HERTZ, 2e-6, integrator)
     for side in (1, -1):
         data = run(model, 6000, side * (GAP - 1e-6), side * speed)

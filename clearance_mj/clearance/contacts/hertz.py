@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Annotated, ClassVar
 
+import scipy.optimize
 from pydantic import Field
 
 from ...core.errors import LawError
@@ -15,6 +18,9 @@ from ..follower import SLOWEST_IMPACT
 from ..lanes import larger, power, where_above
 
 __all__ = ["Flores", "HertzDamped", "HuntCrossley", "LankaraniNikravesh"]
+
+_ELASTIC = 1e-3  # 1 - e up to which κ is a series in it, right to 1e-6
+_PLASTIC = 0.03  # e up to which κ is 1/e, right to 1e-13
 
 
 @checked(LawError, name="contact")
@@ -55,14 +61,30 @@ class HertzDamped(ContactModel):
 
 @register
 class HuntCrossley(HertzDamped):
-    """κ = 3 (1-e)/2 (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
+    """κ of which the restitution is e: κ (1+e) = ln[(1+κ)/(1-κe)] (Hunt & Crossley, J. Appl. Mech. 42, 1975)."""
 
     name: ClassVar[str] = "hunt-crossley"
+    first_order: bool = False
+    """whether κ = 3 (1-e)/2, as they publish it: right to first order in 1-e, a body of e = 0.3 rebounds at 0.58"""
 
     @property
     def kappa(self) -> float:
         """Damping factor."""
-        return 1.5 * (1 - self.restitution)
+        return 1.5 * (1 - self.restitution) if self.first_order else _damping_factor(self.restitution)
+
+
+@lru_cache(1024)
+def _damping_factor(e: float) -> float:
+    """κ of the energy that an impact with the restitution e loses."""
+    if 1 - e < _ELASTIC:  # where the logarithms cancel, the first terms of their series are left
+        return 1.5 * (1 - e**2) / (1 + e**3)
+    if e < _PLASTIC:
+        return 1 / e
+    found = scipy.optimize.brentq(
+        lambda kappa: kappa * (1 + e) - math.log1p(kappa) + math.log1p(-kappa * e), 1.5 * (1 - e), (1 - 1e-15) / e,
+        xtol=1e-15,
+    )  # fmt: skip
+    return float(found)
 
 
 @register

@@ -101,7 +101,7 @@ def _true_model(nominal: Rig, gaps: np.ndarray, rng: np.random.Generator) -> Mod
         for b, gap in zip(nominal.bushings, gaps)
     )  # fmt: skip
     stiffness = 4.5e5 * float(np.exp(0.3 * rng.normal()))  # as the datasheet at one gap of penetration
-    contact = HuntCrossley(stiffness=stiffness, restitution=float(rng.uniform(0.5, 0.8)))
+    contact = HuntCrossley(stiffness=stiffness, restitution=float(rng.uniform(0.5, 0.8)), first_order=True)
     return Model(nominal.replace(beam=beam, masses=masses, bushings=bushings), ContactLaw(contact))
 
 
